@@ -1,0 +1,159 @@
+"""Heat flows: the conventions of sign and spreading, stated once.
+
+Link: heat goes from a to b, −1 for a and +1 for b. Source: +1 for the places it goes into. Stream: 0 for the place
+it comes from and +1 for the one it enters. Equations work on arrays of temperatures [°C] and give watts.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterator, Mapping
+from itertools import combinations
+from typing import Any, ClassVar, TypeAlias
+
+import numpy as np
+
+from network.declare import Array, Effect, typical_body
+from network.fields import PlaceField, places, shares
+
+Inputs: TypeAlias = Mapping[str, Array]
+"""Input channels by name at one instant, in SI (speed in rad/s); `time` in s is among them."""
+
+SPINDLE = {"speed": "rpm"}
+FEED = {"feed": "m/min"}
+ZERO_CELSIUS = 273.15
+STEP = 1e-30
+
+
+def magnitude(x: Array) -> Array:
+    """|x| that a complex step passes through."""
+    return np.where(np.real(x) < 0, -x, x)
+
+
+class Mechanism(Effect):
+    """A heat flow. `affine`: with the inputs given, the heat is a linear function of temperatures plus a constant."""
+
+    affine: ClassVar[bool] = True
+
+    def is_affine(self) -> bool:
+        return self.affine
+
+    def edges(self, duration: float) -> Array:
+        """Instants at which the heat flow jumps by itself (timers); integration restarts there."""
+        return np.empty(0)
+
+
+class Link(Mechanism):
+    """Heat between two places, driven by their temperatures."""
+
+    section = "links"
+    between = places("the two places it joins")
+
+    @abstractmethod
+    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs) -> Array:
+        """Heat from a to b [W]."""
+
+    def slopes(self, T_a: Array, T_b: Array, u: Inputs) -> tuple[Array, Array]:
+        """∂Q/∂T_a and ∂Q/∂T_b [W/K]; complex step unless an entry knows better."""
+        by_a = np.imag(self.heat_flow(T_a + 1j * STEP, T_b + 0j, u)) / STEP
+        by_b = np.imag(self.heat_flow(T_a + 0j, T_b + 1j * STEP, u)) / STEP
+        return by_a, by_b
+
+    @classmethod
+    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+        """Between every two parts, or part and held node, that no link of this kind joins yet."""
+        for a, b in cls.candidates(machine):
+            yield {"links": {f"{cls.kind} {a} {b}": typical_body(cls, between=[a, b])}}
+
+    @classmethod
+    def candidates(cls, machine: Any) -> Iterator[tuple[str, str]]:
+        joined = {frozenset(p.node for p in e.between) for e in machine.links.values() if e.kind == cls.kind}
+        for a, b in combinations(machine.nodes, 2):
+            if machine.nodes[a].is_held and machine.nodes[b].is_held:
+                continue
+            if frozenset((a, b)) not in joined:
+                yield (b, a) if machine.nodes[a].is_held else (a, b)
+
+
+class SurfaceLink(Link):
+    """Heat between a part's surface and a held surrounding."""
+
+    @classmethod
+    def candidates(cls, machine: Any) -> Iterator[tuple[str, str]]:
+        for a, b in super().candidates(machine):
+            if machine.nodes[b].is_held and machine.nodes[a].is_part:
+                yield a, b
+
+
+class Source(Mechanism):
+    """Heat into places by shares; it may read temperatures at places of its own."""
+
+    section = "sources"
+    into = shares("where the heat goes: places with shares that add up to 1")
+
+    @classmethod
+    def readings(cls) -> tuple[str, ...]:
+        """The fields that name the places whose mean temperature the heat depends on."""
+        return tuple(name for name, field in cls.fields.items() if isinstance(field, PlaceField))
+
+    @abstractmethod
+    def heat(self, u: Inputs, *T: Array) -> Array:
+        """Heat delivered [W], with the temperatures read [°C] in the order of `readings`."""
+
+    def slopes(self, u: Inputs, *T: Array) -> tuple[Array, ...]:
+        """∂heat/∂T for each reading [W/K]."""
+        steps = np.eye(len(T)) * STEP * 1j
+        return tuple(np.imag(self.heat(u, *(t + s for t, s in zip(T, row, strict=True)))) / STEP for row in steps)
+
+    @classmethod
+    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+        """Into every part that has a heat capacity."""
+        for name in cls.hosts(machine):
+            extra = {cls.fields[r].key: name for r in cls.readings()}
+            yield {"sources": {f"{cls.kind} {name}": typical_body(cls, into={name: 1}, **extra)}}
+
+    @classmethod
+    def hosts(cls, machine: Any) -> Iterator[str]:
+        return (name for name, node in machine.nodes.items() if node.is_part)
+
+
+class Relay(Source):
+    """A source with two modes, switched by guards. `heat` is the heat while it is on; it is zero while off."""
+
+    @abstractmethod
+    def guard(self, mode: Array, u: Inputs, *T: Array) -> Array:
+        """Above zero: time to leave this mode (0 off, 1 on)."""
+
+    @abstractmethod
+    def pause(self) -> Array:
+        """Time between the guard and the switching [s]."""
+
+
+class Stream(Mechanism):
+    """A one-way flow of fluid through places in the order given: each receives from the one before."""
+
+    section = "links"
+    through = places("the places the fluid passes, in that order", None)
+
+    @abstractmethod
+    def heat_flow(self, T_up: Array, T_down: Array, u: Inputs) -> Array:
+        """Heat that the fluid brings into the lower place [W]; the upper place does not lose it."""
+
+    @abstractmethod
+    def transport(self) -> tuple[float, float]:
+        """Transport delay of the whole stream [s] and capacity flow [W/K]: they make the fluid cells on the way."""
+
+    @classmethod
+    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+        """From every held node through every part that has no stream yet."""
+        for held in (n for n, node in machine.nodes.items() if node.is_held):
+            for part in (n for n, node in machine.nodes.items() if node.is_part):
+                yield {"links": {f"{cls.kind} {held} {part}": typical_body(cls, through=[held, part])}}
+
+
+def keeping(cls: type[Mechanism], entry: Mechanism, numbers: Mapping[str, str], **given: Any) -> Mapping[str, Any]:
+    """The patch that puts `cls` in the place of `entry`, keeping its places and the named numbers."""
+    kept = entry.to_plain()
+    own = {cls.fields[ours].key: kept[theirs] for theirs, ours in numbers.items() if theirs in kept}
+    where = {key: kept[key] for key in ("between", "through", "into") if key in kept}
+    return {entry.section: {entry.name: {**typical_body(cls), **own, **where, **given}}}

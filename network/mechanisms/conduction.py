@@ -1,0 +1,24 @@
+from __future__ import annotations
+
+from network.declare import Array
+from network.fields import param
+from network.mechanisms.base import Inputs, Link
+
+
+class Conduction(Link, kind="conduction"):
+    """Heat through a solid or a joint of constant conductance: Q = G (T_a − T_b).
+
+    Valid for constant properties. Source: Incropera & DeWitt, Fundamentals of Heat and Mass Transfer, eq. 3.6
+    (R = L/(k A), G = 1/R); unverified edition.
+    """
+
+    conductance = param("W/K", 0, 1e6, "conductance", typical=20)
+    strength = "conductance"
+    looks_like = ("contact", "convection", "hidden_mass")
+    sentence = "{between[0]} and {between[1]} exchange heat by conduction at {conductance}"
+
+    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs) -> Array:
+        return self.conductance * (T_a - T_b)
+
+    def slopes(self, T_a: Array, T_b: Array, u: Inputs) -> tuple[Array, Array]:
+        return self.conductance, -self.conductance

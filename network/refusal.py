@@ -1,0 +1,79 @@
+"""Refusals: what is wrong with an input, where, and what would be right."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+
+
+@dataclass(frozen=True, order=True)
+class Spot:
+    """A place in a file; line 0 means the file (or option) as a whole."""
+
+    file: str
+    line: int = 0
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}" if self.line else self.file
+
+
+@dataclass(frozen=True, order=True)
+class Refusal:
+    """One sentence to the user: `file:line: what is wrong; what would be right`."""
+
+    spot: Spot
+    wrong: str
+    right: str
+
+    def __str__(self) -> str:
+        return f"{self.spot}: {self.wrong}; {self.right}"
+
+
+class Refused(Exception):
+    """An input that cannot be used, with every refusal found in it. The command line exits with 2."""
+
+    def __init__(self, refusals: Iterable[Refusal]) -> None:
+        self.refusals = tuple(sorted(set(refusals)))
+        super().__init__("\n".join(map(str, self.refusals)))
+
+
+class Failed(Exception):
+    """A computation that could not be carried through. The command line exits with 1."""
+
+
+@dataclass
+class Complaints:
+    """Collects the refusals of one input, so that all are told at once; warnings do not stop anything."""
+
+    refusals: list[Refusal] = field(default_factory=list)
+    warnings: list[Refusal] = field(default_factory=list)
+
+    def refuse(self, spot: Spot, wrong: str, right: str) -> None:
+        self.refusals.append(Refusal(spot, wrong, right))
+
+    def warn(self, spot: Spot, wrong: str, right: str) -> None:
+        self.warnings.append(Refusal(spot, wrong, right))
+
+    def absorb(self, refused: Refused) -> None:
+        self.refusals.extend(refused.refusals)
+
+    def raise_if_any(self) -> None:
+        if self.refusals:
+            raise Refused(self.refusals)
+
+
+def refuse(spot: Spot, wrong: str, right: str) -> Refused:
+    """The exception for a single refusal, to be raised by the caller."""
+    return Refused([Refusal(spot, wrong, right)])
+
+
+def likely(word: str, known: Iterable[str]) -> str:
+    """'did you mean …' with the nearest known word, or the list of what is known."""
+    words = list(known)
+    near = get_close_matches(word, words, n=1, cutoff=0.6) or get_close_matches(
+        word.lower(), [w.lower() for w in words], n=1, cutoff=0.6
+    )
+    if near:
+        return f"did you mean '{next(w for w in words if w.lower() == near[0].lower())}'?"
+    return "known are: " + ", ".join(words) if words else "none is defined"

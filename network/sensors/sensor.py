@@ -1,0 +1,81 @@
+"""A measured channel: what it measures, how noisy it is, what it does to the truth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, cast
+
+from network.declare import Advice, Declared, registered
+from network.expansions.base import ANGULAR_AXES, AXES
+from network.fields import Amount, AmountField, Field, Place, nested, parse_place, word, word_of
+from network.sensors.base import SensorEffect
+from network.units import BadNumber, difference, unit
+from network.yamlfile import Tree
+
+NOISE_UNITS = {"temperature": "K", "displacement": "um", "angle": "urad"}
+
+
+class NoiseField(AmountField):
+    """1σ of one sample: a difference, above zero."""
+
+    def parse(self, tree: Tree) -> Amount:
+        amount = super().parse(tree)
+        given = difference(unit(amount.unit))
+        sigma = (amount.value - unit(amount.unit).offset) / unit(amount.unit).scale * given.scale
+        if sigma <= 0:
+            raise BadNumber(f"'{word_of(tree, self.meaning)}' is not above zero", f"give {self.meaning}")
+        return Amount(sigma, "K" if given.is_temperature else amount.unit)
+
+
+class MeasuresField(Field):
+    """A place, or tcp.<axis>."""
+
+    def parse(self, tree: Tree) -> Place | str:
+        text = word_of(tree, "a place or tcp.z")
+        return text if text.startswith("tcp.") else parse_place(text)
+
+
+class Sensor(Declared):
+    """A channel of a recording. `zero: start` reads what changed since the start (a probe that was zeroed)."""
+
+    section = "sensors"
+    measures: Any = MeasuresField("a place, or tcp.x … tcp.c")
+    noise: Amount = cast(Amount, NoiseField("1σ of one sample, like 0.05 K or 0.25 um"))
+    zero = word("where the channel reads zero: at the reference, or at the start", "start", default=None)
+    effects: tuple[SensorEffect, ...] = nested("what the sensor does to the truth", lambda: registered("effects"), many=True)
+
+    @property
+    def place(self) -> Place | None:
+        return self.measures if isinstance(self.measures, Place) else None
+
+    @property
+    def axis(self) -> str | None:
+        return None if self.place else str(self.measures).removeprefix("tcp.")
+
+    @property
+    def quantity(self) -> str:
+        if self.place:
+            return "temperature"
+        return "angle" if self.axis in ANGULAR_AXES else "displacement"
+
+    @property
+    def unit(self) -> str:
+        """The unit its channel is shown in."""
+        return {"temperature": "degC", "displacement": "um", "angle": "urad"}[self.quantity]
+
+    @property
+    def noise_unit(self) -> str:
+        return NOISE_UNITS[self.quantity]
+
+    @property
+    def sigma(self) -> float:
+        """1σ of one sample, in SI."""
+        return self.noise.value
+
+    def faults(self) -> Iterator[Advice]:
+        if unit(self.noise.unit).dimension != unit(self.noise_unit).dimension:
+            yield "noise", f"the noise {self.noise} does not fit a {self.quantity}", f"give it in {self.noise_unit}"
+        if self.zero and self.place:
+            yield "zero", "a temperature is not zeroed at the start", "drop `zero`, it is for displacements"
+        if self.axis is not None and self.axis not in AXES:
+            yield "measures", f"there is no axis '{self.axis}'", "the axes are " + ", ".join(AXES)

@@ -1,0 +1,17 @@
+from __future__ import annotations
+
+from network.declare import Array
+from network.fields import param
+from network.sensors.base import SensorEffect
+
+
+class SensorOffset(SensorEffect, kind="sensor_offset"):
+    """A constant error of a temperature channel: reading = truth + offset."""
+
+    offset = param("K", -100, 100, "what it reads too much", typical=0.3)
+    strength = "offset"
+    looks_like = ("ambient_drift",)
+    sentence = "{channel} reads {offset} too much"
+
+    def reading(self, truth: Array, state: Array) -> Array:
+        return truth + self.offset
