@@ -24,7 +24,7 @@ from network.refusal import Complaints, Refused, Spot, likely
 from network.units import BadNumber, Number
 from network.yamlfile import Branch, Leaf, Tree
 
-Array: TypeAlias = NDArray[Any]
+Array: TypeAlias = NDArray[np.float64]
 Advice: TypeAlias = tuple[str, str, str]
 """What an entry says against itself: (field, what is wrong, what would be right)."""
 

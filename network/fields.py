@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, TypeVar, cast
 
+import numpy as np
 from numpy.typing import NDArray
 
 from network.refusal import Complaints, likely
@@ -378,10 +379,10 @@ def read_kind(kinds: dict[str, type[Entry]], where: str, tree: Tree, complaints:
 def param(
     unit_text: str, low: float, high: float, meaning: str, *, default: Any = REQUIRED, positive: bool = False,
     typical: float | None = None, any_power_of: str = "",
-) -> NDArray[Any]:  # fmt: skip
+) -> NDArray[np.float64]:  # fmt: skip
     """A number with a unit; bounds, default and typical value in that unit. `positive`: zero is refused too."""
     return cast(
-        NDArray[Any], ParamField(unit_text, low, high, meaning, default, positive, typical, any_power_of)
+        NDArray[np.float64], ParamField(unit_text, low, high, meaning, default, positive, typical, any_power_of)
     )
 
 

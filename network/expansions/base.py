@@ -15,7 +15,7 @@ import numpy as np
 
 from network.declare import Array, Effect, typical_body
 from network.fields import Place, whole
-from network.mechanisms.base import STEP, Inputs
+from network.mechanisms.base import STEP, Inputs, stepped
 
 LINEAR_AXES = ("x", "y", "z")
 ANGULAR_AXES = ("a", "b", "c")
@@ -54,7 +54,7 @@ class Expansion(Effect):
         """∂displacement/∂reading, by complex step."""
         steps = np.eye(len(readings)) * STEP * 1j
         return tuple(
-            np.imag(self.displacement(u, *(r + s for r, s in zip(readings, row, strict=True)))) / STEP for row in steps
+            np.imag(self.displacement(u, *(stepped(r, s) for r, s in zip(readings, row, strict=True)))) / STEP for row in steps
         )
 
     def kept_when_merged(self) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 from itertools import combinations
-from typing import Any, ClassVar, TypeAlias
+from typing import Any, ClassVar, TypeAlias, cast
 
 import numpy as np
 
@@ -23,6 +23,11 @@ SPINDLE = {"speed": "rpm"}
 FEED = {"feed": "m/min"}
 ZERO_CELSIUS = 273.15
 STEP = 1e-30
+
+
+def stepped(x: Array, step: complex | Array) -> Array:
+    """x with an imaginary step, for a complex-step derivative; typed as the real array it stands for."""
+    return cast(Array, x + step)
 
 
 def magnitude(x: Array) -> Array:
@@ -55,8 +60,8 @@ class Link(Mechanism):
 
     def slopes(self, T_a: Array, T_b: Array, u: Inputs) -> tuple[Array, Array]:
         """∂Q/∂T_a and ∂Q/∂T_b [W/K]; complex step unless an entry knows better."""
-        by_a = np.imag(self.heat_flow(T_a + 1j * STEP, T_b + 0j, u)) / STEP
-        by_b = np.imag(self.heat_flow(T_a + 0j, T_b + 1j * STEP, u)) / STEP
+        by_a = np.imag(self.heat_flow(stepped(T_a, 1j * STEP), T_b, u)) / STEP
+        by_b = np.imag(self.heat_flow(T_a, stepped(T_b, 1j * STEP), u)) / STEP
         return by_a, by_b
 
     @classmethod
@@ -103,7 +108,7 @@ class Source(Mechanism):
     def slopes(self, u: Inputs, *T: Array) -> tuple[Array, ...]:
         """∂heat/∂T for each reading [W/K]."""
         steps = np.eye(len(T)) * STEP * 1j
-        return tuple(np.imag(self.heat(u, *(t + s for t, s in zip(T, row, strict=True)))) / STEP for row in steps)
+        return tuple(np.imag(self.heat(u, *(stepped(t, s) for t, s in zip(T, row, strict=True)))) / STEP for row in steps)
 
     @classmethod
     def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
