@@ -1,0 +1,113 @@
+"""The heat balance: heat flows at given temperatures, their Jacobian, and the matrices of an affine network.
+
+Signs: a link takes from a and gives to b; a stream only gives to b; a source gives by `into`. Held nodes take part as
+columns; their own rows have no meaning.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from network.declare import Array
+from network.graph import Flows, Heats, Network
+from network.mechanisms.base import Inputs, Mechanism, Relay
+
+
+def flow_heat(flows: Flows, T: Array, u: Inputs) -> Array:
+    """Heat of each elementary flow [W]."""
+    return np.asarray(flows.w * flows.law.heat_flow(T[flows.a], T[flows.b], u))
+
+
+def source_heat(heats: Heats[Mechanism], T: Array, u: Inputs, mode: Array | None = None) -> Array:
+    """Heat of each source [W]; relays by their mode (0 off, 1 on)."""
+    heat = heats.law.heat(u, *(R @ T for R in heats.reads)) * np.ones(heats.into.shape[1])  # type: ignore[attr-defined]
+    return np.asarray(heat if mode is None else heat * mode)
+
+
+@dataclass(frozen=True)
+class Heat:
+    """Heat into every lump [W], and by mechanism: brought into the parts (links inside: carried from a to b)."""
+
+    into: Array
+    by_mechanism: Array
+
+
+def heat_balance(network: Network, T: Array, u: Inputs, modes: Array) -> Heat:
+    """All heat flows at temperatures T (N) [°C], inputs u and relay modes (one for each relay)."""
+    into, by_mechanism = np.zeros(network.size), np.zeros(len(network.mechanisms))
+    bound = np.isinf(network.capacity)
+    for flows in network.flows:
+        Q = flow_heat(flows, T, u)
+        np.add.at(into, flows.b, Q)
+        if not flows.one_way:
+            np.add.at(into, flows.a, -Q)
+        np.add.at(by_mechanism, flows.entry, Q * inward(flows, bound))
+    for heats, mode in with_modes(network, modes):
+        q = source_heat(heats, T, u, mode)
+        into += heats.into @ q
+        by_mechanism[heats.entry] += q
+    return Heat(into, by_mechanism)
+
+
+def inward(flows: Flows, bound: Array) -> Array:
+    """+1 where the flow runs into the parts or between them, −1 where it runs out to a held node."""
+    if flows.one_way:
+        return np.where(bound[flows.b], 0.0, 1.0)
+    return np.where(bound[flows.b] & ~bound[flows.a], -1.0, 1.0)
+
+
+def with_modes(network: Network, modes: Array) -> Iterator[tuple[Heats[Mechanism], Array | None]]:
+    """Every group of sources, relays with their part of the modes."""
+    yield from ((heats, None) for heats in network.heats)
+    for relays, part in relay_slices(network):
+        yield relays, modes[part]
+
+
+def relay_slices(network: Network) -> Iterator[tuple[Heats[Relay], slice]]:
+    first = 0
+    for relays in network.relays:
+        count = relays.into.shape[1]
+        yield relays, slice(first, first + count)
+        first += count
+
+
+def jacobian(network: Network, T: Array, u: Inputs, modes: Array) -> Array:
+    """∂(heat into lump i)/∂T_j [W/K], N×N."""
+    J = np.zeros((network.size, network.size))
+    for flows in network.flows:
+        by_a, by_b = (flows.w * s for s in flows.law.slopes(T[flows.a], T[flows.b], u))
+        np.add.at(J, (flows.b, flows.a), by_a)
+        np.add.at(J, (flows.b, flows.b), by_b)
+        if not flows.one_way:
+            np.add.at(J, (flows.a, flows.a), -by_a)
+            np.add.at(J, (flows.a, flows.b), -by_b)
+    for heats, mode in with_modes(network, modes):
+        readings = [R @ T for R in heats.reads]
+        scale = 1.0 if mode is None else mode
+        for R, slope in zip(heats.reads, heats.law.slopes(u, *readings), strict=True):  # type: ignore[attr-defined]
+            J += heats.into @ ((slope * scale * np.ones(len(R)))[:, None] * R)
+    return J
+
+
+def affine_matrix(network: Network, u: Inputs, modes: Array) -> Array:
+    """K [W/K] of an affine network: heat into the lumps = K T + q(u)."""
+    return jacobian(network, np.zeros(network.size), u, modes)
+
+
+def affine_heat(network: Network, u: Inputs, modes: Array, instants: int) -> Array:
+    """q(u) [W] of an affine network at many instants: inputs of shape (instants, 1) → (instants, N)."""
+    q = np.zeros((instants, network.size))
+    for heats, mode in with_modes(network, modes):
+        q += source_series(heats, u, mode, instants) @ heats.into.T
+    return q
+
+
+def source_series(heats: Heats[Mechanism], u: Inputs, mode: Array | None, instants: int) -> Array:
+    """Heat of each source at zero temperature readings (the constant part of an affine one), (instants, n)."""
+    count = heats.into.shape[1]
+    zeros = [np.zeros(count) for _ in heats.reads]
+    heat = heats.law.heat(u, *zeros) * np.ones((instants, count))  # type: ignore[attr-defined]
+    return np.asarray(heat if mode is None else heat * mode)

@@ -1,0 +1,98 @@
+"""Readouts: which scalars a run must deliver from the lumps' temperatures, and how channels are made of them.
+
+Base readings are rows over all lumps: part means, what expansions read, what temperature sensors see. Displacements
+and sensor effects are computed from them pointwise; a sensor's own state (lag) is integrated with the network.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from network.declare import Array
+from network.fields import Place
+from network.graph import Network
+from network.sensors.sensor import Sensor
+
+Key: TypeAlias = tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Readouts:
+    """keys[r] names row r over all lumps; readings are rows @ T + offset.
+
+    Keys: ('part', node), ('reading', axis, entry, i), ('sensor', name). States of sensor effects, in the order of
+    `state_of`: dz/dt = state_T @ T + state_z @ z + state_constant.
+    """
+
+    keys: tuple[Key, ...]
+    rows: Array
+    offset: Array
+    state_of: tuple[tuple[str, int], ...]
+    state_T: Array
+    state_z: Array
+    state_constant: Array
+
+    @property
+    def states(self) -> int:
+        return len(self.state_of)
+
+    def start_states(self, T: Array) -> Array:
+        """Sensor states in equilibrium: the solution of dz/dt = 0."""
+        return np.asarray(np.linalg.solve(self.state_z, -(self.state_T @ T + self.state_constant)))
+
+
+def readouts(network: Network, parts: bool = True) -> Readouts:
+    """All base readings of a machine; `parts`: the mean temperature of every part too."""
+    machine = network.machine
+    reference = machine.reference
+    rows: list[tuple[Key, Array, float]] = []
+    if parts:
+        rows += [(("part", name), network.row(Place(name)), 0.0) for name in machine.nodes]
+    for (axis, name), entry in machine.expansions.items():
+        for i, reading in enumerate(entry.readings()):
+            if reading.how != "heat":
+                row = network.reading_row(reading)
+                rows.append((("reading", axis, name, str(i)), row, -reference * float(row.sum())))
+    for name, sensor in machine.sensors.items():
+        if sensor.place is not None:
+            rows.append((("sensor", name), network.row(sensor.place), 0.0))
+    state_of, state_T, state_z, constant = _states(network)
+    keys = tuple(key for key, _, _ in rows)
+    matrix = np.array([row for _, row, _ in rows]).reshape(len(rows), network.size)
+    offset = np.array([shift for _, _, shift in rows])
+    return Readouts(keys, matrix, offset, state_of, state_T, state_z, constant)
+
+
+def stateful(network: Network) -> Iterator[tuple[str, Sensor]]:
+    """Temperature sensors with an effect that keeps a state of its own."""
+    for name, sensor in network.machine.sensors.items():
+        if sensor.place is not None and any(effect.has_state for effect in sensor.effects):
+            yield name, sensor
+
+
+def _states(network: Network) -> tuple[tuple[tuple[str, int], ...], Array, Array, Array]:
+    """Each sensor's chain of effects, followed as an affine function of temperatures and states."""
+    order = [(name, i) for name, s in stateful(network) for i, e in enumerate(s.effects) if e.has_state]
+    index = {key: k for k, key in enumerate(order)}
+    nz = len(order)
+    state_T, state_z, constant = np.zeros((nz, network.size)), np.zeros((nz, nz)), np.zeros(nz)
+    one, zero = np.ones(()), np.zeros(())
+    for name, sensor in stateful(network):
+        assert sensor.place is not None
+        row, z_row, shift = network.row(sensor.place), np.zeros(nz), 0.0
+        for i, effect in enumerate(sensor.effects):
+            k = index.get((name, i))
+            unit_z = np.eye(nz)[k] if k is not None else np.zeros(nz)
+            if k is not None:
+                at_zero = effect.rate(zero, zero)
+                by_truth, by_state = effect.rate(one, zero) - at_zero, effect.rate(zero, one) - at_zero
+                state_T[k], state_z[k] = by_truth * row, by_truth * z_row + by_state * unit_z
+                constant[k] = at_zero + by_truth * shift
+            at_zero = effect.reading(zero, zero)
+            by_truth, by_state = effect.reading(one, zero) - at_zero, effect.reading(zero, one) - at_zero
+            row, z_row, shift = by_truth * row, by_truth * z_row + by_state * unit_z, float(at_zero + by_truth * shift)
+    return tuple(order), state_T, state_z, constant

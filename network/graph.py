@@ -1,0 +1,254 @@
+"""Network: the machine as arrays. Lumps in a fixed order, flows grouped by class, weights where places overlap lumps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import groupby, pairwise
+from typing import Generic, TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from network.declare import Array
+from network.expansions.base import Reading
+from network.fields import Place
+from network.lumps import weights
+from network.machine import Machine
+from network.mechanisms.base import Link, Mechanism, Relay, Source, Stream
+from network.mechanisms.conduction import Conduction
+from network.nodes import Node
+
+Indices: TypeAlias = NDArray[np.intp]
+CELLS = 8
+"""Well-mixed cells on each leg of a stream with a transport delay."""
+
+Law = TypeVar("Law", bound=Mechanism)
+
+
+@dataclass(frozen=True)
+class Flows:
+    """Elementary flows of one class, side by side: E flows of weight w[e] from lump a[e] to lump b[e].
+
+    one_way: a stream; the lump a does not lose what b gets. entry[e]: index into Network.mechanisms.
+    """
+
+    law: Link | Stream
+    a: Indices
+    b: Indices
+    w: Array
+    entry: Indices
+    one_way: bool
+
+
+@dataclass(frozen=True)
+class Heats(Generic[Law]):
+    """Sources of one class, side by side: n entries, their heat spread by `into` (N×n), their readings by `reads`
+    (one n×N matrix for each reading field)."""
+
+    law: Law
+    into: Array
+    reads: tuple[Array, ...]
+    entry: Indices
+
+
+@dataclass(frozen=True)
+class Network:
+    """N lumps; capacity [J/K] is 0 for massless junctions and inf for held nodes.
+
+    mechanisms: names as in the file, then the bars' inner conduction; parts: node → its lumps; held: lump → input
+    name or constant [°C].
+    """
+
+    machine: Machine
+    parts: Mapping[str, slice]
+    capacity: Array
+    held: Mapping[int, str | float]
+    mechanisms: tuple[str, ...]
+    flows: tuple[Flows, ...]
+    heats: tuple[Heats[Source], ...]
+    relays: tuple[Heats[Relay], ...]
+
+    @property
+    def size(self) -> int:
+        return len(self.capacity)
+
+    @cached_property
+    def free(self) -> Indices:
+        return np.flatnonzero((self.capacity > 0) & np.isfinite(self.capacity))
+
+    @cached_property
+    def massless(self) -> Indices:
+        return np.flatnonzero(self.capacity == 0)
+
+    @cached_property
+    def bound(self) -> Indices:
+        return np.flatnonzero(np.isinf(self.capacity))
+
+    @cached_property
+    def groups(self) -> tuple[Flows | Heats[Source] | Heats[Relay], ...]:
+        return (*self.flows, *self.heats, *self.relays)
+
+    @property
+    def melting(self) -> list[str]:
+        return [name for name, node in self.machine.nodes.items() if node.melts is not None]
+
+    def is_affine(self) -> bool:
+        """Heat flows are linear in temperatures, at given inputs and relay modes; capacities are constant."""
+        return not self.melting and all(group.law.is_affine() for group in self.groups)
+
+    def row(self, place: Place) -> Array:
+        """Σ w_i T_i over a place, as a row over all lumps."""
+        row = np.zeros(self.size)
+        part = self.parts[place.node]
+        row[part] = weights(place, part.stop - part.start)
+        return row
+
+    def reading_row(self, reading: Reading) -> Array:
+        """A reading as a row over all lumps, applied to rises over the reference (mean, gradient)."""
+        return self.row(reading.place) if reading.how == "mean" else self._gradient_row(reading.place)
+
+    def _gradient_row(self, place: Place) -> Array:
+        """Σ ΔT_i y_i w_i / Σ y_i² w_i, y the distance from the middle of the range: exact for linear profiles."""
+        row, part = self.row(place), self.parts[place.node]
+        lumps = part.stop - part.start
+        length = float(self.machine.nodes[place.node].length)
+        low, high = np.maximum(np.arange(lumps) / lumps, place.start), np.minimum(np.arange(1, lumps + 1) / lumps, place.stop)
+        y = ((low + high) / 2 - (place.start + place.stop) / 2) * length
+        moment = row[part] * y
+        total = float((moment * y).sum())
+        row[part] = moment / total if total > 0 else 0.0
+        return row
+
+    def heat_row(self, place: Place) -> Array:
+        """Share of each lump's heat that counts to a range, as a row over all lumps."""
+        row, part = np.zeros(self.size), self.parts[place.node]
+        lumps = part.stop - part.start
+        row[part] = weights(place, lumps) * max(place.share * lumps, 1.0 if place.share == 0 else 0.0)
+        return row
+
+
+def build(machine: Machine) -> Network:
+    """The network of a machine."""
+    return _Builder(machine).network()
+
+
+class _Builder:
+    """Numbers the lumps, then lays the entries out as elementary flows."""
+
+    def __init__(self, machine: Machine) -> None:
+        self.machine = machine
+        self.parts: dict[str, slice] = {}
+        self.capacity: list[float] = []
+        self.names: list[str] = []
+        self.held: dict[int, str | float] = {}
+
+    def network(self) -> Network:
+        for name, node in self.machine.nodes.items():
+            self._add(name, node)
+        flows = [*self._links(), *self._bars(), *self._streams()]
+        sources = list(self.machine.sources.values())
+        plain = [s for s in sources if not isinstance(s, Relay)]
+        relays = [s for s in sources if isinstance(s, Relay)]
+        grouped = tuple(self._grouped(flows))
+        heats, switched = tuple(self._heats(plain)), tuple(self._heats(relays))
+        return Network(
+            self.machine, self.parts, np.array(self.capacity), self.held, tuple(self.names), grouped, heats, switched
+        )
+
+    def _add(self, name: str, node: Node) -> None:
+        first, count = len(self.capacity), node.lumps
+        self.parts[name] = slice(first, first + count)
+        if node.is_held:
+            self.held[first] = node.temperature
+        each = np.inf if node.is_held else node.capacity / count
+        self.capacity.extend([each] * count)
+
+    def _name(self, name: str) -> int:
+        self.names.append(name)
+        return len(self.names) - 1
+
+    def _places(self, place: Place) -> list[tuple[int, float]]:
+        part = self.parts[place.node]
+        share = weights(place, part.stop - part.start)
+        return [(part.start + i, float(w)) for i, w in enumerate(share) if w > 0]
+
+    def _links(self) -> Iterator[_Element]:
+        for name, link in self.machine.links.items():
+            if not isinstance(link, Link):
+                continue
+            index = self._name(f"links.{name}")
+            a, b = (self._places(place) for place in link.between)
+            yield from (_Element(link, i, j, w * v, index) for i, w in a for j, v in b if i != j)
+
+    def _bars(self) -> Iterator[_Element]:
+        for name, node in self.machine.nodes.items():
+            if node.lumps > 1:
+                law = Conduction(name, conductance=node.bar_conductance)
+                index, part = self._name(f"nodes.{name}"), self.parts[name]
+                yield from (_Element(law, i, i + 1, 1.0, index) for i in range(part.start, part.stop - 1))
+
+    def _streams(self) -> Iterator[_Element]:
+        for name, stream in self.machine.links.items():
+            if isinstance(stream, Stream):
+                index, path = self._name(f"links.{name}"), list(self._path(name, stream))
+                yield from (_Element(stream, i, j, 1.0, index) for i, j in pairwise(path) if i != j)
+
+    def _path(self, name: str, stream: Stream) -> Iterator[int]:
+        """The lumps a fluid passes, with the cells that make its transport delay."""
+        delay, capacity_flow = stream.transport()
+        cells = CELLS * (len(stream.through) - 1) if delay > 0 and capacity_flow > 0 else 0
+        first = len(self.capacity)
+        if cells:
+            self.parts[f"{name} (fluid on the way)"] = slice(first, first + cells)
+            self.capacity.extend([capacity_flow * delay / cells] * cells)
+        for leg, place in enumerate(stream.through):
+            if leg and cells:
+                yield from range(first + (leg - 1) * CELLS, first + leg * CELLS)
+            yield from (i for i, _ in self._places(place))
+
+    def _grouped(self, elements: Iterable[_Element]) -> Iterator[Flows]:
+        for members in _by_structure(elements, lambda element: element.law):
+            law = type(members[0].law).stack([m.law for m in members])
+            columns = zip(*((m.a, m.b, m.w, m.entry) for m in members), strict=True)
+            a, b, w, entry = (np.array(column) for column in columns)
+            yield Flows(law, a, b, w, entry, isinstance(law, Stream))
+
+    def _heats(self, sources: Sequence[Law]) -> Iterator[Heats[Law]]:
+        for members in _by_structure(sources, lambda source: source):
+            law = type(members[0]).stack(members)
+            entry = np.array([self._name(f"sources.{m.name}") for m in members])
+            into = np.zeros((len(self.capacity), len(members)))
+            for column, member in enumerate(members):
+                for place, share in member.into:  # type: ignore[attr-defined]
+                    for i, w in self._places(place):
+                        into[i, column] += share * w
+            yield Heats(law, into, tuple(self._reads(members)), entry)
+
+    def _reads(self, members: Sequence[Law]) -> Iterator[Array]:
+        for field in members[0].readings():  # type: ignore[attr-defined]
+            matrix = np.zeros((len(members), len(self.capacity)))
+            for line, member in enumerate(members):
+                for i, w in self._places(getattr(member, field)):
+                    matrix[line, i] += w
+            yield matrix
+
+
+@dataclass(frozen=True)
+class _Element:
+    law: Link | Stream
+    a: int
+    b: int
+    w: float
+    entry: int
+
+
+Item = TypeVar("Item")
+
+
+def _by_structure(items: Iterable[Item], law_of: object) -> Iterator[list[Item]]:
+    assert callable(law_of)
+    keyed = [(repr(law_of(item).structure()), item) for item in items]
+    for _, members in groupby(sorted(keyed, key=lambda pair: pair[0]), key=lambda pair: pair[0]):
+        yield [item for _, item in members]

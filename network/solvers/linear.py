@@ -1,0 +1,172 @@
+"""Affine networks reduced to their states: dx/dt = A x + f(t) in each regime, x = free lumps and sensor states.
+
+Massless junctions are eliminated exactly (Schur complement), held nodes become inputs. Inside every interval f runs
+straight from f0 to f1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import lu_factor, lu_solve
+
+from network.balance import affine_heat, affine_matrix
+from network.channels import Readouts
+from network.declare import Array
+from network.graph import Network
+from network.refusal import Failed
+from network.solvers.plan import Plan, matrix_inputs
+
+
+@dataclass(frozen=True)
+class Regime:
+    """One set of conductances. All lumps: T = P x + P_held T_held + P_heat q."""
+
+    A: Array
+    P: Array
+    P_held: Array
+    P_heat: Array
+    F_held: Array
+    F_heat: Array
+    is_symmetric: bool
+    K: Array
+
+
+@dataclass(frozen=True)
+class Forcing:
+    """Per interval: held temperatures and heats of all lumps just after and just before its edges."""
+
+    held: tuple[Array, Array]
+    heat: tuple[Array, Array]
+
+
+@dataclass(frozen=True)
+class LinearProblem:
+    """Everything an exact solver needs. regime_of: regime of each interval; f0, f1: forcing of the states (K, n)."""
+
+    plan: Plan
+    readouts: Readouts
+    regimes: tuple[Regime, ...]
+    regime_of: Array
+    forcing: Forcing
+    f0: Array
+    f1: Array
+    x0: Array
+    scale: Array
+
+    @property
+    def order(self) -> int:
+        """Number of states."""
+        return len(self.x0)
+
+    def outputs(self, regime: Regime) -> Array:
+        """Readings, then sensor states, as rows over the states x."""
+        own = np.eye(self.readouts.states, regime.P.shape[1], regime.P.shape[1] - self.readouts.states)
+        return np.vstack([self.readouts.rows @ regime.P, own])
+
+    def direct(self, regime: Regime, k: Array, share: Array) -> Array | None:
+        """What held nodes and heats of massless junctions add to the readings at a share of interval k."""
+        by_held, by_heat = self.readouts.rows @ regime.P_held, self.readouts.rows @ regime.P_heat
+        if not by_held.any() and not by_heat.any():
+            return None
+        (h0, h1), (q0, q1) = self.forcing.held, self.forcing.heat
+        s = share[:, None]
+        seen = (h0[k] + s * (h1[k] - h0[k])) @ by_held.T + (q0[k] + s * (q1[k] - q0[k])) @ by_heat.T
+        return np.hstack([seen, np.zeros((len(k), self.readouts.states))])
+
+
+@dataclass(frozen=True)
+class LinearSolution:
+    """y: readings and sensor states at the instants of output; x_end: states at the end; x_integral: ∫x dt, one row
+    for each interval (or for each regime, where intervals were not asked for); error: estimate of the rounding [K]."""
+
+    y: Array
+    x_end: Array
+    x_integral: Array
+    error: float
+
+
+def reduce(plan: Plan, readouts: Readouts) -> LinearProblem:
+    """The reduced problem of a plan."""
+    network, modes = plan.network, np.zeros(0)
+    keys = matrix_inputs(network)
+    values = np.stack([plan.left[name] for name in keys], axis=1) if keys else np.zeros((len(plan.edges) - 1, 0))
+    distinct, regime_of = np.unique(values, axis=0, return_inverse=True)
+    regimes = tuple(
+        _regime(network, affine_matrix(network, _inputs_of(plan, keys, row), modes), readouts) for row in distinct
+    )
+    forcing = _forcing(plan)
+    n = len(network.free) + readouts.states
+    f0, f1 = (np.empty((len(plan.edges) - 1, n)) for _ in range(2))
+    for r, regime in enumerate(regimes):
+        at = np.flatnonzero(regime_of.ravel() == r)
+        for f, held, heat in zip((f0, f1), forcing.held, forcing.heat, strict=True):
+            f[at] = held[at] @ regime.F_held.T + heat[at] @ regime.F_heat.T
+            f[at, len(network.free) :] += readouts.state_constant
+    first = regimes[int(regime_of.ravel()[0])]
+    x0 = _start(plan, first, readouts, forcing)
+    scale = np.concatenate([np.sqrt(network.capacity[network.free]), np.ones(readouts.states)])
+    return LinearProblem(plan, readouts, regimes, regime_of.ravel(), forcing, f0, f1, x0, scale)
+
+
+def _inputs_of(plan: Plan, keys: list[str], row: Array) -> Mapping[str, Array]:
+    base = {name: values[0] for name, values in plan.left.items()}
+    return base | dict(zip(keys, row, strict=True))
+
+
+def _forcing(plan: Plan) -> Forcing:
+    """Inputs are looked at a hair inside the interval, so that a source that starts with a ramp is on at once."""
+    count = len(plan.edges) - 1
+    none, held, heat = np.zeros(0), [], []
+    for share in (1e-12, 1 - 1e-12):
+        u = {n: (plan.left[n] + share * (plan.right[n] - plan.left[n]))[:, None] for n in plan.left}
+        heat.append(affine_heat(plan.network, u, none, count))
+    for values in (plan.left, plan.right):
+        held.append(plan.held_at(values))
+    return Forcing((held[0], held[1]), (heat[0], heat[1]))
+
+
+def _regime(network: Network, K: Array, readouts: Readouts) -> Regime:
+    """Eliminates massless lumps and appends the sensors' states."""
+    free, massless, bound = network.free, network.massless, network.bound
+    N, n, nz = network.size, len(free), readouts.states
+    P, P_held, P_heat = np.zeros((N, n + nz)), np.zeros((N, len(bound))), np.zeros((N, N))
+    P[free, np.arange(n)] = 1.0
+    P_held[bound, np.arange(len(bound))] = 1.0
+    if len(massless):
+        factor = _massless_factor(network, K)
+        P[massless, :n] = -lu_solve(factor, K[np.ix_(massless, free)])
+        P_held[massless] = -lu_solve(factor, K[np.ix_(massless, bound)])
+        P_heat[np.ix_(massless, massless)] = -lu_solve(factor, np.eye(len(massless)))
+    per_capacity = 1 / network.capacity[free][:, None]
+    A, F_held, F_heat = np.zeros((n + nz, n + nz)), np.zeros((n + nz, len(bound))), np.zeros((n + nz, N))
+    A[:n], F_held[:n] = K[free] @ P * per_capacity, K[free] @ P_held * per_capacity
+    F_heat[:n] = K[free] @ P_heat * per_capacity
+    F_heat[np.arange(n), free] += per_capacity[:, 0]
+    if nz:
+        A[n:] = readouts.state_T @ P
+        A[n:, n:] += readouts.state_z
+        F_held[n:], F_heat[n:] = readouts.state_T @ P_held, readouts.state_T @ P_heat
+    S = K[free] @ P[:, :n]
+    is_symmetric = not nz and bool(np.abs(S - S.T).max() <= 1e-12 * np.abs(S).max())
+    return Regime(A, P, P_held, P_heat, F_held, F_heat, is_symmetric, K)
+
+
+def _massless_factor(network: Network, K: Array) -> tuple[Array, Array]:
+    inner = K[np.ix_(network.massless, network.massless)]
+    if np.linalg.cond(inner) > 1e14:
+        raise Failed("a massless junction has no conductance to the rest; give its links a conductance above zero")
+    factor: tuple[Array, Array] = lu_factor(inner)
+    return factor
+
+
+def _start(plan: Plan, regime: Regime, readouts: Readouts, forcing: Forcing) -> Array:
+    """Free lumps at T0, sensor states in equilibrium with what they see."""
+    free = plan.network.free
+    x0 = np.concatenate([plan.T0[free], np.zeros(readouts.states)])
+    if readouts.states:
+        T = regime.P @ x0 + regime.P_held @ forcing.held[0][0] + regime.P_heat @ forcing.heat[0][0]
+        x0[len(free) :] = readouts.start_states(T)
+    return x0

@@ -1,0 +1,160 @@
+"""The plan of a run: where integration restarts, what the inputs are in between, which solver, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from network.declare import Array
+from network.graph import Heats, Network
+from network.inputs import Schedule
+from network.mechanisms.base import Inputs, Mechanism
+from network.refusal import Spot, likely, refuse
+
+IVP_METHODS = ("LSODA", "BDF", "Radau", "RK45")
+METHODS = ("auto", "modal", "expm", *(f"solve_ivp:{name}" for name in IVP_METHODS))
+SAME_INSTANT = 1e-9
+"""s: input changes closer together than this are one."""
+BENDS = 1e-9
+"""Relative deviation from a straight line that a source on a ramped input may keep."""
+MOST_PIECES = 4096
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Intervals between input changes; within each, every input runs straight from `left` to `right`.
+
+    t: instants of output [s]; edges: K+1 instants, the first is the start, the last the end; left, right: input →
+    K values just after and just before the edges of each interval, SI; `time` is among them; T0: temperatures of all
+    lumps at the start [°C]; rounding: what straight pieces for bent sources may cost, relative to the heat.
+    """
+
+    network: Network
+    t: Array
+    edges: Array
+    left: Mapping[str, Array]
+    right: Mapping[str, Array]
+    T0: Array
+    method: str
+    why: str
+
+    @property
+    def steps(self) -> Array:
+        return np.diff(self.edges)
+
+    def inputs_in(self, k: int, t: float) -> Inputs:
+        """Inputs at t within interval k."""
+        share = (t - self.edges[k]) / (self.edges[k + 1] - self.edges[k])
+        return {name: self.left[name][k] + share * (self.right[name][k] - self.left[name][k]) for name in self.left}
+
+    def held_at(self, values: Mapping[str, Array]) -> Array:
+        """Temperatures of the held lumps [°C] for inputs of shape (K,): (K, held)."""
+        held, count = self.network.held, len(values["time"])
+        columns = [values[held[i]] if isinstance(held[i], str) else np.full(count, held[i]) for i in self.network.bound]
+        return np.stack(columns, axis=1) if columns else np.zeros((count, 0))
+
+    @cached_property
+    def interval_of(self) -> Array:
+        """The interval in which each instant of output lies; at an edge the one after it."""
+        found = np.searchsorted(self.edges, self.t + SAME_INSTANT, side="right") - 1
+        return np.clip(found, 0, len(self.edges) - 2)
+
+
+def interval_edges(network: Network, schedule: Schedule) -> Array:
+    """Start, end, and every instant in between at which an input or a timer changes."""
+    start, end = float(schedule.t[0]), float(schedule.t[-1])
+    changes = [signal.t for signal in schedule.signals.values()]
+    changes += [group.law.edges(end) for group in network.groups]
+    inner = np.unique(np.concatenate([np.ravel(c) for c in changes])) if changes else np.empty(0)
+    inner = inner[(inner > start + SAME_INSTANT) & (inner < end - SAME_INSTANT)]
+    if len(inner):
+        inner = inner[np.append(True, np.diff(inner) > SAME_INSTANT)]
+    return np.concatenate([[start], inner, [end]])
+
+
+def spans(schedule: Schedule, edges: Array) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Input values just after and just before the edges of every interval."""
+    left: dict[str, Array] = {"time": edges[:-1]}
+    right: dict[str, Array] = {"time": edges[1:]}
+    for name, signal in schedule.signals.items():
+        left[name], right[name] = signal.span(edges[:-1], edges[1:])
+    return left, right
+
+
+def make_plan(network: Network, schedule: Schedule, T0: Array, method: str = "auto") -> Plan:
+    """The plan of a run. Raises Refused for a method that does not exist or cannot serve this network."""
+    if method == "solve_ivp":
+        method = "solve_ivp:LSODA"
+    if method not in METHODS:
+        raise refuse(Spot("--method"), f"there is no method '{method}'", likely(method, METHODS))
+    edges = interval_edges(network, schedule)
+    left, right = spans(schedule, edges)
+    obstacle = why_not_exact(network, left, right)
+    if method in ("modal", "expm") and obstacle:
+        raise refuse(Spot("--method"), f"{method} is exact for linear networks, and {obstacle}", "use --method auto")
+    if method == "auto":
+        method, why = ("solve_ivp:LSODA", obstacle) if obstacle else ("modal", "the network is linear: exact in its modes")
+    else:
+        why = "as asked"
+    if method in ("modal", "expm"):
+        edges = _straightened(network, schedule, edges, left, right)
+        left, right = spans(schedule, edges)
+    return Plan(network, schedule.t, edges, left, right, T0, method, why)
+
+
+def why_not_exact(network: Network, left: Mapping[str, Array], right: Mapping[str, Array]) -> str:
+    """What keeps this run from the exact paths; empty where nothing does."""
+    if network.melting:
+        return f"nodes.{network.melting[0]} melts"
+    for group in network.groups:
+        if not group.law.is_affine():
+            return f"{network.mechanisms[group.entry[0]]} ({group.law.kind}) is not linear in temperature"
+    if network.relays:
+        return f"{network.mechanisms[network.relays[0].entry[0]]} ({network.relays[0].law.kind}) switches"
+    for name in matrix_inputs(network):
+        if not np.array_equal(left[name], right[name]):
+            return f"the input '{name}' is ramped and changes a conductance"
+    return ""
+
+
+def matrix_inputs(network: Network) -> list[str]:
+    """Inputs that conductances depend on: their values make the regime."""
+    groups = [*network.flows, *(h for h in (*network.heats, *network.relays) if h.reads)]
+    return sorted({name for group in groups for name in group.law.needs()})
+
+
+def _straightened(
+    network: Network, schedule: Schedule, edges: Array, left: Mapping[str, Array], right: Mapping[str, Array]
+) -> Array:
+    """Edges with ramps cut so finely that every source is straight within each piece, to BENDS of its heat."""
+    pieces = np.ones(len(edges) - 1, int)
+    for heats in network.heats:
+        names = [n for n in heats.law.needs() if not np.array_equal(left[n], right[n])]
+        if names:
+            bend = np.array([_bend(heats, left, right, share) for share in (0.25, 0.5, 0.75)]).max(axis=0)
+            pieces = np.maximum(pieces, np.ceil(np.sqrt(bend / BENDS)).astype(int))
+    pieces = np.clip(pieces, 1, MOST_PIECES)
+    if pieces.max() == 1:
+        return edges
+    cut = [np.linspace(a, b, n + 1)[:-1] for a, b, n in zip(edges[:-1], edges[1:], pieces, strict=True)]
+    zero_crossings = list(_zero_crossings(schedule, edges))
+    return np.unique(np.concatenate([*cut, [edges[-1]], np.array(zero_crossings, float)]))
+
+
+def _bend(heats: Heats[Mechanism], left: Mapping[str, Array], right: Mapping[str, Array], share: float) -> Array:
+    """Distance of the source from the straight line at a share of each interval, relative to its heat there."""
+    at = [{n: ((1 - s) * left[n] + s * right[n])[:, None] for n in left} for s in (1e-9, share, 1 - 1e-9)]
+    zeros = [np.zeros(1) for _ in heats.reads]
+    first, inside, last = (np.asarray(heats.law.heat(u, *zeros) + 0 * u["time"]) for u in at)  # type: ignore[attr-defined]
+    size = np.maximum(np.abs(np.stack([first, inside, last])).max(axis=0), 1e-300)
+    return np.asarray((np.abs(inside - (1 - share) * first - share * last) / size).max(axis=1))
+
+
+def _zero_crossings(schedule: Schedule, edges: Array) -> Iterator[float]:
+    for signal in schedule.signals.values():
+        first, last = signal.span(edges[:-1], edges[1:])
+        for k in np.flatnonzero(first * last < 0):
+            yield float(edges[k] + (edges[k + 1] - edges[k]) * first[k] / (first[k] - last[k]))
