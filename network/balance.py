@@ -17,13 +17,13 @@ from network.mechanisms.base import Inputs, Mechanism, Relay
 
 
 def flow_heat(flows: Flows, T: Array, u: Inputs) -> Array:
-    """Heat of each elementary flow [W]."""
-    return np.asarray(flows.w * flows.law.heat_flow(T[flows.a], T[flows.b], u))
+    """Heat of each elementary flow [W], (…, E)."""
+    return np.asarray(flows.w * flows.law.heat_flow(T[..., flows.a], T[..., flows.b], u))
 
 
 def source_heat(heats: Heats[Mechanism], T: Array, u: Inputs, mode: Array | None = None) -> Array:
-    """Heat of each source [W]; relays by their mode (0 off, 1 on)."""
-    heat = heats.law.heat(u, *(R @ T for R in heats.reads)) * np.ones(heats.into.shape[1])  # type: ignore[attr-defined]
+    """Heat of each source [W], (…, n); relays by their mode (0 off, 1 on)."""
+    heat = heats.law.heat(u, *(T @ R.T for R in heats.reads)) * np.ones(heats.into.shape[1])  # type: ignore[attr-defined]
     return np.asarray(heat if mode is None else heat * mode)
 
 
@@ -36,20 +36,26 @@ class Heat:
 
 
 def heat_balance(network: Network, T: Array, u: Inputs, modes: Array) -> Heat:
-    """All heat flows at temperatures T (N) [°C], inputs u and relay modes (one for each relay)."""
-    into, by_mechanism = np.zeros(network.size), np.zeros(len(network.mechanisms))
+    """All heat flows at temperatures T [°C], inputs u and relay modes (one for each relay).
+
+    One instant: T (N), inputs scalars. Many: T (M, N), inputs (M, 1).
+    """
+    into = np.zeros(T.shape)
+    by_mechanism = np.zeros((*T.shape[:-1], len(network.mechanisms)))
     bound = np.isinf(network.capacity)
     for flows in network.flows:
         Q = flow_heat(flows, T, u)
-        np.add.at(into, flows.b, Q)
-        if not flows.one_way:
-            np.add.at(into, flows.a, -Q)
-        np.add.at(by_mechanism, flows.entry, Q * inward(flows, bound))
+        into += Q @ flows.spread
+        _add_columns(by_mechanism, flows.entry, Q * inward(flows, bound))
     for heats, mode in with_modes(network, modes):
         q = source_heat(heats, T, u, mode)
-        into += heats.into @ q
-        by_mechanism[heats.entry] += q
+        into += q @ heats.into.T
+        _add_columns(by_mechanism, heats.entry, q)
     return Heat(into, by_mechanism)
+
+
+def _add_columns(total: Array, columns: Array, values: Array) -> None:
+    np.add.at(total.T, columns, values.T)
 
 
 def inward(flows: Flows, bound: Array) -> Array:

@@ -40,6 +40,16 @@ class Flows:
     w: Array
     entry: Indices
     one_way: bool
+    size: int
+
+    @cached_property
+    def spread(self) -> Array:
+        """E×N: what a watt of each flow does to every lump: −1 at a (0 for a stream), +1 at b."""
+        matrix = np.zeros((len(self.a), self.size))
+        matrix[np.arange(len(self.b)), self.b] = 1.0
+        if not self.one_way:
+            matrix[np.arange(len(self.a)), self.a] = -1.0
+        return matrix
 
 
 @dataclass(frozen=True)
@@ -213,7 +223,7 @@ class _Builder:
             law = type(members[0].law).stack([m.law for m in members])
             columns = zip(*((m.a, m.b, m.w, m.entry) for m in members), strict=True)
             a, b, w, entry = (np.array(column) for column in columns)
-            yield Flows(law, a, b, w, entry, isinstance(law, Stream))
+            yield Flows(law, a, b, w, entry, isinstance(law, Stream), len(self.capacity))
 
     def _heats(self, sources: Sequence[Law]) -> Iterator[Heats[Law]]:
         for members in _by_structure(sources, lambda source: source):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Self, TypeVar
@@ -137,6 +137,10 @@ class Machine:
         return describe(self)
 
 
+def _each_resolved(entries: Mapping[str, Entry], machine: Machine) -> dict[str, Entry]:
+    return {name: entry.resolved(machine) for name, entry in entries.items()}
+
+
 class _Reader:
     """Reads the sections of a merged tree; faults go to `complaints`."""
 
@@ -160,11 +164,13 @@ class _Reader:
         self._check_names(machine)
         if self.complaints.refusals:
             return machine
-        for holder in (machine.nodes, machine.links, machine.sources, *machine.tcp.values()):
-            assert isinstance(holder, dict)
-            for name, entry in holder.items():
-                holder[name] = entry.resolved(machine)
-        return machine
+        with_nodes = replace(machine, nodes=_each_resolved(machine.nodes, machine))
+        return replace(
+            with_nodes,
+            links=_each_resolved(machine.links, with_nodes),
+            sources=_each_resolved(machine.sources, with_nodes),
+            tcp={axis: _each_resolved(entries, with_nodes) for axis, entries in machine.tcp.items()},
+        )
 
     def _check_names(self, machine: Machine) -> None:
         """Materials and nodes that are named must be there before anything can be resolved."""

@@ -1,7 +1,8 @@
 """Exact solution of an affine network by matrix exponentials: no modes, so equal cells in a stream do no harm.
 
-One exponential for each regime and step length: exp of [[A, I, 0], [0, 0, I], [0, 0, 0]]·h carries the state, and the
-integrals of a forcing that runs straight (van Loan, IEEE Trans. Automatic Control 23 (1978) 395).
+One exponential for each regime and step length: exp of [[h A, I, 0, 0], [0, 0, I, 0], [0, 0, 0, I], [0, 0, 0, 0]] has
+e^(hA), φ₁, φ₂ and φ₃ in its first row: they carry the state, a forcing that runs straight, and the integral of the
+state (van Loan, IEEE Trans. Automatic Control 23 (1978) 395).
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from network.solvers.linear import LinearProblem, LinearSolution, Regime
 
 
 class _Steps:
-    """The step matrices of one regime by step length: E, φ₁h, φ₂h², φ₃h³."""
+    """The step matrices of one regime by step length: E, h φ₁, h² φ₂, h³ φ₃."""
 
     def __init__(self, A: Array) -> None:
         self.A, self.known = A, dict[float, Array]()
@@ -24,10 +25,11 @@ class _Steps:
         if key not in self.known:
             n = len(self.A)
             big = np.zeros((4 * n, 4 * n))
-            big[:n, :n] = self.A
+            big[:n, :n] = self.A * key
             for block in range(3):
                 big[block * n : (block + 1) * n, (block + 1) * n : (block + 2) * n] = np.eye(n)
-            self.known[key] = expm(big * key)[:n].reshape(n, 4, n).transpose(1, 0, 2)
+            first_row = expm(big)[:n].reshape(n, 4, n).transpose(1, 0, 2)
+            self.known[key] = first_row * (key ** np.arange(4))[:, None, None]
         return self.known[key]
 
 
@@ -49,7 +51,7 @@ def solve(problem: LinearProblem, each_interval: bool = False) -> LinearSolution
         _add_direct(problem, regime, r, y)
     y[:, : len(problem.readouts.offset)] += problem.readouts.offset
     error = 1e-15 * float(np.abs(problem.x0).max(initial=1.0)) * np.sqrt(len(plan.t) + len(plan.steps))
-    return LinearSolution(y, x, integral, float(error))
+    return LinearSolution(y, x, integral, each_interval, float(error))
 
 
 def _moved(steps: _Steps, x: Array, p: Array, slope: Array, h: float) -> Array:

@@ -61,6 +61,12 @@ class LinearProblem:
         """Number of states."""
         return len(self.x0)
 
+    def temperatures(self, x: Array, k: int) -> Array:
+        """All lumps at the start (k = 0) or the end (k = −1) of the run, whose states are x."""
+        regime, side = self.regimes[int(self.regime_of[k])], 0 if k == 0 else 1
+        held, heat = self.forcing.held[side][k], self.forcing.heat[side][k]
+        return np.asarray(regime.P @ x + regime.P_held @ held + regime.P_heat @ heat)
+
     def outputs(self, regime: Regime) -> Array:
         """Readings, then sensor states, as rows over the states x."""
         own = np.eye(self.readouts.states, regime.P.shape[1], regime.P.shape[1] - self.readouts.states)
@@ -80,11 +86,12 @@ class LinearProblem:
 @dataclass(frozen=True)
 class LinearSolution:
     """y: readings and sensor states at the instants of output; x_end: states at the end; x_integral: ∫x dt, one row
-    for each interval (or for each regime, where intervals were not asked for); error: estimate of the rounding [K]."""
+    for each interval or, where these were not asked for, for each regime; error: estimate of the rounding [K]."""
 
     y: Array
     x_end: Array
     x_integral: Array
+    by_interval: bool
     error: float
 
 

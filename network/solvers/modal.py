@@ -76,7 +76,7 @@ def solve(problem: LinearProblem, each_interval: bool = False) -> LinearSolution
     y[:, : len(problem.readouts.offset)] += problem.readouts.offset
     size = float(np.abs(problem.x0).max(initial=1.0))
     error = 4 * np.finfo(float).eps * max(m.condition for m in modes) * size * np.sqrt(len(problem.plan.steps))
-    return LinearSolution(y, run.x_end, run.x_integral, float(error))
+    return LinearSolution(y, run.x_end, run.x_integral, each_interval, float(error))
 
 
 class _Run:

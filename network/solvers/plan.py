@@ -75,6 +75,13 @@ def interval_edges(network: Network, schedule: Schedule) -> Array:
     return np.concatenate([[start], inner, [end]])
 
 
+def _joined(edges: Array, instants: Array) -> Array:
+    """Both, with instants that lie on an edge only once."""
+    gap = np.abs(edges[np.clip(np.searchsorted(edges, instants), 0, len(edges) - 1)] - instants)
+    below = np.abs(edges[np.clip(np.searchsorted(edges, instants) - 1, 0, None)] - instants)
+    return np.unique(np.concatenate([edges, instants[np.minimum(gap, below) > SAME_INSTANT]]))
+
+
 def spans(schedule: Schedule, edges: Array) -> tuple[dict[str, Array], dict[str, Array]]:
     """Input values just after and just before the edges of every interval."""
     left: dict[str, Array] = {"time": edges[:-1]}
@@ -84,8 +91,10 @@ def spans(schedule: Schedule, edges: Array) -> tuple[dict[str, Array], dict[str,
     return left, right
 
 
-def make_plan(network: Network, schedule: Schedule, T0: Array, method: str = "auto") -> Plan:
-    """The plan of a run. Raises Refused for a method that does not exist or cannot serve this network."""
+def make_plan(
+    network: Network, schedule: Schedule, T0: Array, method: str = "auto", stop_at_samples: bool = False
+) -> Plan:
+    """The plan of a run; `stop_at_samples` makes every instant of output an edge. Raises Refused for a method that does not exist or cannot serve this network."""
     if method == "solve_ivp":
         method = "solve_ivp:LSODA"
     if method not in METHODS:
@@ -101,6 +110,8 @@ def make_plan(network: Network, schedule: Schedule, T0: Array, method: str = "au
         why = "as asked"
     if method in ("modal", "expm"):
         edges = _straightened(network, schedule, edges, left, right)
+        if stop_at_samples:
+            edges = _joined(edges, schedule.t)
         left, right = spans(schedule, edges)
     return Plan(network, schedule.t, edges, left, right, T0, method, why)
 

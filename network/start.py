@@ -1,0 +1,120 @@
+"""Where a run begins: given temperatures, equilibrium, or first readings with steady interpolation in between."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from network.balance import heat_balance, jacobian
+from network.declare import Array
+from network.fields import Place
+from network.graph import Network
+from network.inputs import Schedule, Start
+from network.mechanisms.base import Inputs
+from network.recording import Recording
+from network.refusal import Failed, Spot, likely, refuse
+
+NEAR_REFERENCE = 0.5
+"""K: first readings this close to the reference mean a cold start."""
+FIRST_READINGS = 60.0
+"""s: the stretch whose mean is a first reading."""
+NEWTON_STEPS = 100
+
+
+def start_temperatures(network: Network, schedule: Schedule, recording: Recording | None = None) -> Array:
+    """Temperatures of all lumps at the start [°C]. Raises Refused for nodes that are not there."""
+    T = np.full(network.size, network.machine.reference)
+    u = first_inputs(schedule)
+    _hold(network, T, u)
+    start = schedule.start
+    if start is None:
+        return from_first_readings(network, recording, T, u) if recording is not None else T
+    if start.steady:
+        return steady_state(network, T, u)
+    return _given(network, start, T, schedule.file)
+
+
+def first_inputs(schedule: Schedule) -> Inputs:
+    """The inputs just after the start."""
+    t0 = schedule.t[:1]
+    return {"time": t0[0]} | {name: signal.at(t0)[0] for name, signal in schedule.signals.items()}
+
+
+def _hold(network: Network, T: Array, u: Inputs) -> None:
+    for i, source in network.held.items():
+        T[i] = u[source] if isinstance(source, str) else source
+
+
+def _given(network: Network, start: Start, T: Array, file: str) -> Array:
+    parts = np.isfinite(network.capacity)
+    if start.others is not None:
+        T[parts] = start.others
+    for name, value in (start.nodes or {}).items():
+        node = network.machine.nodes.get(name)
+        if node is None:
+            raise refuse(Spot(file), f"start names '{name}', which is no node", likely(name, network.machine.nodes))
+        if node.is_held:
+            raise refuse(Spot(file), f"start gives a temperature to '{name}', which is held", "give it in the inputs")
+        T[network.parts[name]] = value
+    return T
+
+
+def steady_state(network: Network, T: Array, u: Inputs) -> Array:
+    """Temperatures at which every part and junction gets no heat, at the inputs u; relays are off. Newton."""
+    inner = np.flatnonzero(np.isfinite(network.capacity))
+    off = np.zeros(sum(relays.into.shape[1] for relays in network.relays))
+    for _ in range(NEWTON_STEPS):
+        left_over = heat_balance(network, T, u, off).into[inner]
+        J = jacobian(network, T, u, off)[np.ix_(inner, inner)]
+        if np.linalg.cond(J) > 1e13:
+            raise Failed("there is no steady state: a part has no path to a held node; give `start:` temperatures")
+        step = np.linalg.solve(J, left_over)
+        T[inner] -= step
+        if np.abs(step).max() < 1e-10 * (1 + np.abs(T[inner]).max()):
+            return T
+    raise Failed("the steady state was not found; give `start:` temperatures")
+
+
+def from_first_readings(network: Network, recording: Recording, T: Array, u: Inputs) -> Array:
+    """The reference if all first readings lie near it; else sensed lumps at their first readings, the others where
+    conduction and convection between sensed and held lumps would settle without any source."""
+    readings = dict(_first_readings(network, recording))
+    reference = network.machine.reference
+    if all(abs(value - reference) <= NEAR_REFERENCE for _, value in readings.values()):
+        return T
+    known = np.zeros(network.size, bool)
+    known[network.bound] = True
+    for place, value in readings.values():
+        sensed = network.row(place) > 0
+        T[sensed], known[sensed] = value, True
+    return interpolated(network, T, known, u)
+
+
+def _first_readings(network: Network, recording: Recording) -> list[tuple[str, tuple[Place, float]]]:
+    found = []
+    early = recording.t <= recording.t[0] + FIRST_READINGS
+    for name, sensor in network.machine.sensors.items():
+        if sensor.place is not None and name in recording.columns:
+            values = recording.columns[name].values[early]
+            if np.isfinite(values).any():
+                found.append((name, (sensor.place, float(np.nanmean(values)))))
+    return found
+
+
+def interpolated(network: Network, T: Array, known: Array, u: Inputs) -> Array:
+    """Unknown lumps settle between the known ones, by links alone, linearised at the mean of what is known."""
+    unknown = np.flatnonzero(~known)
+    if not len(unknown):
+        return T
+    T[unknown] = T[known].mean()
+    K = np.zeros((network.size, network.size))
+    for flows in network.flows:
+        at = T[flows.a] + 1e-3, T[flows.b] - 1e-3
+        G = flows.w * np.abs(flows.law.slopes(*at, u)[0])
+        if not flows.one_way:
+            np.add.at(K, (flows.a, flows.b), G)
+            np.add.at(K, (flows.b, flows.a), G)
+    K -= np.diag(K.sum(axis=1))
+    inner = K[np.ix_(unknown, unknown)] - 1e-12 * np.abs(K).max() * np.eye(len(unknown))
+    pull = 1e-12 * np.abs(K).max() * T[unknown]
+    T[unknown] = np.linalg.solve(inner, -(K[np.ix_(unknown, np.flatnonzero(known))] @ T[known]) - pull)
+    return T
