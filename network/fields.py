@@ -157,11 +157,15 @@ class ParamField(Field):
 
     def _wanted(self, text: str) -> str:
         """The unit asked for; some coefficients come per any power of one dimension (W/(m² K^1.25), W/(m² K^1.33))."""
-        if not self.any_power_of or text.startswith("unknown"):
+        if not self.any_power_of:
             return self.unit
-        _, given = split_number(text.split("±")[0])
-        same = _without(unit(given).dimension, self.any_power_of) == _without(unit(self.unit).dimension, self.any_power_of)
-        return given if given and same else self.unit
+        given = text.removeprefix("unknown").rpartition("..")[2].split("±")[0].strip()
+        try:
+            of = unit(split_number(given)[1]).dimension
+        except BadNumber:
+            return self.unit
+        same = _without(of, self.any_power_of) == _without(unit(self.unit).dimension, self.any_power_of)
+        return split_number(given)[1] if same and self.any_power_of in of else self.unit
 
     def _check_bounds(self, value: float, text: str) -> None:
         slack = 1e-12 * max(abs(self.low), abs(self.high))
@@ -202,11 +206,8 @@ def _plain_number(text: str) -> str:
 
 
 def _without(dimension: str, name: str) -> str:
-    """A pint dimensionality as text, less one base dimension."""
-    import re
-
-    factors = re.findall(r"\[(\w+)\](?: \*\* (-?[\d.]+))?", dimension.replace("1 / ", "/ "))
-    return str(sorted(factor for factor in factors if f"[{factor[0]}]" != name))
+    """A dimension less one of its bases: '[mass] [temperature]^-1 [time]^-3' → '[mass] [time]^-3'."""
+    return " ".join(term for term in dimension.split() if not term.startswith(name))
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 
+MOST_LISTED = 40
+"""Known words that a message lists."""
+
 
 @dataclass(frozen=True, order=True)
 class Spot:
@@ -27,7 +30,7 @@ class Refusal:
     right: str
 
     def __str__(self) -> str:
-        return f"{self.spot}: {self.wrong}; {self.right}"
+        return " ".join(f"{self.spot}: {self.wrong}; {self.right}".split("\n"))
 
 
 class Refused(Exception):
@@ -71,9 +74,17 @@ def refuse(spot: Spot, wrong: str, right: str) -> Refused:
 def likely(word: str, known: Iterable[str]) -> str:
     """'did you mean …' with the nearest known word, or the list of what is known."""
     words = list(known)
-    near = get_close_matches(word, words, n=1, cutoff=0.6) or get_close_matches(
-        word.lower(), [w.lower() for w in words], n=1, cutoff=0.6
-    )
+    if not words:
+        return "none is defined"
+    lowered = {w.lower(): w for w in reversed(words)}
+    near = get_close_matches(word[:100], words, n=1) or get_close_matches(word[:100].lower(), lowered, n=1)
     if near:
-        return f"did you mean '{next(w for w in words if w.lower() == near[0].lower())}'?"
-    return "known are: " + ", ".join(words) if words else "none is defined"
+        return f"did you mean '{near[0] if near[0] in words else lowered[near[0]]}'?"
+    shown = ", ".join(words[:MOST_LISTED])
+    return f"known are: {shown}" + (f" and {len(words) - MOST_LISTED} more" if len(words) > MOST_LISTED else "")
+
+
+def short(text: str, most: int = 60) -> str:
+    """What was read, on one line and not longer than a message can bear."""
+    line = " ".join(text.split())
+    return line if len(line) <= most else line[: most - 1] + "…"

@@ -8,51 +8,21 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
 
-from pint import UnitRegistry
-from pint.errors import DefinitionSyntaxError, UndefinedUnitError
+from network.refusal import short
+from network.unit_names import LONGEST, BadNumber, factor_and_dimension, likely_unit
 
-_DEFINITIONS = """
-nano- = 1e-9 = n-
-micro- = 1e-6 = µ- = μ- = u-
-milli- = 1e-3 = m-
-centi- = 1e-2 = c-
-deci- = 1e-1 = d-
-hecto- = 1e2 = h-
-kilo- = 1e3 = k-
-mega- = 1e6 = M-
-giga- = 1e9 = G-
-meter = [length] = m = metre
-second = [time] = s = sec
-kilogram = [mass] = kg
-gram = 1e-3 * kilogram = g
-kelvin = [temperature] = K
-ampere = [current] = A
-radian = [angle] = rad
-percent = 0.01 = %
-ppm = 1e-6
-rankine = 5 / 9 * kelvin
-turn = 6.283185307179586 * radian = rev = revolution
-degree = 0.017453292519943295 * radian = deg
-arcsecond = 4.84813681109536e-06 * radian = arcsec
-minute = 60 * second = min
-hour = 60 * minute = h = hr
-day = 24 * hour = d
-hertz = turn / second = Hz
-rpm = turn / minute
-inch = 25.4 * millimeter = in
-liter = 1e-3 * meter ** 3 = l = L = litre
-newton = kilogram * meter / second ** 2 = N
-joule = newton * meter = J
-watt = joule / second = W
-watt_hour = watt * hour = Wh
-pascal = newton / meter ** 2 = Pa
-bar = 1e5 * pascal
-volt = watt / ampere = V
-ohm = volt / ampere = Ω
-stokes = 1e-4 * meter ** 2 / second = St
-"""
+__all__ = [
+    "BadNumber", "Number", "Prior", "Unit", "difference", "in_unit", "parse_number", "show", "split_number", "unit",
+    "written",
+]  # fmt: skip
 
 Prior = Literal["known", "log", "normal", "unknown"]
+
+_ZEROS = {
+    **dict.fromkeys(("degC", "°C", "℃", "celsius"), 0.0),
+    **dict.fromkeys(("degF", "°F", "℉", "fahrenheit"), -160 / 9),
+}
+ABSOLUTE_ZERO = -273.15
 
 
 @dataclass(frozen=True)
@@ -90,43 +60,17 @@ class Number:
     high: float = math.inf
 
 
-class BadNumber(ValueError):
-    """What is wrong with a number and what would be right; the caller knows the place."""
-
-    def __init__(self, wrong: str, right: str) -> None:
-        super().__init__(f"{wrong}; {right}")
-        self.wrong, self.right = wrong, right
-
-
-@lru_cache(maxsize=1)
-def _registry() -> UnitRegistry:
-    registry: UnitRegistry = UnitRegistry(None, on_redefinition="ignore")
-    registry.load_definitions(_DEFINITIONS.strip().splitlines())
-    return registry
-
-
 @lru_cache(maxsize=1024)
 def unit(text: str) -> Unit:
     """The unit of that name. Raises BadNumber for an unknown one.
 
-    Absolute temperatures (degC, degF, K alone) carry an offset to °C; in a product (W/degC) they count as differences.
+    Temperatures (degC, degF, K, mK alone) carry an offset to °C; in a product (W/degC) they count as differences.
     """
     if text in ("", "1", "-"):
         return Unit("1", 1.0, 0.0, "dimensionless")
-    absolute = {"degC": (1.0, 0.0), "°C": (1.0, 0.0), "celsius": (1.0, 0.0), "K": (1.0, -273.15), "kelvin": (1.0, -273.15)}
-    if text in absolute:
-        return Unit(text, *absolute[text], "[temperature]")
-    if text in ("degF", "°F", "fahrenheit"):
-        return Unit(text, 5 / 9, -160 / 9, "[temperature]")
-    registry = _registry()
-    spelled = re.sub(r"degC|°C|celsius", "kelvin", re.sub(r"degF|°F|fahrenheit", "rankine", text))
-    try:
-        base = registry.Quantity(1.0, registry.parse_units(spelled.replace("%", "percent"))).to_base_units()
-    except (UndefinedUnitError, DefinitionSyntaxError, ValueError, TypeError, AttributeError, KeyError, SyntaxError):
-        raise BadNumber(f"unknown unit '{text}'", "write it like W/K, kJ/K, N mm, rpm, degC, um") from None
-    except Exception as error:
-        raise BadNumber(f"unit '{text}' is not understood ({error})", "write it like W/(m^2 K)") from None
-    return Unit(text, float(base.magnitude), 0.0, str(base.dimensionality))
+    scale, dimension = factor_and_dimension(text)
+    offset = _ZEROS.get(text, ABSOLUTE_ZERO) if dimension == "[temperature]" else 0.0
+    return Unit(text, scale, offset, dimension)
 
 
 def difference(of: Unit) -> Unit:
@@ -134,22 +78,25 @@ def difference(of: Unit) -> Unit:
     return Unit(of.text, of.scale, 0.0, of.dimension)
 
 
-_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_QUANTITY = re.compile(rf"^\s*({_NUMBER})\s*(.*?)\s*$")
-_RANGE = re.compile(rf"^\s*({_NUMBER})\s*\.\.\s*({_NUMBER})\s*(.*?)\s*$")
+NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+_QUANTITY = re.compile(rf"^({NUMBER})\s*(.*)$")
+_RANGE = re.compile(rf"^({NUMBER})\s*\.\.\s*({NUMBER})\s*(.*)$")
 _PLUS_MINUS = re.compile(r"\s*(?:±|\+/-|\+-)\s*")
 
 
 def split_number(text: str) -> tuple[float, str]:
     """'28 W/K' → (28.0, 'W/K'). Raises BadNumber where there is no finite number in front."""
-    match = _QUANTITY.match(text)
-    if not match:
-        raise BadNumber(f"'{text}' is not a number", "write a number with its unit, like `5 W/K`")
-    if re.match(r"[+-]?0\d", match[1]):
-        raise BadNumber(f"'{text}' starts with a zero", f"write {match[1].lstrip('+-0') or '0'}")
+    match = _QUANTITY.match(text.strip())
+    if not match or match[2][:1] in tuple(".:_;'"):
+        raise BadNumber(f"'{short(text)}' is not a number", "write a number with its unit, like `5 W/K`")
+    if match[2][:1] == ",":
+        raise BadNumber(f"'{short(text)}' has a comma in it", "write the decimals with a point, like `0.5 W/K`")
+    if re.match(r"[+-]?0[0-9]", match[1]):
+        plain = re.sub("0+(?=[0-9])", "", match[1], count=1)
+        raise BadNumber(f"'{short(text)}' starts with a zero", f"write `{short(f'{plain} {match[2]}')}`")
     value = float(match[1])
     if not math.isfinite(value):
-        raise BadNumber(f"'{text}' is not finite", "write a finite number")
+        raise BadNumber(f"'{short(text)}' is not finite", "write a finite number")
     return value, match[2]
 
 
@@ -158,71 +105,108 @@ def in_unit(text: str, wanted: str) -> float:
     number, unit_text = split_number(text)
     target = unit(wanted)
     if unit_text == "" and target.dimension != "dimensionless":
-        raise BadNumber(f"'{text}' has no unit", f"a unit like {wanted} is needed, as in `{text.strip()} {wanted}`")
-    given = unit(unit_text)
+        raise _no_unit(text, wanted)
+    given = _known_unit(text, unit_text, wanted)
     if given.dimension != target.dimension:
-        if unit_text == "" or wanted == "1":
-            raise BadNumber(f"'{text}' has a unit", "a bare number is needed")
-        raise BadNumber(f"'{text}' is in {unit_text}", f"a unit like {wanted} is needed")
-    if target.is_temperature and wanted == "K":
-        given = difference(given)
-    return given.to_si(number)
+        if wanted == "1":
+            raise BadNumber(f"'{short(text)}' has a unit", "a bare number is needed")
+        raise BadNumber(f"'{short(text)}' is in {short(unit_text)}", f"a unit like {wanted} is needed")
+    return (difference(given) if wanted == "K" else given).to_si(number)
 
 
+def _no_unit(text: str, wanted: str) -> BadNumber:
+    read = short(text)
+    return BadNumber(f"'{read}' has no unit", f"a unit like {wanted} is needed, as in `{read} {wanted}`")
+
+
+def _known_unit(text: str, unit_text: str, wanted: str) -> Unit:
+    try:
+        return unit(unit_text)
+    except BadNumber as error:
+        meant = likely_unit(unit_text[:LONGEST])
+        right = f"did you mean '{meant}'?" if meant else f"a unit like {wanted} is needed"
+        raise BadNumber(f"'{short(text)}' has an {error.wrong}", right) from None
+
+
+@lru_cache(maxsize=4096)
 def parse_number(text: str, wanted: str, may_be_negative: bool, bounds: tuple[float, float]) -> Number:
-    """One number of a file: `v unit`, `v unit ± p %`, `v unit ± u unit`, `unknown`, `unknown 1..50 W/K`."""
+    """One number of a file: `v unit`, `v unit ± p %`, `v unit ± u unit`, `unknown`, `unknown 1..50 W/K`.
+
+    bounds: in SI, for an `unknown` without a range. A quantity that may be negative has a prior in itself, others in
+    their logarithm.
+    """
     text = text.strip()
     if text.startswith("unknown"):
-        return _parse_unknown(text[len("unknown") :].strip(), wanted, may_be_negative, bounds)
+        return _parse_unknown(text, wanted, may_be_negative, bounds)
     centre, *rest = _PLUS_MINUS.split(text)
-    value = in_unit(centre, wanted)
-    if not rest:
-        return Number(value)
     if len(rest) > 1:
-        raise BadNumber(f"'{text}' has more than one ±", "write `value unit ± spread`")
-    return _with_spread(value, rest[0], centre, wanted, may_be_negative)
+        raise BadNumber(f"'{short(text)}' has more than one ±", f"write `value {wanted} ± spread`")
+    value = in_unit(centre, wanted)
+    return _with_spread(text, value, rest[0], wanted, may_be_negative) if rest else Number(value)
 
 
-def _with_spread(value: float, spread_text: str, centre: str, wanted: str, may_be_negative: bool) -> Number:
-    number, unit_text = split_number(spread_text)
-    if number <= 0:
-        raise BadNumber(f"the spread '{spread_text}' is not above zero", "drop the ± for a known number")
-    if unit_text == "%":
-        relative, absolute = number / 100, abs(value) * number / 100
-        if wanted == "degC":
-            raise BadNumber(f"'{centre} ± {spread_text}' is a share of a temperature", "write the spread in K")
-    else:
-        absolute = in_unit(spread_text, "K" if wanted == "degC" else wanted)
-        relative = absolute / abs(value) if value else math.inf
+def _with_spread(text: str, value: float, spread: str, wanted: str, may_be_negative: bool) -> Number:
+    absolute = _spread(text, value, spread, wanted)
+    if absolute <= 0:
+        raise BadNumber(f"'{short(text)}' has a spread that is not above zero", "drop the ± for a known number")
     if may_be_negative:
-        if absolute == 0:
-            raise BadNumber("a spread of zero times a share", "write the spread with its unit")
         return Number(value, "normal", absolute)
     if value == 0:
-        raise BadNumber("zero with a spread", "give a value above zero, or drop the ±")
-    return Number(value, "log", relative)
+        raise BadNumber(f"'{short(text)}' is zero with a spread", "give a value above zero, or drop the ±")
+    return Number(value, "log", absolute / abs(value))
 
 
-def _parse_unknown(rest: str, wanted: str, may_be_negative: bool, bounds: tuple[float, float]) -> Number:
-    low, high = bounds
-    if rest:
-        match = _RANGE.match(rest)
-        if not match:
-            raise BadNumber(f"'unknown {rest}' is not a range", f"write `unknown 1..50 {wanted}`, or `unknown` alone")
-        low, high = in_unit(f"{match[1]} {match[3]}", wanted), in_unit(f"{match[2]} {match[3]}", wanted)
+def _spread(text: str, value: float, spread: str, wanted: str) -> float:
+    """What stands behind ±, in SI."""
+    read, scale = short(text), "K" if wanted == "degC" else wanted
+    if not spread:
+        raise BadNumber(f"'{read}' has nothing behind the ±", "write the spread, as in ± 30 %")
+    number, unit_text = split_number(spread)
+    if unit_text == "" and wanted != "1":
+        either = f"`± {spread} {scale}`" if wanted == "degC" else f"`± {spread} %` or `± {spread} {scale}`"
+        raise BadNumber(f"'{read}' has a spread without unit", f"write {either}")
+    if unit_text != "%":
+        return in_unit(spread, scale)
+    if wanted == "degC":
+        raise BadNumber(f"'{read}' has a spread that is a share of a temperature", "write it in K, as in ± 2 K")
+    if value == 0 and number > 0:
+        raise BadNumber(f"'{read}' has a spread that is a share of zero", "write it with its unit, or drop the ±")
+    return abs(value) * number / 100
+
+
+def _parse_unknown(text: str, wanted: str, may_be_negative: bool, bounds: tuple[float, float]) -> Number:
+    low, high = _unknown_range(text, wanted) if text != "unknown" else bounds
     if not low < high:
-        raise BadNumber(f"'unknown {rest}' has its bounds the wrong way round", "write the lower one first")
+        raise BadNumber(f"'{short(text)}' has its bounds the wrong way round", "write the lower one first")
     if may_be_negative:
         return Number((low + high) / 2, "unknown", 0.0, low, high)
-    if low <= 0:
-        low = high * 1e-6
-    return Number(math.sqrt(low * high), "unknown", 0.0, low, high)
+    low = low or high * 1e-6
+    return Number(math.sqrt(max(low, 0.0) * high), "unknown", 0.0, low, high)
+
+
+def _unknown_range(text: str, wanted: str) -> tuple[float, float]:
+    match = _RANGE.match(text.removeprefix("unknown").strip())
+    if not match:
+        raise BadNumber(f"'{short(text)}' is not a range", f"write `unknown 1..50 {wanted}`, or `unknown` alone")
+    if not match[3] and wanted != "1":
+        raise _no_unit(text, wanted)
+    return in_unit(f"{match[1]} {match[3]}", wanted), in_unit(f"{match[2]} {match[3]}", wanted)
 
 
 def show(value: float, unit_text: str, digits: int = 4) -> str:
-    """A value inside (SI, °C) as text in the given unit: show(0.58, 'mm') → '580 mm'."""
-    given = unit(unit_text)
-    if unit_text == "K":
-        given = difference(given)
-    number = f"{given.from_si(value):.{digits}g}"
+    """A value inside (SI, °C) as text in the given unit: show(0.58, 'mm') → '580 mm'. 'K' is a difference."""
+    number = f"{_shown_in(unit_text).from_si(value):.{digits}g}"
     return number if unit_text in ("", "1") else f"{number} {unit_text}"
+
+
+def written(value: float, unit_text: str) -> str:
+    """Like `show`, with as many digits as it takes to read back as the same value."""
+    given = _shown_in(unit_text)
+    for digits in (4, 6, 9, 12, 15, 16):
+        if given.to_si(float(f"{given.from_si(value):.{digits}g}")) == value:
+            return show(value, unit_text, digits)
+    return show(value, unit_text, 17)
+
+
+def _shown_in(unit_text: str) -> Unit:
+    return difference(unit(unit_text)) if unit_text == "K" else unit(unit_text)
