@@ -10,12 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 
 from network import yamlfile
 from network.declare import Array
 from network.fields import word_of
 from network.inputs import Schedule, Signal, Start, constant, linear
-from network.refusal import Complaints, Refused, Spot, likely
+from network.refusal import Complaints, Refused, Spot, likely, refuse
 from network.units import BadNumber, Unit, difference, in_unit, split_number, unit
 from network.yamlfile import Branch, Items, Leaf, Tree
 
@@ -349,3 +350,13 @@ class _Input:
     @property
     def _shown(self) -> str:
         return self.first.text if self.first else "1"
+
+
+def start_of(text: str) -> Start:
+    """The start given on the command line, in the form of a file. Raises Refused."""
+    spot = Spot("--start")
+    try:
+        value = yaml.load(text, Loader=yaml.BaseLoader)
+    except yaml.YAMLError:
+        raise refuse(spot, f"'{text}' is not understood", "write '22 degC', 'steady' or '{housing: 24 degC}'") from None
+    return parse_start(yamlfile.tree_of(value, spot))

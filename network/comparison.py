@@ -13,7 +13,8 @@ from network.inputs import Start
 from network.machine import Machine
 from network.recording import Recording
 from network.refusal import Complaints, Spot, refuse
-from network.simulate import Progress, simulate
+from network.scenario import Scenario
+from network.simulation import Progress, schedule_for, simulate
 from network.trajectory import Trajectory
 from network.units import difference, unit
 
@@ -123,13 +124,25 @@ def compare(
     return Comparison(machine, tuple(_compared(machine, r, start, method, progress) for r in recordings))
 
 
-def _compared(
-    machine: Machine, recording: Recording, start: Start | None, method: str, progress: Progress | None
-) -> RecordingResidual:
+def check_fit(machine: Machine, source: Scenario | Recording) -> None:
+    """Whether a scenario or recording has what the machine needs. Raises Refused with all that is missing."""
+    schedule_for(machine, source)
+    if isinstance(source, Recording):
+        _check_units(machine, source, _channels(machine, source))
+
+
+def _channels(machine: Machine, recording: Recording) -> list[str]:
     names = [name for name in machine.sensors if name in recording.columns]
     if not names:
         right = "name its columns like the sensors: " + ", ".join(machine.sensors)
         raise refuse(Spot(recording.file), "no column is a sensor of this machine", right)
+    return names
+
+
+def _compared(
+    machine: Machine, recording: Recording, start: Start | None, method: str, progress: Progress | None
+) -> RecordingResidual:
+    names = _channels(machine, recording)
     _check_units(machine, recording, names)
     run = simulate(machine, recording, start=start, method=method, parts=False, progress=progress)
     channels = {

@@ -1,0 +1,293 @@
+"""The command `lptn`: parse, call, print. Exit 0 done, 1 failed in computing, 2 refused input."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy: more threads only slow the small products down
+
+import click
+
+from network import __version__
+from network.refusal import Complaints, Failed, Refused
+
+if TYPE_CHECKING:
+    from network.inputs import Start
+    from network.machine import Machine
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="lptn")
+def cli() -> None:
+    """Lumped-parameter thermal networks for machine tools: simulate speed schedules, compare with recordings."""
+
+
+def machine_options(command: Command) -> Command:
+    """MACHINE and the three ways to change it."""
+    for option in (
+        click.option("--set", "sets", multiple=True, metavar="PATH=VALUE", help="e.g. 'links.skin.conductance=5 W/K'"),
+        click.option("--lumps", multiple=True, metavar="N|NODE=N", help="lumps of every bar, or of one"),
+        click.option("--level", metavar="NAME", help="a simplification level of the machine file"),
+        click.argument("machine", type=click.Path()),
+    ):
+        command = option(command)
+    return command
+
+
+json_flag = click.option("--json", "as_json", is_flag=True, help="print JSON instead of words")
+start_option = click.option("--start", metavar="TEMPERATURE", help="'22 degC', 'steady' or '{housing: 24 degC, others: 22 degC}'")
+method_option = click.option("--method", default="auto", show_default=True, help="auto, modal, expm, solve_ivp:LSODA|BDF|Radau|RK45")
+
+
+@cli.command()
+@machine_options
+@click.argument("sources", nargs=-1, type=click.Path())
+@json_flag
+def check(machine: str, sources: Sequence[str], level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool) -> None:
+    """What is in a MACHINE, what is uncertain, what is wrong; with recordings or scenarios: whether they fit."""
+    from network.report.checking import machine_summary, tell_source
+    from network.report.words import describe
+
+    loaded = _machine(machine, level, lumps, sets)
+    words = [] if as_json else [describe(loaded)]
+    complaints = Complaints()
+    for path in sources:
+        try:
+            words.append(tell_source(loaded, _fitting(loaded, path)))
+        except Refused as refused:
+            complaints.absorb(refused)
+    complaints.raise_if_any()
+    if as_json:
+        _print_json(machine_summary(loaded))
+    else:
+        click.echo("\n\n".join(words))
+    _warn(map(str, loaded.warnings))
+
+
+@cli.command()
+@machine_options
+@click.option("-o", "--output", required=True, type=click.Path(), metavar="FILE", help="picture: .png, .svg or .pdf")
+def draw(machine: str, output: str, level: str | None, lumps: Sequence[str], sets: Sequence[str]) -> None:
+    """The network of a MACHINE as a picture."""
+    from network.output import folder
+    from network.refusal import Spot, refuse
+
+    path = Path(output)
+    if path.suffix.lower() not in (".png", ".svg", ".pdf"):
+        raise refuse(Spot(output), "is no picture that can be drawn", "end it in .png, .svg or .pdf")
+    loaded = _machine(machine, level, lumps, sets)
+    from network.report.figures import network_figure, save
+
+    folder(path.parent)
+    save(network_figure(loaded), path)
+    click.echo(f"{loaded.name}: network drawn in {path}")
+
+
+@cli.command()
+@machine_options
+@click.argument("source", type=click.Path())
+@click.option("-o", "--output", default="out", show_default=True, type=click.Path(), metavar="DIR", help="where results go")
+@method_option
+@start_option
+@click.option("--no-plots", is_flag=True, help="no pictures")
+@click.option("--noise", is_flag=True, help="add every sensor's noise")
+@click.option("--seed", type=int, default=0, show_default=True, help="of the noise")
+@json_flag
+def simulate(
+    machine: str, source: str, output: str, method: str, start: str | None, no_plots: bool, noise: bool, seed: int,
+    level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
+) -> None:  # fmt: skip
+    """Run a MACHINE through a scenario, or along the inputs of a recording (SOURCE)."""
+    loaded = _machine(machine, level, lumps, sets)
+    from network.output import folder, write_run
+    from network.simulation import simulate as run
+    from network.sources import load_source
+
+    driver = load_source(source)
+    with _progress(f"simulating {loaded.name}", driver) as tell:
+        result = run(
+            loaded, driver, method=method, start=_start(start), parts=not no_plots,
+            noise_seed=seed if noise else None, progress=tell,
+        )  # fmt: skip
+    where = folder(output)
+    written = write_run(result, where)
+    if not no_plots:
+        written += _draw_run(result, where)
+    if as_json:
+        _print_json(result.summary())
+    else:
+        click.echo(f"{result}\n\nWritten: {', '.join(map(str, written))}")
+    _warn(result.warnings)
+
+
+@cli.command()
+@machine_options
+@click.argument("recordings", nargs=-1, required=True, type=click.Path())
+@click.option("--json", "json_file", type=click.Path(), metavar="FILE", help="residuals as JSON, '-' for standard output")
+@click.option("-o", "--output", type=click.Path(), metavar="DIR", help="pictures of measured over simulated")
+@method_option
+@start_option
+def compare(
+    machine: str, recordings: Sequence[str], json_file: str | None, output: str | None, method: str, start: str | None,
+    level: str | None, lumps: Sequence[str], sets: Sequence[str],
+) -> None:  # fmt: skip
+    """Residuals of a MACHINE on RECORDINGS, per channel, in units of noise."""
+    loaded = _machine(machine, level, lumps, sets)
+    from network.comparison import compare as lay_beside
+    from network.output import as_json, folder, write_text
+
+    loaded_recordings = list(_recordings(recordings))
+    with _progress(f"comparing {loaded.name}", *loaded_recordings) as tell:
+        result = lay_beside(loaded, loaded_recordings, start=_start(start), method=method, progress=tell)
+    if json_file == "-":
+        _print_json(result.summary())
+    else:
+        click.echo(str(result))
+    if json_file not in (None, "-"):
+        assert json_file is not None
+        folder(Path(json_file).parent)
+        write_text(Path(json_file), as_json(result.summary()))
+    if output is not None:
+        written = _draw_comparison(result, folder(output))
+        click.echo(f"\nWritten: {', '.join(map(str, written))}", err=json_file == "-")
+    _warn(map(str, loaded.warnings))
+
+
+@cli.command()
+@click.argument("kind", required=False)
+def catalogue(kind: str | None) -> None:
+    """The physics that can be written down: all kinds, or one KIND with its equation and parameters."""
+    from network.pages import catalogue_page
+
+    click.echo(catalogue_page(kind))
+
+
+@cli.command()
+def schema() -> None:
+    """JSON Schema of the machine file."""
+    from network.schema import schema as machine_schema
+
+    _print_json(machine_schema())
+
+
+@cli.command()
+@click.option("-o", "--output", default="out/demo", show_default=True, type=click.Path(), metavar="DIR", help="where results go")
+def demo(output: str) -> None:
+    """The main job on a machine that comes with lptn: simulate a schedule, see the tool centre point move."""
+    from network.demo import tell_demo
+
+    for line in tell_demo(output):
+        click.echo(line)
+
+
+# -- shared by the commands -----------------------------------------------------------------------------------------
+def _machine(path: str, level: str | None, lumps: Sequence[str], sets: Sequence[str]) -> Machine:
+    from network.machine import Machine
+
+    return Machine.load(path, level=level, lumps=lumps, sets=sets)
+
+
+def _fitting(machine: Machine, path: str) -> Any:
+    """The scenario or recording, checked against what the machine reads and measures."""
+    from network.comparison import check_fit
+    from network.sources import load_source
+
+    source = load_source(path)
+    check_fit(machine, source)
+    return source
+
+
+def _recordings(paths: Sequence[str]) -> Iterator[Any]:
+    from network.sources import load_recording
+
+    complaints = Complaints()
+    for path in paths:
+        try:
+            yield load_recording(path)
+        except Refused as refused:
+            complaints.absorb(refused)
+    complaints.raise_if_any()
+
+
+def _start(text: str | None) -> Start | None:
+    if text is None:
+        return None
+    from network.scenario import start_of
+
+    return start_of(text)
+
+
+def _draw_run(result: Any, where: Path) -> list[Path]:
+    from network.report.figures import contributions_figure, network_figure, run_figure, save
+
+    pictures = {"run.png": run_figure(result), "network.png": network_figure(result.machine, result)}
+    if result.tcp:
+        pictures["contributions.png"] = contributions_figure(result)
+    for name, figure in pictures.items():
+        save(figure, where / name)
+    return [where / name for name in pictures]
+
+
+def _draw_comparison(result: Any, where: Path) -> list[Path]:
+    from network.report.figures import comparison_figure, save
+
+    written = []
+    for i, residual in enumerate(result.recordings, 1):
+        stem = Path(residual.recording.file).stem
+        name = f"{stem}.png" if len({Path(r.recording.file).stem for r in result.recordings}) == len(result.recordings) else f"{i}-{stem}.png"
+        save(comparison_figure(residual), where / name)
+        written.append(where / name)
+    return written
+
+
+def _print_json(value: dict[str, Any]) -> None:
+    from network.output import as_json
+
+    click.echo(as_json(value), nl=False)
+
+
+def _warn(warnings: Any) -> None:
+    for warning in warnings:
+        click.echo(f"warning: {warning}", err=True)
+
+
+@contextmanager
+def _progress(what: str, *sources: Any) -> Iterator[Callable[[float], None]]:
+    from network.report.progress import bar
+
+    with bar(what, sources) as tell:
+        yield tell
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """The entry point: every refusal a sentence on stderr, never a traceback for bad input."""
+    try:
+        cli.main(args=None if arguments is None else list(arguments), prog_name="lptn", standalone_mode=False)
+    except Refused as refused:
+        click.echo(str(refused), err=True)
+        sys.exit(2)
+    except Failed as failed:
+        click.echo(f"lptn: {failed}", err=True)
+        sys.exit(1)
+    except click.exceptions.Exit as leave:
+        sys.exit(leave.exit_code)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(2)
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("lptn: stopped; nothing half-written was left", err=True)
+        sys.exit(130)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,60 @@
+"""Files that a command leaves behind: written whole or not at all."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from network.recording import write_csv
+from network.refusal import Spot, refuse
+from network.trajectory import Trajectory
+
+
+def folder(path: str | Path) -> Path:
+    """The folder, made if need be. Raises Refused where a file is in the way or it may not be written."""
+    path = Path(path)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise refuse(Spot(str(path)), f"cannot be a folder ({error.strerror})", "give another -o") from None
+    if not os.access(path, os.W_OK):
+        raise refuse(Spot(str(path)), "may not be written to", "give another -o")
+    return path
+
+
+def write_text(path: Path, text: str) -> None:
+    """Puts a whole text in place of the file, or leaves the file as it was."""
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as out:
+            out.write(text)
+        os.chmod(name, 0o644)
+        os.replace(name, path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
+
+
+def as_json(value: Mapping[str, Any]) -> str:
+    """JSON text; NaN becomes null."""
+    return json.dumps(_finite(value), indent=1, ensure_ascii=False) + "\n"
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _finite(child) for key, child in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(child) for child in value]
+    return None if isinstance(value, float) and value != value else value
+
+
+def write_run(run: Trajectory, where: Path) -> list[Path]:
+    """results.csv (a recording's format) and summary.json."""
+    results, summary = where / "results.csv", where / "summary.json"
+    write_csv(results, run.t, {name: (unit_text, values) for name, unit_text, values in run.columns()})
+    write_text(summary, as_json(run.summary()))
+    return [results, summary]
