@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from network.fields import REQUIRED, Field, Nested, ParamField
+from network.proposals import bodies
 from network.refusal import Complaints, Refused, Spot, likely
 from network.units import BadNumber, Number
 from network.yamlfile import Branch, Leaf, Tree
@@ -214,9 +215,8 @@ def _check_forms(
     if not cls.one_of:
         return
     choices = " | ".join(" + ".join(cls.fields[a].key for a in form) for form in cls.one_of)
-    begun = [form for form in cls.one_of if any(cls.fields[a].key in tree.items for a in form)]
-    whole = [form for form in cls.one_of if all(cls.fields[a].key in tree.items for a in form)]
-    if len(whole) != 1 or any(not set(form) <= set(whole[0]) for form in begun):
+    given = {a for form in cls.one_of for a in form if cls.fields[a].key in tree.items}
+    if given not in [set(form) for form in cls.one_of]:
         complaints.refuse(tree.spot, f"{where} needs exactly one of: {choices}", f"give one of: {choices}")
 
 
@@ -230,10 +230,40 @@ class Effect(Declared):
         """The input channels this entry reads, with a unit of the kind each must have."""
         return self.inputs
 
+    def said(self, **more: str) -> str:
+        """The sentence, with numbers in their units; `more`: what the entry itself does not know, like its channel."""
+        return self.sentence.format_map(_Words(self, more))
+
     @classmethod
     @abstractmethod
     def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
         """Patches: where in this machine the effect could be missing, each with a typical strength."""
+
+    @classmethod
+    def path_to(cls, parameter: str, patch: Mapping[str, Any]) -> str:
+        """Where a parameter of this kind stands in a patch it proposed, like 'links.skin.gain'."""
+        path = next(path for path, body in reversed([*bodies(patch)]) if body.get("kind") == cls.kind)
+        return f"{path}.{cls.fields[parameter].key}"
+
+    @classmethod
+    def told(cls, machine: Any, patch: Mapping[str, Any]) -> str:
+        """The sentence of a patch it proposed, with the numbers of the machine the patch was laid over."""
+        path = cls.path_to(cls.strength, patch).rpartition(".")[0]
+        channel = path.removeprefix("sensors.").rpartition(".effects.")[0]
+        entry: Effect = dict(machine.entries())[path]
+        return entry.said(channel=channel)
+
+
+class _Words(dict[str, Any]):
+    """What a sentence may name: the fields as they read, then any attribute of the entry."""
+
+    def __init__(self, entry: Effect, more: Mapping[str, str]) -> None:
+        super().__init__(more)
+        self.entry = entry
+
+    def __missing__(self, key: str) -> Any:
+        value, field = getattr(self.entry, key), self.entry.fields.get(key)
+        return "" if value is None else field.tell(value) if field else value
 
 
 def typical_body(cls: type[Declared], **given: Any) -> dict[str, Any]:

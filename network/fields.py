@@ -101,6 +101,10 @@ class Field(ABC):
     def write(self, value: Any) -> Any:
         return str(value)
 
+    def tell(self, value: Any) -> Any:
+        """How the value reads in a sentence."""
+        return str(value)
+
     def structure(self, value: Any) -> object:
         """What of the value must agree for two entries to be evaluated in one call."""
         return None
@@ -196,6 +200,9 @@ class ParamField(Field):
             return f"{text} ± {show(number.spread, 'K' if self.unit == 'degC' else self.unit, 12)}"
         return text
 
+    def tell(self, value: Any) -> str:
+        return show(float(value), self.unit)
+
 
 def _plain_number(text: str) -> str:
     """The shortest decimal that reads back as the same number: 0.10000000000000001 → 0.1."""
@@ -240,6 +247,13 @@ class PlaceField(Field):
         return parse_place(word_of(tree, self.meaning))
 
 
+class Path(tuple[Place, ...]):
+    """Places in order, as a sentence names them."""
+
+    def __str__(self) -> str:
+        return ", ".join(map(str, self))
+
+
 class PlacesField(Field):
     """A list of places; `count` fixes how many."""
 
@@ -257,6 +271,9 @@ class PlacesField(Field):
 
     def write(self, value: Any) -> Any:
         return [str(place) for place in value]
+
+    def tell(self, value: Any) -> Path:
+        return Path(value)
 
     def structure(self, value: Any) -> object:
         return len(value) if value is not None else None
@@ -283,6 +300,9 @@ class SharesField(Field):
 
     def write(self, value: Any) -> Any:
         return {str(place): float(share) for place, share in value}
+
+    def tell(self, value: Any) -> str:
+        return " and ".join(str(place) for place, _ in value)
 
 
 class WordField(Field):
