@@ -182,7 +182,7 @@ def _contributions(
             rows["reading", axis, name, str(i)] if reading.how != "heat" else _heat_reading(network, reading.place, outcome)
             for i, reading in enumerate(entry.readings())
         ]
-        yield (axis, name), np.asarray(entry.displacement(u, *readings) * np.ones(len(outcome.plan.t)))
+        yield (axis, name), np.asarray(entry.movement(u, *readings) * np.ones(len(outcome.plan.t)))
 
 
 def _heat_reading(network: Network, place: object, outcome: _Outcome) -> Array:

@@ -16,6 +16,7 @@ import numpy as np
 from network.declare import Array, Effect, typical_body
 from network.fields import Place, whole
 from network.mechanisms.base import STEP, Inputs, stepped
+from network.proposals import fresh
 
 LINEAR_AXES = ("x", "y", "z")
 ANGULAR_AXES = ("a", "b", "c")
@@ -47,15 +48,14 @@ class Expansion(Effect):
         """What it reads from the machine."""
 
     @abstractmethod
-    def displacement(self, u: Inputs, *readings: Array) -> Array:
+    def movement(self, u: Inputs, *readings: Array) -> Array:
         """Displacement [m] or angle [rad]."""
 
     def slopes(self, u: Inputs, *readings: Array) -> tuple[Array, ...]:
         """∂displacement/∂reading, by complex step."""
-        steps = np.eye(len(readings)) * STEP * 1j
-        return tuple(
-            np.imag(self.displacement(u, *(stepped(r, s) for r, s in zip(readings, row, strict=True)))) / STEP for row in steps
-        )
+        rows = np.eye(len(readings)) * STEP * 1j
+        moved = (self.movement(u, *(stepped(r, s) for r, s in zip(readings, row, strict=True))) for row in rows)
+        return tuple(np.imag(displacement) / STEP for displacement in moved)
 
     def kept_when_merged(self) -> dict[str, Any]:
         """The YAML keys that keep this entry what it is when its part loses length and material in a merge."""
@@ -65,24 +65,36 @@ class Expansion(Effect):
     def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
         """On every axis the machine has, for everything it could read."""
         for axis in (a for a in machine.tcp if a in cls.axes):
-            for label, given in cls.subjects(machine):
+            for label, given in cls.subjects(machine, axis):
                 body = typical_body(cls, direction=1, **given)
-                yield {"tcp": {axis: {f"{cls.kind} {label}".strip(): body}}}
+                yield {"tcp": {axis: {fresh(f"{cls.kind} {label}".strip(), machine.tcp[axis]): body}}}
 
     @classmethod
     @abstractmethod
-    def subjects(cls, machine: Any) -> Iterator[tuple[str, dict[str, Any]]]:
-        """What it could act on: a label and the YAML keys that say so."""
+    def subjects(cls, machine: Any, axis: str) -> Iterator[tuple[str, dict[str, Any]]]:
+        """What it could act on to move that axis: a label and the YAML keys that say so."""
 
 
-def own_expansion(expansion: Array | None, machine: Any, place: Place) -> float | None:
-    """The expansion given, or the material's."""
-    return float(expansion) if expansion is not None else machine.nodes[place.node].expansion
+def chosen(given: Array | None, own: Array | None) -> Array:
+    """What the entry gives, else what its part has."""
+    value = given if given is not None else own
+    assert value is not None
+    return value
 
 
-def own_length(length: Array | None, machine: Any, place: Place) -> float | None:
-    """The length given, or the range's share of the bar."""
-    if length is not None:
-        return float(length)
-    bar = machine.nodes[place.node].length
-    return float(bar) * place.share if bar is not None and place.share else None
+def own_length(machine: Any, place: Place) -> float | None:
+    """The range's share of a bar's length; None for a point and for a part without a length."""
+    length = machine.nodes[place.node].length
+    return float(length) * place.share if length is not None and place.share else None
+
+
+def own_expansion(machine: Any, place: Place) -> float | None:
+    """The coefficient of expansion of a part's material [1/K]; None without one."""
+    alpha: float | None = machine.nodes[place.node].expansion
+    return alpha
+
+
+def steel_unless_known(machine: Any, *parts: str) -> dict[str, Any]:
+    """For a proposal: the expansion of steel where a part names no material."""
+    known = all(machine.nodes[part].expansion is not None for part in parts)
+    return {} if known else {"expansion": "1.13e-5 1/K"}

@@ -6,7 +6,7 @@ from typing import Any, Self
 import numpy as np
 
 from network.declare import Advice, Array
-from network.expansions.base import AXES, LINEAR_AXES, Expansion, Reading, own_expansion
+from network.expansions.base import AXES, LINEAR_AXES, Expansion, Reading, chosen, own_expansion, steel_unless_known
 from network.fields import Place, param, place, places, word
 from network.mechanisms.base import Inputs
 
@@ -16,8 +16,9 @@ class Bending(Expansion, kind="bending"):
 
     s is the gradient of the rise across the height [K/m]: its first moment Σ ΔT y/Σ y² over the lumps of `of` (a bar
     whose axis is the height), or (T_top − T_bottom)/distance of two places. `method: paper` is eq. 7–9 of the
-    heat-quantity method from heat, θ = α E/(ρ c S H): the same for a linear profile with the far face at reference.
-    On an angular axis the result is θ, the slope at the end. Positive s lifts the middle (heated top: convex).
+    heat-quantity method from heat, θ = α L E/(ρ c S H²), S the bar's section: the same for a linear profile with the
+    far face at reference. On an angular axis the result is θ, the slope at the end. Positive s lifts the middle
+    (heated top: convex). Free bending of a slender part: no restraint, plane sections.
     """
 
     of = place("a bar whose axis is the height", default=None)
@@ -31,10 +32,10 @@ class Bending(Expansion, kind="bending"):
     strength = "length"
     looks_like = ("tilt", "stretching")
     derived = ("alpha", "height", "capacity")
-    alpha: float
-    height: float
+    alpha: Array | None
+    height: Array | None
     capacity: float
-    sentence = "{subject} bends over {length} and moves the tool centre point along {axis}"
+    sentence = "{host} bends over {length} and moves the tool centre point along {axis}"
 
     @property
     def host(self) -> Place:
@@ -43,17 +44,15 @@ class Bending(Expansion, kind="bending"):
     def resolved(self, machine: Any) -> Self:
         node = machine.nodes[self.host.node]
         height = float(node.length) * self.host.share if node.length is not None else None
-        return self.replaced(
-            alpha=own_expansion(self.expansion, machine, self.host), height=height,
-            capacity=node.capacity * self.host.share,
-        )  # fmt: skip
+        alpha = own_expansion(machine, self.host)
+        return self.replaced(alpha=alpha, height=height, capacity=node.capacity * self.host.share)
 
     def faults(self) -> Iterator[Advice]:
         if self.of is not None and self.of.share == 0:
             yield "of", f"{self.of} is a point", "a bar bends over a range, as in table@0..1"
         if self.of is None and self.method == "paper":
             yield "method", "`method: paper` needs a bar's heat", "use `of: bar`, or drop the method"
-        if self.__dict__.get("alpha", 0.0) is None:
+        if self.expansion is None and self.__dict__.get("alpha", 0.0) is None:
             yield "length", f"{self.host.node} names no material", "give `expansion`, as in 1.1e-5 1/K"
         if self.of is not None and self.__dict__.get("height", 0.0) is None:
             yield "of", f"{self.of.node} has no length to bend over", "use a bar, or `between` with `distance`"
@@ -63,19 +62,20 @@ class Bending(Expansion, kind="bending"):
             return tuple(Reading(place) for place in self.between)
         return (Reading(self.of, "heat" if self.method == "paper" else "gradient"),)
 
-    def displacement(self, u: Inputs, *readings: Array) -> Array:
-        theta = self._half_angle(*readings)
-        return self.direction * (self.length / 2 * np.tan(theta / 2) if self.axis in LINEAR_AXES else theta)
+    def movement(self, u: Inputs, *readings: Array) -> Array:
+        theta = chosen(self.expansion, self.alpha) * self.length * self._curvature_per_alpha(*readings) / 2
+        sagitta = self.length / 2 * np.tan(theta / 2)
+        d: Array = self.direction * (sagitta if self.axis in LINEAR_AXES else theta)
+        return d
 
-    def _half_angle(self, *readings: Array) -> Array:
+    def _curvature_per_alpha(self, *readings: Array) -> Array:
+        """s [K/m]."""
         if self.method == "paper":
-            return self.alpha * self.length * readings[0] / (self.capacity * self.height)
-        gradient = readings[0] if self.of is not None else (readings[0] - readings[1]) / self.distance
-        return self.alpha * self.length * gradient / 2
+            return np.asarray(2 * readings[0] / (self.capacity * chosen(self.height, None)))
+        return readings[0] if self.of is not None else np.asarray((readings[0] - readings[1]) / self.distance)
 
     @classmethod
-    def subjects(cls, machine: Any) -> Iterator[tuple[str, dict[str, Any]]]:
-        """Parts with a material that a link joins: one may be the warm face of what the other belongs to."""
+    def subjects(cls, machine: Any, axis: str) -> Iterator[tuple[str, dict[str, Any]]]:
+        """Parts that a link joins: one may be the warm face of what the other belongs to."""
         for a, b in machine.joined_parts():
-            if machine.nodes[a].expansion is not None:
-                yield f"{a} {b}", {"between": [a, b]}
+            yield f"{a} {b}", {"between": [a, b], **steel_unless_known(machine, a)}

@@ -4,7 +4,16 @@ from collections.abc import Iterator
 from typing import Any, Self
 
 from network.declare import Advice, Array
-from network.expansions.base import AXES, LINEAR_AXES, Expansion, Reading, own_expansion, own_length
+from network.expansions.base import (
+    AXES,
+    LINEAR_AXES,
+    Expansion,
+    Reading,
+    chosen,
+    own_expansion,
+    own_length,
+    steel_unless_known,
+)
 from network.fields import param, places
 from network.mechanisms.base import Inputs
 from network.units import show
@@ -13,8 +22,8 @@ from network.units import show
 class Tilt(Expansion, kind="tilt"):
     """Two supports a distance apart grow differently and tilt what they carry: δ = arm · (g_a − g_b)/distance.
 
-    g = α · length · rise is the growth of a support; α and length are each support's own unless given. Small angles.
-    On an angular axis the result is the angle itself and `arm` is left out.
+    g = α · length · rise is the growth of a support; α and length are each support's own unless given. Small angles:
+    below 1 mrad the error is under a millionth. On an angular axis the result is the angle and `arm` is left out.
     """
 
     between = places("the two supports")
@@ -23,24 +32,29 @@ class Tilt(Expansion, kind="tilt"):
     length = param("m", 0, 100, "length of each support; default the range's share of its bar", default=None)
     expansion = param("1/K", -1e-4, 2e-3, "coefficient of expansion; default each material's", default=None)
     axes = AXES
-    strength = "arm"
+    strength = "length"
     looks_like = ("bending", "stretching")
-    derived = ("growth_a", "growth_b")
-    growth_a: float | None
-    growth_b: float | None
-    sentence = "{between[0]} and {between[1]} tilt the head and move the tool centre point along {axis}"
+    derived = ("alpha_a", "alpha_b", "length_a", "length_b")
+    alpha_a: Array | None
+    alpha_b: Array | None
+    length_a: Array | None
+    length_b: Array | None
+    sentence = "{between[0]} and {between[1]} grow differently: the tilt moves the tool centre point along {axis}"
 
     def resolved(self, machine: Any) -> Self:
-        growths = []
-        for place in self.between:
-            alpha, length = own_expansion(self.expansion, machine, place), own_length(self.length, machine, place)
-            growths.append(None if alpha is None or length is None else alpha * length)
-        return self.replaced(growth_a=growths[0], growth_b=growths[1])
+        a, b = self.between
+        return self.replaced(
+            alpha_a=own_expansion(machine, a), alpha_b=own_expansion(machine, b),
+            length_a=own_length(machine, a), length_b=own_length(machine, b),
+        )  # fmt: skip
 
     def faults(self) -> Iterator[Advice]:
         known = self.__dict__
-        if known.get("growth_a", 0.0) is None or known.get("growth_b", 0.0) is None:
-            yield "between", "a support has no material or no length of its own", "give `expansion` and `length`"
+        alphas, lengths = ([known.get(f"{what}_{side}", 0.0) for side in "ab"] for what in ("alpha", "length"))
+        if self.expansion is None and None in alphas:
+            yield "between", "a support names no material", "give `expansion`, as in 1.1e-5 1/K"
+        if self.length is None and None in lengths:
+            yield "between", "the length of a support is not known", "give `length`"
         if self.axis and (self.arm is None) == (self.axis in LINEAR_AXES):
             right = "give `arm`" if self.arm is None else "drop `arm`: on a, b, c the result is the angle"
             yield "arm", f"on axis {self.axis} the lever arm is {'missing' if self.arm is None else 'of no use'}", right
@@ -48,19 +62,27 @@ class Tilt(Expansion, kind="tilt"):
     def readings(self) -> tuple[Reading, ...]:
         return tuple(Reading(place) for place in self.between)
 
-    def displacement(self, u: Inputs, *readings: Array) -> Array:
-        angle = (self.growth_a * readings[0] - self.growth_b * readings[1]) / self.distance
-        return self.direction * angle * (self.arm if self.axis in LINEAR_AXES else 1.0)
+    @property
+    def growths(self) -> tuple[Array, Array]:
+        """Growth of each support for each kelvin [m/K]."""
+        g_a: Array = chosen(self.expansion, self.alpha_a) * chosen(self.length, self.length_a)
+        g_b: Array = chosen(self.expansion, self.alpha_b) * chosen(self.length, self.length_b)
+        return g_a, g_b
+
+    def movement(self, u: Inputs, *readings: Array) -> Array:
+        g_a, g_b = self.growths
+        angle = (g_a * readings[0] - g_b * readings[1]) / self.distance
+        d: Array = self.direction * angle * (self.arm if self.axis in LINEAR_AXES else 1.0)
+        return d
 
     def kept_when_merged(self) -> dict[str, Any]:
         """Only where both supports grow alike can numbers stand for two materials and lengths."""
-        if self.growth_a == self.growth_b and self.growth_a is not None:
-            return {"length": "1 m", "expansion": show(self.growth_a, "1/K", 17)}
-        return {}
+        g_a, g_b = map(float, self.growths)
+        return {"length": "1 m", "expansion": show(g_a, "1/K", 17)} if g_a == g_b else {}
 
     @classmethod
-    def subjects(cls, machine: Any) -> Iterator[tuple[str, dict[str, Any]]]:
-        parts = [n for n, node in machine.nodes.items() if node.is_part and node.expansion is not None]
+    def subjects(cls, machine: Any, axis: str) -> Iterator[tuple[str, dict[str, Any]]]:
+        """Parts that a link joins, as supports of a typical length."""
         for a, b in machine.joined_parts():
-            if a in parts and b in parts:
-                yield f"{a} {b}", {"between": [a, b], "length": "300 mm", "arm": "400 mm"}
+            arm = {"arm": "400 mm"} if axis in LINEAR_AXES else {}
+            yield f"{a} {b}", {"between": [a, b], "length": "300 mm", **arm, **steel_unless_known(machine, a, b)}
