@@ -15,6 +15,7 @@ import numpy as np
 
 from network.declare import Array, Effect, typical_body
 from network.fields import PlaceField, places, shares
+from network.proposals import fresh
 
 Inputs: TypeAlias = Mapping[str, Array]
 """Input channels by name at one instant, in SI (speed in rad/s); `time` in s is among them."""
@@ -35,16 +36,29 @@ def magnitude(x: Array) -> Array:
     return np.where(np.real(x) < 0, -x, x)
 
 
+def raised(x: Array, exponent: Array) -> Array:
+    """x^p for x ≥ 0, and 0 at x = 0 also where a complex step is in x or p."""
+    there = np.real(x) > 0
+    return np.where(there, np.where(there, x, 1.0) ** exponent, 0.0)
+
+
+def not_below_zero(x: Array) -> Array:
+    """max(x, 0) that a complex step passes through."""
+    return np.where(np.real(x) > 0, x, 0.0)
+
+
 class Mechanism(Effect):
-    """A heat flow. `affine`: with the inputs given, the heat is a linear function of temperatures plus a constant."""
+    """A heat flow. `affine`: with the inputs given, the heat is a linear function of temperatures plus a constant;
+    `follows_time`: between its edges the heat still changes with `time` by itself."""
 
     affine: ClassVar[bool] = True
+    follows_time: ClassVar[bool] = False
 
     def is_affine(self) -> bool:
-        return self.affine
+        return bool(self.affine)
 
     def edges(self, duration: float) -> Array:
-        """Instants at which the heat flow jumps by itself (timers); integration restarts there."""
+        """Instants in 0 < t < duration at which the heat jumps or kinks by itself; integration restarts there."""
         return np.empty(0)
 
 
@@ -66,28 +80,36 @@ class Link(Mechanism):
 
     @classmethod
     def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
-        """Between every two parts, or part and held node, that no link of this kind joins yet."""
+        """Between every pair of nodes where it could be missing."""
         for a, b in cls.candidates(machine):
-            yield {"links": {f"{cls.kind} {a} {b}": typical_body(cls, between=[a, b])}}
+            yield {"links": {fresh(f"{cls.kind} {a} {b}", machine.links): typical_body(cls, between=[a, b])}}
 
     @classmethod
     def candidates(cls, machine: Any) -> Iterator[tuple[str, str]]:
-        joined = {frozenset(p.node for p in e.between) for e in machine.links.values() if e.kind == cls.kind}
-        for a, b in combinations(machine.nodes, 2):
-            if machine.nodes[a].is_held and machine.nodes[b].is_held:
-                continue
-            if frozenset((a, b)) not in joined:
-                yield (b, a) if machine.nodes[a].is_held else (a, b)
+        """Pairs of unheld nodes that no such link joins yet; beside a link of any kind an affine one adds nothing
+        that the other's conductance could not take over."""
+        links = [e for e in machine.links.values() if isinstance(e, Link) and (cls.affine or e.kind == cls.kind)]
+        joined = {frozenset(place.node for place in link.between) for link in links}
+        for pair in combinations(machine.nodes, 2):
+            if frozenset(pair) not in joined and cls.suits(*(machine.nodes[name] for name in pair)):
+                yield pair
+
+    @classmethod
+    def suits(cls, a: Any, b: Any) -> bool:
+        return not (a.is_held or b.is_held)
 
 
 class SurfaceLink(Link):
-    """Heat between a part's surface and a held surrounding."""
+    """Heat between a part's surface, named first, and its surroundings."""
 
     @classmethod
     def candidates(cls, machine: Any) -> Iterator[tuple[str, str]]:
         for a, b in super().candidates(machine):
-            if machine.nodes[b].is_held and machine.nodes[a].is_part:
-                yield a, b
+            yield (b, a) if machine.nodes[a].is_held else (a, b)
+
+    @classmethod
+    def suits(cls, a: Any, b: Any) -> bool:
+        return bool((a.is_part and b.is_held) or (a.is_held and b.is_part))
 
 
 class Source(Mechanism):
@@ -107,15 +129,17 @@ class Source(Mechanism):
 
     def slopes(self, u: Inputs, *T: Array) -> tuple[Array, ...]:
         """∂heat/∂T for each reading [W/K]."""
-        steps = np.eye(len(T)) * STEP * 1j
-        return tuple(np.imag(self.heat(u, *(stepped(t, s) for t, s in zip(T, row, strict=True)))) / STEP for row in steps)
+        rows = np.eye(len(T)) * STEP * 1j
+        heats = (self.heat(u, *(stepped(t, s) for t, s in zip(T, row, strict=True))) for row in rows)
+        return tuple(np.imag(heat) / STEP for heat in heats)
 
     @classmethod
     def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
         """Into every part that has a heat capacity."""
         for name in cls.hosts(machine):
             extra = {cls.fields[r].key: name for r in cls.readings()}
-            yield {"sources": {f"{cls.kind} {name}": typical_body(cls, into={name: 1}, **extra)}}
+            body = typical_body(cls, into={name: 1}, **extra)
+            yield {"sources": {fresh(f"{cls.kind} {name}", machine.sources): body}}
 
     @classmethod
     def hosts(cls, machine: Any) -> Iterator[str]:
@@ -150,10 +174,12 @@ class Stream(Mechanism):
 
     @classmethod
     def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
-        """From every held node through every part that has no stream yet."""
+        """From every held node into every part that no stream passes yet."""
+        passed = {p.node for e in machine.links.values() if isinstance(e, Stream) for p in e.through}
         for held in (n for n, node in machine.nodes.items() if node.is_held):
-            for part in (n for n, node in machine.nodes.items() if node.is_part):
-                yield {"links": {f"{cls.kind} {held} {part}": typical_body(cls, through=[held, part])}}
+            for part in (n for n, node in machine.nodes.items() if node.is_part and n not in passed):
+                name = fresh(f"{cls.kind} {held} {part}", machine.links)
+                yield {"links": {name: typical_body(cls, through=[held, part])}}
 
 
 def keeping(cls: type[Mechanism], entry: Mechanism, numbers: Mapping[str, str], **given: Any) -> Mapping[str, Any]:
@@ -162,3 +188,11 @@ def keeping(cls: type[Mechanism], entry: Mechanism, numbers: Mapping[str, str], 
     own = {cls.fields[ours].key: kept[theirs] for theirs, ours in numbers.items() if theirs in kept}
     where = {key: kept[key] for key in ("between", "through", "into") if key in kept}
     return {entry.section: {entry.name: {**typical_body(cls), **own, **where, **given}}}
+
+
+def usual_speed(machine: Any) -> dict[str, Any]:
+    """The reference speed that the machine's own entries use, as the key of a proposal; empty where none does."""
+    for entry in (*machine.sources.values(), *machine.links.values()):
+        if "reference_speed" in entry.fields:
+            return {"reference_speed": entry.to_plain()["reference_speed"].partition(" ±")[0]}
+    return {}

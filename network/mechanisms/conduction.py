@@ -8,8 +8,8 @@ from network.mechanisms.base import Inputs, Link
 class Conduction(Link, kind="conduction"):
     """Heat through a solid or a joint of constant conductance: Q = G (T_a − T_b).
 
-    Valid for constant properties. Source: Incropera & DeWitt, Fundamentals of Heat and Mass Transfer, eq. 3.6
-    (R = L/(k A), G = 1/R); unverified edition.
+    G = k A/L through a plane wall (Fourier's law). Valid for constant properties and for wall times L²/(k/ρc) short
+    beside the process; else give the wall as a bar with lumps.
     """
 
     conductance = param("W/K", 0, 1e6, "conductance", typical=20)
@@ -18,7 +18,8 @@ class Conduction(Link, kind="conduction"):
     sentence = "{between[0]} and {between[1]} exchange heat by conduction at {conductance}"
 
     def heat_flow(self, T_a: Array, T_b: Array, u: Inputs) -> Array:
-        return self.conductance * (T_a - T_b)
+        Q: Array = self.conductance * (T_a - T_b)
+        return Q
 
     def slopes(self, T_a: Array, T_b: Array, u: Inputs) -> tuple[Array, Array]:
         return self.conductance, -self.conductance

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from network.declare import Advice, Array
 from network.fields import param, word
 from network.films import FILMS, coefficient, rayleigh
 from network.mechanisms.base import Inputs, SurfaceLink
+from network.units import Number, show
 
 WARM = 10.0
 """K: the excess at which the range of a correlation is checked beforehand."""
@@ -16,8 +18,9 @@ WARM = 10.0
 class Convection(SurfaceLink, kind="convection"):
     """Heat to a fluid: Q = h A (T_a − T_b), h constant, or by a correlation for still air around a geometry.
 
-    Source: Newton's law of cooling; the correlations and their ranges stand in network.films. Constant h holds for
-    forced flow; see natural_convection and forced_convection for what it leaves out.
+    Newton's law of cooling; the surface is named first. The correlations, their sources and ranges stand in
+    network.films. Constant h holds for steady forced flow; natural_convection and forced_convection say what it
+    leaves out.
     """
 
     conductance = param("W/K", 0, 1e6, "conductance h A", typical=5, default=None)
@@ -28,20 +31,46 @@ class Convection(SurfaceLink, kind="convection"):
     one_of = (("conductance",), ("coefficient", "area"), ("geometry", "length", "area"))
     strength = "conductance"
     looks_like = ("natural_convection", "radiation", "conduction")
-    sentence = "{between[0]} exchanges heat with {between[1]} by convection at {conductance}"
+    sentence = "{between[0]} exchanges heat with {between[1]} by convection, {film}"
+
+    @property
+    def total(self) -> Number | None:
+        """h A with its uncertainty; None for a correlation."""
+        if self.geometry is not None:
+            return None
+        if self.conductance is not None:
+            return self._number("conductance")
+        h, A = self._number("coefficient"), self._number("area")
+        wide = h if h.prior != "known" else A
+        by = (A if wide is h else h).value
+        spread = float(np.hypot(h.spread, A.spread))
+        return replace(wide, value=wide.value * by, spread=spread, low=wide.low * by, high=wide.high * by)
+
+    def _number(self, name: str) -> Number:
+        return self.numbers.get(name, Number(float(self.__dict__[name])))
+
+    @property
+    def film(self) -> str:
+        if self.conductance is not None:
+            return show(float(self.conductance), "W/K")
+        over = f"over {show(float(self.area), 'm^2')}"
+        if self.coefficient is not None:
+            return f"{show(float(self.coefficient), 'W/(m^2 K)')} {over}"
+        return f"as a {self.geometry.replace('_', ' ')} {over}"
 
     def is_affine(self) -> bool:
         return self.geometry is None
 
     def heat_flow(self, T_a: Array, T_b: Array, u: Inputs) -> Array:
-        return self._conductance(T_a, T_b) * (T_a - T_b)
+        Q: Array = self._conductance(T_a, T_b) * (T_a - T_b)
+        return Q
 
     def _conductance(self, T_a: Array, T_b: Array) -> Array:
         if self.conductance is not None:
             return self.conductance
         if self.coefficient is not None:
-            return self.coefficient * self.area
-        return coefficient(self.geometry, T_a, T_b, self.length) * self.area
+            return np.asarray(self.coefficient * self.area)
+        return np.asarray(coefficient(self.geometry, T_a, T_b, self.length) * self.area)
 
     def doubts(self) -> Iterator[Advice]:
         if self.geometry is None:

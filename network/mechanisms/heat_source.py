@@ -5,16 +5,17 @@ from typing import Any, Self
 
 import numpy as np
 
-from network.declare import Advice, Array
+from network.declare import Advice, Array, typical_body
 from network.fields import amount, param, word
 from network.mechanisms.base import SPINDLE, Inputs, Source
+from network.proposals import fresh
 
 
 class HeatSource(Source, kind="heat_source"):
-    """Constant heat, heat while the spindle turns, or heat in proportion to an input: q = P · u/u_at.
+    """Constant heat, heat while the spindle turns, or heat in proportion to an input: q = P, or q = P · u/u_at.
 
     `with: always` gives P at all times, `with: running` while |n| > 0, `with: name` in proportion to that input
-    channel, which gives P at the value `at`.
+    channel, which gives P at the value `at`. A negative P cools.
     """
 
     power = param("W", -1e6, 1e6, "heat", typical=100)
@@ -37,13 +38,23 @@ class HeatSource(Source, kind="heat_source"):
     def faults(self) -> Iterator[Advice]:
         follows = self.driver not in ("always", "running")
         if follows and self.at is None:
-            yield "driver", f"follows '{self.driver}' but lacks 'at'", f"give the value of {self.driver} that makes `power`"
+            right = f"give the value of {self.driver} that makes `power`"
+            yield "driver", f"follows '{self.driver}' but lacks 'at'", right
         if not follows and self.at is not None:
             yield "at", f"has 'at' with `with: {self.driver}`", "drop `at`, or name the input in `with`"
 
     def heat(self, u: Inputs, *T: Array) -> Array:
         if self.driver == "always":
-            return self.power * np.ones_like(u["time"])
-        if self.driver == "running":
-            return self.power * (u["speed"] != 0)
-        return self.power * u[self.driver] / self.full
+            share = np.ones_like(u["time"])
+        else:
+            share = u["speed"] != 0 if self.driver == "running" else u[self.driver] / self.full
+        q: Array = self.power * share
+        return q
+
+    @classmethod
+    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+        """Into every part: always, and while the spindle runs if the machine knows its speed."""
+        for driver in ("always", "running") if "speed" in machine.inputs else ("always",):
+            for name in cls.hosts(machine):
+                body = typical_body(cls, into={name: 1}, **{"with": driver})
+                yield {"sources": {fresh(f"{cls.kind} {driver} {name}", machine.sources): body}}

@@ -11,8 +11,9 @@ STEFAN_BOLTZMANN = 5.670374419e-8
 class Radiation(SurfaceLink, kind="radiation"):
     """Grey-body exchange between a surface and its surroundings: Q = ε A σ (T_a⁴ − T_b⁴), T in kelvin.
 
-    Valid for a small convex body in large surroundings. Source: Incropera & DeWitt, eq. 1.7; unverified edition.
-    Not to be confused with a convection of 4 ε A σ T³ ≈ 6 W/(m² K) · ε A, which it is for small differences.
+    Valid for a small convex body in large surroundings (Stefan–Boltzmann law, surroundings black). Not to be confused
+    with a convection of 4 ε A σ T³ ≈ 5.7 W/(m² K) · ε A at 20 °C, which it is for small differences: a calibrated
+    convection absorbs it below some 30 K.
     """
 
     emissivity_area = param("m^2", 0, 100, "emissivity times radiating area", typical=0.5)
@@ -22,7 +23,9 @@ class Radiation(SurfaceLink, kind="radiation"):
     sentence = "{between[0]} radiates to {between[1]} over {emissivity_area} of black-body area"
 
     def heat_flow(self, T_a: Array, T_b: Array, u: Inputs) -> Array:
-        return self.emissivity_area * STEFAN_BOLTZMANN * ((T_a + ZERO_CELSIUS) ** 4 - (T_b + ZERO_CELSIUS) ** 4)
+        fourth_powers = (T_a + ZERO_CELSIUS) ** 4 - (T_b + ZERO_CELSIUS) ** 4
+        Q: Array = self.emissivity_area * STEFAN_BOLTZMANN * fourth_powers
+        return Q
 
     def slopes(self, T_a: Array, T_b: Array, u: Inputs) -> tuple[Array, Array]:
         scale = 4 * self.emissivity_area * STEFAN_BOLTZMANN

@@ -8,14 +8,19 @@ import numpy as np
 from network.declare import Array, typical_body
 from network.fields import param, place
 from network.mechanisms.base import Inputs, Relay
+from network.proposals import fresh
 from network.units import show
+
+ABOVE = 1.0
+"""K above the reference: the set point of a proposal, which a machine at the reference does not reach by itself."""
 
 
 class ThermostatCooling(Relay, kind="thermostat_cooling"):
-    """A cooler with hysteresis: takes `power` while on; on above set + hysteresis, off below set − hysteresis.
+    """A cooler with hysteresis: q = −P while on; it goes on above set + h, off below set − h, `delay` later each time.
 
-    `delay` is the time between the crossing and the switching. For one mass C with a constant heat q, no losses and
-    no delay the period is 2 h C (1/q + 1/(P − q)): it falls as the load rises up to half the cooling power.
+    For one mass C with constant heat q < P, no losses and no delay it is on for t_on = 2hC/(P − q) and off for
+    t_off = 2hC/q: the period 2hC P/(q (P − q)) is shortest at q = P/2, so it falls as the load rises up to half the
+    cooling power. A delay d lets the temperature overshoot by q d/C above and (P − q) d/C below.
     """
 
     watches = place("the place whose temperature switches it")
@@ -28,7 +33,8 @@ class ThermostatCooling(Relay, kind="thermostat_cooling"):
     sentence = "a cooler takes {power} out of {into}, on and off around {set} ± {hysteresis} at {watches}"
 
     def heat(self, u: Inputs, *T: Array) -> Array:
-        return -self.power * np.ones_like(u["time"])
+        q: Array = -self.power * np.ones_like(u["time"])
+        return q
 
     def guard(self, mode: Array, u: Inputs, *T: Array) -> Array:
         return np.where(mode > 0, self.set - self.hysteresis - T[0], T[0] - self.set - self.hysteresis)
@@ -38,7 +44,8 @@ class ThermostatCooling(Relay, kind="thermostat_cooling"):
 
     @classmethod
     def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
-        """Into and watching every part, switching around the reference."""
+        """Into and watching every part, switching a little above the reference."""
         for name in cls.hosts(machine):
-            body = typical_body(cls, into={name: 1}, watches=name, set=show(machine.reference + 1, "degC"))
-            yield {"sources": {f"{cls.kind} {name}": body}}
+            around = show(machine.reference + ABOVE, "degC", 17)
+            body = typical_body(cls, into={name: 1}, watches=name, set=around)
+            yield {"sources": {fresh(f"{cls.kind} {name}", machine.sources): body}}

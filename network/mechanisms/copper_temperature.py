@@ -1,0 +1,55 @@
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Self
+
+import numpy as np
+
+from network.declare import Array
+from network.fields import param, place
+from network.mechanisms.base import SPINDLE, Inputs, Source, keeping
+from network.mechanisms.heat_source import HeatSource
+from network.mechanisms.motor_loss import MotorLoss
+from network.proposals import fresh
+
+
+class CopperTemperature(Source, kind="copper_temperature"):
+    """Copper loss that grows with the winding's temperature: q = P (1 + a (T − T_ref)) while |n| > 0.
+
+    P is the loss at the machine's reference, at constant current. For copper a = 1/(234.5 + T_ref/°C), 0.00393 1/K at
+    20 °C (IEC 60028). The winding's temperature is read at the first place of `into` unless `reads` says otherwise.
+    """
+
+    power = param("W", 0, 1e6, "copper loss while running, at the reference temperature", typical=100)
+    slope = param("1/K", 0, 0.02, "growth of the loss per kelvin", typical=0.0039)
+    reads = place("where the winding's temperature is read; default the first place of `into`", default=None)
+    inputs = SPINDLE
+    strength = "slope"
+    looks_like = ("heat_source", "preload_friction")
+    replaces = {"motor_loss": {"copper": "power"}, "heat_source": {"power": "power"}}
+    derived = ("cold",)
+    cold: float
+    sentence = "the copper loss of {power} in {into} grows by {slope} as {reads} warms"
+
+    def resolved(self, machine: Any) -> Self:
+        reads = self.reads if self.reads is not None else self.into[0][0]
+        return self.replaced(reads=reads, cold=machine.reference)
+
+    def heat(self, u: Inputs, *T: Array) -> Array:
+        q: Array = self.power * (1 + self.slope * (T[0] - self.cold)) * (u["speed"] != 0)
+        return q
+
+    def slopes(self, u: Inputs, *T: Array) -> tuple[Array, ...]:
+        slope: Array = self.power * self.slope * (u["speed"] != 0)
+        return (slope * np.ones_like(T[0]),)
+
+    @classmethod
+    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+        """In the place of every motor's copper loss, and of every constant heat while the spindle runs."""
+        for name, entry in machine.sources.items():
+            if isinstance(entry, MotorLoss) and entry.copper > 0:
+                mine = keeping(cls, entry, cls.replaces[entry.kind])[cls.section][name]
+                other = fresh(f"{cls.kind} {name}", machine.sources)
+                yield {cls.section: {name: {**entry.to_plain(), "copper": "0 W"}, other: mine}}
+            elif isinstance(entry, HeatSource) and entry.driver == "running" and entry.power > 0:
+                yield keeping(cls, entry, cls.replaces[entry.kind])

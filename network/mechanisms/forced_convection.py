@@ -1,0 +1,50 @@
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from network.declare import Array
+from network.fields import param
+from network.mechanisms.base import SPINDLE, Inputs, SurfaceLink, keeping, raised, usual_speed
+from network.mechanisms.convection import Convection
+
+
+class ForcedConvection(SurfaceLink, kind="forced_convection"):
+    """Convection that grows with speed: Q = G (1 + gain (|n|/n_ref)^p) (T_a − T_b); at rest G, the still-air value.
+
+    p is 0.5 over a laminar and 0.8 over a turbulent boundary layer, 2/3 around a rotating cylinder, where Nu =
+    0.133 Re^(2/3) Pr^(1/3) (Becker 1963, as in a problem of Incropera & DeWitt; unverified). A fan on the shaft counts
+    too. With constant speed it cannot be told from a larger convection: it takes running and standing.
+    """
+
+    conductance = param("W/K", 0, 1e6, "conductance at rest", typical=5)
+    gain = param("1", 0, 1000, "how much the conductance gains at the reference speed", typical=2)
+    exponent = param("1", 0, 3, "exponent over speed", default=0.8)
+    reference_speed = param("rpm", 0, 300_000, "speed at which the gain is given", positive=True, typical=10_000)
+    inputs = SPINDLE
+    strength = "gain"
+    looks_like = ("convection", "viscous_friction", "windage")
+    replaces = {"convection": {"conductance": "conductance"}}
+    sentence = "{between[0]} loses {conductance} to {between[1]}, and {gain} times as much more at {reference_speed}"
+
+    def _conductance(self, u: Inputs) -> Array:
+        G: Array = self.conductance * (1 + self.gain * raised(np.abs(u["speed"]) / self.reference_speed, self.exponent))
+        return G
+
+    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs) -> Array:
+        Q: Array = self._conductance(u) * (T_a - T_b)
+        return Q
+
+    def slopes(self, T_a: Array, T_b: Array, u: Inputs) -> tuple[Array, Array]:
+        G = self._conductance(u)
+        return G, -G
+
+    @classmethod
+    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+        """In the place of every convection of constant coefficient."""
+        for entry in machine.links.values():
+            if isinstance(entry, Convection) and (total := entry.total) is not None:
+                conductance = cls.fields["conductance"].write(total)
+                yield keeping(cls, entry, {}, conductance=conductance, **usual_speed(machine))
