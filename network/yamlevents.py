@@ -23,9 +23,9 @@ _FAULTS = (
     ("quoted scalar", "", False, "a backslash means nothing here", "use single quotes, or write it twice"),
     ("flow", "", True, "a bracket is opened here and not closed properly", "close it, with commas inside"),
     ("simple key", "", True, "this line has no colon", "write `key: value`"),
-    ("", "mapping values", False, "a colon stands where none can be", "mind the indentation, and quote texts with a colon"),
+    ("", "mapping values", False, "a colon stands where none can be", "mind the indentation, and quote such texts"),
     ("", "cannot start any token", False, "a value begins with a sign that YAML keeps for itself", "put it in quotes"),
-    ("block", "", False, "this line does not fit what stands above it", "mind the indentation, and what follows a quote"),
+    ("block", "", False, "this line does not fit what stands above it", "mind the indentation and the quotes"),
 )
 
 
