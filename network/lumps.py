@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 def weights(place: Place, lumps: int) -> Array:
     """Share of each lump in a place: overlap / length of the range; a point is the lump that contains it. Sum 1."""
+    if lumps == 1:
+        return np.ones(1)
     if place.start == place.stop:
         point = np.zeros(lumps)
         point[min(int(place.start * lumps), lumps - 1)] = 1.0

@@ -49,7 +49,7 @@ def simulate(
     T0 = start_temperatures(network, schedule, recording)
     with _controller().limit(limits=1):
         began = time.perf_counter()
-        outcome = _solve(network, schedule, T0, method, parts, rtol, progress)
+        outcome = solve_schedule(network, schedule, T0, method, parts, rtol, progress)
         seconds = time.perf_counter() - began
     return _trajectory(network, schedule, outcome, seconds, noise_seed)
 
@@ -95,7 +95,7 @@ def schedule_for(machine: Machine, source: Scenario | Recording | Schedule, star
 
 
 @dataclass(frozen=True)
-class _Outcome:
+class Outcome:
     """What a solver gave: base readings and sensor states (t × rows), heat of lumps over time where asked for."""
 
     plan: Plan
@@ -109,9 +109,11 @@ class _Outcome:
     switches: tuple[tuple[float, str, bool], ...] = ()
 
 
-def _solve(
-    network: Network, schedule: Schedule, T0: Array, method: str, parts: bool, rtol: float, progress: Progress | None
-) -> _Outcome:
+def solve_schedule(
+    network: Network, schedule: Schedule, T0: Array, method: str = "auto", parts: bool = True, rtol: float = 1e-8,
+    progress: Progress | None = None,
+) -> Outcome:  # fmt: skip
+    """Plans and solves; from the temperatures of all lumps at the start to base readings and the energy account."""
     wants_heat = any(r.how == "heat" for e in network.machine.expansions.values() for r in e.readings())
     plan = make_plan(network, schedule, T0, method, stop_at_samples=wants_heat)
     outputs = readouts(network, parts)
@@ -126,17 +128,17 @@ def _solve(
     return _by_linear(plan, problem, solution, wants_heat)
 
 
-def _by_linear(plan: Plan, problem: LinearProblem, solution: LinearSolution, wants_heat: bool) -> _Outcome:
+def _by_linear(plan: Plan, problem: LinearProblem, solution: LinearSolution, wants_heat: bool) -> Outcome:
     T0, T1 = problem.temperatures(problem.x0, 0), problem.temperatures(solution.x_end, -1)
     heat = None
     if wants_heat:
         at = np.searchsorted(plan.edges, plan.t - 1e-9)
         heat = heat_over_time(problem, solution)[at]
     account = linear_account(problem, solution)
-    return _Outcome(plan, problem.readouts, solution.y, T0, T1, account, solution.error, heat)
+    return Outcome(plan, problem.readouts, solution.y, T0, T1, account, solution.error, heat)
 
 
-def _by_reference(plan: Plan, outputs: Readouts, rtol: float, progress: Progress | None) -> _Outcome:
+def _by_reference(plan: Plan, outputs: Readouts, rtol: float, progress: Progress | None) -> Outcome:
     name = plan.method.partition(":")[2]
     solution = reference.solve(plan, outputs, name, rtol, rtol, progress)
     names = [plan.network.mechanisms[i] for relays in plan.network.relays for i in relays.entry]
@@ -144,16 +146,16 @@ def _by_reference(plan: Plan, outputs: Readouts, rtol: float, progress: Progress
     finite = plan.network.capacity[plan.network.free]
     gap = abs(solution.account.closure) * max(solution.account.in_, solution.account.out, 1.0)
     error = max(gap / float(finite.sum()), rtol * float(np.abs(solution.T_end).max()))
-    return _Outcome(
+    return Outcome(
         plan, outputs, solution.y, solution.T_start, solution.T_end, solution.account, error, solution.heat, switches
     )
 
 
 def _trajectory(
-    network: Network, schedule: Schedule, outcome: _Outcome, seconds: float, noise_seed: int | None
+    network: Network, schedule: Schedule, outcome: Outcome, seconds: float, noise_seed: int | None
 ) -> Trajectory:
     machine, plan = network.machine, outcome.plan
-    u = {"time": plan.t} | {name: signal.at(plan.t) for name, signal in schedule.signals.items()}
+    u = plan.inputs_at_samples()
     rows = dict(zip(outcome.readouts.keys, outcome.y.T, strict=False))
     contributions = dict(_contributions(network, rows, u, outcome))
     tcp = {axis: sum((contributions[axis, name] for name in entries), np.zeros(len(plan.t))) for axis, entries in machine.tcp.items()}
@@ -175,7 +177,7 @@ def _trajectory(
 
 
 def _contributions(
-    network: Network, rows: Mapping[tuple[str, ...], Array], u: Mapping[str, Array], outcome: _Outcome
+    network: Network, rows: Mapping[tuple[str, ...], Array], u: Mapping[str, Array], outcome: Outcome
 ) -> Iterator[tuple[tuple[str, str], Array]]:
     for (axis, name), entry in network.machine.expansions.items():
         readings = [
@@ -185,7 +187,7 @@ def _contributions(
         yield (axis, name), np.asarray(entry.movement(u, *readings) * np.ones(len(outcome.plan.t)))
 
 
-def _heat_reading(network: Network, place: object, outcome: _Outcome) -> Array:
+def _heat_reading(network: Network, place: object, outcome: Outcome) -> Array:
     """Heat in a range above the reference [J]: what was there at the start and what flowed in since."""
     from network.fields import Place
 
@@ -225,7 +227,7 @@ def _followed(effect: object, t: Array, truth: Array) -> Array:
     return np.append(states[:, 0], last)
 
 
-def _part_heat(network: Network, parts: Mapping[str, Array], outcome: _Outcome) -> dict[str, Array]:
+def _part_heat(network: Network, parts: Mapping[str, Array], outcome: Outcome) -> dict[str, Array]:
     """Heat absorbed by every part since the start: C ΔT, or what was summed over its lumps where it melts."""
     heat: dict[str, Array] = {}
     for name, T in parts.items():
@@ -237,7 +239,7 @@ def _part_heat(network: Network, parts: Mapping[str, Array], outcome: _Outcome) 
     return heat
 
 
-def _warnings(network: Network, outcome: _Outcome) -> Iterator[str]:
+def _warnings(network: Network, outcome: Outcome) -> Iterator[str]:
     yield from (str(warning) for warning in network.machine.warnings)
     for name, part in network.parts.items():
         T = float(outcome.T_end[part].max())

@@ -1,1 +1,1 @@
-"""Solvers: a plan says which; modal and expm are exact for affine networks, reference is solve_ivp for every network."""
+"""Solvers: a plan says which; modal and expm are exact for affine networks, reference (solve_ivp) serves every one."""

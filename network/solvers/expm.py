@@ -39,7 +39,7 @@ def solve(problem: LinearProblem, each_interval: bool = False) -> LinearSolution
     steps = [_Steps(regime.A) for regime in problem.regimes]
     y = np.empty((len(plan.t), len(problem.readouts.keys) + problem.readouts.states))
     integral = np.zeros((len(plan.steps) if each_interval else len(problem.regimes), problem.order))
-    bounds = np.searchsorted(plan.interval_of, np.arange(len(plan.steps) + 1))
+    bounds = plan.bounds
     for k, h in enumerate(plan.steps):
         r, here = int(problem.regime_of[k]), slice(bounds[k], bounds[k + 1])
         p, slope = problem.f0[k], (problem.f1[k] - problem.f0[k]) / h

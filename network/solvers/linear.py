@@ -72,11 +72,16 @@ class LinearProblem:
         own = np.eye(self.readouts.states, regime.P.shape[1], regime.P.shape[1] - self.readouts.states)
         return np.vstack([self.readouts.rows @ regime.P, own])
 
+    def has_direct(self, regime: Regime) -> bool:
+        """Whether readings see held nodes, or junctions that are heated, at once."""
+        rows = self.readouts.rows
+        return bool((rows @ regime.P_held).any() or (rows @ regime.P_heat).any())
+
     def direct(self, regime: Regime, k: Array, share: Array) -> Array | None:
         """What held nodes and heats of massless junctions add to the readings at a share of interval k."""
-        by_held, by_heat = self.readouts.rows @ regime.P_held, self.readouts.rows @ regime.P_heat
-        if not by_held.any() and not by_heat.any():
+        if not self.has_direct(regime):
             return None
+        by_held, by_heat = self.readouts.rows @ regime.P_held, self.readouts.rows @ regime.P_heat
         (h0, h1), (q0, q1) = self.forcing.held, self.forcing.heat
         s = share[:, None]
         seen = (h0[k] + s * (h1[k] - h0[k])) @ by_held.T + (q0[k] + s * (q1[k] - q0[k])) @ by_heat.T

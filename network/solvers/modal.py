@@ -15,6 +15,7 @@ import numpy as np
 
 from network.declare import Array
 from network.solvers.linear import LinearProblem, LinearSolution, Regime
+from network.solvers.plan import Plan
 
 WORST_CONDITION = 1e6
 """Of the eigenvectors: beyond it the rounding would exceed 1e-9 K and the exponential path takes over."""
@@ -152,56 +153,64 @@ class _Run:
         """Readings interval by interval from one table of decays for each regime, where output is evenly spaced."""
         plan, problem = self.problem.plan, self.problem
         y = np.empty((len(plan.t), len(problem.readouts.keys) + problem.readouts.states))
-        tables = [_Table(problem.outputs(g), m, plan.t) for g, m in zip(problem.regimes, self.modes, strict=True)]
-        bounds = np.searchsorted(plan.interval_of, np.arange(len(plan.steps) + 1))
-        for k, (first, last) in enumerate(zip(bounds[:-1], bounds[1:], strict=True)):
-            if first < last:
-                tau = plan.t[first:last] - plan.edges[k]
-                table = tables[problem.regime_of[k]]
-                y[first:last] = table.readings(tau, self.m[k], self.p[k], self.r[k])
+        bounds = plan.bounds
         for r, regime in enumerate(problem.regimes):
-            mine = np.flatnonzero(problem.regime_of[plan.interval_of] == r)
-            self._add_direct(y, regime, plan.interval_of[mine], mine)
+            mine = np.flatnonzero((problem.regime_of == r) & (np.diff(bounds) > 0))
+            if len(mine):
+                table = _Table(problem.outputs(regime), self.modes[r], plan, mine)
+                table.fill(y, self.m[mine], self.p[mine], self.r[mine])
+            if problem.has_direct(regime):
+                at = np.flatnonzero(problem.regime_of[plan.interval_of] == r)
+                self._add_direct(y, regime, plan.interval_of[at], at)
         return y
 
 
 class _Table:
-    """Readings of one regime over time since an edge: decays on the grid once, then one product for each interval."""
+    """Readings of one regime over time since an edge: decays on the grid once, then one product for each interval.
 
-    def __init__(self, outputs: Array, modes: Modes, t: Array) -> None:
-        self.rates, self.rows = modes.rates, outputs @ modes.V
-        self.spacing = float(t[1] - t[0]) if len(t) > 1 else 1.0
-        self.is_even = bool(len(t) < 2 or np.abs(np.diff(t) - self.spacing).max() < 1e-9 * self.spacing)
-        self.slow = np.abs(self.rates) * float(t[-1] - t[0]) < SLOW
-        self.grid = np.empty((0, len(self.rates)), self.rates.dtype)
+    Fast modes in closed form, e^(−λτ)(m − s) + s + τ r/λ with s = p/λ − r/λ²; slow ones (λτ ≪ 1), where that would
+    cancel, by φ functions.
+    """
 
-    def _decays(self, tau: Array) -> tuple[Array, Array]:
-        """e^(−λ τ) as a table and the factor to the first instant."""
-        if not self.is_even:
-            return np.exp(-np.outer(tau, self.rates)), np.ones(len(self.rates))
-        if len(self.grid) < len(tau):
-            self.grid = powers(self.rates, self.spacing, max(len(tau), 2 * len(self.grid)))
-        return self.grid[: len(tau)], np.exp(-self.rates * tau[0])
+    def __init__(self, outputs: Array, modes: Modes, plan: Plan, intervals: Array) -> None:
+        self.rates, self.rows, self.t = modes.rates, outputs @ modes.V, plan.t
+        self.first, self.last = plan.bounds[intervals], plan.bounds[intervals + 1]
+        self.since = plan.t[self.first] - plan.edges[intervals]
+        self.slow = np.abs(self.rates) * float(plan.t[-1] - plan.t[0]) < SLOW
+        longest = int((self.last - self.first).max())
+        self.grid = powers(self.rates, plan.spacing, longest) if plan.spacing else None
 
-    def readings(self, tau: Array, m: Array, p: Array, r: Array) -> Array:
-        """Σ over modes of rows · x(τ): fast modes in closed form, slow ones (λ τ ≪ 1) by φ functions."""
+    def fill(self, y: Array, m: Array, p: Array, r: Array) -> None:
         rate = np.where(self.slow, 1.0, self.rates)
-        settled, drift = np.where(self.slow, 0.0, p / rate - r / rate**2), np.where(self.slow, 0.0, r / rate)
-        table, first = self._decays(tau)
-        y = table @ (self.rows * (first * np.where(self.slow, 0.0, m - settled))).T
-        y += self.rows @ settled
-        if drift.any():
-            y = y + tau[:, None] * (self.rows @ drift)
-        if self.slow.any():
-            y = y + self._slow_readings(tau[:, None], m, p, r)
-        return np.real(y)
+        drift = np.where(self.slow, 0.0, r / rate)
+        settled = np.where(self.slow, 0.0, (p - drift) / rate)
+        start = np.exp(-np.outer(self.since, self.rates)) * np.where(self.slow, 0.0, m - settled)
+        level, climb = np.real(settled @ self.rows.T), np.real(drift @ self.rows.T)
+        for i, (first, last) in enumerate(zip(self.first.tolist(), self.last.tolist(), strict=True)):
+            here = y[first:last]
+            np.copyto(here, np.real(self._decays(first, last) @ (self.rows * start[i]).T))
+            here += level[i]
+            if climb[i].any():
+                here += self._tau(i)[:, None] * climb[i]
+            if self.slow.any():
+                here += self._slow_readings(self._tau(i)[:, None], m[i], p[i], r[i])
+
+    def _tau(self, i: int) -> Array:
+        at = self.t[self.first[i] : self.last[i]]
+        return np.asarray(at - at[0] + self.since[i])
+
+    def _decays(self, first: int, last: int) -> Array:
+        """e^(−λ τ) since the first sample of an interval."""
+        if self.grid is not None:
+            return self.grid[: last - first]
+        return np.exp(-np.outer(self.t[first:last] - self.t[first], self.rates))
 
     def _slow_readings(self, tau: Array, m: Array, p: Array, r: Array) -> Array:
         slow = self.slow
         z = -self.rates[slow] * tau
         one, two, _ = phi(z)
         states = np.exp(z) * m[slow] + tau * one * p[slow] + tau * tau * two * r[slow]
-        return np.asarray(states @ self.rows[:, slow].T)
+        return np.real(states @ self.rows[:, slow].T)
 
 
 def powers(rates: Array, spacing: float, count: int) -> Array:

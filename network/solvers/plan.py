@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from network.declare import Array
 from network.graph import Heats, Network
@@ -41,10 +42,6 @@ class Plan:
     method: str
     why: str
 
-    @property
-    def steps(self) -> Array:
-        return np.diff(self.edges)
-
     def inputs_in(self, k: int, t: float) -> Inputs:
         """Inputs at t within interval k."""
         share = (t - self.edges[k]) / (self.edges[k + 1] - self.edges[k])
@@ -57,10 +54,36 @@ class Plan:
         return np.stack(columns, axis=1) if columns else np.zeros((count, 0))
 
     @cached_property
-    def interval_of(self) -> Array:
-        """The interval in which each instant of output lies; at an edge the one after it."""
-        found = np.searchsorted(self.edges, self.t + SAME_INSTANT, side="right") - 1
-        return np.clip(found, 0, len(self.edges) - 2)
+    def steps(self) -> Array:
+        return np.diff(self.edges)
+
+    @cached_property
+    def bounds(self) -> NDArray[np.intp]:
+        """K+1 indices: the instants of output of interval k are t[bounds[k]:bounds[k + 1]]; at an edge the one after."""
+        bounds = np.searchsorted(self.t, self.edges - SAME_INSTANT)
+        bounds[0], bounds[-1] = 0, len(self.t)
+        return bounds
+
+    @cached_property
+    def interval_of(self) -> NDArray[np.intp]:
+        """The interval in which each instant of output lies."""
+        return np.repeat(np.arange(len(self.steps)), np.diff(self.bounds))
+
+    @cached_property
+    def spacing(self) -> float:
+        """Distance of the instants of output where it is even, else 0."""
+        gaps = np.diff(self.t)
+        return float(gaps[0]) if np.ptp(gaps) < 1e-9 * gaps[0] else 0.0
+
+    def inputs_at_samples(self) -> dict[str, Array]:
+        """Every input at the instants of output."""
+        share = (self.t - np.repeat(self.edges[:-1], np.diff(self.bounds))) / np.repeat(self.steps, np.diff(self.bounds))
+        return {name: self._sampled(name, share) for name in self.left}
+
+    def _sampled(self, name: str, share: Array) -> Array:
+        counts, left, right = np.diff(self.bounds), self.left[name], self.right[name]
+        first = np.repeat(left, counts)
+        return first if left is right or np.array_equal(left, right) else first + share * np.repeat(right - left, counts)
 
 
 def interval_edges(network: Network, schedule: Schedule) -> Array:

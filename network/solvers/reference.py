@@ -72,7 +72,7 @@ class _Run:
         y, heat = np.empty((len(plan.t), outputs)), np.empty((len(plan.t), self.network.size))
         x = self._start()
         T0 = self.temperatures(0, float(plan.edges[0]), x)
-        bounds = np.searchsorted(plan.interval_of, np.arange(len(plan.steps) + 1))
+        bounds = plan.bounds
         for k in range(len(plan.steps)):
             here = slice(bounds[k], bounds[k + 1])
             x = self._interval(k, x, plan.t[here], y[here], heat[here])

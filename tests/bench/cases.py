@@ -1,0 +1,63 @@
+"""Machines and schedules of the benchmark: built in code, so that size and steps are free."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from network import Machine
+from network.inputs import Schedule, constant, held
+from network.refusal import Spot
+from network.yamlfile import Branch, tree_of
+
+RPM = 2 * np.pi / 60
+HOURS = 8
+
+
+def chain_machine(nodes: int, seed: int = 0) -> Machine:
+    """A spindle-like chain with cross links and losses: `nodes` heat capacities, seven outputs."""
+    draw = np.random.default_rng(seed)
+    names = [f"n{i}" for i in range(nodes)]
+    links = {
+        f"l{i}": {"kind": "conduction", "between": [names[i], names[i + 1]], "conductance": f"{draw.uniform(5, 80):.3f} W/K"}
+        for i in range(nodes - 1)
+    }
+    links |= {
+        f"skin{i}": {"kind": "convection", "between": [name, "ambient"], "conductance": f"{draw.uniform(0.5, 6):.3f} W/K"}
+        for i, name in enumerate(names)
+    }
+    links |= {
+        f"x{i}": {"kind": "conduction", "between": [names[i], names[i + 3]], "conductance": f"{draw.uniform(1, 9):.3f} W/K"}
+        for i in range(0, nodes - 3, 4)
+    }
+    machine = {
+        "machine": f"chain of {nodes}",
+        "reference": "22 degC",
+        "nodes": {n: {"heat_capacity": f"{draw.uniform(3, 40):.3f} kJ/K"} for n in names} | {"ambient": {"temperature": "ambient"}},
+        "links": links,
+        "sources": {
+            "bearing": {"kind": "bearing_friction", "into": {names[0]: 0.5, names[1]: 0.5}, "torque": "520 N mm"},
+            "motor": {
+                "kind": "motor_loss", "into": {names[2]: 1}, "copper": "90 W", "iron": "240 W",
+                "iron_exponent": 1.5, "reference_speed": "10000 rpm",
+            },
+        },
+        "tcp": {
+            axis: {"grows": {"kind": "stretching", "of": names[i], "length": "400 mm", "expansion": "1.1e-5 1/K", "direction": 1}}
+            for i, axis in enumerate(("y", "z"))
+        },
+        "sensors": {f"T{i}": {"measures": names[i], "noise": "0.05 K"} for i in range(5)}
+        | {f"d{axis}": {"measures": f"tcp.{axis}", "noise": "0.25 um"} for axis in ("y", "z")},
+    }  # fmt: skip
+    tree = tree_of(machine, Spot("bench"))
+    assert isinstance(tree, Branch)
+    return Machine.read(tree, "bench")
+
+
+def speed_steps(steps: int = 60, hours: float = HOURS, output: float = 1.0, seed: int = 1) -> Schedule:
+    """Unequal speed steps, a sample every `output` seconds."""
+    draw = np.random.default_rng(seed)
+    edges = np.sort(draw.uniform(0, hours * 3600, steps - 1))
+    speeds = draw.choice([0, 2000, 4000, 6000, 8000, 10000], steps) * RPM
+    t = np.arange(0.0, hours * 3600 + output / 2, output)
+    signals = {"speed": held("speed", "rpm", np.append(0.0, edges), speeds), "ambient": constant("ambient", "degC", 21.5)}
+    return Schedule(f"{steps} speed steps", "bench", t, signals)
