@@ -19,6 +19,8 @@ IVP_METHODS = ("LSODA", "BDF", "Radau", "RK45")
 METHODS = ("auto", "modal", "expm", *(f"solve_ivp:{name}" for name in IVP_METHODS))
 SAME_INSTANT = 1e-9
 """s: input changes closer together than this are one."""
+HAIR = 1e-6
+"""s: how far inside an interval the clock is read at its ends."""
 BENDS = 1e-9
 """Relative deviation from a straight line that a source on a ramped input may keep."""
 MOST_PIECES = 4096
@@ -106,9 +108,11 @@ def _joined(edges: Array, instants: Array) -> Array:
 
 
 def spans(schedule: Schedule, edges: Array) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Input values just after and just before the edges of every interval."""
-    left: dict[str, Array] = {"time": edges[:-1]}
-    right: dict[str, Array] = {"time": edges[1:]}
+    """Input values just after and just before the edges of every interval; `time` a hair inside, so that a timer that
+    switches at an edge is on the right side of it whatever the rounding."""
+    hair = np.minimum(HAIR, 1e-3 * np.diff(edges))
+    left: dict[str, Array] = {"time": edges[:-1] + hair}
+    right: dict[str, Array] = {"time": edges[1:] - hair}
     for name, signal in schedule.signals.items():
         left[name], right[name] = signal.span(edges[:-1], edges[1:])
     return left, right
@@ -166,7 +170,8 @@ def _straightened(
     """Edges with ramps cut so finely that every source is straight within each piece, to BENDS of its heat."""
     pieces = np.ones(len(edges) - 1, int)
     for heats in network.heats:
-        names = [n for n in heats.law.needs() if not np.array_equal(left[n], right[n])]
+        own = ["time"] if heats.law.follows_time else []
+        names = [n for n in (*heats.law.needs(), *own) if not np.array_equal(left[n], right[n])]
         if names:
             bend = np.array([_bend(heats, left, right, share) for share in (0.25, 0.5, 0.75)]).max(axis=0)
             pieces = np.maximum(pieces, np.ceil(np.sqrt(bend / BENDS)).astype(int))
