@@ -19,7 +19,7 @@ class Stretching(Expansion, kind="stretching"):
 
     of = place("the part or range that grows")
     length = param("m", 0, 1000, "length that grows; default the range's share of the bar", default=None, typical=0.3)
-    expansion = param("1/K", -1e-4, 2e-3, "coefficient of expansion; default the material's", default=None)
+    expansion = param("1/K", -1e-4, 2e-3, "expansion; default the material\'s", default=None, typical=1.1e-5)
     method = word("what the growth is computed from", "temperature", "heat", default="temperature")
     strength = "length"
     looks_like = ("bending", "tilt")

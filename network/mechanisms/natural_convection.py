@@ -10,7 +10,7 @@ class NaturalConvection(SurfaceLink, kind="natural_convection"):
 
     m = 1/4 while the boundary layer is laminar (Ra < 1e9), 1/3 when it is turbulent. In air B is 1.42/L^(1/4)
     W/(m² K^1.25) for a laminar vertical wall of height L in m and 1.31 W/(m² K^1.33) for a turbulent one (Holman, Heat
-    Transfer, simplified equations for air; unverified). It falls within 15 % of Churchill & Chu in network.films.
+    Transfer, simplified equations for air; unverified). Up to 20 % below Churchill & Chu in network.films.
     """
 
     coefficient = param("W/(m^2 K^1.25)", 0, 100, "coefficient B", typical=1.5, any_power_of="[temperature]")

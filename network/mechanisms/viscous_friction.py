@@ -16,8 +16,8 @@ class ViscousFriction(Friction, kind="viscous_friction"):
     """Bearing friction that falls as its lubricant warms: q = |ω| M e^(−b (T − T_ref)), T_ref the machine's reference.
 
     b is the slope of −ln ν over T times 2/3, as the lubricant's torque goes with ν^(2/3) (Palmgren; unverified): for
-    an oil of 32 mm²/s at 40 °C and 5.4 at 100 °C, ASTM D341 (Walther), log log (ν + 0.7) = A − B log T, gives 0.037 1/K
-    at 20 °C and 0.026 at 40 °C. One exponential follows it to some 5 % within 15 K of where b was taken.
+    an oil of 32 mm²/s at 40 °C and 5.4 at 100 °C, ASTM D341 (Walther), log log (ν + 0.7) = A − B log T, gives 0.038 1/K
+    at 20 °C and 0.028 at 40 °C. One exponential follows it to some 5 % within 10 K of where b was taken.
     """
 
     torque = param("N m", 0, 1e5, "friction torque at the reference temperature", typical=0.3)

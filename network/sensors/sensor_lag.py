@@ -8,8 +8,9 @@ from network.sensors.base import SensorEffect
 class SensorLag(SensorEffect, kind="sensor_lag"):
     """A slow sensor: lag · dz/dt = truth − z, the reading is z. It starts at the truth.
 
-    First-order lag of a sensor with its mounting; 1 to 10 s for a glued thermocouple, minutes for one in a bore.
-    Source: Doebelin, Measurement Systems, first-order instruments; unverified edition.
+    A first-order instrument (Doebelin, Measurement Systems): lag = heat capacity of the sensor / conductance to what it
+    measures, so 63 % of a step after one lag. Some 1 to 10 s for a glued thermocouple, minutes for one loose in a bore.
+    It changes its own channel only; a mass that takes part in the machine is a hidden_mass.
     """
 
     lag = param("s", 0, 36_000, "time constant of the sensor", positive=True, typical=120)

@@ -6,7 +6,11 @@ from network.sensors.base import SensorEffect
 
 
 class SensorOffset(SensorEffect, kind="sensor_offset"):
-    """A constant error of a temperature channel: reading = truth + offset."""
+    """A constant error of a temperature channel: reading = truth + offset.
+
+    Calibration error of a thermocouple or thermistor, ± 0.1 to 1 K; an offset that all channels share is one of the
+    reference and cannot be seen.
+    """
 
     offset = param("K", -100, 100, "what it reads too much", typical=0.3)
     strength = "offset"

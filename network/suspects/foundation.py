@@ -1,0 +1,39 @@
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Self
+
+from network.fields import Place, param, place
+from network.proposals import fresh
+from network.suspects.base import Suspect
+
+SETTLING = 6 * 3600.0
+"""s: the time constant of a part on its feet, from which a typical conductance is taken."""
+
+
+class Foundation(Suspect, kind="foundation"):
+    """A path to a floor that keeps its own temperature: Q = G (T − T_floor), T_floor constant.
+
+    The floor counts as a held node, at the machine's reference unless told otherwise: valid for hours, while a slab of
+    concrete hardly moves. It looks like a larger loss to air whose temperature does not move with the air's.
+    """
+
+    host = place("the part that stands on the floor")
+    temperature = param("degC", -50, 100, "temperature of the floor", typical=20)
+    conductance = param("W/K", 0, 1e5, "conductance into the floor", typical=10)
+    strength = "conductance"
+    looks_like = ("convection", "ambient_drift")
+    sentence = "{host} loses heat into a floor of {temperature}, at {conductance}"
+
+    def patch(self, machine: Any) -> Mapping[str, Any]:
+        floor = fresh("foundation", machine.nodes)
+        link = {"kind": "conduction", "between": [str(self.host), floor], **self.written("conductance")}
+        name = fresh(f"foundation of {self.host.node}", machine.links)
+        return {"nodes": {floor: self.written("temperature")}, "links": {name: link}}
+
+    @classmethod
+    def suspected(cls, machine: Any) -> Iterator[Self]:
+        """Under every part, sized after it."""
+        for name, node in machine.nodes.items():
+            if node.is_part:
+                yield cls(host=Place(name), temperature=machine.reference, conductance=node.capacity / SETTLING)
