@@ -19,22 +19,20 @@ from typing import Any, ClassVar, Self, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from network.fields import REQUIRED, Field, Nested, ParamField
+from network.fieldbase import REQUIRED, Field
 from network.proposals import bodies
-from network.refusal import Complaints, Refused, Spot, likely
-from network.units import BadNumber, Number
-from network.yamlfile import Branch, Leaf, Tree
+from network.quantities import ParamField
+from network.reading import read_values
+from network.refusal import Complaints, Spot
+from network.registry import enter, registered
+from network.units import Number
+from network.yamltree import Branch, Tree
+
+__all__ = ["Advice", "Array", "Declared", "Effect", "registered", "typical_body"]
 
 Array: TypeAlias = NDArray[np.float64]
 Advice: TypeAlias = tuple[str, str, str]
 """What an entry says against itself: (field, what is wrong, what would be right)."""
-
-_REGISTRY: dict[str, dict[str, type[Declared]]] = {}
-
-
-def registered(section: str) -> Mapping[str, type[Declared]]:
-    """The kinds of one section of a machine file, sorted by name. The rooms must be loaded (see network.rooms)."""
-    return dict(sorted(_REGISTRY.get(section, {}).items()))
 
 
 class Declared(ABC):
@@ -69,9 +67,11 @@ class Declared(ABC):
             cls.kind = kind
             if inspect.isabstract(cls):
                 raise TypeError(f"{cls.__name__} has a kind and must be final")
-            _REGISTRY.setdefault(cls.section, {})[kind] = cls
+            enter(cls)
 
-    def __init__(self, name: str = "", spot: Spot | None = None, spots: Mapping[str, Spot] | None = None, **values: Any):
+    def __init__(
+        self, name: str = "", spot: Spot | None = None, spots: Mapping[str, Spot] | None = None, **values: Any
+    ) -> None:
         numbers = {k: v for k, v in values.items() if isinstance(v, Number)}
         plain = {k: v.value if isinstance(v, Number) else v for k, v in values.items()}
         unknown = set(values) - set(self.fields)
@@ -89,7 +89,7 @@ class Declared(ABC):
         return f"{self.name or type(self).__name__} {{{inside}}}"
 
     def __eq__(self, other: object) -> bool:
-        return type(self) is type(other) and self.to_plain() == other.to_plain()  # type: ignore[attr-defined]
+        return isinstance(other, type(self)) and type(self) is type(other) and self.to_plain() == other.to_plain()
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -106,26 +106,21 @@ class Declared(ABC):
 
     # -- YAML -------------------------------------------------------------------------------------------------------
     @classmethod
-    def read(cls, name: str, tree: Tree, complaints: Complaints) -> Self | None:
-        """The entry from its YAML; every fault goes to `complaints`, and None comes back where there was one."""
-        where = f"{cls.section}.{name}" if cls.section else name
-        if isinstance(tree, Leaf):
-            hint = "write `{}` for an empty one" if tree.is_null else "write `{key: value, …}`"
-            complaints.refuse(tree.spot, f"{where} is not a mapping", hint)
-            return None
-        if not isinstance(tree, Branch):
-            complaints.refuse(tree.spot, f"{where} is a list", "write `{key: value, …}`")
-            return None
-        before = len(complaints.refusals)
-        values = dict(_read_fields(cls, where, tree, complaints))
-        _check_forms(cls, where, tree, values, complaints)
-        if len(complaints.refusals) > before:
+    def read(cls, name: str, tree: Tree, complaints: Complaints, where: str = "") -> Self | None:
+        """The entry from its YAML; every fault goes to `complaints`, and None comes back where there was one.
+
+        where: its path in the file, for messages; by default section and name.
+        """
+        where = where or (f"{cls.section}.{name}" if cls.section else name)
+        values = read_values(cls, where, tree, complaints)
+        if values is None or not isinstance(tree, Branch):
             return None
         keys = {f.attribute: tree.key_spot(f.key) for f in cls.fields.values() if f.key in tree.items}
         entry = cls(name, tree.spot, keys, **values)
-        for field, wrong, right in entry.faults():
+        faults = list(entry.faults())
+        for field, wrong, right in faults:
             complaints.refuse(entry.spot_of(field), f"{where}: {wrong}", right)
-        return entry
+        return None if faults else entry
 
     def to_plain(self) -> dict[str, Any]:
         """The entry as it would stand in a file. Reading it again gives an equal entry."""
@@ -153,6 +148,8 @@ class Declared(ABC):
         """A copy with some values exchanged: scalars, arrays, complex numbers (for complex-step derivatives)."""
         other = object.__new__(type(self))
         other.__dict__.update(self.__dict__ | values)
+        if not self.numbers.keys().isdisjoint(values):
+            other.__dict__["numbers"] = {k: n for k, n in self.numbers.items() if k not in values}
         return other
 
     def structure(self) -> tuple[object, ...]:
@@ -177,47 +174,6 @@ class Declared(ABC):
             if first.__dict__[name] is not None
         }
         return first.replaced(**arrays)
-
-
-def _read_fields(
-    cls: type[Declared], where: str, tree: Branch, complaints: Complaints
-) -> Iterator[tuple[str, Any]]:
-    keys = {field.key: (attribute, field) for attribute, field in cls.fields.items()}
-    for key, child in tree.items.items():
-        if key == "kind" and cls.kind:
-            continue
-        if key not in keys:
-            complaints.refuse(tree.key_spot(key), f"{where} has an unknown key '{key}'", likely(key, keys))
-            continue
-        attribute, field = keys[key]
-        try:
-            if isinstance(field, Nested):
-                yield attribute, field.parse_entry(f"{where}.{key}", child, complaints)
-            else:
-                yield attribute, field.parse(child)
-        except BadNumber as error:
-            complaints.refuse(tree.key_spot(key), f"{where}: {key} {error.wrong}", error.right)
-        except Refused as refused:
-            complaints.absorb(refused)
-    for attribute, field in cls.fields.items():
-        if field.default is REQUIRED and field.key not in tree.items and not _in_forms(cls, attribute):
-            complaints.refuse(tree.spot, f"{where} lacks '{field.key}'", f"give it: {field.meaning}{field.example}")
-
-
-def _in_forms(cls: type[Declared], attribute: str) -> bool:
-    return any(attribute in form for form in cls.one_of)
-
-
-def _check_forms(
-    cls: type[Declared], where: str, tree: Branch, values: Mapping[str, Any], complaints: Complaints
-) -> None:
-    """Exactly one of the groups in `one_of`, and that one whole."""
-    if not cls.one_of:
-        return
-    choices = " | ".join(" + ".join(cls.fields[a].key for a in form) for form in cls.one_of)
-    given = {a for form in cls.one_of for a in form if cls.fields[a].key in tree.items}
-    if given not in [set(form) for form in cls.one_of]:
-        complaints.refuse(tree.spot, f"{where} needs exactly one of: {choices}", f"give one of: {choices}")
 
 
 class Effect(Declared):

@@ -13,6 +13,8 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import TypeAlias
 
+from network.refusal import Spot
+
 LONGEST = 60
 AS_IN = "write it like W/K, kJ/K, N mm, rpm, degC, um"
 _TURN = Fraction(2 * math.pi)
@@ -72,11 +74,11 @@ _HINTS = {"C": "degC", "F": "degF", "U": "rev", "RPM": "rpm", "KW": "kW", "KJ": 
 
 
 class BadNumber(ValueError):
-    """What is wrong with a number and what would be right; the caller knows the place."""
+    """What is wrong with a value and what would be right; the caller knows the place, unless `spot` says it closer."""
 
-    def __init__(self, wrong: str, right: str) -> None:
+    def __init__(self, wrong: str, right: str, spot: Spot | None = None) -> None:
         super().__init__(f"{wrong}; {right}")
-        self.wrong, self.right = wrong, right
+        self.wrong, self.right, self.spot = wrong, right, spot
 
 
 @lru_cache(maxsize=1024)

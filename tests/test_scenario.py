@@ -121,7 +121,7 @@ ONE_FAULT = [
     ("output: 10", "3: output: '10' has no unit; give a time, like `10 min`"),
     ("output: 5 h", "3: output: 18000 s is longer than the duration, 14400 s; give 144 s, say"),
     ("output: 1 us", "3: output: 1e-06 s makes more than 20 million samples in 14400 s; give 0.00072 s or more"),
-    ("start:", f"3: start: is not a single value; {STARTS}"),
+    ("start:", f"3: start: is empty; {STARTS}"),
     ("start: cold", f"3: start: 'cold' is not a number; {STARTS}"),
     ("start: {a: 2 m}", f"3: start.a: '2 m' is in m; {STARTS}"),
     ("start: -300 degC", "3: start: '-300 degC' is out of range; give a temperature above absolute zero"),
