@@ -62,11 +62,10 @@ class Mechanism(Effect):
         return np.empty(0)
 
 
-class Link(Mechanism):
-    """Heat between two places, driven by their temperatures."""
+class Flow(Mechanism):
+    """Heat driven by two temperatures."""
 
     section = "links"
-    between = places("the two places it joins")
 
     @abstractmethod
     def heat_flow(self, T_a: Array, T_b: Array, u: Inputs) -> Array:
@@ -77,6 +76,12 @@ class Link(Mechanism):
         by_a = np.imag(self.heat_flow(stepped(T_a, 1j * STEP), T_b, u)) / STEP
         by_b = np.imag(self.heat_flow(T_a, stepped(T_b, 1j * STEP), u)) / STEP
         return by_a, by_b
+
+
+class Link(Flow):
+    """Heat between two places: what one loses, the other gets."""
+
+    between = places("the two places it joins")
 
     @classmethod
     def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
@@ -158,15 +163,11 @@ class Relay(Source):
         """Time between the guard and the switching [s]."""
 
 
-class Stream(Mechanism):
-    """A one-way flow of fluid through places in the order given: each receives from the one before."""
+class Stream(Flow):
+    """A one-way flow of fluid through places in the order given: each receives from the one before (a), which does not
+    lose it."""
 
-    section = "links"
     through = places("the places the fluid passes, in that order", None)
-
-    @abstractmethod
-    def heat_flow(self, T_up: Array, T_down: Array, u: Inputs) -> Array:
-        """Heat that the fluid brings into the lower place [W]; the upper place does not lose it."""
 
     @abstractmethod
     def transport(self) -> tuple[float, float]:
