@@ -60,7 +60,7 @@ def word_of(tree: Tree, meaning: str) -> str:
     """The text of a single value. Raises BadNumber where there is none."""
     if not isinstance(tree, Leaf):
         raise BadNumber("is not a single value", f"give {meaning}")
-    if tree.is_null:
+    if tree.is_null or not tree.text.strip():
         raise BadNumber("is empty", f"give {meaning}")
     return tree.text.strip()
 

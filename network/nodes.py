@@ -8,31 +8,32 @@ from typing import Any, Self
 import numpy as np
 
 from network.declare import Advice, Array, Declared
-from network.fields import Field, flag, nested, param, whole, word, word_of
+from network.fields import ParamField, flag, nested, param, whole, word, word_of
 from network.materials import Material
-from network.units import BadNumber, Number, in_unit, show, split_number
+from network.refusal import short
+from network.units import BadNumber
 from network.yamlfile import Tree
 
 MOST_LUMPS = 2000
+_BAR = ("material", "length", "area")
 
 
-class HeldField(Field):
+class HeldField(ParamField):
     """A held temperature: a constant with its unit, or the name of an input channel."""
 
-    def parse(self, tree: Tree) -> Number | str:
-        text = word_of(tree, "a temperature or the name of an input")
-        try:
-            split_number(text)
-        except BadNumber:
-            if text[:1].isdigit() or text[:1] in "+-.":
-                raise
-            if "nan" in text.lower().split() or "inf" in text.lower().split():
-                raise BadNumber(f"'{text}' is not a number", "give a temperature or the name of an input") from None
-            return text
-        return Number(in_unit(text, "degC"))
+    def parse(self, tree: Tree) -> Any:
+        text = word_of(tree, self.meaning)
+        if text[0] in "+-.0123456789" or text.startswith("unknown"):
+            return super().parse(tree)
+        if text.split()[0].lower() in ("nan", "inf", "infinity"):
+            raise BadNumber(f"'{short(text)}' is not a number", f"give {self.meaning}")
+        return text
 
     def write(self, value: Any) -> Any:
-        return value if isinstance(value, str) else show(value.value if isinstance(value, Number) else value, "degC", 17)
+        return value if isinstance(value, str) else super().write(value)
+
+    def tell(self, value: Any) -> str:
+        return value if isinstance(value, str) else super().tell(value)
 
 
 class Melting(Declared):
@@ -50,12 +51,14 @@ class Melting(Declared):
     def absorbed(self, T: Array) -> Array:
         """Latent heat taken up at T [J]."""
         x = np.clip((T - self.at) / self.over, -0.5, 0.5)
-        return self.latent_heat * (0.5 + x + np.sin(2 * np.pi * x) / (2 * np.pi))
+        heat: Array = self.latent_heat * (0.5 + x + np.sin(2 * np.pi * x) / (2 * np.pi))
+        return heat
 
     def apparent_capacity(self, T: Array) -> Array:
         """Derivative of `absorbed` [J/K]."""
         x = (T - self.at) / self.over
-        return self.latent_heat / self.over * (1 + np.cos(2 * np.pi * x)) * (np.abs(x) < 0.5)
+        capacity: Array = self.latent_heat / self.over * (1 + np.cos(2 * np.pi * x)) * (np.abs(x) < 0.5)
+        return capacity
 
 
 class Node(Declared):
@@ -73,7 +76,7 @@ class Node(Declared):
     lumps = whole("number of lumps along the length", 1, MOST_LUMPS, default=1)
     heat_capacity = param("J/K", 0, 1e12, "heat capacity", positive=True, default=None)
     rotates = flag("whether it turns with the spindle", default=None)
-    temperature: Any = HeldField("a held temperature: a constant or the name of an input", default=None)
+    temperature: Any = HeldField("degC", -100, 1000, "a temperature, or the name of an input", default=None)
     melts: Melting | None = nested("a melting range", lambda: Melting)
     stuff: Material | None = None
 
@@ -117,18 +120,16 @@ class Node(Declared):
         return float(self.stuff.conductivity * self.area / self.length * self.lumps)
 
     def faults(self) -> Iterator[Advice]:
-        bar_needs = {"material": self.material, "length": self.length, "area": self.area}
-        lacking = [key for key, value in bar_needs.items() if value is None]
-        if self.is_held and (self.is_bar or self.heat_capacity is not None or self.material):
-            yield "temperature", "is held and has a heat capacity too", "drop `temperature`, or the rest"
-        elif self.area is not None and lacking:
-            yield "area", f"is a bar but lacks {' and '.join(lacking)}", "a bar has material, length and area"
-        elif self.area is not None and self.heat_capacity is not None:
+        if self.is_held:
+            yield from self._faults_of_held()
+            return
+        bar = [key for key in _BAR if self.__dict__[key] is not None]
+        lacking = [key for key in _BAR if key not in bar]
+        if self.is_bar and self.heat_capacity is not None:
             yield "heat_capacity", "has heat_capacity beside a bar's size", "use extra_heat_capacity, or drop the area"
-        elif self.material and self.length is not None and self.area is None and self.heat_capacity is None:
-            yield "length", "is a bar but lacks area", "a bar has material, length and area"
-        elif self.material and self.heat_capacity is None and self.area is None and not self.is_held:
-            yield "material", "has a material but no size", "give length and area, or heat_capacity"
+        elif bar and lacking and (self.is_bar or self.heat_capacity is None):
+            wrong = f"has {' and '.join(bar)} but lacks {' and '.join(lacking)}"
+            yield bar[0], wrong, "a bar has material, length and area, a mass has heat_capacity"
         if self.lumps > 1 and not self.is_bar:
             yield "lumps", "has lumps but is no bar", "lumps need material, length and area"
         if self.extra_heat_capacity and not self.is_bar:
@@ -136,4 +137,8 @@ class Node(Declared):
         if self.melts is not None and not self.is_part:
             yield "melts", "melts but has no heat capacity", "give heat_capacity"
 
-
+    def _faults_of_held(self) -> Iterator[Advice]:
+        others = (name for name, field in self.fields.items() if name not in ("temperature", "rotates"))
+        besides = [name for name in others if self.__dict__[name] != self.fields[name].initial]
+        if besides:
+            yield "temperature", f"is held and has {' and '.join(besides)} too", "drop `temperature`, or the rest"

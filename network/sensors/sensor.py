@@ -8,9 +8,10 @@ from typing import Any, cast
 from network.declare import Advice, Declared, registered
 from network.expansions.base import ANGULAR_AXES, AXES
 from network.fields import Amount, AmountField, Field, Place, nested, parse_place, word, word_of
+from network.refusal import short
 from network.sensors.base import SensorEffect
-from network.units import BadNumber, difference, unit
-from network.yamlfile import Tree
+from network.units import BadNumber, Unit, difference, unit
+from network.yamltree import Tree
 
 NOISE_UNITS = {"temperature": "K", "displacement": "um", "angle": "urad"}
 
@@ -18,20 +19,19 @@ NOISE_UNITS = {"temperature": "K", "displacement": "um", "angle": "urad"}
 class NoiseField(AmountField):
     """1σ of one sample: a difference, above zero."""
 
-    def parse(self, tree: Tree) -> Amount:
-        amount = super().parse(tree)
-        given = difference(unit(amount.unit))
-        sigma = (amount.value - unit(amount.unit).offset) / unit(amount.unit).scale * given.scale
-        if sigma <= 0:
-            raise BadNumber(f"'{word_of(tree, self.meaning)}' is not above zero", f"give {self.meaning}")
-        return Amount(sigma, "K" if given.is_temperature else amount.unit)
+    def _amount(self, text: str, number: float, given: Unit) -> Amount:
+        if number <= 0:
+            raise BadNumber(f"'{short(text)}' is not above zero", f"give {self.meaning}")
+        if given.is_temperature:
+            return Amount(difference(given).to_si(number), "K")
+        return Amount(given.to_si(number), given.text)
 
 
 class MeasuresField(Field):
     """A place, or tcp.<axis>."""
 
     def parse(self, tree: Tree) -> Place | str:
-        text = word_of(tree, "a place or tcp.z")
+        text = word_of(tree, self.meaning)
         return text if text.startswith("tcp.") else parse_place(text)
 
 
@@ -42,7 +42,9 @@ class Sensor(Declared):
     measures: Any = MeasuresField("a place, or tcp.x … tcp.c")
     noise: Amount = cast(Amount, NoiseField("1σ of one sample, like 0.05 K or 0.25 um"))
     zero = word("where the channel reads zero: at the reference, or at the start", "start", default=None)
-    effects: tuple[SensorEffect, ...] = nested("what the sensor does to the truth", lambda: registered("effects"), many=True)
+    effects: tuple[SensorEffect, ...] = nested(
+        "what the sensor does to the truth", lambda: registered("effects"), many=True
+    )
 
     @property
     def place(self) -> Place | None:
@@ -74,8 +76,9 @@ class Sensor(Declared):
 
     def faults(self) -> Iterator[Advice]:
         if unit(self.noise.unit).dimension != unit(self.noise_unit).dimension:
-            yield "noise", f"the noise {self.noise} does not fit a {self.quantity}", f"give it in {self.noise_unit}"
+            wrong = f"noise '{self.noise}' is not the noise of a {self.quantity}"
+            yield "noise", wrong, f"give it in {self.noise_unit}, as in 0.05 {self.noise_unit}"
         if self.zero and self.place:
             yield "zero", "a temperature is not zeroed at the start", "drop `zero`, it is for displacements"
         if self.axis is not None and self.axis not in AXES:
-            yield "measures", f"there is no axis '{self.axis}'", "the axes are " + ", ".join(AXES)
+            yield "measures", f"there is no axis '{short(self.axis)}'", "the axes are " + ", ".join(AXES)
