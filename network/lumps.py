@@ -86,7 +86,8 @@ def merge_patch(machine: Machine, new: str, members: list[str]) -> dict[str, Any
     tcp: dict[str, Any] = {}
     for (axis, name), entry in machine.expansions.items():
         if _touches(entry, members):
-            tcp.setdefault(axis, {})[name] = _followed(entry, new, members) | entry.kept_when_merged()
+            body = _followed(entry, new, members)
+            tcp.setdefault(axis, {})[name] = body and body | entry.kept_when_merged()
     return {"nodes": nodes, "links": links, "sources": sources, "sensors": sensors, "tcp": tcp}
 
 
@@ -97,7 +98,8 @@ def _touches(entry: Declared, members: Iterable[str]) -> bool:
 
 
 def _followed(entry: Declared, new: str, members: list[str]) -> Any:
-    """The entry's YAML with its places moved to the merged node; None for a link that joined only members."""
+    """The entry's YAML with its places moved to the merged node; None for a link, a tilt or a bending that joined only
+    members: it is zero in one lump."""
     body = entry.to_plain()
     for attribute, field in entry.fields.items():
         value = entry.__dict__[attribute]
