@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from network.declare import Array
+from network.declare import Array, Indices, Mask
 from network.graph import Flows, Heats, Network
-from network.mechanisms.base import Inputs, Mechanism, Relay
+from network.mechanisms.base import Inputs, Relay, Source
 
 
 def flow_heat(flows: Flows, T: Array, u: Inputs) -> Array:
@@ -21,9 +21,9 @@ def flow_heat(flows: Flows, T: Array, u: Inputs) -> Array:
     return np.asarray(flows.w * flows.law.heat_flow(T[..., flows.a], T[..., flows.b], u))
 
 
-def source_heat(heats: Heats[Mechanism], T: Array, u: Inputs, mode: Array | None = None) -> Array:
+def source_heat(heats: Heats[Source], T: Array, u: Inputs, mode: Array | None = None) -> Array:
     """Heat of each source [W], (…, n); relays by their mode (0 off, 1 on)."""
-    heat = heats.law.heat(u, *(T @ R.T for R in heats.reads)) * np.ones(heats.into.shape[1])  # type: ignore[attr-defined]
+    heat = heats.law.heat(u, *(T @ R.T for R in heats.reads)) * np.ones(heats.into.shape[1])
     return np.asarray(heat if mode is None else heat * mode)
 
 
@@ -54,18 +54,18 @@ def heat_balance(network: Network, T: Array, u: Inputs, modes: Array) -> Heat:
     return Heat(into, by_mechanism)
 
 
-def _add_columns(total: Array, columns: Array, values: Array) -> None:
+def _add_columns(total: Array, columns: Indices, values: Array) -> None:
     np.add.at(total.T, columns, values.T)
 
 
-def inward(flows: Flows, bound: Array) -> Array:
+def inward(flows: Flows, bound: Mask) -> Array:
     """+1 where the flow runs into the parts or between them, −1 where it runs out to a held node."""
     if flows.one_way:
         return np.where(bound[flows.b], 0.0, 1.0)
     return np.where(bound[flows.b] & ~bound[flows.a], -1.0, 1.0)
 
 
-def with_modes(network: Network, modes: Array) -> Iterator[tuple[Heats[Mechanism], Array | None]]:
+def with_modes(network: Network, modes: Array) -> Iterator[tuple[Heats[Source], Array | None]]:
     """Every group of sources, relays with their part of the modes."""
     yield from ((heats, None) for heats in network.heats)
     for relays, part in relay_slices(network):
@@ -93,7 +93,7 @@ def jacobian(network: Network, T: Array, u: Inputs, modes: Array) -> Array:
     for heats, mode in with_modes(network, modes):
         readings = [R @ T for R in heats.reads]
         scale = 1.0 if mode is None else mode
-        for R, slope in zip(heats.reads, heats.law.slopes(u, *readings), strict=True):  # type: ignore[attr-defined]
+        for R, slope in zip(heats.reads, heats.law.slopes(u, *readings), strict=True):
             J += heats.into @ ((slope * scale * np.ones(len(R)))[:, None] * R)
     return J
 
@@ -111,9 +111,9 @@ def affine_heat(network: Network, u: Inputs, modes: Array, instants: int) -> Arr
     return q
 
 
-def source_series(heats: Heats[Mechanism], u: Inputs, mode: Array | None, instants: int) -> Array:
+def source_series(heats: Heats[Source], u: Inputs, mode: Array | None, instants: int) -> Array:
     """Heat of each source at zero temperature readings (the constant part of an affine one), (instants, n)."""
     count = heats.into.shape[1]
     zeros = [np.zeros(count) for _ in heats.reads]
-    heat = heats.law.heat(u, *zeros) * np.ones((instants, count))  # type: ignore[attr-defined]
+    heat = heats.law.heat(u, *zeros) * np.ones((instants, count))
     return np.asarray(heat if mode is None else heat * mode)

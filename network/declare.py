@@ -31,6 +31,8 @@ from network.yamltree import Branch, Tree
 __all__ = ["Advice", "Array", "Declared", "Effect", "registered", "typical_body"]
 
 Array: TypeAlias = NDArray[np.float64]
+Indices: TypeAlias = NDArray[np.integer[Any]]
+Mask: TypeAlias = NDArray[np.bool_]
 Advice: TypeAlias = tuple[str, str, str]
 """What an entry says against itself: (field, what is wrong, what would be right)."""
 

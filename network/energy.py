@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from network.balance import affine_heat, heat_balance, inward, source_series, with_modes
-from network.declare import Array
+from network.balance import heat_balance, inward
+from network.declare import Array, Indices
 from network.graph import Network
 from network.solvers.linear import LinearProblem, LinearSolution, Regime
 from network.solvers.plan import Plan
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class EnergyAccount:
     """All in joules, over the whole run.
 
@@ -24,10 +24,26 @@ class EnergyAccount:
     taking ones took.
     """
 
-    by_mechanism: Mapping[str, float]
-    carried: Mapping[str, float]
-    absorbed: Mapping[str, float]
-    stored: Mapping[str, float]
+    network: Network
+    heat_into: Array
+    heat_by_mechanism: Array
+    heat_stored: Array
+
+    @cached_property
+    def by_mechanism(self) -> dict[str, float]:
+        return self._mechanisms(inner=False)
+
+    @cached_property
+    def carried(self) -> dict[str, float]:
+        return self._mechanisms(inner=True)
+
+    @cached_property
+    def absorbed(self) -> dict[str, float]:
+        return self._by_part(self.heat_into)
+
+    @cached_property
+    def stored(self) -> dict[str, float]:
+        return self._by_part(self.heat_stored)
 
     @property
     def in_(self) -> float:
@@ -39,13 +55,22 @@ class EnergyAccount:
 
     @property
     def total_stored(self) -> float:
-        return sum(self.stored.values())
+        return float(self.heat_stored.sum())
 
     @property
     def closure(self) -> float:
         """(in − out − stored)/max(in, out, |stored|)."""
         size = max(self.in_, self.out, abs(self.total_stored))
         return (self.in_ - self.out - self.total_stored) / size if size else 0.0
+
+    def _mechanisms(self, inner: bool) -> dict[str, float]:
+        among = _inner_links(self.network)
+        named = zip(self.network.mechanisms, self.heat_by_mechanism.tolist(), strict=True)
+        return {name: energy for name, energy in named if (name in among) == inner}
+
+    def _by_part(self, heat: Array) -> dict[str, float]:
+        bound = np.isinf(self.network.capacity)
+        return {name: float(heat[part].sum()) for name, part in self.network.parts.items() if not bound[part].any()}
 
 
 def stored_heat(network: Network, T: Array) -> Array:
@@ -61,21 +86,14 @@ def stored_heat(network: Network, T: Array) -> Array:
 
 
 def _account(network: Network, into: Array, by_mechanism: Array, T0: Array, T1: Array) -> EnergyAccount:
-    bound, inner = np.isinf(network.capacity), _inner_links(network)
-    stored = stored_heat(network, T1) - stored_heat(network, T0)
-    parts = {name: part for name, part in network.parts.items() if not bound[part].any()}
-    named = dict(zip(network.mechanisms, map(float, by_mechanism), strict=True))
-    return EnergyAccount(
-        by_mechanism={name: e for name, e in named.items() if name not in inner},
-        carried={name: e for name, e in named.items() if name in inner},
-        absorbed={name: float(into[part].sum()) for name, part in parts.items()},
-        stored={name: float(stored[part].sum()) for name, part in parts.items()},
-    )
+    return EnergyAccount(network, into, by_mechanism, stored_heat(network, T1) - stored_heat(network, T0))
 
 
 def _inner_links(network: Network) -> set[str]:
     """Links whose ends are all parts or junctions: what one end gives, the other gets."""
-    bound, outer, inner = np.isinf(network.capacity), set(), set()
+    bound = np.isinf(network.capacity)
+    outer: set[str] = set()
+    inner: set[str] = set()
     for flows in network.flows:
         for e, entry in enumerate(flows.entry):
             is_outer = flows.one_way or bound[flows.a[e]] or bound[flows.b[e]]
@@ -96,7 +114,7 @@ def linear_account(problem: LinearProblem, solution: LinearSolution) -> EnergyAc
     return _account(network, into, by_mechanism, problem.temperatures(problem.x0, 0), problem.temperatures(solution.x_end, -1))
 
 
-def _temperature_integral(problem: LinearProblem, regime: Regime, mine: Array, x_integral: Array) -> Array:
+def _temperature_integral(problem: LinearProblem, regime: Regime, mine: Indices, x_integral: Array) -> Array:
     """∫T dt of all lumps over the intervals `mine`."""
     h = problem.plan.steps[mine, None] / 2
     (h0, h1), (q0, q1) = problem.forcing.held, problem.forcing.heat
@@ -104,11 +122,11 @@ def _temperature_integral(problem: LinearProblem, regime: Regime, mine: Array, x
     return np.asarray(regime.P @ x_integral + regime.P_held @ held + regime.P_heat @ heat)
 
 
-def _inputs(plan: Plan, mine: Array, share: float) -> dict[str, Array]:
+def _inputs(plan: Plan, mine: Indices, share: float) -> dict[str, Array]:
     return {n: (plan.left[n][mine] + share * (plan.right[n][mine] - plan.left[n][mine]))[:, None] for n in plan.left}
 
 
-def _add_flows(problem: LinearProblem, mine: Array, T: Array, into: Array, by_mechanism: Array) -> None:
+def _add_flows(problem: LinearProblem, mine: Indices, T: Array, into: Array, by_mechanism: Array) -> None:
     """Flows are linear: their integral is the flow of the integrated temperatures."""
     network = problem.plan.network
     bound = np.isinf(network.capacity)
@@ -119,16 +137,15 @@ def _add_flows(problem: LinearProblem, mine: Array, T: Array, into: Array, by_me
         np.add.at(by_mechanism, flows.entry, Q * inward(flows, bound))
 
 
-def _add_sources(problem: LinearProblem, mine: Array, T: Array, into: Array, by_mechanism: Array) -> None:
+def _add_sources(problem: LinearProblem, mine: Indices, T: Array, into: Array, by_mechanism: Array) -> None:
     network, plan = problem.plan.network, problem.plan
     half = plan.steps[mine, None] / 2
-    for heats, mode in with_modes(network, np.zeros(0)):
-        series = (source_series(heats, _inputs(plan, mine, s), mode, len(mine)) for s in (1e-12, 1 - 1e-12))
-        energy = sum((s * half).sum(axis=0) for s in series)
+    for heats, (first, last) in zip(network.heats, problem.forcing.sources, strict=True):
+        energy = ((first + last)[mine] * half).sum(axis=0)
         if heats.reads:
             u = {name: value[0, 0] for name, value in _inputs(plan, mine[:1], 0.0).items()}
             zeros = [np.zeros(len(R)) for R in heats.reads]
-            for R, slope in zip(heats.reads, heats.law.slopes(u, *zeros), strict=True):  # type: ignore[attr-defined]
+            for R, slope in zip(heats.reads, heats.law.slopes(u, *zeros), strict=True):
                 energy = energy + slope * (R @ T)
         into += heats.into @ energy
         by_mechanism[heats.entry] += energy
@@ -141,17 +158,13 @@ def heat_over_time(problem: LinearProblem, solution: LinearSolution) -> Array:
     """
     network, plan = problem.plan.network, problem.plan
     steps = np.empty((len(plan.steps), network.size))
-    heat = sum(
-        affine_heat(network, _inputs(plan, np.arange(len(plan.steps)), s), np.zeros(0), len(plan.steps))
-        for s in (1e-12, 1 - 1e-12)
-    )
     for r, regime in enumerate(problem.regimes):
         mine = np.flatnonzero(problem.regime_of == r)
         (h0, h1), (q0, q1) = problem.forcing.held, problem.forcing.heat
         half = plan.steps[mine, None] / 2
         T = solution.x_integral[mine] @ regime.P.T + ((h0 + h1)[mine] * half) @ regime.P_held.T
         T += ((q0 + q1)[mine] * half) @ regime.P_heat.T
-        steps[mine] = T @ regime.K.T + np.asarray(heat)[mine] * half
+        steps[mine] = T @ regime.K.T + (q0 + q1)[mine] * half
     return np.concatenate([np.zeros((1, network.size)), np.cumsum(steps, axis=0)])
 
 

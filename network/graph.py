@@ -6,25 +6,24 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby, pairwise
-from typing import Generic, TypeAlias, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from network.declare import Array
+from network.declare import Array, Declared, Indices
 from network.expansions.base import Reading
 from network.fields import Place
 from network.lumps import weights
 from network.machine import Machine
-from network.mechanisms.base import Link, Mechanism, Relay, Source, Stream
+from network.mechanisms.base import Link, Relay, Source, Stream
 from network.mechanisms.conduction import Conduction
 from network.nodes import Node
 
-Indices: TypeAlias = NDArray[np.intp]
 CELLS = 8
 """Well-mixed cells on each leg of a stream with a transport delay."""
 
-Law = TypeVar("Law", bound=Mechanism)
+Law = TypeVar("Law", bound=Source)
+Law_co = TypeVar("Law_co", bound=Source, covariant=True)
 
 
 @dataclass(frozen=True)
@@ -53,11 +52,11 @@ class Flows:
 
 
 @dataclass(frozen=True)
-class Heats(Generic[Law]):
+class Heats(Generic[Law_co]):
     """Sources of one class, side by side: n entries, their heat spread by `into` (N×n), their readings by `reads`
     (one n×N matrix for each reading field)."""
 
-    law: Law
+    law: Law_co
     into: Array
     reads: tuple[Array, ...]
     entry: Indices
@@ -220,7 +219,7 @@ class _Builder:
 
     def _grouped(self, elements: Iterable[_Element]) -> Iterator[Flows]:
         for members in _by_structure(elements, lambda element: element.law):
-            law = type(members[0].law).stack([m.law for m in members])
+            law = _stacked([member.law for member in members])
             columns = zip(*((m.a, m.b, m.w, m.entry) for m in members), strict=True)
             a, b, w, entry = (np.array(column) for column in columns)
             yield Flows(law, a, b, w, entry, isinstance(law, Stream), len(self.capacity))
@@ -231,18 +230,25 @@ class _Builder:
             entry = np.array([self._name(f"sources.{m.name}") for m in members])
             into = np.zeros((len(self.capacity), len(members)))
             for column, member in enumerate(members):
-                for place, share in member.into:  # type: ignore[attr-defined]
+                for place, share in member.into:
                     for i, w in self._places(place):
                         into[i, column] += share * w
             yield Heats(law, into, tuple(self._reads(members)), entry)
 
     def _reads(self, members: Sequence[Law]) -> Iterator[Array]:
-        for field in members[0].readings():  # type: ignore[attr-defined]
+        for field in members[0].readings():
             matrix = np.zeros((len(members), len(self.capacity)))
             for line, member in enumerate(members):
                 for i, w in self._places(getattr(member, field)):
                     matrix[line, i] += w
             yield matrix
+
+
+Entry = TypeVar("Entry", bound=Declared)
+
+
+def _stacked(entries: Sequence[Entry]) -> Entry:
+    return type(entries[0]).stack(entries)
 
 
 @dataclass(frozen=True)

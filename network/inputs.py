@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from network.declare import Array
+from network.declare import Array, Indices
 from network.units import Unit, unit
 
 
@@ -38,11 +38,11 @@ class Signal:
         """Values at t; at a jump the value after it."""
         return self._in(np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, None), t)
 
-    def _in(self, k: Array, t: Array) -> Array:
+    def _in(self, k: Indices, t: Array) -> Array:
         ends = np.append(self.t, np.inf)
         length = ends[k + 1] - ends[k]
         share = np.clip((t - ends[k]) / length, 0.0, 1.0)
-        return self.start[k] + share * np.where(np.isfinite(length), self.end[k] - self.start[k], 0.0)
+        return np.asarray(self.start[k] + share * np.where(np.isfinite(length), self.end[k] - self.start[k], 0.0))
 
     @property
     def is_held(self) -> bool:

@@ -96,7 +96,7 @@ def schedule_for(machine: Machine, source: Scenario | Recording | Schedule, star
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a solver gave: base readings and sensor states (t × rows), heat of lumps over time where asked for."""
+    """What a solver gave: base readings and sensor states (rows × t), heat of lumps over time where asked for."""
 
     plan: Plan
     readouts: Readouts
@@ -156,12 +156,12 @@ def _trajectory(
 ) -> Trajectory:
     machine, plan = network.machine, outcome.plan
     u = plan.inputs_at_samples()
-    rows = dict(zip(outcome.readouts.keys, outcome.y.T, strict=False))
+    rows = dict(zip(outcome.readouts.keys, outcome.y, strict=False))
     contributions = dict(_contributions(network, rows, u, outcome))
     tcp = {axis: sum((contributions[axis, name] for name in entries), np.zeros(len(plan.t))) for axis, entries in machine.tcp.items()}
-    states = outcome.y[:, len(outcome.readouts.keys) :]
+    states = outcome.y[len(outcome.readouts.keys) :]
     sensors = {
-        name: _channel(name, sensor, rows, tcp, dict(zip(outcome.readouts.state_of, states.T, strict=True)), plan.t)
+        name: _channel(name, sensor, rows, tcp, dict(zip(outcome.readouts.state_of, states, strict=True)), plan.t)
         for name, sensor in machine.sensors.items()
         if sensor.axis is None or sensor.axis in tcp
     }

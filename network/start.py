@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from network.balance import heat_balance, jacobian
-from network.declare import Array
+from network.declare import Array, Mask
 from network.fields import Place
 from network.graph import Network
 from network.inputs import Schedule, Start
@@ -100,7 +100,7 @@ def _first_readings(network: Network, recording: Recording) -> list[tuple[str, t
     return found
 
 
-def interpolated(network: Network, T: Array, known: Array, u: Inputs) -> Array:
+def interpolated(network: Network, T: Array, known: Mask, u: Inputs) -> Array:
     """Unknown lumps settle between the known ones, by links alone, linearised at the mean of what is known."""
     unknown = np.flatnonzero(~known)
     if not len(unknown):

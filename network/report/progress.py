@@ -6,7 +6,10 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
 
 PATIENCE = 1.0
 """s: how long it stays silent."""
@@ -32,7 +35,8 @@ class _Bar:
 
     def __init__(self, what: str, spans: list[tuple[float, float]]) -> None:
         self.what, self.spans, self.current, self.latest = what, spans, 0, -float("inf")
-        self.began, self.rich = time.perf_counter(), None
+        self.began: float = time.perf_counter()
+        self.rich: Progress | None = None
 
     def tell(self, t: float) -> None:
         if t < self.latest:
@@ -43,14 +47,18 @@ class _Bar:
 
     def _show(self, t: float) -> None:
         if self.rich is None:
-            from rich.console import Console
-            from rich.progress import Progress
-
-            self.rich: Any = Progress(console=Console(stderr=True), transient=True)
-            self.rich.start()
-            self.task = self.rich.add_task(self.what, total=float(len(self.spans)))
+            self.rich = self._started()
         first, last = self.spans[self.current]
         self.rich.update(self.task, completed=self.current + (t - first) / max(last - first, 1e-9))
+
+    def _started(self) -> Progress:
+        from rich.console import Console
+        from rich.progress import Progress
+
+        progress = Progress(console=Console(stderr=True), transient=True)
+        progress.start()
+        self.task = progress.add_task(self.what, total=float(len(self.spans)))
+        return progress
 
     def close(self) -> None:
         if self.rich is not None:

@@ -37,19 +37,20 @@ def solve(problem: LinearProblem, each_interval: bool = False) -> LinearSolution
     """The solution, stepping from instant to instant."""
     plan, x = problem.plan, problem.x0
     steps = [_Steps(regime.A) for regime in problem.regimes]
-    y = np.empty((len(plan.t), len(problem.readouts.keys) + problem.readouts.states))
+    y = np.empty((len(problem.readouts.keys) + problem.readouts.states, len(plan.t)))
     integral = np.zeros((len(plan.steps) if each_interval else len(problem.regimes), problem.order))
     bounds = plan.bounds
     for k, h in enumerate(plan.steps):
         r, here = int(problem.regime_of[k]), slice(bounds[k], bounds[k + 1])
         p, slope = problem.f0[k], (problem.f1[k] - problem.f0[k]) / h
-        y[here] = _samples(steps[r], x, p, slope, plan.t[here] - plan.edges[k]) @ problem.outputs(problem.regimes[r]).T
+        samples = _samples(steps[r], x, p, slope, plan.t[here] - plan.edges[k])
+        y[:, here] = problem.outputs(problem.regimes[r]) @ samples.T
         _, one, two, three = steps[r](h)
         integral[k if each_interval else r] += one @ x + two @ p + three @ slope
         x = _moved(steps[r], x, p, slope, h)
     for r, regime in enumerate(problem.regimes):
         _add_direct(problem, regime, r, y)
-    y[:, : len(problem.readouts.offset)] += problem.readouts.offset
+    y[: len(problem.readouts.offset)] += problem.readouts.offset[:, None]
     error = 1e-15 * float(np.abs(problem.x0).max(initial=1.0)) * np.sqrt(len(plan.t) + len(plan.steps))
     return LinearSolution(y, x, integral, each_interval, float(error))
 
@@ -75,4 +76,4 @@ def _add_direct(problem: LinearProblem, regime: Regime, r: int, y: Array) -> Non
     k = plan.interval_of[mine]
     seen = problem.direct(regime, k, (plan.t[mine] - plan.edges[k]) / plan.steps[k])
     if seen is not None:
-        y[mine] += seen
+        y[:, mine] += seen.T

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
-from network.balance import affine_heat, affine_matrix
+from network.balance import affine_matrix, source_series
 from network.channels import Readouts
-from network.declare import Array
+from network.declare import Array, Indices
 from network.graph import Network
 from network.refusal import Failed
 from network.solvers.plan import Plan, matrix_inputs
@@ -36,10 +36,12 @@ class Regime:
 
 @dataclass(frozen=True)
 class Forcing:
-    """Per interval: held temperatures and heats of all lumps just after and just before its edges."""
+    """Per interval, just after and just before its edges: held temperatures, heats of all lumps, and of the sources
+    group by group."""
 
     held: tuple[Array, Array]
     heat: tuple[Array, Array]
+    sources: tuple[tuple[Array, Array], ...]
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,7 @@ class LinearProblem:
     plan: Plan
     readouts: Readouts
     regimes: tuple[Regime, ...]
-    regime_of: Array
+    regime_of: Indices
     forcing: Forcing
     f0: Array
     f1: Array
@@ -77,7 +79,7 @@ class LinearProblem:
         rows = self.readouts.rows
         return bool((rows @ regime.P_held).any() or (rows @ regime.P_heat).any())
 
-    def direct(self, regime: Regime, k: Array, share: Array) -> Array | None:
+    def direct(self, regime: Regime, k: Indices, share: Array) -> Array | None:
         """What held nodes and heats of massless junctions add to the readings at a share of interval k."""
         if not self.has_direct(regime):
             return None
@@ -90,7 +92,7 @@ class LinearProblem:
 
 @dataclass(frozen=True)
 class LinearSolution:
-    """y: readings and sensor states at the instants of output; x_end: states at the end; x_integral: ∫x dt, one row
+    """y: readings and sensor states (rows) at the instants of output; x_end: states at the end; x_integral: ∫x dt, one row
     for each interval or, where these were not asked for, for each regime; error: estimate of the rounding [K]."""
 
     y: Array
@@ -104,8 +106,7 @@ def reduce(plan: Plan, readouts: Readouts) -> LinearProblem:
     """The reduced problem of a plan."""
     network, modes = plan.network, np.zeros(0)
     keys = matrix_inputs(network)
-    values = np.stack([plan.left[name] for name in keys], axis=1) if keys else np.zeros((len(plan.edges) - 1, 0))
-    distinct, regime_of = np.unique(values, axis=0, return_inverse=True)
+    distinct, regime_of = _distinct(plan, keys)
     regimes = tuple(
         _regime(network, affine_matrix(network, _inputs_of(plan, keys, row), modes), readouts) for row in distinct
     )
@@ -113,14 +114,22 @@ def reduce(plan: Plan, readouts: Readouts) -> LinearProblem:
     n = len(network.free) + readouts.states
     f0, f1 = (np.empty((len(plan.edges) - 1, n)) for _ in range(2))
     for r, regime in enumerate(regimes):
-        at = np.flatnonzero(regime_of.ravel() == r)
+        at = np.flatnonzero(regime_of == r)
         for f, held, heat in zip((f0, f1), forcing.held, forcing.heat, strict=True):
             f[at] = held[at] @ regime.F_held.T + heat[at] @ regime.F_heat.T
             f[at, len(network.free) :] += readouts.state_constant
-    first = regimes[int(regime_of.ravel()[0])]
+    first = regimes[int(regime_of[0])]
     x0 = _start(plan, first, readouts, forcing)
     scale = np.concatenate([np.sqrt(network.capacity[network.free]), np.ones(readouts.states)])
-    return LinearProblem(plan, readouts, regimes, regime_of.ravel(), forcing, f0, f1, x0, scale)
+    return LinearProblem(plan, readouts, regimes, regime_of, forcing, f0, f1, x0, scale)
+
+
+def _distinct(plan: Plan, keys: list[str]) -> tuple[Array, Indices]:
+    """The distinct values of the inputs that conductances depend on, and which of them each interval has."""
+    if not keys:
+        return np.zeros((1, 0)), np.zeros(len(plan.steps), int)
+    found, inverse = np.unique(np.stack([plan.left[name] for name in keys], axis=1), axis=0, return_inverse=True)
+    return found, inverse.ravel()
 
 
 def _inputs_of(plan: Plan, keys: list[str], row: Array) -> Mapping[str, Array]:
@@ -130,14 +139,15 @@ def _inputs_of(plan: Plan, keys: list[str], row: Array) -> Mapping[str, Array]:
 
 def _forcing(plan: Plan) -> Forcing:
     """Inputs are looked at a hair inside the interval, so that a source that starts with a ramp is on at once."""
-    count = len(plan.edges) - 1
-    none, held, heat = np.zeros(0), [], []
-    for share in (1e-12, 1 - 1e-12):
-        u = {n: (plan.left[n] + share * (plan.right[n] - plan.left[n]))[:, None] for n in plan.left}
-        heat.append(affine_heat(plan.network, u, none, count))
-    for values in (plan.left, plan.right):
-        held.append(plan.held_at(values))
-    return Forcing((held[0], held[1]), (heat[0], heat[1]))
+    network, count = plan.network, len(plan.edges) - 1
+    inside = [{n: (a + s * (plan.right[n] - a))[:, None] for n, a in plan.left.items()} for s in (1e-12, 1 - 1e-12)]
+    first, last = ([source_series(heats, u, None, count) for heats in network.heats] for u in inside)
+    heat = [
+        sum((q @ heats.into.T for q, heats in zip(series, network.heats, strict=True)), np.zeros((count, network.size)))
+        for series in (first, last)
+    ]
+    held = plan.held_at(plan.left), plan.held_at(plan.right)
+    return Forcing(held, (heat[0], heat[1]), tuple(zip(first, last, strict=True)))
 
 
 def _regime(network: Network, K: Array, readouts: Readouts) -> Regime:

@@ -13,14 +13,19 @@ from functools import cached_property
 
 import numpy as np
 
-from network.declare import Array
+from network.declare import Array, Indices, Mask
 from network.solvers.linear import LinearProblem, LinearSolution, Regime
 from network.solvers.plan import Plan
 
 WORST_CONDITION = 1e6
 """Of the eigenvectors: beyond it the rounding would exceed 1e-9 K and the exponential path takes over."""
 FEW_SAMPLES = 6
-"""Output samples for each interval below which all intervals are done at once rather than one by one."""
+"""Output samples for each interval up to which every sample is computed from its own interval's state."""
+BLOCK = 128
+AT_A_TIME = 32
+"""Blocks in one product: its operands stay in the cache and need no fresh pages."""
+PHI_SERIES = 1 / np.cumprod(np.arange(1.0, 19.0))[2:]
+"""1/(k+3)! of φ₃."""
 SLOW = 1e-3
 CHUNK = 2_000_000
 
@@ -52,16 +57,17 @@ def modes_of(regime: Regime, scale: Array) -> Modes:
 
 
 def phi(z: Array) -> tuple[Array, Array, Array]:
-    """φ₁, φ₂, φ₃ at z: (eᶻ − 1)/z, (φ₁ − 1)/z, (φ₂ − ½)/z, by series where these cancel."""
+    """φ₁, φ₂, φ₃ at z: (eᶻ − 1)/z, (φ₁ − 1)/z, (φ₂ − ½)/z, by the series of φ₃ where these cancel."""
     small = np.abs(z) < 0.5
     safe = np.where(small, 1.0, z)
-    one = np.where(z == 0, 1.0, np.expm1(z) / np.where(z == 0, 1.0, z))
-    two, three = (one - 1) / safe, ((one - 1) / safe - 0.5) / safe
+    one = np.expm1(z) / safe
+    two = (one - 1) / safe
+    three = (two - 0.5) / safe
     if small.any():
-        series = [np.zeros_like(z[small]), np.zeros_like(z[small])]
-        for k in range(15, -1, -1):
-            series = [s * z[small] / (k + n + 1) + 1.0 for n, s in zip((2, 3), series, strict=True)]
-        two[small], three[small] = series[0] / 2, series[1] / 6
+        near = z[small]
+        third = np.polynomial.polynomial.polyval(near, PHI_SERIES)
+        second = 0.5 + near * third
+        one[small], two[small], three[small] = 1 + near * second, second, third
     return one, two, three
 
 
@@ -71,10 +77,10 @@ def solve(problem: LinearProblem, each_interval: bool = False) -> LinearSolution
     if max(m.condition for m in modes) > WORST_CONDITION:
         return None
     run = _Run(problem, modes, each_interval)
-    few = len(problem.plan.t) < FEW_SAMPLES * len(problem.plan.steps)
     run.march()
-    y = run.sample_at_once() if few else run.sample_by_interval()
-    y[:, : len(problem.readouts.offset)] += problem.readouts.offset
+    many = problem.plan.spacing > 0 and len(problem.plan.t) > FEW_SAMPLES * len(problem.plan.steps)
+    y = run.sample_by_blocks() if many else run.sample_at_once()
+    y[: len(problem.readouts.offset)] += problem.readouts.offset[:, None]
     size = float(np.abs(problem.x0).max(initial=1.0))
     error = 4 * np.finfo(float).eps * max(m.condition for m in modes) * size * np.sqrt(len(problem.plan.steps))
     return LinearSolution(y, run.x_end, run.x_integral, each_interval, float(error))
@@ -122,103 +128,107 @@ class _Run:
         for first, last in zip([0, *cuts], [*cuts, len(regime_of)], strict=True):
             yield int(first), int(last), int(regime_of[first])
 
+    def _empty(self) -> Array:
+        return np.empty((len(self.problem.readouts.keys) + self.problem.readouts.states, len(self.problem.plan.t)))
+
     def sample_at_once(self) -> Array:
         """Readings at every instant from its own interval's state: for inputs that change at nearly every sample."""
-        plan, problem = self.problem.plan, self.problem
-        y = np.empty((len(plan.t), len(problem.readouts.keys) + problem.readouts.states))
+        plan, problem, y = self.problem.plan, self.problem, self._empty()
         interval = plan.interval_of
         for r, regime in enumerate(problem.regimes):
             rows = problem.outputs(regime) @ self.modes[r].V
             mine = np.flatnonzero(problem.regime_of[interval] == r)
             for at in np.array_split(mine, max(1, len(mine) * problem.order // CHUNK)):
-                y[at] = np.real(self._states(r, interval[at], plan.t[at]) @ rows.T)
+                y[:, at] = np.real(rows @ self._states(r, interval[at], plan.t[at]).T)
                 self._add_direct(y, regime, interval[at], at)
         return y
 
-    def _states(self, r: int, k: Array, t: Array) -> Array:
+    def _states(self, r: int, k: Indices, t: Array) -> Array:
         tau = (t - self.problem.plan.edges[k])[:, None]
         if not tau.any():
-            return self.m[k]
+            return np.asarray(self.m[k])
         z = -self.modes[r].rates * tau
         one, two, _ = phi(z)
-        return np.exp(z) * self.m[k] + tau * one * self.p[k] + tau * tau * two * self.r[k]
+        return np.asarray(np.exp(z) * self.m[k] + tau * one * self.p[k] + tau * tau * two * self.r[k])
 
-    def _add_direct(self, y: Array, regime: Regime, k: Array, at: Array) -> None:
+    def _add_direct(self, y: Array, regime: Regime, k: Indices, at: Indices) -> None:
         plan = self.problem.plan
         seen = self.problem.direct(regime, k, (plan.t[at] - plan.edges[k]) / plan.steps[k])
         if seen is not None:
-            y[at] += seen
+            y[:, at] += seen.T
 
-    def sample_by_interval(self) -> Array:
-        """Readings interval by interval from one table of decays for each regime, where output is evenly spaced."""
-        plan, problem = self.problem.plan, self.problem
-        y = np.empty((len(plan.t), len(problem.readouts.keys) + problem.readouts.states))
-        bounds = plan.bounds
+    def sample_by_blocks(self) -> Array:
+        """Readings where output is evenly spaced and intervals hold many samples: one product for each regime."""
+        plan, problem, y = self.problem.plan, self.problem, self._empty()
         for r, regime in enumerate(problem.regimes):
-            mine = np.flatnonzero((problem.regime_of == r) & (np.diff(bounds) > 0))
+            mine = np.flatnonzero((problem.regime_of == r) & (np.diff(plan.bounds) > 0))
             if len(mine):
-                table = _Table(problem.outputs(regime), self.modes[r], plan, mine)
-                table.fill(y, self.m[mine], self.p[mine], self.r[mine])
-            if problem.has_direct(regime):
-                at = np.flatnonzero(problem.regime_of[plan.interval_of] == r)
-                self._add_direct(y, regime, plan.interval_of[at], at)
+                rows = problem.outputs(regime) @ self.modes[r].V
+                _Blocks(plan, mine).fill(y, rows, self.modes[r].rates, self)
+                if problem.has_direct(regime):
+                    at = np.flatnonzero(problem.regime_of[plan.interval_of] == r)
+                    self._add_direct(y, regime, plan.interval_of[at], at)
         return y
 
 
-class _Table:
-    """Readings of one regime over time since an edge: decays on the grid once, then one product for each interval.
+class _Blocks:
+    """Samples of some intervals in blocks of BLOCK: e^(−λτ) is a factor of the block times one of the place in it.
 
-    Fast modes in closed form, e^(−λτ)(m − s) + s + τ r/λ with s = p/λ − r/λ²; slow ones (λτ ≪ 1), where that would
-    cancel, by φ functions.
+    With s = p/λ − r/λ² and d = r/λ a fast mode moves as e^(−λτ)(m − s) + s + τ d: a product of block rows (modes, a
+    constant, a slope) with columns (decays over the block, one, time). Slow modes (λτ ≪ 1), where that would cancel,
+    go by φ functions.
     """
 
-    def __init__(self, outputs: Array, modes: Modes, plan: Plan, intervals: Array) -> None:
-        self.rates, self.rows, self.t = modes.rates, outputs @ modes.V, plan.t
+    def __init__(self, plan: Plan, intervals: Indices) -> None:
+        self.plan, self.intervals = plan, intervals
         self.first, self.last = plan.bounds[intervals], plan.bounds[intervals + 1]
-        self.since = plan.t[self.first] - plan.edges[intervals]
-        self.slow = np.abs(self.rates) * float(plan.t[-1] - plan.t[0]) < SLOW
-        longest = int((self.last - self.first).max())
-        self.grid = powers(self.rates, plan.spacing, longest) if plan.spacing else None
+        self.count = -(-(self.last - self.first) // BLOCK)
+        self.begin = np.cumsum(self.count) - self.count
+        nth = np.arange(self.count.sum()) - np.repeat(self.begin, self.count)
+        since = plan.t[self.first] - plan.edges[intervals]
+        self.tau = np.repeat(since, self.count) + nth * (BLOCK * plan.spacing)
+        self.within = np.arange(BLOCK) * plan.spacing
 
-    def fill(self, y: Array, m: Array, p: Array, r: Array) -> None:
-        rate = np.where(self.slow, 1.0, self.rates)
-        drift = np.where(self.slow, 0.0, r / rate)
-        settled = np.where(self.slow, 0.0, (p - drift) / rate)
-        start = np.exp(-np.outer(self.since, self.rates)) * np.where(self.slow, 0.0, m - settled)
-        level, climb = np.real(settled @ self.rows.T), np.real(drift @ self.rows.T)
-        for i, (first, last) in enumerate(zip(self.first.tolist(), self.last.tolist(), strict=True)):
-            here = y[first:last]
-            np.copyto(here, np.real(self._decays(first, last) @ (self.rows * start[i]).T))
-            here += level[i]
-            if climb[i].any():
-                here += self._tau(i)[:, None] * climb[i]
-            if self.slow.any():
-                here += self._slow_readings(self._tau(i)[:, None], m[i], p[i], r[i])
+    def fill(self, y: Array, rows: Array, rates: Array, run: _Run) -> None:
+        """Puts the readings of the intervals into y (rows × samples)."""
+        slow = np.abs(rates) * float(self.plan.t[-1] - self.plan.t[0]) < SLOW
+        right = np.vstack([np.exp(np.multiply.outer(-rates, self.within)), np.ones(BLOCK), self.within])
+        moving, level, climb = self._factors(rows, rates, slow, run)
+        for some in self._portions():
+            blocks = slice(self.begin[some[0]], self.begin[some[-1]] + self.count[some[-1]])
+            left = np.empty((len(rows), blocks.stop - blocks.start, len(right)), moving.dtype)
+            np.multiply(rows[:, None, :], moving[blocks], out=left[:, :, :-2])
+            left[:, :, -2], left[:, :, -1] = level[:, blocks], climb[:, blocks]
+            readings = np.real(left.reshape(-1, len(right)) @ right).reshape(len(rows), -1)
+            for i in some:
+                begin, first, last = (self.begin[i] - blocks.start) * BLOCK, self.first[i], self.last[i]
+                y[:, first:last] = readings[:, begin : begin + last - first]
+        if slow.any():
+            for k, first, last in zip(self.intervals, self.first, self.last, strict=True):
+                y[:, first:last] += self._slow_readings(rows[:, slow], rates[slow], slow, run, k, slice(first, last))
 
-    def _tau(self, i: int) -> Array:
-        at = self.t[self.first[i] : self.last[i]]
-        return np.asarray(at - at[0] + self.since[i])
+    def _portions(self) -> Iterator[range]:
+        """Intervals, as many at a time as make some AT_A_TIME blocks."""
+        portion = (self.begin // AT_A_TIME).tolist()
+        cuts = [i for i in range(1, len(portion)) if portion[i] != portion[i - 1]]
+        return (range(a, b) for a, b in zip([0, *cuts], [*cuts, len(portion)], strict=True))
 
-    def _decays(self, first: int, last: int) -> Array:
-        """e^(−λ τ) since the first sample of an interval."""
-        if self.grid is not None:
-            return self.grid[: last - first]
-        return np.exp(-np.outer(self.t[first:last] - self.t[first], self.rates))
+    def _factors(self, rows: Array, rates: Array, slow: Mask, run: _Run) -> tuple[Array, Array, Array]:
+        """Of every block: what its modes decay from (blocks × modes), where its readings settle, how they climb."""
+        m, p, r = (part[self.intervals] for part in (run.m, run.p, run.r))
+        safe = np.where(slow, 1.0, rates)
+        drift = np.where(slow, 0.0, r / safe)
+        settled = np.where(slow, 0.0, (p - drift) / safe)
+        moving = np.repeat(np.where(slow, 0.0, m - settled), self.count, axis=0)
+        moving *= np.exp(np.multiply.outer(-self.tau, rates))
+        climb = np.repeat(rows @ drift.T, self.count, axis=1)
+        return moving, np.repeat(rows @ settled.T, self.count, axis=1) + self.tau * climb, climb
 
-    def _slow_readings(self, tau: Array, m: Array, p: Array, r: Array) -> Array:
-        slow = self.slow
-        z = -self.rates[slow] * tau
-        one, two, _ = phi(z)
-        states = np.exp(z) * m[slow] + tau * one * p[slow] + tau * tau * two * r[slow]
-        return np.real(states @ self.rows[:, slow].T)
-
-
-def powers(rates: Array, spacing: float, count: int) -> Array:
-    """e^(−λ k Δ) for k < count, as products of two short tables."""
-    block = max(1, int(np.sqrt(count)))
-    fine = np.exp(-np.outer(np.arange(block) * spacing, rates))
-    coarse = np.exp(-np.outer(np.arange(-(-count // block)) * (block * spacing), rates))
-    return (coarse[:, None, :] * fine).reshape(-1, len(rates))[:count]
+    def _slow_readings(self, rows: Array, rates: Array, slow: Mask, run: _Run, k: int, at: slice) -> Array:
+        tau = (self.plan.t[at] - self.plan.edges[k])[:, None]
+        one, two, _ = phi(-rates * tau)
+        states = np.exp(-rates * tau) * run.m[k, slow] + tau * one * run.p[k, slow] + tau * tau * two * run.r[k, slow]
+        return np.real(rows @ states.T)
 
 
 def scan(gain: Array, push: Array, start: Array) -> tuple[Array, Array]:

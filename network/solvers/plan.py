@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from network.declare import Array
+from network.declare import Array, Indices
 from network.graph import Heats, Network
 from network.inputs import Schedule
-from network.mechanisms.base import Inputs, Mechanism
+from network.mechanisms.base import Inputs, Mechanism, Source
 from network.refusal import Spot, likely, refuse
 
 IVP_METHODS = ("LSODA", "BDF", "Radau", "RK45")
@@ -52,7 +51,8 @@ class Plan:
     def held_at(self, values: Mapping[str, Array]) -> Array:
         """Temperatures of the held lumps [°C] for inputs of shape (K,): (K, held)."""
         held, count = self.network.held, len(values["time"])
-        columns = [values[held[i]] if isinstance(held[i], str) else np.full(count, held[i]) for i in self.network.bound]
+        sources = [held[int(i)] for i in self.network.bound]
+        columns = [values[source] if isinstance(source, str) else np.full(count, source) for source in sources]
         return np.stack(columns, axis=1) if columns else np.zeros((count, 0))
 
     @cached_property
@@ -60,14 +60,14 @@ class Plan:
         return np.diff(self.edges)
 
     @cached_property
-    def bounds(self) -> NDArray[np.intp]:
+    def bounds(self) -> Indices:
         """K+1 indices: the instants of output of interval k are t[bounds[k]:bounds[k + 1]]; at an edge the one after."""
         bounds = np.searchsorted(self.t, self.edges - SAME_INSTANT)
         bounds[0], bounds[-1] = 0, len(self.t)
         return bounds
 
     @cached_property
-    def interval_of(self) -> NDArray[np.intp]:
+    def interval_of(self) -> Indices:
         """The interval in which each instant of output lies."""
         return np.repeat(np.arange(len(self.steps)), np.diff(self.bounds))
 
@@ -136,10 +136,11 @@ def make_plan(
     else:
         why = "as asked"
     if method in ("modal", "expm"):
-        edges = _straightened(network, schedule, edges, left, right)
+        finer = _straightened(network, schedule, edges, left, right)
         if stop_at_samples:
-            edges = _joined(edges, schedule.t)
-        left, right = spans(schedule, edges)
+            finer = _joined(finer, schedule.t)
+        if finer is not edges:
+            edges, (left, right) = finer, spans(schedule, finer)
     return Plan(network, schedule.t, edges, left, right, T0, method, why)
 
 
@@ -160,8 +161,9 @@ def why_not_exact(network: Network, left: Mapping[str, Array], right: Mapping[st
 
 def matrix_inputs(network: Network) -> list[str]:
     """Inputs that conductances depend on: their values make the regime."""
-    groups = [*network.flows, *(h for h in (*network.heats, *network.relays) if h.reads)]
-    return sorted({name for group in groups for name in group.law.needs()})
+    laws: list[Mechanism] = [flows.law for flows in network.flows]
+    laws += [heats.law for heats in (*network.heats, *network.relays) if heats.reads]
+    return sorted({name for law in laws for name in law.needs()})
 
 
 def _straightened(
@@ -183,11 +185,11 @@ def _straightened(
     return np.unique(np.concatenate([*cut, [edges[-1]], np.array(zero_crossings, float)]))
 
 
-def _bend(heats: Heats[Mechanism], left: Mapping[str, Array], right: Mapping[str, Array], share: float) -> Array:
+def _bend(heats: Heats[Source], left: Mapping[str, Array], right: Mapping[str, Array], share: float) -> Array:
     """Distance of the source from the straight line at a share of each interval, relative to its heat there."""
     at = [{n: ((1 - s) * left[n] + s * right[n])[:, None] for n in left} for s in (1e-9, share, 1 - 1e-9)]
     zeros = [np.zeros(1) for _ in heats.reads]
-    first, inside, last = (np.asarray(heats.law.heat(u, *zeros) + 0 * u["time"]) for u in at)  # type: ignore[attr-defined]
+    first, inside, last = (np.asarray(heats.law.heat(u, *zeros) + 0 * u["time"]) for u in at)
     size = np.maximum(np.abs(np.stack([first, inside, last])).max(axis=0), 1e-300)
     return np.asarray((np.abs(inside - (1 - share) * first - share * last) / size).max(axis=1))
 

@@ -16,6 +16,7 @@ from network.balance import heat_balance, jacobian, relay_slices
 from network.channels import Readouts
 from network.declare import Array
 from network.energy import EnergyAccount, Quadrature, stored_heat
+from network.mechanisms.base import Inputs
 from network.refusal import Failed
 from network.solvers.plan import Plan
 
@@ -28,7 +29,7 @@ NEWTON_STEPS = 50
 
 @dataclass
 class ReferenceSolution:
-    """y: readings and sensor states at the instants of output; heat: heat absorbed by every lump since the start at
+    """y: readings and sensor states (rows) at the instants of output; heat: heat absorbed by every lump since the start at
     the instants of output [J]; switches: (instant, relay, new mode)."""
 
     y: Array
@@ -69,17 +70,17 @@ class _Run:
 
     def run(self, progress: Callable[[float], None] | None) -> ReferenceSolution:
         plan, outputs = self.plan, len(self.readouts.keys) + self.readouts.states
-        y, heat = np.empty((len(plan.t), outputs)), np.empty((len(plan.t), self.network.size))
+        y, heat = np.empty((outputs, len(plan.t))), np.empty((len(plan.t), self.network.size))
         x = self._start()
         T0 = self.temperatures(0, float(plan.edges[0]), x)
         bounds = plan.bounds
         for k in range(len(plan.steps)):
             here = slice(bounds[k], bounds[k + 1])
-            x = self._interval(k, x, plan.t[here], y[here], heat[here])
+            x = self._interval(k, x, plan.t[here], y[:, here], heat[here])
             if progress:
                 progress(float(plan.edges[k + 1]))
         T_end = self.temperatures(len(plan.steps) - 1, float(plan.edges[-1]), x)
-        y[:, : len(self.readouts.offset)] += self.readouts.offset
+        y[: len(self.readouts.offset)] += self.readouts.offset[:, None]
         heat = stored_heat(self.network, heat) - stored_heat(self.network, T0.copy())
         account = self.quadrature.account(T0, T_end)
         return ReferenceSolution(y, T0, T_end, account, self.switches, self.evaluations, heat)
@@ -96,7 +97,7 @@ class _Run:
             self._settle(T, u)
         return T.copy()
 
-    def _settle(self, T: Array, u: dict[str, Array]) -> None:
+    def _settle(self, T: Array, u: Inputs) -> None:
         """Newton on the massless junctions: no heat stays in them."""
         at = self.network.massless
         for _ in range(NEWTON_STEPS):
@@ -136,7 +137,7 @@ class _Run:
         lower = np.hstack([r.state_T @ P, r.state_z])
         return np.vstack([np.hstack([upper, np.zeros((self.n, r.states))]), lower])
 
-    def _jacobian(self, T: Array, u: dict[str, Array]) -> Array:
+    def _jacobian(self, T: Array, u: Inputs) -> Array:
         return jacobian(self.network, T, u, self.modes)
 
     def _start(self) -> Array:
@@ -160,7 +161,7 @@ class _Run:
             first = t
             dense, t, x = self._solve(k, t, stop, x)
             last = len(t_out) if t >= end else int(np.searchsorted(t_out, t, side="left"))
-            self._deliver(k, dense, t_out[done:last], y[done:last], heat[done:last], first)
+            self._deliver(k, dense, t_out[done:last], y[:, done:last], heat[done:last], first)
             done = max(done, last)
             self._sum_heat(k, dense, first, t)
         return x
@@ -184,7 +185,7 @@ class _Run:
         for i, instant in enumerate(t):
             x = dense(max(float(instant), first))
             T = self.temperatures(k, float(instant), x)
-            y[i], temperatures[i] = np.concatenate([self.readouts.rows @ T, x[self.n :]]), T
+            y[:, i], temperatures[i] = np.concatenate([self.readouts.rows @ T, x[self.n :]]), T
 
     def _sum_heat(self, k: int, dense: OdeSolution, first: float, last: float) -> None:
         """Gauss–Legendre over every step that the solver took."""

@@ -1,0 +1,28 @@
+PYTHON ?= python3
+BIN := .venv/bin
+
+.PHONY: demo test bench clean
+
+demo: .venv/ready
+	$(BIN)/lptn demo
+
+test: .venv/ready-to-test
+	$(BIN)/ruff check network tests
+	$(BIN)/mypy
+	$(BIN)/pytest -n 2
+
+bench: .venv/ready-to-test
+	cd tests && ../$(BIN)/python -m bench
+
+.venv/ready: pyproject.toml
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install -q --disable-pip-version-check -e .
+	@touch $@
+
+.venv/ready-to-test: pyproject.toml
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install -q --disable-pip-version-check -e '.[test]'
+	@touch .venv/ready $@
+
+clean:
+	rm -rf .venv out build *.egg-info
