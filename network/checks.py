@@ -1,17 +1,22 @@
-"""What can only be checked over a whole machine: names that lead nowhere, parts without heat, parts that never settle."""
+"""What can only be checked over a whole machine: parts without heat, parts that never settle, inputs of two kinds.
+
+A machine may come here with faulty entries left out (they have been told already); then only what cannot be a
+consequence of that is told.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
-import networkx as nx
-
-from network.declare import Declared
-from network.fields import Place, PlaceField, PlacesField, SharesField
+from network.declare import Declared, Effect
+from network.fields import Place, PlacesField, SharesField
 from network.mechanisms.base import Link, Stream
-from network.refusal import Complaints, Spot, likely
+from network.refusal import Complaints
+from network.sections import section
 from network.units import unit
+from network.yamltree import Branch, Items, Leaf, Tree
 
 if TYPE_CHECKING:
     from network.machine import Machine
@@ -21,50 +26,52 @@ def places_of(entry: Declared) -> Iterator[tuple[str, Place]]:
     """(field, place) for every place an entry names."""
     for attribute, field in entry.fields.items():
         value = entry.__dict__[attribute]
-        if value is None:
-            continue
-        if isinstance(field, PlaceField) or isinstance(value, Place):
+        if isinstance(value, Place):
             yield attribute, value
-        elif isinstance(field, PlacesField):
+        elif value is not None and isinstance(field, PlacesField):
             yield from ((attribute, place) for place in value)
-        elif isinstance(field, SharesField):
+        elif value is not None and isinstance(field, SharesField):
             yield from ((attribute, place) for place, _ in value)
-
-
-def check_places(machine: Machine, complaints: Complaints) -> None:
-    """Every place leads to a node."""
-    for path, entry in machine.entries():
-        for attribute, place in places_of(entry):
-            if place.node not in machine.nodes:
-                wrong = f"{path}: there is no node '{place.node}'"
-                complaints.refuse(entry.spot_of(attribute), wrong, likely(place.node, machine.nodes))
-    for role, name in machine.closed_form.items():
-        if name not in machine.nodes:
-            spot = machine.tree.key_spot("closed_form")
-            complaints.refuse(spot, f"closed_form.{role}: there is no node '{name}'", likely(name, machine.nodes))
 
 
 def check_machine(machine: Machine, complaints: Complaints) -> None:
     """All checks over the whole machine; refusals and warnings go to `complaints`."""
-    if not any(node.is_part for node in machine.nodes.values()):
-        complaints.refuse(machine.tree.spot, "the machine has no part with a heat capacity", "give at least one node")
+    nodes = section(machine.tree, "nodes")
+    if len(machine.nodes) == len(nodes.items) and not any(node.is_part for node in machine.nodes.values()):
+        spot = machine.tree.key_spot("nodes")
+        complaints.refuse(spot, "the machine has no part with a heat capacity", "give at least one node with one")
         return
     _check_entries(machine, complaints)
+    _check_links(machine, complaints)
+    _check_sources(machine, complaints)
     _check_sensors(machine, complaints)
     _check_inputs(machine, complaints)
     _check_connections(machine, complaints)
 
 
 def _check_entries(machine: Machine, complaints: Complaints) -> None:
+    """What the entries say against themselves; expansions know the machine by now and are asked again."""
     for path, entry in machine.entries():
-        resolved = path.startswith("tcp.")
-        for field, wrong, right in entry.faults() if resolved else ():
+        for field, wrong, right in entry.faults() if path.startswith("tcp.") else ():
             complaints.refuse(entry.spot_of(field), f"{path}: {wrong}", right)
         for field, wrong, right in entry.doubts():
             complaints.warn(entry.spot_of(field), f"{path}: {wrong}", right)
+
+
+def _check_links(machine: Machine, complaints: Complaints) -> None:
     for name, link in machine.links.items():
-        if isinstance(link, Link) and link.between[0] == link.between[1]:
-            complaints.refuse(link.spot_of("between"), f"links.{name}: joins {link.between[0]} with itself", "name two places")
+        places = _along(link)
+        field = "through" if isinstance(link, Stream) else "between"
+        for a, b in pairwise(places):
+            if a == b:
+                wrong = f"links.{name}: joins {a} with itself"
+                complaints.refuse(link.spot_of(field), wrong, "name two different places")
+        if all(machine.nodes[place.node].is_held for place in places):
+            wrong = f"links.{name}: joins only nodes whose temperature is held"
+            complaints.warn(link.spot_of(field), wrong, "it changes nothing; link a part, or take it out")
+
+
+def _check_sources(machine: Machine, complaints: Complaints) -> None:
     for name, source in machine.sources.items():
         for place, _ in source.into:
             if machine.nodes[place.node].is_held:
@@ -73,59 +80,93 @@ def _check_entries(machine: Machine, complaints: Complaints) -> None:
 
 
 def _check_sensors(machine: Machine, complaints: Complaints) -> None:
+    tcp = section(machine.tree, "tcp")
+    moved = [axis for axis in tcp.items if section(tcp, axis).items]
     for name, sensor in machine.sensors.items():
-        if sensor.axis is not None and not machine.tcp.get(sensor.axis):
+        if sensor.axis is not None and sensor.axis not in moved:
             wrong = f"sensors.{name}: measures tcp.{sensor.axis}, and nothing moves that axis"
-            right = f"add an entry below tcp.{sensor.axis}, or measure " + " or ".join(f"tcp.{a}" for a in machine.tcp)
+            others = " or ".join(f"tcp.{axis}" for axis in moved)
+            right = f"add an entry below tcp.{sensor.axis}" + (f", or measure {others}" if others else "")
             complaints.refuse(sensor.spot_of("measures"), wrong, right)
-        if name in machine.inputs:
-            complaints.refuse(sensor.spot, f"sensors.{name} has the name of an input", "rename the sensor")
+        if name in machine.inputs or name == "time":
+            what = "an input" if name != "time" else "the time column"
+            complaints.refuse(sensor.spot, f"sensors.{name} has the name of {what}", "rename the sensor")
 
 
 def _check_inputs(machine: Machine, complaints: Complaints) -> None:
     """One input cannot be a temperature here and a speed there."""
     seen: dict[str, tuple[str, str]] = {}
     for path, entry in machine.entries():
-        held = getattr(entry, "temperature", None)
-        needs = {held: "degC"} if isinstance(held, str) else getattr(entry, "needs", dict)()
-        for name, unit_text in needs.items():
+        for name, unit_text in _needs(entry).items():
             first_path, first_unit = seen.setdefault(name, (path, unit_text))
             if unit(first_unit).dimension != unit(unit_text).dimension:
                 wrong = f"{path} reads the input '{name}' in {unit_text}, {first_path} in {first_unit}"
                 complaints.refuse(entry.spot, wrong, "one input has one kind of unit")
+            if name == "time":
+                complaints.refuse(entry.spot, f"{path} reads an input named 'time'", "give it another name")
 
 
-def connections(machine: Machine) -> nx.Graph:
-    """The parts and held nodes as a graph; links and streams are edges, with their names."""
-    graph: nx.Graph = nx.Graph()
-    graph.add_nodes_from(machine.nodes)
-    for name, link in machine.links.items():
-        places = link.through if isinstance(link, Stream) else link.between
-        for a, b in zip(places, places[1:], strict=False):
-            graph.add_edge(a.node, b.node, link=name)
-    return graph
+def _needs(entry: Declared) -> Mapping[str, str]:
+    held = entry.__dict__.get("temperature")
+    if isinstance(held, str):
+        return {held: "degC"}
+    return entry.needs() if isinstance(entry, Effect) else {}
 
 
+# -- who is connected with whom -------------------------------------------------------------------------------------
 def _check_connections(machine: Machine, complaints: Complaints) -> None:
-    graph = connections(machine)
-    heated = {place.node for source in machine.sources.values() for place, _ in source.into}
-    for name, node in machine.nodes.items():
-        _check_node(machine, name, graph.degree(name), name in heated, node.spot, complaints)
-    for component in nx.connected_components(graph):
-        parts = [n for n in machine.nodes if n in component and machine.nodes[n].is_part]
-        if parts and not any(machine.nodes[n].is_held for n in component) and (graph.degree(parts[0]) or parts[0] in heated):
-            names = ", ".join(parts)
-            spot = machine.nodes[parts[0]].spot
-            complaints.warn(spot, f"nodes.{parts[0]}: no path from {names} to a held node", "it never settles; link it to ambient")
-
-
-def _check_node(machine: Machine, name: str, links: int, heated: bool, spot: Spot, complaints: Complaints) -> None:
-    node = machine.nodes[name]
-    if links:
+    linked = _mentioned(section(machine.tree, "links"))
+    heated = _mentioned(section(machine.tree, "sources"))
+    for name in machine.nodes:
+        if name not in linked:
+            _check_unlinked(machine, name, name in heated, complaints)
+    if complaints.refusals:
         return
+    for group in _groups(machine):
+        parts = [name for name in group if machine.nodes[name].is_part]
+        if parts and not any(machine.nodes[name].is_held for name in group):
+            wrong = f"nodes.{parts[0]}: no path from {', '.join(parts)} to a held node"
+            complaints.warn(machine.nodes[parts[0]].spot, wrong, "it never settles; link it to ambient")
+
+
+def _mentioned(branch: Branch) -> set[str]:
+    """Every text before an @ in a section: the nodes that its entries name, faulty entries too."""
+    return {text.partition("@")[0].strip() for entry in branch.items.values() for text in _texts(entry)}
+
+
+def _texts(tree: Tree) -> Iterator[str]:
+    if isinstance(tree, Leaf):
+        yield tree.text
+    elif isinstance(tree, Items):
+        for child in tree.entries:
+            yield from _texts(child)
+    else:
+        yield from tree.items
+        for child in tree.items.values():
+            yield from _texts(child)
+
+
+def _check_unlinked(machine: Machine, name: str, heated: bool, complaints: Complaints) -> None:
+    node = machine.nodes[name]
     if node.is_held:
-        complaints.warn(spot, f"nodes.{name} is held and no link reaches it", "link it, or take it out")
+        complaints.warn(node.spot, f"nodes.{name} is held and no link reaches it", "link it, or take it out")
     elif not heated:
-        complaints.refuse(spot, f"nodes.{name} is isolated: no link and no source", "link it, or take it out")
+        complaints.refuse(node.spot, f"nodes.{name} is isolated: no link and no source", "link it, or take it out")
     elif node.is_massless:
-        complaints.refuse(spot, f"nodes.{name} is heated, has no heat capacity and no link", "link it, or give heat_capacity")
+        wrong = f"nodes.{name} is heated, and has no heat capacity and no link"
+        complaints.refuse(node.spot, wrong, "link it, or give heat_capacity")
+
+
+def _groups(machine: Machine) -> Iterator[list[str]]:
+    """The nodes that links and streams join, directly or over others, each group in the order of the file."""
+    group = {name: {name} for name in machine.nodes}
+    for link in machine.links.values():
+        places = _along(link)
+        together = set().union(*(group[place.node] for place in places))
+        group.update(dict.fromkeys(together, together))
+    for members in {id(members): members for members in group.values()}.values():
+        yield [name for name in machine.nodes if name in members]
+
+
+def _along(link: Link | Stream) -> tuple[Place, ...]:
+    return link.through if isinstance(link, Stream) else link.between
