@@ -15,6 +15,8 @@ from network.units import BadNumber
 from network.yamlfile import Tree
 
 MOST_LUMPS = 2000
+BISECTIONS = 52
+CAPACITIES = ("heat_capacity", "extra_heat_capacity")
 _BAR = ("material", "length", "area")
 
 
@@ -59,6 +61,15 @@ class Melting(Declared):
         x = (T - self.at) / self.over
         capacity: Array = self.latent_heat / self.over * (1 + np.cos(2 * np.pi * x)) * (np.abs(x) < 0.5)
         return capacity
+
+    def temperature(self, apparent: Array, capacity: float) -> Array:
+        """T from the heat in the part over its heat capacity, T + absorbed(T)/capacity [°C]; bisection, 1e-13 K."""
+        low, high = apparent - self.latent_heat / capacity, apparent.copy()
+        for _ in range(BISECTIONS):
+            middle = (low + high) / 2
+            too_hot = middle + self.absorbed(middle) / capacity > apparent
+            low, high = np.where(too_hot, low, middle), np.where(too_hot, middle, high)
+        return np.asarray((low + high) / 2)
 
 
 class Node(Declared):

@@ -1,7 +1,8 @@
 """solve_ivp on any network: always restarted at every input change; relays by events, massless junctions by Newton.
 
 The skipped-pulse trap: over a whole schedule an adaptive step jumps across what happens between its steps, so each
-interval between input changes is a solve of its own.
+interval between input changes is a solve of its own. For the same reason the state of a lump that melts is the heat
+in it (over its capacity, so that it is a temperature while nothing melts): a narrow melting range cannot be missed.
 """
 
 from __future__ import annotations
@@ -63,6 +64,10 @@ class _Run:
         network = self.plan.network
         self.network, self.n = network, len(network.free)
         self.latest = self.plan.T0.copy()
+        self.melting = [
+            (network.parts[name], node.melts, node.capacity)
+            for name, node in network.machine.nodes.items() if node.melts is not None
+        ]  # fmt: skip
         self.modes = np.zeros(sum(relays.into.shape[1] for relays in network.relays))
         self.pauses = [float(p) for g in network.relays for p in np.broadcast_to(g.law.pause(), g.into.shape[1])]
         self.pending: dict[int, float] = {}
@@ -91,6 +96,8 @@ class _Run:
         u = self.plan.inputs_in(k, t)
         T = self.latest
         T[self.network.free] = x[: self.n]
+        for part, melting, capacity in self.melting:
+            T[part] = melting.temperature(T[part], capacity)
         for i, source in self.network.held.items():
             T[i] = u[source] if isinstance(source, str) else source
         if len(self.network.massless):
@@ -108,18 +115,17 @@ class _Run:
                 return
         raise Failed(f"the temperature of a massless junction did not settle (last step {np.abs(step).max():.2g} K)")
 
-    def capacity(self, T: Array) -> Array:
-        C = self.network.capacity.copy()
-        for name in self.network.melting:
-            part, melting = self.network.parts[name], self.network.machine.nodes[name].melts
-            assert melting is not None
-            C[part] += melting.apparent_capacity(T[part]) / (part.stop - part.start)
-        return C[self.network.free]
+    def _softening(self, T: Array) -> Array:
+        """∂T/∂state of the free lumps: 1, and less where heat goes into melting."""
+        slope = np.ones(self.network.size)
+        for part, melting, capacity in self.melting:
+            slope[part] = capacity / (capacity + melting.apparent_capacity(T[part]))
+        return slope[self.network.free]
 
     def rate(self, k: int, t: float, x: Array) -> Array:
         T = self.temperatures(k, t, x)
         into = heat_balance(self.network, T, self.plan.inputs_in(k, t), self.modes).into
-        slow = into[self.network.free] / self.capacity(T)
+        slow = into[self.network.free] / self.network.capacity[self.network.free]
         r = self.readouts
         if not r.states:
             return np.asarray(slow)
@@ -133,7 +139,8 @@ class _Run:
         P[free, np.arange(self.n)] = 1.0
         if len(massless):
             P[massless] = -np.linalg.solve(J[np.ix_(massless, massless)], J[np.ix_(massless, free)])
-        upper = J[free] @ P / self.capacity(T)[:, None]
+        P *= self._softening(T)
+        upper = J[free] @ P / network.capacity[free][:, None]
         lower = np.hstack([r.state_T @ P, r.state_z])
         return np.vstack([np.hstack([upper, np.zeros((self.n, r.states))]), lower])
 
@@ -141,7 +148,10 @@ class _Run:
         return jacobian(self.network, T, u, self.modes)
 
     def _start(self) -> Array:
-        x = np.concatenate([self.plan.T0[self.network.free], np.zeros(self.readouts.states)])
+        theta = self.plan.T0.copy()
+        for part, melting, capacity in self.melting:
+            theta[part] += melting.absorbed(theta[part]) / capacity
+        x = np.concatenate([theta[self.network.free], np.zeros(self.readouts.states)])
         T = self.temperatures(0, float(self.plan.edges[0]), x)
         for j, guard in enumerate(self._guards(0, float(self.plan.edges[0]), x)):
             self.modes[j] = 1.0 if guard > 0 else 0.0

@@ -1,0 +1,26 @@
+"""Small machines for the tests, written as in a file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from network import Machine
+from network.inputs import Schedule, Signal
+from network.refusal import Spot
+from network.yamlfile import Branch, tree_of
+
+RPM = 2 * np.pi / 60
+
+
+def machine(nodes: Mapping[str, Any], reference: str = "20 degC", **sections: Any) -> Machine:
+    """A machine of plain values, as they would stand in YAML."""
+    tree = tree_of({"machine": "test", "reference": reference, "nodes": nodes, **sections}, Spot("test"))
+    assert isinstance(tree, Branch)
+    return Machine.read(tree, "test")
+
+
+def schedule(t: Any, *signals: Signal, start: Any = None) -> Schedule:
+    return Schedule("test", "test", np.asarray(t, float), {signal.name: signal for signal in signals}, start)
