@@ -17,7 +17,7 @@ from network.fields import read_kind
 from network.mechanisms.base import Link, Source, Stream
 from network.nodes import Node
 from network.refusal import Complaints, likely, short
-from network.rooms import kinds
+from network.rooms import kinds, open_rooms
 from network.sections import is_empty, section
 from network.sensors.sensor import Sensor
 from network.units import BadNumber, in_unit
@@ -40,6 +40,7 @@ class MachineReader:
 
     def machine(self, cls: type[Kind]) -> Kind:
         """Everything that could be read, with what only the whole machine knows filled in."""
+        open_rooms()  # a sensor names the kinds of its effects
         stuffs = {**materials.BUILT_IN, **self._plain(materials.Material)}
         nodes, sensors, tcp = self._plain(Node), self._plain(Sensor), self._tcp()
         links = cast("dict[str, Link | Stream]", self._kinds("links"))
