@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from network.checks import places_of
 from network.declare import Array, Declared
-from network.fields import Place, PlaceField, PlacesField, SharesField
-from network.patch import merged, set_lumps
-from network.refusal import Spot, likely, refuse
-from network.units import show
+from network.fields import Place, PlacesField, SharesField
+from network.nodes import CAPACITIES, Node
+from network.patch import merged
+from network.refusal import Spot, likely, refuse, short
+from network.sections import section
+from network.settings import set_lumps
+from network.units import Number
 from network.yamlfile import Branch, Items, plain, tree_of
 
 if TYPE_CHECKING:
@@ -29,27 +35,30 @@ def weights(place: Place, lumps: int) -> Array:
     edges = np.linspace(0, 1, lumps + 1)
     overlap = np.minimum(edges[1:], place.stop) - np.maximum(edges[:-1], place.start)
     share = np.clip(overlap, 0, None)
-    return share / share.sum()
+    weight: Array = share / share.sum()
+    return weight
 
 
 def level_patch(machine: Machine, name: str) -> Branch:
-    """The machine's tree at one of its named levels. Raises Refused for an unknown level."""
-    levels = machine.tree.items.get("levels")
-    known = levels.items if isinstance(levels, Branch) else {}
-    level = known.get(name)
+    """The machine's tree at one of its named levels. Raises Refused for an unknown or faulty level."""
+    levels = section(machine.tree, "levels")
+    level = levels.items.get(name)
     if not isinstance(level, Branch):
-        raise refuse(Spot(machine.file), f"there is no level '{name}'", likely(name, known))
+        raise refuse(Spot(machine.file), f"there is no level '{short(name)}'", likely(name, levels.items))
     patch = Branch({k: v for k, v in level.items.items() if k not in ("lumps", "merge")}, level.spot, level.keys)
-    tree = merged(machine.tree, patch)
-    tree = _merged_nodes(machine, tree, level)
-    lumps = level.items.get("lumps")
-    wishes = (
-        [f"{node}={plain(count)}" for node, count in lumps.items.items()] if isinstance(lumps, Branch)
-        else [str(plain(lumps))] if lumps is not None else []
-    )  # fmt: skip
-    for wish in wishes:
-        tree = set_lumps(tree, wish)
+    tree = _merged_nodes(machine, merged(machine.tree, patch), level)
+    for wish, spot in _lump_wishes(level):
+        tree = set_lumps(tree, wish, spot)
     return tree
+
+
+def _lump_wishes(level: Branch) -> Iterator[tuple[str, Spot]]:
+    lumps = level.items.get("lumps")
+    if isinstance(lumps, Branch):
+        for node, count in lumps.items.items():
+            yield f"{node}={plain(count)}", lumps.key_spot(node)
+    elif lumps is not None:
+        yield str(plain(lumps)), lumps.spot
 
 
 def _merged_nodes(machine: Machine, tree: Branch, level: Branch) -> Branch:
@@ -59,16 +68,26 @@ def _merged_nodes(machine: Machine, tree: Branch, level: Branch) -> Branch:
     if not isinstance(groups, Branch):
         raise refuse(groups.spot, "merge is not a mapping", "write `merge: {new name: [node, node]}`")
     for new, members in groups.items.items():
+        machine = type(machine).read(tree, machine.file)
         names = plain(members) if isinstance(members, Items) else []
-        if len(names) < 2:
-            raise refuse(members.spot, f"merge.{new} is not a list of nodes", "write `merge: {new name: [node, node]}`")
-        for name in names:
-            if name not in machine.nodes or not machine.nodes[name].is_part:
-                raise refuse(members.spot, f"merge.{new}: '{name}' is no part of the machine", likely(name, machine.nodes))
-        patch = tree_of(merge_patch(type(machine).read(tree, machine.file), new, names), members.spot)
+        _check_group(machine, new, names, members.spot)
+        patch = tree_of(merge_patch(machine, new, names), members.spot)
         assert isinstance(patch, Branch)
         tree = merged(tree, patch)
     return tree
+
+
+def _check_group(machine: Machine, new: str, names: list[Any], spot: Spot) -> None:
+    parts = [name for name, node in machine.nodes.items() if node.is_part]
+    if len({str(name) for name in names}) < max(2, len(names)):
+        raise refuse(spot, f"merge.{new} is not a list of different nodes", "write `merge: {new name: [node, node]}`")
+    for name in map(str, names):
+        if name not in parts:
+            raise refuse(spot, f"merge.{new}: '{short(name)}' is no part of the machine", likely(name, parts))
+    if new in machine.nodes and new not in names:
+        raise refuse(spot, f"merge.{new}: there is another node '{new}'", "give the merged part a name of its own")
+    if sum(machine.nodes[name].melts is not None for name in names) > 1:
+        raise refuse(spot, f"merge.{new}: several of these parts melt", "merge only one that melts")
 
 
 def merge_patch(machine: Machine, new: str, members: list[str]) -> dict[str, Any]:
@@ -76,10 +95,8 @@ def merge_patch(machine: Machine, new: str, members: list[str]) -> dict[str, Any
 
     What a part's length and material decided (how far it stretches) is kept as numbers.
     """
-    total = sum(machine.nodes[m].capacity for m in members)
-    rotates = {"rotates": True} if any(machine.nodes[m].rotates for m in members) else {}
     nodes: dict[str, Any] = {m: None for m in members if m != new}
-    nodes[new] = {"heat_capacity": show(total, "J/K", 17), **rotates}
+    nodes[new] = _one_lump([machine.nodes[m] for m in members])
     links = {n: _followed(e, new, members) for n, e in machine.links.items() if _touches(e, members)}
     sources = {n: _followed(e, new, members) for n, e in machine.sources.items() if _touches(e, members)}
     sensors = {n: _followed(e, new, members) for n, e in machine.sensors.items() if _touches(e, members)}
@@ -88,12 +105,31 @@ def merge_patch(machine: Machine, new: str, members: list[str]) -> dict[str, Any
         if _touches(entry, members):
             body = _followed(entry, new, members)
             tcp.setdefault(axis, {})[name] = body and body | entry.kept_when_merged()
-    return {"nodes": nodes, "links": links, "sources": sources, "sensors": sensors, "tcp": tcp}
+    roles = {role: new if node in members else node for role, node in machine.closed_form.items()}
+    closed_form = {"closed_form": roles} if roles else {}
+    return {"nodes": nodes, "links": links, "sources": sources, "sensors": sensors, "tcp": tcp, **closed_form}
+
+
+def _one_lump(nodes: list[Node]) -> dict[str, Any]:
+    """The YAML of one mass for several parts: capacities with what is uncertain about them, what melts or turns."""
+    total = sum(node.capacity for node in nodes)
+    numbers = [n for node in nodes for key, n in node.uncertain().items() if key in CAPACITIES]
+    capacity = Number(total)
+    if any(n.prior == "unknown" for n in numbers):
+        low, high = (total + sum(end - n.value for n, end in _ends(numbers, i)) for i in (0, 1))
+        capacity = Number(total, "unknown", 0.0, low, high)
+    elif numbers:
+        capacity = Number(total, "log", math.hypot(*(n.value * n.spread for n in numbers)) / total)
+    rotates = {"rotates": True} if any(node.rotates for node in nodes) else {}
+    melts = [{"melts": node.melts.to_plain()} for node in nodes if node.melts is not None]
+    return {"heat_capacity": Node.fields["heat_capacity"].write(capacity), **rotates, **(melts[0] if melts else {})}
+
+
+def _ends(numbers: list[Number], i: int) -> Iterator[tuple[Number, float]]:
+    return ((n, (n.low, n.high)[i] if n.prior == "unknown" else n.value) for n in numbers)
 
 
 def _touches(entry: Declared, members: Iterable[str]) -> bool:
-    from network.checks import places_of
-
     return any(place.node in members for _, place in places_of(entry))
 
 
@@ -103,16 +139,14 @@ def _followed(entry: Declared, new: str, members: list[str]) -> Any:
     body = entry.to_plain()
     for attribute, field in entry.fields.items():
         value = entry.__dict__[attribute]
-        if value is None:
-            continue
-        if isinstance(field, PlaceField) or isinstance(value, Place):
+        if isinstance(value, Place):
             body[field.key] = new if value.node in members else str(value)
-        elif isinstance(field, PlacesField):
+        elif value is not None and isinstance(field, PlacesField):
             moved = [new if place.node in members else str(place) for place in value]
-            if len(set(moved)) == 1:
+            body[field.key] = [place for place, _ in groupby(moved)]
+            if len(body[field.key]) == 1:
                 return None
-            body[field.key] = moved
-        elif isinstance(field, SharesField):
+        elif value is not None and isinstance(field, SharesField):
             body[field.key] = _moved_shares(value, new, members)
     return body
 
@@ -121,5 +155,5 @@ def _moved_shares(shares: Iterable[tuple[Place, float]], new: str, members: list
     total: dict[str, float] = {}
     for place, share in shares:
         key = new if place.node in members else str(place)
-        total[key] = total.get(key, 0.0) + share
+        total[key] = round(total.get(key, 0.0) + share, 12)
     return total

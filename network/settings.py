@@ -74,10 +74,10 @@ def _descend(child: Tree, rest: str, value: Tree, spot: Spot, where: str) -> Tre
     return Items((*child.entries[:i], new, *child.entries[i + 1 :]), child.spot)
 
 
-def set_lumps(tree: Branch, wish: str) -> Branch:
-    """`4` for every bar, or `housing=20` for one."""
+def set_lumps(tree: Branch, wish: str, spot: Spot | None = None) -> Branch:
+    """`4` for every bar, or `housing=20` for one; `spot` says where that is wished."""
     name, equals, count = (part.strip() for part in wish.rpartition("="))
-    spot = Spot(f"--lumps {short(wish)}")
+    spot = spot or Spot(f"--lumps {short(wish)}")
     bars = _bars(tree)
     if equals and name not in bars:
         raise refuse(spot, f"'{short(name)}' is not a bar", likely(name, bars))

@@ -16,6 +16,7 @@ from typing import TypeAlias
 from network.refusal import Spot
 
 LONGEST = 60
+SMALLEST = Fraction(1, 10**100)
 AS_IN = "write it like W/K, kJ/K, N mm, rpm, degC, um"
 _TURN = Fraction(2 * math.pi)
 _BASES = {"m": "length", "kg": "mass", "s": "time", "K": "temperature", "A": "current", "rad": "angle"}
@@ -82,15 +83,14 @@ class BadNumber(ValueError):
 
 
 @lru_cache(maxsize=1024)
-def factor_and_dimension(text: str) -> tuple[float, str]:
-    """'g/cm^3' → (1000.0, '[length]^-3 [mass]'). Raises BadNumber for what is not a unit."""
+def factor_and_dimension(text: str) -> tuple[Fraction, str]:
+    """'g/cm^3' → (1000, '[length]^-3 [mass]'). Raises BadNumber for what is not a unit."""
     expression = _Expression(text)
     factor, powers = expression.read()
     terms = (f"[{base}]" if p == 1 else f"[{base}]^{float(p):g}" for base, p in sorted(powers.items()) if p)
-    try:
-        return float(factor), " ".join(terms) or "dimensionless"
-    except OverflowError:
-        raise expression.unreadable("it is beyond all numbers") from None
+    if not SMALLEST < factor < 1 / SMALLEST:
+        raise expression.unreadable("it is beyond all numbers")
+    return factor, " ".join(terms) or "dimensionless"
 
 
 def _meaning(name: str) -> Meaning | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Literal
 
@@ -33,12 +33,14 @@ class Unit:
     scale: float
     offset: float
     dimension: str
+    inverse: float
 
     def to_si(self, number: float) -> float:
-        return number * self.scale + self.offset
+        """Divides where that is exact: 700 mm are 0.7 m and not 0.7000000000000001 m."""
+        return (number * self.scale if self.scale >= 1 else number / self.inverse) + self.offset
 
     def from_si(self, value: float) -> float:
-        return (value - self.offset) / self.scale
+        return (value - self.offset) / self.scale if self.scale >= 1 else (value - self.offset) * self.inverse
 
     @property
     def is_temperature(self) -> bool:
@@ -67,15 +69,15 @@ def unit(text: str) -> Unit:
     Temperatures (degC, degF, K, mK alone) carry an offset to °C; in a product (W/degC) they count as differences.
     """
     if text in ("", "1", "-"):
-        return Unit("1", 1.0, 0.0, "dimensionless")
-    scale, dimension = factor_and_dimension(text)
+        return Unit("1", 1.0, 0.0, "dimensionless", 1.0)
+    factor, dimension = factor_and_dimension(text)
     offset = _ZEROS.get(text, ABSOLUTE_ZERO) if dimension == "[temperature]" else 0.0
-    return Unit(text, scale, offset, dimension)
+    return Unit(text, float(factor), offset, dimension, float(1 / factor))
 
 
 def difference(of: Unit) -> Unit:
     """The unit for a difference of such quantities: K for temperatures."""
-    return Unit(of.text, of.scale, 0.0, of.dimension)
+    return replace(of, offset=0.0)
 
 
 NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
@@ -194,18 +196,26 @@ def _unknown_range(text: str, wanted: str) -> tuple[float, float]:
 
 
 def show(value: float, unit_text: str, digits: int = 4) -> str:
-    """A value inside (SI, °C) as text in the given unit: show(0.58, 'mm') → '580 mm'. 'K' is a difference."""
-    number = f"{_shown_in(unit_text).from_si(value):.{digits}g}"
-    return number if unit_text in ("", "1") else f"{number} {unit_text}"
+    """A value inside (SI, °C) as text in the given unit: show(0.58, 'mm') → '580 mm'. 'K' is a difference.
+
+    With 16 digits or more it reads back as the same value.
+    """
+    if digits >= 16:
+        return written(value, unit_text)
+    return _with_unit(f"{_shown_in(unit_text).from_si(value):.{digits}g}", unit_text)
 
 
 def written(value: float, unit_text: str) -> str:
-    """Like `show`, with as many digits as it takes to read back as the same value."""
+    """A value as text in the given unit, with as many digits as it takes to read back as the same value."""
     given = _shown_in(unit_text)
-    for digits in (4, 6, 9, 12, 15, 16):
-        if given.to_si(float(f"{given.from_si(value):.{digits}g}")) == value:
-            return show(value, unit_text, digits)
-    return show(value, unit_text, 17)
+    number = given.from_si(value)
+    rounded = (float(f"{number:.{digits}g}") for digits in range(4, 17))
+    exact = next((short for short in rounded if given.to_si(short) == value), number)
+    return _with_unit(repr(float(exact)).removesuffix(".0"), unit_text)
+
+
+def _with_unit(number: str, unit_text: str) -> str:
+    return number if unit_text in ("", "1") else f"{number} {unit_text}"
 
 
 def _shown_in(unit_text: str) -> Unit:

@@ -81,6 +81,34 @@ def parse(text: str, spot: Spot) -> Tree:
     return tree
 
 
+_PLAIN = (("bool", "true|false"), ("int", "[+-]?(0|[1-9][0-9]*)"), ("float", r"[+-]?(0|[1-9][0-9]*)\.[0-9]+"))
+
+
+class _Dumper(yaml.SafeDumper):
+    """Numbers and true/false stay plain; what other readers of YAML take for something else (`on`, `017`) is quoted."""
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+    def represent_str(self, data: str) -> yaml.ScalarNode:
+        tag = next((tag for tag, pattern in _PLAIN if re.fullmatch(pattern, data)), "str")
+        return self.represent_scalar(f"tag:yaml.org,2002:{tag}", data)
+
+    def represent_dict(self, data: Any) -> yaml.MappingNode:
+        node = super().represent_dict(data)
+        node.flow_style = "kind" in data or not any(_holds_mapping(value) for value in data.values())
+        return node
+
+
+_Dumper.add_representer(str, _Dumper.represent_str)
+_Dumper.add_representer(dict, _Dumper.represent_dict)
+
+
+def _holds_mapping(value: Any) -> bool:
+    return isinstance(value, dict) or (isinstance(value, list) and any(map(_holds_mapping, value)))
+
+
 def dump(value: Mapping[str, Any]) -> str:
-    """A mapping as YAML text: order kept, entries of one line where they fit."""
-    return yaml.safe_dump(dict(value), sort_keys=False, allow_unicode=True, width=160, default_flow_style=None)
+    """A mapping as YAML text: order kept, an entry in one line where it fits."""
+    texts = plain(tree_of(value, Spot("")))
+    return yaml.dump(texts, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=160)

@@ -59,6 +59,8 @@ def tree_of(value: Any, spot: Spot) -> Tree:
         return Leaf("null", spot)
     if isinstance(value, bool):
         return Leaf("true" if value else "false", spot)
+    if isinstance(value, float):
+        return Leaf(repr(float(value)).removesuffix(".0"), spot)
     return Leaf(str(value), spot, quoted=isinstance(value, str) and value in _NULLS)
 
 
