@@ -11,6 +11,7 @@ from catalogue import entry_in, machine, patch_of
 
 from network import films
 from network.declare import Effect
+from network.mechanisms.bearing_friction import LEAST
 from network.refusal import Refused
 from network.rooms import kinds
 
@@ -105,6 +106,24 @@ def test_bearing_friction_in_both_units() -> None:
     assert heat(large, at(6000)) == pytest.approx(0.1047 * 6000 * 0.52, rel=2e-4)
     assert heat(small, at(6000)) == pytest.approx(heat(large, at(6000)), rel=1e-15)
     assert heat(small, at(6000)) == pytest.approx(2 * math.pi / 60 * 6000 * 0.52, rel=1e-15)
+
+
+def test_bearing_friction_after_palmgren() -> None:
+    """f₀ 2, 20 mm²/s, d_m 80 mm: at 6000 rpm M₀ = 1e-7 · 2 · 120000^(2/3) · 80³ = 249.1 N mm; below ν n = 2024 it is
+    16.38 N mm, and 0.8 % of a step remain between that and the published branch at ν n = 2000."""
+    body = {"lubrication_factor": "2", "viscosity": "20 mm^2/s", "mean_diameter": "80 mm"}
+    bearing = entry("sources", "bearing_friction", **body)
+    assert heat(bearing, at(6000)) == pytest.approx(1.047e-4 * 6000 * 249.14, rel=5e-4)
+    assert heat(bearing, at(-100)) == heat(bearing, at(50)) * 2 == pytest.approx(1.047e-4 * 100 * 16.384, rel=5e-4)
+    assert abs(1 - 2000 ** (2 / 3) / LEAST - 0.008) < 5e-4
+    loaded = entry("sources", "bearing_friction", load_factor="0.001", load="1 kN", **body)
+    assert heat(loaded, at(6000)) - heat(bearing, at(6000)) == pytest.approx(1.047e-4 * 6000 * 80, rel=5e-4)
+    assert heat(bearing, at(0)) == 0
+
+
+def test_a_load_beside_a_constant_torque_is_refused() -> None:
+    with pytest.raises(Refused, match="says nothing beside a constant torque"):
+        entry("sources", "bearing_friction", torque="520 N mm", load="1 kN")
 
 
 def test_a_torque_that_was_meant_in_newton_millimetres_is_doubted() -> None:

@@ -26,15 +26,15 @@ class Friction(Source):
     inputs = SPINDLE
 
     @abstractmethod
-    def moment(self, *T: Array) -> Array:
+    def moment(self, u: Inputs, *T: Array) -> Array:
         """Friction torque [N m] at the temperatures read [°C]."""
 
     def heat(self, u: Inputs, *T: Array) -> Array:
-        q: Array = np.abs(u["speed"]) * self.moment(*T)
+        q: Array = np.abs(u["speed"]) * self.moment(u, *T)
         return q
 
     def doubts(self) -> Iterator[Advice]:
-        kilowatts = float(self.torque) * KILOWATT_AT / 1e3
+        kilowatts = float(self.torque) * KILOWATT_AT / 1e3 if self.torque is not None else 0.0
         if kilowatts > 1:
             yield "torque", f"makes {kilowatts:.3g} kW at 3000 rpm", "was N mm meant instead of N m?"
 

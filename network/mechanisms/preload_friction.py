@@ -31,7 +31,7 @@ class PreloadFriction(Friction, kind="preload_friction"):
     replaces = {"bearing_friction": {"torque": "torque"}}
     sentence = "the friction that heats {into} grows by {growth} as {inner} becomes warmer than {outer}"
 
-    def moment(self, *T: Array) -> Array:
+    def moment(self, u: Inputs, *T: Array) -> Array:
         M: Array = self.torque * not_below_zero(1 + self.growth * (T[0] - T[1]))
         return M
 
@@ -44,7 +44,7 @@ class PreloadFriction(Friction, kind="preload_friction"):
     def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
         """In the place of every bearing of constant torque whose two rings can be told."""
         for entry in machine.sources.values():
-            if isinstance(entry, BearingFriction) and (rings := _rings(entry, machine)):
+            if isinstance(entry, BearingFriction) and entry.is_constant and (rings := _rings(entry, machine)):
                 inner, outer = (str(ring) for ring in rings)
                 yield keeping(cls, entry, cls.replaces[entry.kind], inner=inner, outer=outer)
 

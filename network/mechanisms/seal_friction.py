@@ -5,6 +5,7 @@ from typing import Any
 
 from network.declare import Array
 from network.fields import param
+from network.mechanisms.base import Inputs
 from network.mechanisms.friction import Friction, turning
 
 
@@ -20,7 +21,7 @@ class SealFriction(Friction, kind="seal_friction"):
     looks_like = ("bearing_friction", "motor_loss")
     sentence = "a seal rubs with {torque} and heats {into}"
 
-    def moment(self, *T: Array) -> Array:
+    def moment(self, u: Inputs, *T: Array) -> Array:
         return self.torque
 
     @classmethod

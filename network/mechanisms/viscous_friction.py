@@ -31,7 +31,7 @@ class ViscousFriction(Friction, kind="viscous_friction"):
     cold: float
     sentence = "the friction that heats {into} falls by {thinning} as {reads} warms"
 
-    def moment(self, *T: Array) -> Array:
+    def moment(self, u: Inputs, *T: Array) -> Array:
         M: Array = self.torque * np.exp(-self.thinning * (T[0] - self.cold))
         return M
 
@@ -45,5 +45,5 @@ class ViscousFriction(Friction, kind="viscous_friction"):
     def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
         """In the place of every bearing of constant torque, reading where its heat goes first."""
         for entry in machine.sources.values():
-            if isinstance(entry, BearingFriction):
+            if isinstance(entry, BearingFriction) and entry.is_constant:
                 yield keeping(cls, entry, cls.replaces[entry.kind], reads=str(entry.into[0][0]))
