@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from catalogue import arguments, each_kind, each_machine, evaluated, machine, surroundings
+from catalogue import TYPES, arguments, each_kind, each_machine, evaluated, machine, surroundings
 
 from network.balance import heat_balance
 from network.declare import Array, Effect
@@ -22,6 +23,8 @@ from network.refusal import Spot
 from network.sensors.base import SensorEffect
 from network.units import Number
 from network.yamlfile import tree_of
+
+SHIPPED = Path(__file__).parents[1] / "machines"
 
 
 def proposals(cls: type[Effect], on: Machine) -> list[Mapping[str, Any]]:
@@ -42,6 +45,14 @@ def test_proposals_load_and_keep_what_they_do_not_change(cls: type[Effect], name
         assert len(cls.told(patched, patch)) > 10
         path = cls.path_to(cls.strength, patch)
         assert path.rpartition(".")[0] in touched
+
+
+@pytest.mark.parametrize("file", sorted(SHIPPED.glob("*.yaml")), ids=lambda file: file.stem)
+def test_proposals_load_on_every_machine_of_the_project(file: Path) -> None:
+    bare = Machine.load(file)
+    for cls in TYPES:
+        for patch in proposals(cls, bare):
+            assert cls.told(bare.patched(patch), patch)
 
 
 @each_kind
