@@ -11,10 +11,11 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from network.declare import Declared, Effect
+from network.expansions.base import AXES
 from network.fields import Place, PlacesField, SharesField
 from network.mechanisms.base import Link, Stream
 from network.refusal import Complaints
-from network.sections import section
+from network.sections import is_empty, section
 from network.units import unit
 from network.yamltree import Branch, Items, Leaf, Tree
 
@@ -36,8 +37,9 @@ def places_of(entry: Declared) -> Iterator[tuple[str, Place]]:
 
 def check_machine(machine: Machine, complaints: Complaints) -> None:
     """All checks over the whole machine; refusals and warnings go to `complaints`."""
-    nodes = section(machine.tree, "nodes")
-    if len(machine.nodes) == len(nodes.items) and not any(node.is_part for node in machine.nodes.values()):
+    given = machine.tree.items.get("nodes")
+    faulty = len(machine.nodes) < len(given.items) if isinstance(given, Branch) else not is_empty(given)
+    if not faulty and not any(node.is_part for node in machine.nodes.values()):
         spot = machine.tree.key_spot("nodes")
         complaints.refuse(spot, "the machine has no part with a heat capacity", "give at least one node with one")
         return
@@ -81,9 +83,10 @@ def _check_sources(machine: Machine, complaints: Complaints) -> None:
 
 def _check_sensors(machine: Machine, complaints: Complaints) -> None:
     tcp = section(machine.tree, "tcp")
-    moved = [axis for axis in tcp.items if section(tcp, axis).items]
+    unmoved = [axis for axis in tcp.items if isinstance(tcp.items[axis], Branch) and not section(tcp, axis).items]
+    moved = [axis for axis, entries in tcp.items.items() if not is_empty(entries) and axis not in unmoved]
     for name, sensor in machine.sensors.items():
-        if sensor.axis is not None and sensor.axis not in moved:
+        if sensor.axis is not None and sensor.axis not in moved and set(moved) <= set(AXES):
             wrong = f"sensors.{name}: measures tcp.{sensor.axis}, and nothing moves that axis"
             others = " or ".join(f"tcp.{axis}" for axis in moved)
             right = f"add an entry below tcp.{sensor.axis}" + (f", or measure {others}" if others else "")
@@ -118,7 +121,7 @@ def _check_connections(machine: Machine, complaints: Complaints) -> None:
     linked = _mentioned(section(machine.tree, "links"))
     heated = _mentioned(section(machine.tree, "sources"))
     for name in machine.nodes:
-        if name not in linked:
+        if name not in linked and "@" not in name:
             _check_unlinked(machine, name, name in heated, complaints)
     if complaints.refusals:
         return

@@ -59,7 +59,7 @@ class WholeField(Field):
         self.low, self.high, self.allowed = low, high, allowed
 
     def parse(self, tree: Tree) -> int:
-        text = word_of(tree, self.meaning)
+        text = word_of(tree, self.wanted)
         value = int(text) if re.fullmatch("[+-]?(0|[1-9][0-9]{0,17})", text) else None
         if value is None or not self.low <= value <= self.high or (self.allowed and value not in self.allowed):
             raise BadNumber(f"is '{short(text)}'", f"give {self.wanted}")

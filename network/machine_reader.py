@@ -18,7 +18,7 @@ from network.mechanisms.base import Link, Source, Stream
 from network.nodes import Node
 from network.refusal import Complaints, likely, short
 from network.rooms import kinds, open_rooms
-from network.sections import is_empty, section
+from network.sections import SECTIONS, section
 from network.sensors.sensor import Sensor
 from network.units import BadNumber, in_unit
 from network.yamltree import Branch, Leaf, Tree
@@ -56,12 +56,14 @@ class MachineReader:
     # -- single values ----------------------------------------------------------------------------------------------
     def _value(self, key: str, right: str) -> str | None:
         tree = self.tree.items.get(key)
-        if tree is None or is_empty(tree):
-            self.complaints.refuse(tree.spot if tree else self.tree.spot, f"'{key}' is missing", right)
-            return None
-        if isinstance(tree, Leaf):
+        if isinstance(tree, Leaf) and tree.text.strip() and not tree.is_null:
             return tree.text.strip()
-        self.complaints.refuse(tree.spot, f"{key} is not a single value", right)
+        if tree is not None and not isinstance(tree, Leaf):
+            self.complaints.refuse(tree.spot, f"{key} is not a single value", right)
+        elif tree is not None:
+            self.complaints.refuse(tree.spot, f"{key} is empty", right)
+        elif not any(likely(other, SECTIONS) == f"did you mean '{key}'?" for other in self.tree.items):
+            self.complaints.refuse(self.tree.spot, f"'{key}' is missing", right)
         return None
 
     def _name(self) -> str:
@@ -73,7 +75,7 @@ class MachineReader:
             value = in_unit(text, "degC") if text is not None else 20.0
             if COLDEST <= value <= HOTTEST:
                 return value
-            raise BadNumber(f"'{text}' is {value:.4g} degC", f"it lies between {COLDEST:g} and {HOTTEST:g} degC")
+            raise BadNumber(f"'{text}' is out of range", f"it lies between {COLDEST:g} and {HOTTEST:g} degC")
         except BadNumber as error:
             self.complaints.refuse(self.tree.items["reference"].spot, f"reference {error.wrong}", error.right)
             return 20.0
@@ -137,7 +139,7 @@ class MachineReader:
                 wrong = f"{where}: the name '{short(name)}' has {' and '.join(bad)} in it"
                 self.complaints.refuse(branch.key_spot(name), wrong, "rename it")
             elif name != " ".join(name.split()) or not name:
-                wrong = f"{where}: the name '{short(name)}' is empty, or has spaces where none are seen"
+                wrong = f"{where}: the name {name[:60]!r} is empty, or has spaces that are not seen"
                 self.complaints.refuse(branch.key_spot(name), wrong, "rename it")
             elif where in ("nodes", "sensors") and name.startswith("tcp."):
                 wrong = f"{where}: the name '{short(name)}' means a displacement"
@@ -167,7 +169,8 @@ class MachineReader:
         there = section(self.tree, where)
         if name in there.items:
             return
-        wrong, right = f"{path}: there is no {where[:-1]} '{short(name)}'", likely(name, [*known, *there.items])
+        wrong = f"{path}: there is no {where[:-1]} '{short(name)}'"
+        right = likely(name, dict.fromkeys([*known, *there.items]))
         if name in there.keys:
             wrong, right = f"{wrong} any more ({there.keys[name]} takes it out)", "change or take out this entry too"
         self.complaints.refuse(entry.spot_of(field), wrong, right)

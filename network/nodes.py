@@ -141,6 +141,7 @@ class Node(Declared):
         elif bar and lacking and (self.is_bar or self.heat_capacity is None):
             wrong = f"has {' and '.join(bar)} but lacks {' and '.join(lacking)}"
             yield bar[0], wrong, "a bar has material, length and area, a mass has heat_capacity"
+            return
         if self.lumps > 1 and not self.is_bar:
             yield "lumps", "has lumps but is no bar", "lumps need material, length and area"
         if self.extra_heat_capacity and not self.is_bar:

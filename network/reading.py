@@ -91,7 +91,9 @@ def _given(cls: type[Entry], where: str, tree: Branch, complaints: Complaints) -
                 spot = error.spot or tree.key_spot(key)
                 complaints.refuse(spot, f"{where}: {key} {error.wrong}", error.right)
         elif key != "kind" or not cls.kind:
-            complaints.refuse(tree.key_spot(key), f"{where} has an unknown key '{short(key)}'", likely(key, keys))
+            is_decimal = key[:1].isdigit() and isinstance(child, Leaf) and child.is_null
+            right = "write decimals with a point, like 0.5" if is_decimal else likely(key, keys)
+            complaints.refuse(tree.key_spot(key), f"{where} has an unknown key '{short(key)}'", right)
 
 
 def _value(field: Field, where: str, tree: Tree, complaints: Complaints) -> Any:
@@ -100,15 +102,23 @@ def _value(field: Field, where: str, tree: Tree, complaints: Complaints) -> Any:
 
 def _check_missing(cls: type[Entry], where: str, tree: Branch, complaints: Complaints) -> None:
     in_forms = {attribute for form in cls.one_of for attribute in form}
+    told = _misspelt(cls, tree)
     for attribute, field in cls.fields.items():
-        if field.default is REQUIRED and field.key not in tree.items and attribute not in in_forms:
+        if field.default is REQUIRED and field.key not in {*tree.items, *told} and attribute not in in_forms:
             complaints.refuse(tree.spot, f"{where} lacks '{field.key}'", f"give it: {field.meaning}{field.example}")
+
+
+def _misspelt(cls: type[Entry], tree: Branch) -> set[str]:
+    """The keys that were probably meant by unknown ones: told already, not to be called missing as well."""
+    keys = [field.key for field in cls.fields.values()]
+    hints = {likely(key, keys) for key in tree.items if key not in keys}
+    return {key for key in keys if f"did you mean '{key}'?" in hints}
 
 
 def _check_forms(cls: type[Entry], where: str, tree: Branch, complaints: Complaints) -> None:
     """Exactly one of the groups in `one_of`, and that one whole."""
     forms = [{cls.fields[a].key for a in form} for form in cls.one_of]
-    given = {key for form in forms for key in form if key in tree.items}
+    given = {key for form in forms for key in form if key in {*tree.items, *_misspelt(cls, tree)}}
     if not forms or given in forms:
         return
     choices = " | ".join(" + ".join(cls.fields[a].key for a in form) for form in cls.one_of)

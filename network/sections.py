@@ -13,7 +13,7 @@ _ONLY_IN_LEVELS = ("lumps", "merge")
 
 
 def is_empty(tree: Tree | None) -> bool:
-    """Nothing, or a null."""
+    """Nothing, or a null; `{}` is not empty, it stands for a massless node."""
     return tree is None or (isinstance(tree, Leaf) and tree.is_null)
 
 

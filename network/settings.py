@@ -38,6 +38,8 @@ def _set(branch: Branch, path: str, value: Tree, spot: Spot, where: str) -> Bran
     rest, here = path[len(key) + 1 :], f"{where}.{key}".lstrip(".")
     if rest:
         items[key] = _descend(items.get(key, Branch({}, spot)), rest, value, spot, here)
+        if "." in where:
+            keys[key] = spot
         return Branch(items, branch.spot, keys)
     keys[key] = spot
     if not (isinstance(value, Leaf) and value.is_null):

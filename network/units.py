@@ -86,13 +86,14 @@ _RANGE = re.compile(rf"^({NUMBER})\s*\.\.\s*({NUMBER})\s*(.*)$")
 _PLUS_MINUS = re.compile(r"\s*(?:±|\+/-|\+-)\s*")
 
 
-def split_number(text: str) -> tuple[float, str]:
-    """'28 W/K' → (28.0, 'W/K'). Raises BadNumber where there is no finite number in front."""
+def split_number(text: str, wanted: str = "W/K") -> tuple[float, str]:
+    """'28 W/K' → (28.0, 'W/K'). Raises BadNumber where there is no finite number in front; `wanted` is for its hint."""
     match = _QUANTITY.match(text.strip())
     if not match or match[2][:1] in tuple(".:_;'"):
-        raise BadNumber(f"'{short(text)}' is not a number", "write a number with its unit, like `5 W/K`")
+        hint = "write a bare number, like `0.5`" if wanted == "1" else f"write it with its unit, like `5 {wanted}`"
+        raise BadNumber(f"'{short(text)}' is not a number", hint)
     if match[2][:1] == ",":
-        raise BadNumber(f"'{short(text)}' has a comma in it", "write the decimals with a point, like `0.5 W/K`")
+        raise BadNumber(f"'{short(text)}' has a comma in it", "write the decimals with a point, like `0.5`")
     if re.match(r"[+-]?0[0-9]", match[1]):
         plain = re.sub("0+(?=[0-9])", "", match[1], count=1)
         raise BadNumber(f"'{short(text)}' starts with a zero", f"write `{short(f'{plain} {match[2]}')}`")
@@ -104,7 +105,7 @@ def split_number(text: str) -> tuple[float, str]:
 
 def in_unit(text: str, wanted: str) -> float:
     """'580 mm' wanted in 'm' → 0.58 in SI. `wanted` 'degC' means an absolute temperature, 'K' a difference."""
-    number, unit_text = split_number(text)
+    number, unit_text = split_number(text, wanted)
     target = unit(wanted)
     if unit_text == "" and target.dimension != "dimensionless":
         raise _no_unit(text, wanted)
@@ -163,7 +164,7 @@ def _spread(text: str, value: float, spread: str, wanted: str) -> float:
     read, scale = short(text), "K" if wanted == "degC" else wanted
     if not spread:
         raise BadNumber(f"'{read}' has nothing behind the ±", "write the spread, as in ± 30 %")
-    number, unit_text = split_number(spread)
+    number, unit_text = split_number(spread, scale)
     if unit_text == "" and wanted != "1":
         either = f"`± {spread} {scale}`" if wanted == "degC" else f"`± {spread} %` or `± {spread} {scale}`"
         raise BadNumber(f"'{read}' has a spread without unit", f"write {either}")
