@@ -140,7 +140,7 @@ def _add_flows(problem: LinearProblem, mine: Indices, T: Array, into: Array, by_
 def _add_sources(problem: LinearProblem, mine: Indices, T: Array, into: Array, by_mechanism: Array) -> None:
     network, plan = problem.plan.network, problem.plan
     half = plan.steps[mine, None] / 2
-    for heats, (first, last) in zip(network.heats, problem.forcing.sources, strict=True):
+    for heats, (first, last) in zip((*network.heats, *network.relays), problem.forcing.sources, strict=True):
         energy = ((first + last)[mine] * half).sum(axis=0)
         if heats.reads:
             u = {name: value[0, 0] for name, value in _inputs(plan, mine[:1], 0.0).items()}

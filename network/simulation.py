@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,7 +19,7 @@ from network.recording import Recording
 from network.refusal import Complaints, Spot, likely
 from network.scenario import Scenario
 from network.sensors.sensor import Sensor
-from network.solvers import expm, modal, reference
+from network.solvers import expm, modal, reference, switched
 from network.solvers.linear import LinearProblem, LinearSolution, reduce
 from network.solvers.modal import scan
 from network.solvers.plan import Plan, make_plan
@@ -119,13 +119,20 @@ def solve_schedule(
     outputs = readouts(network, parts)
     if plan.method.startswith("solve_ivp"):
         return _by_reference(plan, outputs, rtol, progress)
+    switches: tuple[tuple[float, int, int], ...] = ()
+    if plan.method == "switched":
+        found = switched.find(plan, outputs, progress)
+        if found is None:
+            why = "it switches, and its modes are too much alike for the closed form"
+            return _by_reference(replace(plan, method="solve_ivp:LSODA", why=why), outputs, rtol, progress)
+        plan, switches = found.plan, found.switches
     problem = reduce(plan, outputs)
-    solution = modal.solve(problem, each_interval=wants_heat) if plan.method == "modal" else None
+    solution = modal.solve(problem, each_interval=wants_heat) if plan.method != "expm" else None
     if solution is None:
         if plan.method == "modal":
             plan = replace(plan, method="expm", why="linear, but its modes are too much alike: matrix exponentials")
         solution = expm.solve(problem, each_interval=wants_heat)
-    return _by_linear(plan, problem, solution, wants_heat)
+    return replace(_by_linear(plan, problem, solution, wants_heat), switches=_named(network, switches))
 
 
 def _by_linear(plan: Plan, problem: LinearProblem, solution: LinearSolution, wants_heat: bool) -> Outcome:
@@ -138,16 +145,21 @@ def _by_linear(plan: Plan, problem: LinearProblem, solution: LinearSolution, wan
     return Outcome(plan, problem.readouts, solution.y, T0, T1, account, solution.error, heat)
 
 
+def _named(network: Network, switches: Iterable[tuple[float, int, int]]) -> tuple[tuple[float, str, bool], ...]:
+    """Switchings with the names of their sources."""
+    names = [network.mechanisms[i] for relays in network.relays for i in relays.entry]
+    return tuple((t, names[j].removeprefix("sources."), bool(mode)) for t, j, mode in switches)
+
+
 def _by_reference(plan: Plan, outputs: Readouts, rtol: float, progress: Progress | None) -> Outcome:
     name = plan.method.partition(":")[2]
     solution = reference.solve(plan, outputs, name, rtol, rtol, progress)
-    names = [plan.network.mechanisms[i] for relays in plan.network.relays for i in relays.entry]
-    switches = tuple((t, names[j].removeprefix("sources."), bool(mode)) for t, j, mode in solution.switches)
     finite = plan.network.capacity[plan.network.free]
     gap = abs(solution.account.closure) * max(solution.account.in_, solution.account.out, 1.0)
     error = max(gap / float(finite.sum()), rtol * float(np.abs(solution.T_end).max()))
     return Outcome(
-        plan, outputs, solution.y, solution.T_start, solution.T_end, solution.account, error, solution.heat, switches
+        plan, outputs, solution.y, solution.T_start, solution.T_end, solution.account, error, solution.heat,
+        _named(plan.network, solution.switches),
     )
 
 

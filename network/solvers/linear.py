@@ -6,16 +6,17 @@ straight from f0 to f1.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
-from network.balance import affine_matrix, source_series
+from network.balance import affine_matrix, relay_slices, source_series
 from network.channels import Readouts
 from network.declare import Array, Indices
-from network.graph import Network
+from network.graph import Heats, Network
+from network.mechanisms.base import Source
 from network.refusal import Failed
 from network.solvers.plan import Plan, matrix_inputs
 
@@ -104,7 +105,8 @@ class LinearSolution:
 
 def reduce(plan: Plan, readouts: Readouts) -> LinearProblem:
     """The reduced problem of a plan."""
-    network, modes = plan.network, np.zeros(0)
+    network = plan.network
+    modes = np.zeros(sum(relays.into.shape[1] for relays in network.relays))
     keys = matrix_inputs(network)
     distinct, regime_of = _distinct(plan, keys)
     regimes = tuple(
@@ -141,13 +143,21 @@ def _forcing(plan: Plan) -> Forcing:
     """Inputs are looked at a hair inside the interval, so that a source that starts with a ramp is on at once."""
     network, count = plan.network, len(plan.edges) - 1
     inside = [{n: (a + s * (plan.right[n] - a))[:, None] for n, a in plan.left.items()} for s in (1e-12, 1 - 1e-12)]
-    first, last = ([source_series(heats, u, None, count) for heats in network.heats] for u in inside)
+    groups = [*network.heats, *network.relays]
+    first, last = ([source_series(heats, u, mode, count) for heats, mode in _moded(plan)] for u in inside)
     heat = [
-        sum((q @ heats.into.T for q, heats in zip(series, network.heats, strict=True)), np.zeros((count, network.size)))
+        sum((q @ heats.into.T for q, heats in zip(series, groups, strict=True)), np.zeros((count, network.size)))
         for series in (first, last)
     ]
     held = plan.held_at(plan.left), plan.held_at(plan.right)
     return Forcing(held, (heat[0], heat[1]), tuple(zip(first, last, strict=True)))
+
+
+def _moded(plan: Plan) -> Iterator[tuple[Heats[Source], Array | None]]:
+    """Every group of sources, relays with their modes in each interval."""
+    yield from ((heats, None) for heats in plan.network.heats)
+    for relays, part in relay_slices(plan.network):
+        yield relays, np.zeros(part.stop - part.start) if plan.modes is None else plan.modes[:, part]
 
 
 def _regime(network: Network, K: Array, readouts: Readouts) -> Regime:

@@ -15,7 +15,8 @@ from network.mechanisms.base import Inputs, Mechanism, Source
 from network.refusal import Spot, likely, refuse
 
 IVP_METHODS = ("LSODA", "BDF", "Radau", "RK45")
-METHODS = ("auto", "modal", "expm", *(f"solve_ivp:{name}" for name in IVP_METHODS))
+METHODS = ("auto", "modal", "switched", "expm", *(f"solve_ivp:{name}" for name in IVP_METHODS))
+EXACT = ("modal", "switched", "expm")
 SAME_INSTANT = 1e-9
 """s: input changes closer together than this are one."""
 HAIR = 1e-6
@@ -31,7 +32,7 @@ class Plan:
 
     t: instants of output [s]; edges: K+1 instants, the first is the start, the last the end; left, right: input →
     K values just after and just before the edges of each interval, SI; `time` is among them; T0: temperatures of all
-    lumps at the start [°C]; rounding: what straight pieces for bent sources may cost, relative to the heat.
+    lumps at the start [°C]; modes: of the relays (0 off, 1 on) in each interval, (K, relays), once they are known.
     """
 
     network: Network
@@ -42,6 +43,7 @@ class Plan:
     T0: Array
     method: str
     why: str
+    modes: Array | None = None
 
     def inputs_in(self, k: int, t: float) -> Inputs:
         """Inputs at t within interval k."""
@@ -121,27 +123,44 @@ def spans(schedule: Schedule, edges: Array) -> tuple[dict[str, Array], dict[str,
 def make_plan(
     network: Network, schedule: Schedule, T0: Array, method: str = "auto", stop_at_samples: bool = False
 ) -> Plan:
-    """The plan of a run; `stop_at_samples` makes every instant of output an edge. Raises Refused for a method that does not exist or cannot serve this network."""
+    """The plan of a run; `stop_at_samples` makes every instant of output an edge.
+
+    Raises Refused for a method that does not exist or cannot serve this network.
+    """
     if method == "solve_ivp":
         method = "solve_ivp:LSODA"
     if method not in METHODS:
         raise refuse(Spot("--method"), f"there is no method '{method}'", likely(method, METHODS))
     edges = interval_edges(network, schedule)
     left, right = spans(schedule, edges)
-    obstacle = why_not_exact(network, left, right)
-    if method in ("modal", "expm") and obstacle:
-        raise refuse(Spot("--method"), f"{method} is exact for linear networks, and {obstacle}", "use --method auto")
-    if method == "auto":
-        method, why = ("solve_ivp:LSODA", obstacle) if obstacle else ("modal", "the network is linear: exact in its modes")
-    else:
-        why = "as asked"
-    if method in ("modal", "expm"):
+    method, why = _chosen(network, method, why_not_exact(network, left, right))
+    if method in EXACT:
         finer = _straightened(network, schedule, edges, left, right)
         if stop_at_samples:
             finer = _joined(finer, schedule.t)
         if finer is not edges:
             edges, (left, right) = finer, spans(schedule, finer)
     return Plan(network, schedule.t, edges, left, right, T0, method, why)
+
+
+def _chosen(network: Network, method: str, obstacle: str) -> tuple[str, str]:
+    """The method and the reason for it; `obstacle` is what keeps the run from the exact paths."""
+    obstacle = obstacle or (_switches(network) if method in ("modal", "expm") else "")
+    if method in EXACT and obstacle:
+        raise refuse(Spot("--method"), f"{method} is exact for linear networks, and {obstacle}", "use --method auto")
+    if method != "auto":
+        return method, "as asked"
+    if obstacle:
+        return "solve_ivp:LSODA", obstacle
+    if network.relays:
+        return "switched", f"linear between switchings: exact in its modes, and {_switches(network)}"
+    return "modal", "the network is linear: exact in its modes"
+
+
+def _switches(network: Network) -> str:
+    if not network.relays:
+        return ""
+    return f"{network.mechanisms[network.relays[0].entry[0]]} ({network.relays[0].law.kind}) switches"
 
 
 def why_not_exact(network: Network, left: Mapping[str, Array], right: Mapping[str, Array]) -> str:
@@ -151,8 +170,10 @@ def why_not_exact(network: Network, left: Mapping[str, Array], right: Mapping[st
     for group in network.groups:
         if not group.law.is_affine():
             return f"{network.mechanisms[group.entry[0]]} ({group.law.kind}) is not linear in temperature"
-    if network.relays:
-        return f"{network.mechanisms[network.relays[0].entry[0]]} ({network.relays[0].law.kind}) switches"
+    for relays in network.relays:
+        u = {name: values[0] for name, values in left.items()}
+        if any(np.any(slope) for slope in relays.law.slopes(u, *(np.zeros(len(R)) for R in relays.reads))):
+            return f"{network.mechanisms[relays.entry[0]]} ({relays.law.kind}) changes a conductance as it switches"
     for name in matrix_inputs(network):
         if not np.array_equal(left[name], right[name]):
             return f"the input '{name}' is ramped and changes a conductance"
@@ -162,7 +183,7 @@ def why_not_exact(network: Network, left: Mapping[str, Array], right: Mapping[st
 def matrix_inputs(network: Network) -> list[str]:
     """Inputs that conductances depend on: their values make the regime."""
     laws: list[Mechanism] = [flows.law for flows in network.flows]
-    laws += [heats.law for heats in (*network.heats, *network.relays) if heats.reads]
+    laws += [heats.law for heats in network.heats if heats.reads]
     return sorted({name for law in laws for name in law.needs()})
 
 
@@ -171,7 +192,7 @@ def _straightened(
 ) -> Array:
     """Edges with ramps cut so finely that every source is straight within each piece, to BENDS of its heat."""
     pieces = np.ones(len(edges) - 1, int)
-    for heats in network.heats:
+    for heats in (*network.heats, *network.relays):
         own = ["time"] if heats.law.follows_time else []
         names = [n for n in (*heats.law.needs(), *own) if not np.array_equal(left[n], right[n])]
         if names:
