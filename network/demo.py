@@ -18,7 +18,10 @@ from network.trajectory import Trajectory, axis_unit, in_difference_unit
 
 def tell_demo(output: str | Path) -> Iterator[str]:
     """Lines of the story; the results are in the folder when the last one is told."""
-    machine_file, scenario_file = shipped("machines", "gantry_spindle.yaml"), shipped("scenarios", "warm_up_and_stop.yaml")
+    machine_file, scenario_file = (
+        shipped("machines", "gantry_spindle.yaml"),
+        shipped("scenarios", "warm_up_and_stop.yaml"),
+    )
     machine, scenario = Machine.load(machine_file), Scenario.load(scenario_file)
     parts = sum(node.is_part for node in machine.nodes.values())
     yield f"{machine.name}: {parts} parts, {len(machine.links)} links, {len(machine.sources)} heat sources, in YAML"

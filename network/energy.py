@@ -111,7 +111,9 @@ def linear_account(problem: LinearProblem, solution: LinearSolution) -> EnergyAc
         T_integral = _temperature_integral(problem, regime, mine, x_integral)
         _add_flows(problem, mine, T_integral, into, by_mechanism)
         _add_sources(problem, mine, T_integral, into, by_mechanism)
-    return _account(network, into, by_mechanism, problem.temperatures(problem.x0, 0), problem.temperatures(solution.x_end, -1))
+    return _account(
+        network, into, by_mechanism, problem.temperatures(problem.x0, 0), problem.temperatures(solution.x_end, -1)
+    )
 
 
 def _temperature_integral(problem: LinearProblem, regime: Regime, mine: Indices, x_integral: Array) -> Array:

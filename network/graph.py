@@ -123,7 +123,10 @@ class Network:
         row, part = self.row(place), self.parts[place.node]
         lumps = part.stop - part.start
         length = float(self.machine.nodes[place.node].length)
-        low, high = np.maximum(np.arange(lumps) / lumps, place.start), np.minimum(np.arange(1, lumps + 1) / lumps, place.stop)
+        low, high = (
+            np.maximum(np.arange(lumps) / lumps, place.start),
+            np.minimum(np.arange(1, lumps + 1) / lumps, place.stop),
+        )
         y = ((low + high) / 2 - (place.start + place.stop) / 2) * length
         moment = row[part] * y
         total = float((moment * y).sum())

@@ -158,7 +158,14 @@ def _by_reference(plan: Plan, outputs: Readouts, rtol: float, progress: Progress
     gap = abs(solution.account.closure) * max(solution.account.in_, solution.account.out, 1.0)
     error = max(gap / float(finite.sum()), rtol * float(np.abs(solution.T_end).max()))
     return Outcome(
-        plan, outputs, solution.y, solution.T_start, solution.T_end, solution.account, error, solution.heat,
+        plan,
+        outputs,
+        solution.y,
+        solution.T_start,
+        solution.T_end,
+        solution.account,
+        error,
+        solution.heat,
         _named(plan.network, solution.switches),
     )
 
@@ -170,7 +177,10 @@ def _trajectory(
     u = plan.inputs_at_samples()
     rows = dict(zip(outcome.readouts.keys, outcome.y, strict=False))
     contributions = dict(_contributions(network, rows, u, outcome))
-    tcp = {axis: sum((contributions[axis, name] for name in entries), np.zeros(len(plan.t))) for axis, entries in machine.tcp.items()}
+    tcp = {
+        axis: sum((contributions[axis, name] for name in entries), np.zeros(len(plan.t)))
+        for axis, entries in machine.tcp.items()
+    }
     states = outcome.y[len(outcome.readouts.keys) :]
     sensors = {
         name: _channel(name, sensor, rows, tcp, dict(zip(outcome.readouts.state_of, states, strict=True)), plan.t)
@@ -193,7 +203,9 @@ def _contributions(
 ) -> Iterator[tuple[tuple[str, str], Array]]:
     for (axis, name), entry in network.machine.expansions.items():
         readings = [
-            rows["reading", axis, name, str(i)] if reading.how != "heat" else _heat_reading(network, reading.place, outcome)
+            rows["reading", axis, name, str(i)]
+            if reading.how != "heat"
+            else _heat_reading(network, reading.place, outcome)
             for i, reading in enumerate(entry.readings())
         ]
         yield (axis, name), np.asarray(entry.movement(u, *readings) * np.ones(len(outcome.plan.t)))
@@ -235,7 +247,9 @@ def _followed(effect: object, t: Array, truth: Array) -> Array:
     first, second, _ = modal.phi(by_state * h)
     push = by_truth * truth + at_zero
     slope = np.diff(push)[:, None] / h
-    states, last = scan(np.exp(by_state * h), h * first * push[:-1, None] + h * h * second * slope, push[:1] / -by_state)
+    states, last = scan(
+        np.exp(by_state * h), h * first * push[:-1, None] + h * h * second * slope, push[:1] / -by_state
+    )
     return np.append(states[:, 0], last)
 
 

@@ -76,7 +76,12 @@ class Trajectory:
             "why": self.why,
             "solve_seconds": self.solve_seconds,
             "error_estimate": {"value": self.error, "unit": "K"},
-            "energy": {**energy, "unit": "J", "by_mechanism": dict(account.by_mechanism), "absorbed": dict(account.absorbed)},
+            "energy": {
+                **energy,
+                "unit": "J",
+                "by_mechanism": dict(account.by_mechanism),
+                "absorbed": dict(account.absorbed),
+            },
             "tcp": {axis: self._extent(axis) for axis in self.tcp},
             "switches": len(self.switches),
             "warnings": list(self.warnings),

@@ -64,7 +64,9 @@ def test_start_above_the_reference_counts() -> None:
     warm = machine(
         {"bar": {"material": "aluminium", "length": "500 mm", "area": "20 cm^2"}},
         sources={"none": {"kind": "heat_source", "into": {"bar": 1}, "power": "0 W"}},
-        tcp={"z": {m: {"kind": "stretching", "of": "bar", "direction": -1, "method": m} for m in ("temperature", "heat")}},
+        tcp={
+            "z": {m: {"kind": "stretching", "of": "bar", "direction": -1, "method": m} for m in ("temperature", "heat")}
+        },
         sensors={
             "dz": {"measures": "tcp.z", "noise": "1 um"},
             "probe": {"measures": "tcp.z", "noise": "1 um", "zero": "start"},

@@ -135,9 +135,7 @@ def test_superposition_and_reciprocity() -> None:
     """Rises add up over sources; a watt into a warms b as a watt into b warms a."""
 
     def rises(heats: dict[str, float]) -> dict[str, np.ndarray]:
-        sources = {
-            f"q{n}": {"kind": "heat_source", "into": {n: 1}, "power": f"{q} W"} for n, q in heats.items()
-        }
+        sources = {f"q{n}": {"kind": "heat_source", "into": {n: 1}, "power": f"{q} W"} for n, q in heats.items()}
         base = spindle().to_plain() | {"sources": sources}
         run = simulate(
             machine(base["nodes"], links=base["links"], sources=sources, sensors=base["sensors"]),
@@ -152,7 +150,10 @@ def test_superposition_and_reciprocity() -> None:
 
 def bar(lumps: int, **more):
     return machine(
-        {"bar": {"material": "steel", "length": "1 m", "area": "78.54 cm^2", "lumps": lumps}, "cold": {"temperature": "20 degC"}},
+        {
+            "bar": {"material": "steel", "length": "1 m", "area": "78.54 cm^2", "lumps": lumps},
+            "cold": {"temperature": "20 degC"},
+        },
         **more,
     )
 
@@ -187,7 +188,8 @@ def test_bar_heated_at_one_end_converges_at_second_order() -> None:
 def test_stretching_does_not_depend_on_where_the_heat_enters(place: str, lumps: int) -> None:
     """ΔL = α E/(ρ c S), eq. 5; from temperatures and from the heat integrated without them."""
     entries = {
-        method: {"kind": "stretching", "of": "bar", "direction": 1, "method": method} for method in ("temperature", "heat")
+        method: {"kind": "stretching", "of": "bar", "direction": 1, "method": method}
+        for method in ("temperature", "heat")
     }
     heated = bar(
         lumps, tcp={"z": entries},

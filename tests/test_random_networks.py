@@ -54,9 +54,9 @@ def inputs(draw: Any) -> Any:
     speeds = np.array([draw(st.sampled_from([0, 3000, -6000, 9000])) for _ in range(len(knots))]) * RPM
     ambient = np.array([draw(st.floats(15, 28)) for _ in range(len(knots))])
     t = np.linspace(0, float(knots[-1]), draw(st.integers(2, 40)))
-    return schedule(t, held("speed", "rpm", knots - knots[0], speeds), linear("ambient", "degC", knots - knots[0], ambient))
-
-
+    return schedule(
+        t, held("speed", "rpm", knots - knots[0], speeds), linear("ambient", "degC", knots - knots[0], ambient)
+    )
 
 
 def quiet(examples: int) -> settings:

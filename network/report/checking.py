@@ -18,7 +18,13 @@ def machine_summary(machine: Machine) -> dict[str, Any]:
         "machine": machine.name,
         "nodes": {
             name: {
-                "kind": "held" if node.is_held else "massless" if node.is_massless else "bar" if node.is_bar else "mass",
+                "kind": "held"
+                if node.is_held
+                else "massless"
+                if node.is_massless
+                else "bar"
+                if node.is_bar
+                else "mass",
                 "heat_capacity": {"value": node.capacity, "unit": "J/K"} if node.is_part else None,
                 "lumps": node.lumps,
             }

@@ -112,7 +112,9 @@ class _Run:
             gain = np.exp(-modes.rates * h)
             push = h * one * self.p[here] + h * h * two * self.r[here]
             self.m[here], end = scan(gain, push, modes.W @ x)
-            self._integrate(here, regime, h * one * self.m[here] + h**2 * two * self.p[here] + h**3 * three * self.r[here])
+            self._integrate(
+                here, regime, h * one * self.m[here] + h**2 * two * self.p[here] + h**3 * three * self.r[here]
+            )
             x = np.real(modes.V @ end)
         self.x_end = x
 
@@ -255,5 +257,3 @@ def scan(gain: Array, push: Array, start: Array) -> tuple[Array, Array]:
         x = running[b] * x + carried[b]
     states = (product * heads[:, None] + total).reshape(-1, width)[:count]
     return states, x
-
-

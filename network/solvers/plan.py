@@ -81,13 +81,17 @@ class Plan:
 
     def inputs_at_samples(self) -> dict[str, Array]:
         """Every input at the instants of output."""
-        share = (self.t - np.repeat(self.edges[:-1], np.diff(self.bounds))) / np.repeat(self.steps, np.diff(self.bounds))
+        share = (self.t - np.repeat(self.edges[:-1], np.diff(self.bounds))) / np.repeat(
+            self.steps, np.diff(self.bounds)
+        )
         return {name: self._sampled(name, share) for name in self.left}
 
     def _sampled(self, name: str, share: Array) -> Array:
         counts, left, right = np.diff(self.bounds), self.left[name], self.right[name]
         first = np.repeat(left, counts)
-        return first if left is right or np.array_equal(left, right) else first + share * np.repeat(right - left, counts)
+        return (
+            first if left is right or np.array_equal(left, right) else first + share * np.repeat(right - left, counts)
+        )
 
 
 def interval_edges(network: Network, schedule: Schedule) -> Array:

@@ -211,7 +211,9 @@ class _Run:
     def _guards(self, k: int, t: float, x: Array) -> Array:
         T, u = self.temperatures(k, t, x), self.plan.inputs_in(k, t)
         values = [
-            np.broadcast_to(relays.law.guard(self.modes[part], u, *(R @ T for R in relays.reads)), part.stop - part.start)
+            np.broadcast_to(
+                relays.law.guard(self.modes[part], u, *(R @ T for R in relays.reads)), part.stop - part.start
+            )
             for relays, part in relay_slices(self.network)
         ]
         return np.concatenate(values) if values else np.zeros(0)
@@ -241,5 +243,3 @@ class _Run:
         if len(self.switches) > MOST_SWITCHES:
             raise Failed(f"a relay switched {MOST_SWITCHES} times by {t:.4g} s; give it a wider hysteresis or a delay")
         return t
-
-

@@ -129,9 +129,7 @@ class _Search:
         edges, modes = np.array(self.edges), np.array(self.history)
         at = np.clip(np.searchsorted(plan.edges, (edges[1:] + edges[:-1]) / 2) - 1, 0, len(plan.steps) - 1)
         share = [(side - plan.edges[at]) / plan.steps[at] for side in (edges[:-1], edges[1:])]
-        left, right = (
-            {n: a[at] + s * (plan.right[n] - a)[at] for n, a in plan.left.items()} for s in share
-        )
+        left, right = ({n: a[at] + s * (plan.right[n] - a)[at] for n, a in plan.left.items()} for s in share)
         return Switching(replace(plan, edges=edges, left=left, right=right, modes=modes), tuple(self.switches))
 
     # -- one stretch ------------------------------------------------------------------------------------------------

@@ -72,7 +72,15 @@ def process_rows(table: Table) -> None:
 
 def main() -> None:
     table = Table(title="8 h, 60 unequal speed steps, 28 801 samples, 7 outputs; medians")
-    for heading in ("case", "lptn", "error to expm", "best split solve_ivp, 1e-6", "its error", "faster", "with set-up"):
+    for heading in (
+        "case",
+        "lptn",
+        "error to expm",
+        "best split solve_ivp, 1e-6",
+        "its error",
+        "faster",
+        "with set-up",
+    ):
         table.add_column(heading, justify="right")
     linear_rows(table)
     process_rows(table)

@@ -18,15 +18,27 @@ def chain_machine(nodes: int, seed: int = 0) -> Machine:
     draw = np.random.default_rng(seed)
     names = [f"n{i}" for i in range(nodes)]
     links = {
-        f"l{i}": {"kind": "conduction", "between": [names[i], names[i + 1]], "conductance": f"{draw.uniform(5, 80):.3f} W/K"}
+        f"l{i}": {
+            "kind": "conduction",
+            "between": [names[i], names[i + 1]],
+            "conductance": f"{draw.uniform(5, 80):.3f} W/K",
+        }
         for i in range(nodes - 1)
     }
     links |= {
-        f"skin{i}": {"kind": "convection", "between": [name, "ambient"], "conductance": f"{draw.uniform(0.5, 6):.3f} W/K"}
+        f"skin{i}": {
+            "kind": "convection",
+            "between": [name, "ambient"],
+            "conductance": f"{draw.uniform(0.5, 6):.3f} W/K",
+        }
         for i, name in enumerate(names)
     }
     links |= {
-        f"x{i}": {"kind": "conduction", "between": [names[i], names[i + 3]], "conductance": f"{draw.uniform(1, 9):.3f} W/K"}
+        f"x{i}": {
+            "kind": "conduction",
+            "between": [names[i], names[i + 3]],
+            "conductance": f"{draw.uniform(1, 9):.3f} W/K",
+        }
         for i in range(0, nodes - 3, 4)
     }
     machine = {
@@ -59,5 +71,8 @@ def speed_steps(steps: int = 60, hours: float = HOURS, output: float = 1.0, seed
     edges = np.sort(draw.uniform(0, hours * 3600, steps - 1))
     speeds = draw.choice([0, 2000, 4000, 6000, 8000, 10000], steps) * RPM
     t = np.arange(0.0, hours * 3600 + output / 2, output)
-    signals = {"speed": held("speed", "rpm", np.append(0.0, edges), speeds), "ambient": constant("ambient", "degC", 21.5)}
+    signals = {
+        "speed": held("speed", "rpm", np.append(0.0, edges), speeds),
+        "ambient": constant("ambient", "degC", 21.5),
+    }
     return Schedule(f"{steps} speed steps", "bench", t, signals)

@@ -56,7 +56,9 @@ def _run(A: np.ndarray, forcing: np.ndarray, edges: np.ndarray, t: np.ndarray, T
         span = (edges[k], edges[k + 1])
         asked = np.append(t[first:last], span[1])
         asked = np.unique(np.clip(asked, *span))
-        found = solve_ivp(lambda s, z, f=f: A @ z + f, span, x, method=method, t_eval=asked, rtol=1e-6, atol=1e-6, **jac)
+        found = solve_ivp(
+            lambda s, z, f=f: A @ z + f, span, x, method=method, t_eval=asked, rtol=1e-6, atol=1e-6, **jac
+        )
         y[first:last] = found.y.T[: last - first]
         x = found.y[:, -1]
     return y
