@@ -1,0 +1,259 @@
+"""A network as a picture: parts, links with their conductance or mean heat flow, sources, relays, sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from network.declare import Array
+from network.machine import Machine
+from network.report.canvas import (
+    FONT,
+    GREY,
+    INK,
+    PALETTE,
+    SMALL,
+    WIDTH,
+    literal,
+    name_text,
+    new_figure,
+    number,
+    shortened,
+    text_size,
+    write_title,
+)
+from network.report.curves import Obstacles, arrow, route
+from network.report.layout import Block, Placing, box_of, boxes_of, place
+from network.report.strokes import Note, Stroke, capacity_text, duration, notes, strokes, watts
+from network.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+LARGE, SMALLEST = 26.0, 8.0
+"""Radii of the largest and the smallest part [pt]."""
+HELD, JUNCTION = 9.0, 3.5
+MANY = 25
+"""More nodes than this are written smaller."""
+MOST_NAMED = 26
+"""More links than this show their number without their name."""
+HEAD, FOOT = 58.0, 64.0
+MARKS = {"source": "▲", "relay": "◐", "sensor": "◇"}
+COLOURS = {
+    "source": PALETTE[1],
+    "relay": "#9c4f7c",
+    "sensor": PALETTE[0],
+    "stream": PALETTE[2],
+    "link": "#7d7d7d",
+    "loss": "#7fb2d0",
+}
+"""Of marks and lines; loss: a link to a held node."""
+BACKING = {"facecolor": "white", "edgecolor": "none", "pad": 0.3, "alpha": 0.85}
+EDGE: dict[str, Any] = {"edgecolor": INK, "linewidth": 0.9, "zorder": 4}
+FILL, HELD_FILL = "#f6e3c5", "#d6ebf7"
+
+
+def network_figure(machine: Machine, trajectory: Trajectory | None = None) -> Figure:
+    """Parts as circles, held nodes as squares at the rim, junctions as dots; links as wide as their conductance or,
+    with a trajectory, as their mean heat flow, with its direction and its number."""
+    picture = _Picture(machine, trajectory)
+    left, right, bottom, top = picture.extent()
+    figure = new_figure((top - bottom + HEAD + FOOT) / 72)
+    axes = figure.add_axes((0, 0, 1, 1))
+    middle = (left + right) / 2
+    axes.set(xlim=(middle - WIDTH * 36, middle + WIDTH * 36), ylim=(bottom - FOOT, top + HEAD))
+    axes.axis("off")
+    picture.draw(axes)
+    write_title(figure, *_headings(machine, trajectory))
+    return figure
+
+
+def _headings(machine: Machine, run: Trajectory | None) -> tuple[str, str]:
+    if run is None:
+        return f"{machine.name}: network", "line width and number: conductance at the reference, inputs zero"
+    told = f"line width and number: mean heat flow over {_span(duration(run))}"
+    return f"{machine.name}: {run.schedule.name}", told
+
+
+def _span(seconds: float) -> str:
+    length, name = next((u for u in ((3600.0, "h"), (60.0, "min")) if seconds >= 3 * u[0]), (1.0, "s"))
+    return f"{seconds / length:.3g} {name}"
+
+
+class _Picture:
+    """Sizes, places and lines of one picture."""
+
+    def __init__(self, machine: Machine, run: Trajectory | None) -> None:
+        self.machine, self.run = machine, run
+        self.font = FONT - 0.5 if len(machine.nodes) <= MANY else 6.5
+        self.strokes, self.notes = list(strokes(machine, run)), notes(machine, run)
+        self.radius = _radii(machine)
+        self.texts = {name: list(self._text(name)) for name in machine.nodes}
+        self.blocks = {name: self._block(name) for name in machine.nodes}
+        inner = {name: self.blocks[name] for name, node in machine.nodes.items() if not node.is_held}
+        rim = {name: self.blocks[name] for name, node in machine.nodes.items() if node.is_held}
+        edges = [(stroke.a, stroke.b) for stroke in self.strokes]
+        self.placing: Placing = place(inner, rim, edges, WIDTH * 72)
+        drawn = [(symbol, self.blocks[owner(symbol)]) for symbol in self.placing.at]
+        self.boxes = [box_of(self.placing, symbol, block) for symbol, block in drawn]
+        self.around = Obstacles([box for symbol, block in drawn for box in boxes_of(self.placing, symbol, block)])
+        self.curves = [self._route(stroke) for stroke in self.strokes]
+
+    def _text(self, name: str) -> Iterator[tuple[str, str, bool]]:
+        """(text, colour, bold) of every line at a node."""
+        yield name_text(name, 20), INK, True
+        capacity = capacity_text(self.machine, name)
+        if capacity:
+            yield literal(capacity), GREY, False
+        for note in self.notes[name]:
+            yield f"{MARKS[note.mark]} {literal(note.text)}", COLOURS[note.mark], False
+
+    def _block(self, name: str) -> Block:
+        sizes = [text_size(text, self.font, bold) for text, _, bold in self.texts[name]]
+        return Block(self.radius[name], max(width for width, _ in sizes) + 2, sum(height for _, height in sizes) + 1)
+
+    # -- drawing ----------------------------------------------------------------------------------------------------
+    def draw(self, axes: Axes) -> None:
+        largest = max((abs(stroke.value) for stroke in self.strokes if stroke.value), default=1.0)
+        pairs = sorted(zip(self.strokes, self.curves, strict=True), key=lambda pair: -abs(pair[0].value or 0))
+        for stroke, curve in pairs:
+            self._draw_stroke(axes, stroke, curve, largest)
+        for stroke, curve in pairs:
+            self._label(axes, stroke, curve)
+        for symbol in self.placing.at:
+            self._draw_node(axes, symbol)
+            self._draw_text(axes, symbol)
+        for name in self.machine.nodes:
+            for note in self.notes[name]:
+                self._draw_watch(axes, name, note)
+        _draw_legend(axes, self)
+
+    def _route(self, stroke: Stroke) -> Array:
+        start, end = self._ends(stroke)
+        return route(start, end, (self.radius[stroke.a] + 1.5, self.radius[stroke.b] + 1.5), self.around)
+
+    def _ends(self, stroke: Stroke) -> tuple[Array, Array]:
+        a, b = self.placing.symbol(stroke.a, stroke.b), self.placing.symbol(stroke.b, stroke.a)
+        return np.array(self.placing.at[a]), np.array(self.placing.at[b])
+
+    def extent(self) -> tuple[float, float, float, float]:
+        """x0, x1, y0, y1 of everything."""
+        x0, x1, y0, y1 = np.array(self.boxes).T
+        points = np.concatenate([*self.curves, np.column_stack([x0, y0]), np.column_stack([x1, y1])])
+        (left, bottom), (right, top) = points.min(axis=0), points.max(axis=0)
+        return float(left), float(right), float(bottom), float(top)
+
+    def _draw_stroke(self, axes: Axes, stroke: Stroke, curve: Array, largest: float) -> None:
+        held = any(self.machine.nodes[name].is_held for name in (stroke.a, stroke.b))
+        colour = COLOURS["stream" if stroke.stream else "loss" if held else "link"]
+        size = abs(stroke.value or 0.0) / largest
+        start, end = self._ends(stroke)
+        whole = np.concatenate([[start], curve, [end]]) if stroke.a != stroke.b else curve
+        axes.plot(*whole.T, color=colour, linewidth=0.7 + 4.5 * size, solid_capstyle="butt", zorder=1)
+        flows = stroke.unit == "W" and size > 1e-6
+        if stroke.stream or flows:
+            backwards = not stroke.stream and (stroke.value or 0.0) < 0
+            head = arrow(curve[::-1] if backwards else curve, 4.0 + 4.0 * size)
+            axes.fill(*head.T, facecolor=colour, edgecolor="white", linewidth=0.4, zorder=2)
+            self.around.take(float(head[:, 0].mean()), float(head[:, 1].mean()), 6.0 + 5.0 * size, 6.0 + 5.0 * size)
+
+    def _label(self, axes: Axes, stroke: Stroke, curve: Array) -> None:
+        """Name and number where there is room; else the number alone; else neither."""
+        if stroke.value is None:
+            return
+        size = stroke.value if stroke.stream else abs(stroke.value)
+        value = watts(size) if stroke.unit == "W" else number(size, stroke.unit, 3)
+        both = [[shortened(stroke.name, 18), value]] if len(self.strokes) <= MOST_NAMED else []
+        for lines, crossing in [*((lines, False) for lines in both), ([value], False), ([value], True)]:
+            sizes = [text_size(line, self.font - 0.5) for line in lines]
+            width, height = max(w for w, _ in sizes) + 2, sum(h for _, h in sizes)
+            spot = self.around.spot(width, height, curve, crossing)
+            if spot is not None:
+                self.around.take(*spot, width, height)
+                self._write_label(axes, spot, "\n".join(lines), stroke.name)
+                return
+
+    def _write_label(self, axes: Axes, spot: tuple[float, float], text: str, name: str) -> None:
+        axes.text(
+            *spot, literal(text), fontsize=self.font - 0.5, color=INK, ha="center", va="center", linespacing=1.05,
+            bbox=BACKING, zorder=3, gid=f"link:{name}",
+        )  # fmt: skip
+
+    def _draw_node(self, axes: Axes, symbol: str) -> None:
+        from matplotlib.patches import Circle, Rectangle
+
+        name, (x, y) = owner(symbol), self.placing.at[symbol]
+        node, r = self.machine.nodes[name], self.radius[name]
+        if node.is_held:
+            axes.add_patch(Rectangle((x - r, y - r), 2 * r, 2 * r, facecolor=HELD_FILL, **EDGE))
+        else:
+            axes.add_patch(Circle((x, y), r, facecolor=INK if node.is_massless else FILL, **EDGE))
+
+    def _draw_text(self, axes: Axes, symbol: str) -> None:
+        (x, y), side, name = self.placing.at[symbol], self.placing.side[symbol], owner(symbol)
+        block = self.blocks[name]
+        r = block.radius + 2
+        left = {"right": x + r + 1, "left": x - r - 1}.get(side, x)
+        top = {"below": y - r, "above": y + r + block.height}.get(side, y + block.height / 2)
+        align = {"right": "left", "left": "right"}.get(side, "center")
+        for text, colour, bold in self.texts[name]:
+            high = self.font * 1.25
+            axes.text(
+                left, top - high / 2, text, fontsize=self.font, color=colour, fontweight="bold" if bold else "normal",
+                ha=align, va="center", zorder=5, gid=f"node:{name}", bbox=BACKING,
+            )  # fmt: skip
+            top -= high
+
+    def _draw_watch(self, axes: Axes, name: str, note: Note) -> None:
+        """A dotted line from the node that switches a relay."""
+        if note.watches:
+            ends = np.array([self.placing.at[note.watches], self.placing.at[name]])
+            axes.plot(*ends.T, color=COLOURS["relay"], linestyle=(0, (1, 2)), linewidth=1.0, zorder=0.8)
+
+
+def owner(symbol: str) -> str:
+    """The node that a symbol stands for. (No name of a node has an @.)"""
+    return symbol.partition("@")[0]
+
+
+def _radii(machine: Machine) -> Mapping[str, float]:
+    """Area by the logarithm of the heat capacity, over at least two decades."""
+    sizes = {name: float(np.log10(node.capacity)) for name, node in machine.nodes.items() if node.is_part}
+    top = max(sizes.values(), default=0.0)
+    span = max(top - min(sizes.values(), default=0.0), 2.0)
+    shrink = 1.0 if len(machine.nodes) <= MANY else 0.6
+    areas = {name: SMALLEST**2 + (LARGE**2 - SMALLEST**2) * (1 - (top - size) / span) for name, size in sizes.items()}
+    other = {name: HELD if node.is_held else JUNCTION for name, node in machine.nodes.items()}
+    return other | {name: float(shrink * np.sqrt(area)) for name, area in areas.items()}
+
+
+def _draw_legend(axes: Axes, picture: _Picture) -> None:
+    """Below: three sizes in kJ/K, and the marks that occur."""
+    from matplotlib.patches import Circle
+
+    x, y = axes.get_xlim()[0] + 14.0, axes.get_ylim()[0] + 30.0
+    for name in _examples(picture.machine):
+        r = picture.radius[name]
+        axes.add_patch(Circle((x + r, y), r, facecolor=FILL, **EDGE))
+        text = capacity_text(picture.machine, name)
+        axes.text(x + 2 * r + 4, y, text, fontsize=SMALL, color=GREY, va="center")
+        x += 2 * r + 14 + text_size(text, SMALL)[0]
+    axes.text(x + 10, y, "     ".join(_words(picture)), fontsize=SMALL, color=GREY, va="center")
+
+
+def _words(picture: _Picture) -> Iterator[str]:
+    nodes = picture.machine.nodes.values()
+    yield from ["□ held temperature"] * any(node.is_held for node in nodes)
+    yield from ["• massless junction"] * any(node.is_massless for node in nodes)
+    used = {note.mark for at in picture.notes.values() for note in at}
+    yield from (f"{mark} {name}" for name, mark in MARKS.items() if name in used)
+    yield from ["→ stream (green)"] * any(stroke.stream for stroke in picture.strokes)
+
+
+def _examples(machine: Machine) -> list[str]:
+    """The smallest, a middle and the largest part."""
+    parts = sorted((n for n, node in machine.nodes.items() if node.is_part), key=lambda n: machine.nodes[n].capacity)
+    return list(dict.fromkeys([parts[0], parts[len(parts) // 2], parts[-1]])) if parts else []
