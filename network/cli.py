@@ -42,15 +42,27 @@ def machine_options(command: Command) -> Command:
 
 
 json_flag = click.option("--json", "as_json", is_flag=True, help="print JSON instead of words")
-start_option = click.option("--start", metavar="TEMPERATURE", help="'22 degC', 'steady' or '{housing: 24 degC, others: 22 degC}'")
-method_option = click.option("--method", default="auto", show_default=True, help="auto, modal, expm, solve_ivp:LSODA|BDF|Radau|RK45")
+start_option = click.option(
+    "--start", metavar="TEMPERATURE", help="'22 degC', 'steady' or '{housing: 24 degC, others: 22 degC}'"
+)
+method_option = click.option(
+    "--method", default="auto", show_default=True, help="auto, modal, switched, expm, solve_ivp:LSODA|BDF|Radau|RK45"
+)
+
+
+def output_folder(default: str) -> Callable[[Command], Command]:
+    return click.option(
+        "-o", "--output", default=default, show_default=True, type=click.Path(), metavar="DIR", help="where results go"
+    )
 
 
 @cli.command()
 @machine_options
 @click.argument("sources", nargs=-1, type=click.Path())
 @json_flag
-def check(machine: str, sources: Sequence[str], level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool) -> None:
+def check(
+    machine: str, sources: Sequence[str], level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool
+) -> None:
     """What is in a MACHINE, what is uncertain, what is wrong; with recordings or scenarios: whether they fit."""
     from network.report.checking import machine_summary, tell_source
     from network.report.words import describe
@@ -93,7 +105,7 @@ def draw(machine: str, output: str, level: str | None, lumps: Sequence[str], set
 @cli.command()
 @machine_options
 @click.argument("source", type=click.Path())
-@click.option("-o", "--output", default="out", show_default=True, type=click.Path(), metavar="DIR", help="where results go")
+@output_folder("out")
 @method_option
 @start_option
 @click.option("--no-plots", is_flag=True, help="no pictures")
@@ -130,7 +142,7 @@ def simulate(
 @cli.command()
 @machine_options
 @click.argument("recordings", nargs=-1, required=True, type=click.Path())
-@click.option("--json", "json_file", type=click.Path(), metavar="FILE", help="residuals as JSON, '-' for standard output")
+@click.option("--json", "json_file", type=click.Path(), metavar="FILE", help="residuals as JSON, '-' to print them")
 @click.option("-o", "--output", type=click.Path(), metavar="DIR", help="pictures of measured over simulated")
 @method_option
 @start_option
@@ -178,7 +190,7 @@ def schema() -> None:
 
 
 @cli.command()
-@click.option("-o", "--output", default="out/demo", show_default=True, type=click.Path(), metavar="DIR", help="where results go")
+@output_folder("out/demo")
 def demo(output: str) -> None:
     """The main job on a machine that comes with lptn: simulate a schedule, see the tool centre point move."""
     from network.demo import tell_demo
@@ -238,12 +250,11 @@ def _draw_run(result: Any, where: Path) -> list[Path]:
 def _draw_comparison(result: Any, where: Path) -> list[Path]:
     from network.report.figures import comparison_figure, save
 
-    written = []
-    for i, residual in enumerate(result.recordings, 1):
-        stem = Path(residual.recording.file).stem
-        name = f"{stem}.png" if len({Path(r.recording.file).stem for r in result.recordings}) == len(result.recordings) else f"{i}-{stem}.png"
-        save(comparison_figure(residual), where / name)
-        written.append(where / name)
+    stems = [Path(residual.recording.file).stem for residual in result.recordings]
+    names = stems if len(set(stems)) == len(stems) else [f"{i}-{stem}" for i, stem in enumerate(stems, 1)]
+    written = [where / f"{name}.png" for name in names]
+    for residual, path in zip(result.recordings, written, strict=True):
+        save(comparison_figure(residual), path)
     return written
 
 

@@ -28,7 +28,8 @@ def tell_demo(output: str | Path) -> Iterator[str]:
     yield f"  {machine_file}"
     yield f"It runs '{scenario.name}' ({scenario.duration / 3600:g} h), from cold."
     run = simulate(machine, scenario)
-    yield f"Solved in {run.solve_seconds * 1e3:.1f} ms; {run.why}; the energy account closes to {abs(run.energy.closure):.0e}."
+    closes = f"the energy account closes to {abs(run.energy.closure):.0e}"
+    yield f"Solved in {run.solve_seconds * 1e3:.1f} ms; {run.why}; {closes}."
     yield ""
     yield from _temperatures(run)
     for axis in run.tcp:

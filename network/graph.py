@@ -1,4 +1,4 @@
-"""Network: the machine as arrays. Lumps in a fixed order, flows grouped by class, weights where places overlap lumps."""
+"""Network: the machine as arrays. Lumps in a fixed order, flows grouped by class, places as weights over lumps."""
 
 from __future__ import annotations
 

@@ -66,7 +66,8 @@ def spindle(**changes: str):
             "beam skin": {"kind": "convection", "between": ["beam", "ambient"], "conductance": "20 W/K"},
         },
         sources={
-            "friction": {"kind": "bearing_friction", "into": {"shaft": 0.5, "housing": 0.5}, "torque": "520 N mm"} | changes
+            "friction": {"kind": "bearing_friction", "into": {"shaft": 0.5, "housing": 0.5}, "torque": "520 N mm"}
+            | changes
         },
         sensors={n: {"measures": n, "noise": "0.1 K"} for n in ("shaft", "housing", "seat", "beam")},
     )  # fmt: skip
@@ -250,8 +251,9 @@ def test_relay_period_shortens_as_the_load_rises() -> None:
 
 def test_bar_that_melts_stretches_on_while_its_temperature_stands() -> None:
     """Heat grows evenly, temperature pauses; stored heat is what was brought in."""
+    melts = {"at": "28 degC", "over": "2 K", "latent_heat": "180 kJ"}
     block = machine(
-        {"store": {"heat_capacity": "5 kJ/K", "melts": {"at": "28 degC", "over": "2 K", "latent_heat": "180 kJ"}}, "room": {"temperature": "20 degC"}},
+        {"store": {"heat_capacity": "5 kJ/K", "melts": melts}, "room": {"temperature": "20 degC"}},
         links={"none": {"kind": "convection", "between": ["store", "room"], "conductance": "0 W/K"}},
         sources={"heater": {"kind": "heat_source", "into": {"store": 1}, "power": "100 W"}},
         sensors={"T": {"measures": "store", "noise": "0.1 K"}},
@@ -289,9 +291,14 @@ def test_a_stream_loop_carries_heat_one_way_and_loses_none() -> None:
     """Steady: the jacket's outlet is P/W above its inlet; the loop as a whole neither makes nor loses heat."""
     W, P = 50.0, 400.0
     loop = machine(
-        {"tank": {"heat_capacity": "20 kJ/K"}, "jacket": {"heat_capacity": "2 kJ/K"}, "room": {"temperature": "20 degC"}},
+        {
+            "tank": {"heat_capacity": "20 kJ/K"}, "jacket": {"heat_capacity": "2 kJ/K"},
+            "room": {"temperature": "20 degC"},
+        },
         links={
-            "loop": {"kind": "advection", "through": ["tank", "jacket", "tank"], "capacity_flow": f"{W} W/K", "delay": "30 s"},
+            "loop": {
+                "kind": "advection", "through": ["tank", "jacket", "tank"], "capacity_flow": f"{W} W/K", "delay": "30 s",
+            },
             "tank skin": {"kind": "convection", "between": ["tank", "room"], "conductance": "40 W/K"},
         },
         sources={"spindle": {"kind": "heat_source", "into": {"jacket": 1}, "power": f"{P} W"}},

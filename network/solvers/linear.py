@@ -93,8 +93,8 @@ class LinearProblem:
 
 @dataclass(frozen=True)
 class LinearSolution:
-    """y: readings and sensor states (rows) at the instants of output; x_end: states at the end; x_integral: ∫x dt, one row
-    for each interval or, where these were not asked for, for each regime; error: estimate of the rounding [K]."""
+    """y: readings and sensor states (rows) at the instants of output; x_end: states at the end; x_integral: ∫x dt, one
+    row for each interval or, where these were not asked for, for each regime; error: estimate of the rounding [K]."""
 
     y: Array
     x_end: Array

@@ -63,7 +63,7 @@ class Plan:
 
     @cached_property
     def bounds(self) -> Indices:
-        """K+1 indices: the instants of output of interval k are t[bounds[k]:bounds[k + 1]]; at an edge the one after."""
+        """K+1 indices: interval k has the instants of output t[bounds[k]:bounds[k + 1]]; at an edge the one after."""
         bounds = np.searchsorted(self.t, self.edges - SAME_INSTANT)
         bounds[0], bounds[-1] = 0, len(self.t)
         return bounds

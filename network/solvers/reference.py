@@ -30,8 +30,8 @@ NEWTON_STEPS = 50
 
 @dataclass
 class ReferenceSolution:
-    """y: readings and sensor states (rows) at the instants of output; heat: heat absorbed by every lump since the start at
-    the instants of output [J]; switches: (instant, relay, new mode)."""
+    """y: readings and sensor states (rows) at the instants of output; heat: heat absorbed by every lump since the start
+    at the instants of output [J]; switches: (instant, relay, new mode)."""
 
     y: Array
     T_start: Array

@@ -9,6 +9,7 @@ from network.inputs import Schedule, constant, held
 from network.refusal import Spot
 from network.yamlfile import Branch, tree_of
 
+GROWS = {"length": "400 mm", "expansion": "1.1e-5 1/K", "direction": 1}
 RPM = 2 * np.pi / 60
 HOURS = 8
 
@@ -44,7 +45,8 @@ def chain_machine(nodes: int, seed: int = 0) -> Machine:
     machine = {
         "machine": f"chain of {nodes}",
         "reference": "22 degC",
-        "nodes": {n: {"heat_capacity": f"{draw.uniform(3, 40):.3f} kJ/K"} for n in names} | {"ambient": {"temperature": "ambient"}},
+        "nodes": {n: {"heat_capacity": f"{draw.uniform(3, 40):.3f} kJ/K"} for n in names}
+        | {"ambient": {"temperature": "ambient"}},
         "links": links,
         "sources": {
             "bearing": {"kind": "bearing_friction", "into": {names[0]: 0.5, names[1]: 0.5}, "torque": "520 N mm"},
@@ -54,7 +56,7 @@ def chain_machine(nodes: int, seed: int = 0) -> Machine:
             },
         },
         "tcp": {
-            axis: {"grows": {"kind": "stretching", "of": names[i], "length": "400 mm", "expansion": "1.1e-5 1/K", "direction": 1}}
+            axis: {"grows": {"kind": "stretching", "of": names[i], **GROWS}}
             for i, axis in enumerate(("y", "z"))
         },
         "sensors": {f"T{i}": {"measures": names[i], "noise": "0.05 K"} for i in range(5)}

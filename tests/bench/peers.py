@@ -1,4 +1,4 @@
-"""What lptn is measured against: solve_ivp at its best (split at every step, bare matrices), and the matrix exponential."""
+"""What lptn is measured against: solve_ivp at its best (split at every step, bare matrices), matrix exponentials."""
 
 from __future__ import annotations
 
