@@ -167,7 +167,10 @@ class _Expression:
         if self._next() != "^":
             return factor, powers
         self._take()
-        exponent = self._exponent(self._take())
+        bracket = self._next() == "("
+        exponent = self._exponent([self._take() for _ in range(1 + bracket)][-1])
+        if bracket and self._take() != ")":
+            raise self.unreadable("a bracket is not closed")
         raised = factor**exponent if exponent.denominator == 1 else Fraction(float(factor) ** float(exponent))
         return Fraction(raised), {base: power * exponent for base, power in powers.items()}
 
