@@ -199,6 +199,18 @@ def demo(output: str) -> None:
         click.echo(line)
 
 
+@cli.command()
+@json_flag
+def paper(as_json: bool) -> None:
+    """The tables of the heat-quantity paper, with ours beside them."""
+    from network.paper import paper_json, tell_paper
+
+    if as_json:
+        _print_json(paper_json())
+    else:
+        click.echo("\n".join(tell_paper()))
+
+
 # -- shared by the commands -----------------------------------------------------------------------------------------
 def _machine(path: str, level: str | None, lumps: Sequence[str], sets: Sequence[str]) -> Machine:
     from network.machine import Machine
