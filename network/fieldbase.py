@@ -47,6 +47,15 @@ class Field(ABC):
     def write(self, value: Any) -> Any:
         return str(value)
 
+    @property
+    def sample(self) -> Any:
+        """A value as it could stand in a file."""
+        return None if self.default is REQUIRED else self.default
+
+    def schema(self) -> dict[str, Any]:
+        """JSON Schema of the value as it stands in a file."""
+        return {"type": ["string", "number"]}
+
     def tell(self, value: Any) -> Any:
         """How the value reads in a sentence."""
         return str(value)

@@ -36,6 +36,13 @@ class WordField(Field):
             raise BadNumber(f"is '{short(text)}'", likely(text, self.options))
         return text
 
+    @property
+    def sample(self) -> Any:
+        return self.options[0] if self.options else self.default if isinstance(self.default, str) else "name"
+
+    def schema(self) -> dict[str, Any]:
+        return {"enum": list(self.options)} if self.options else {"type": "string"}
+
     def structure(self, value: Any) -> object:
         return value
 
@@ -49,6 +56,13 @@ class FlagField(Field):
 
     def write(self, value: Any) -> Any:
         return bool(value)
+
+    @property
+    def sample(self) -> Any:
+        return True
+
+    def schema(self) -> dict[str, Any]:
+        return {"type": "boolean"}
 
 
 class WholeField(Field):
@@ -73,6 +87,15 @@ class WholeField(Field):
 
     def write(self, value: Any) -> Any:
         return int(value)
+
+    @property
+    def sample(self) -> Any:
+        return self.allowed[0] if self.allowed else self.low
+
+    def schema(self) -> dict[str, Any]:
+        if self.allowed:
+            return {"enum": list(self.allowed)}
+        return {"type": "integer", "minimum": self.low, "maximum": self.high}
 
 
 def param(

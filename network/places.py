@@ -12,6 +12,7 @@ from network.units import NUMBER, BadNumber, parse_number
 from network.yamltree import Branch, Items, Tree
 
 SHARE_SLACK = 1e-6
+PATTERN = r"^[^@]+(@\s*[0-9.eE+-]+\s*)?$"
 PLACE_HINT = "write node, node@0.3 or node@0.2..0.8"
 
 
@@ -63,6 +64,13 @@ class PlaceField(Field):
     def parse(self, tree: Tree) -> Place:
         return parse_place(word_of(tree, self.meaning))
 
+    @property
+    def sample(self) -> Any:
+        return "a"
+
+    def schema(self) -> dict[str, Any]:
+        return {"type": "string", "pattern": PATTERN}
+
 
 class Path(tuple[Place, ...]):
     """Places in order, as a sentence names them."""
@@ -92,6 +100,14 @@ class PlacesField(Field):
 
     def write(self, value: Any) -> Any:
         return [str(place) for place in value]
+
+    @property
+    def sample(self) -> Any:
+        return ["a", "b"]
+
+    def schema(self) -> dict[str, Any]:
+        most = {"maxItems": self.count} if self.count else {}
+        return {"type": "array", "items": {"type": "string", "pattern": PATTERN}, "minItems": self.count or 2, **most}
 
     def tell(self, value: Any) -> Path:
         return Path(value)
@@ -125,6 +141,15 @@ class SharesField(Field):
 
     def write(self, value: Any) -> Any:
         return {str(place): float(share) for place, share in value}
+
+    @property
+    def sample(self) -> Any:
+        return {"a": 1}
+
+    def schema(self) -> dict[str, Any]:
+        share = {"type": ["number", "string"], "minimum": 0, "maximum": 1}
+        names = {"propertyNames": {"pattern": PATTERN}, "minProperties": 1}
+        return {"type": "object", "additionalProperties": share, **names}
 
     def tell(self, value: Any) -> str:
         return " and ".join(str(place) for place, _ in value)

@@ -8,7 +8,7 @@ from typing import Any
 
 from network.fieldbase import Field, word_of
 from network.refusal import short
-from network.units import BadNumber, Number, Unit, parse_number, show, split_number, unit, written
+from network.units import NUMBER, BadNumber, Number, Unit, parse_number, show, split_number, unit, written
 from network.yamltree import Tree
 
 
@@ -111,6 +111,20 @@ class ParamField(Field):
     def tell(self, value: Any) -> str:
         return show(float(value), self.unit)
 
+    @property
+    def sample(self) -> Any:
+        return self.write(self.proposal())
+
+    def schema(self) -> dict[str, Any]:
+        """A number with its unit; heirs of this class may read words as well."""
+        bare = self.unit == "1"
+        unit_part = ".*" if bare else r"(\s+\S|[^\s0-9.]).*"
+        pattern = rf"^\s*(unknown\b.*|{NUMBER}{unit_part})$" if type(self) is ParamField else "."
+        return {"type": ["string", "number"] if bare else "string", "pattern": pattern, "examples": [self.sample]}
+
+    def structure(self, value: Any) -> object:
+        return value is not None
+
 
 def _without(dimension: str, name: str) -> str:
     """A dimension less one of its bases: '[mass] [temperature]^-1 [time]^-3' → '[mass] [time]^-3'."""
@@ -149,6 +163,10 @@ class AmountField(Field):
         if value == 0:
             raise BadNumber(f"'{short(text)}' is zero", "give another value")
         return Amount(value, given.text)
+
+    @property
+    def sample(self) -> Any:
+        return "1 m/min"
 
     def structure(self, value: Any) -> object:
         return value is not None

@@ -39,6 +39,10 @@ class Nested(Field):
     def write(self, value: Any) -> Any:
         return [entry.to_plain() for entry in value] if self.many else value.to_plain()
 
+    def schema(self) -> dict[str, Any]:
+        """What stands in it is described by its kinds; see network.schema."""
+        return {"type": "array" if self.many else "object"}
+
     def structure(self, value: Any) -> object:
         return tuple(e.structure() for e in value) if self.many else value is not None
 

@@ -8,6 +8,7 @@ from typing import Any, cast
 from network.declare import Advice, Declared, registered
 from network.expansions.base import ANGULAR_AXES, AXES
 from network.fields import Amount, AmountField, Field, Place, nested, parse_place, word, word_of
+from network.places import PATTERN
 from network.refusal import short
 from network.sensors.base import SensorEffect
 from network.units import BadNumber, Unit, difference, unit
@@ -26,6 +27,10 @@ class NoiseField(AmountField):
             return Amount(difference(given).to_si(number), "K")
         return Amount(given.to_si(number), given.text)
 
+    @property
+    def sample(self) -> Any:
+        return "0.05 K"
+
 
 class MeasuresField(Field):
     """A place, or tcp.<axis>."""
@@ -33,6 +38,13 @@ class MeasuresField(Field):
     def parse(self, tree: Tree) -> Place | str:
         text = word_of(tree, self.meaning)
         return text if text.startswith("tcp.") else parse_place(text)
+
+    @property
+    def sample(self) -> Any:
+        return "a"
+
+    def schema(self) -> dict[str, Any]:
+        return {"type": "string", "pattern": PATTERN}
 
 
 class Sensor(Declared):
