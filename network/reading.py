@@ -115,7 +115,7 @@ def _check_missing(cls: type[Entry], where: str, tree: Branch, complaints: Compl
 def _misspelt(cls: type[Entry], tree: Branch) -> set[str]:
     """The keys that were probably meant by unknown ones: told already, not to be called missing as well."""
     keys = [field.key for field in cls.fields.values()]
-    hints = {likely(key, keys) for key in tree.items if key not in keys}
+    hints = {likely(key, keys) for key in tree.items if key not in keys and key != "kind"}
     return {key for key in keys if f"did you mean '{key}'?" in hints}
 
 
