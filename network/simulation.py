@@ -10,16 +10,16 @@ import numpy as np
 from threadpoolctl import ThreadpoolController
 
 from network.channels import Readouts, readouts
-from network.declare import Array
+from network.declare import Array, Effect
 from network.energy import EnergyAccount, heat_over_time, linear_account, stored_heat
 from network.graph import Network, build
 from network.inputs import Schedule, Start
 from network.machine import Machine
 from network.recording import Recording
-from network.refusal import Complaints, Spot, likely
+from network.refusal import Complaints, Failed, Spot, likely
 from network.scenario import Scenario
 from network.sensors.sensor import Sensor
-from network.solvers import expm, modal, reference, switched
+from network.solvers import expm, modal, reference, rosenbrock, switched
 from network.solvers.linear import LinearProblem, LinearSolution, reduce
 from network.solvers.modal import scan
 from network.solvers.plan import Plan, make_plan
@@ -29,17 +29,20 @@ from network.units import unit
 
 PLAUSIBLE = (-60.0, 400.0)
 """°C: a part outside is computed, and warned about."""
+ROSENBROCK_TOLERANCE, REFERENCE_TOLERANCE = 1e-7, 1e-8
+HOPELESS = 1e4
+"""°C: beyond it nothing computed means anything."""
 Progress = Callable[[float], None]
 
 
 def simulate(
     machine: Machine, source: Scenario | Recording | Schedule, *, method: str = "auto", start: Start | None = None,
-    parts: bool = True, noise_seed: int | None = None, rtol: float = 1e-8, progress: Progress | None = None,
+    parts: bool = True, noise_seed: int | None = None, rtol: float | None = None, progress: Progress | None = None,
 ) -> Trajectory:  # fmt: skip
     """Runs a machine through a scenario, or along the inputs of a recording.
 
     method: auto, modal, expm, solve_ivp:LSODA|BDF|Radau|RK45; start: overrides the file's; parts: mean temperature
-    and heat of every part too; noise_seed: adds every sensor's noise; rtol: of solve_ivp; progress: told the
+    and heat of every part too; noise_seed: adds every sensor's noise; rtol: of rosenbrock and solve_ivp; progress: told the
     simulated time. Raises Refused for missing inputs or numbers, Failed where the integration breaks down.
     """
     check_known(machine)
@@ -47,11 +50,23 @@ def simulate(
     network = build(machine)
     recording = source if isinstance(source, Recording) else None
     T0 = start_temperatures(network, schedule, recording)
-    with _controller().limit(limits=1):
+    with _controller().limit(limits=1), np.errstate(over="ignore", invalid="ignore"):
         began = time.perf_counter()
         outcome = solve_schedule(network, schedule, T0, method, parts, rtol, progress)
         seconds = time.perf_counter() - began
+    _check_sane(network, outcome.T_end)
     return _trajectory(network, schedule, outcome, seconds, noise_seed)
+
+
+def _check_sane(network: Network, T_end: Array) -> None:
+    """Raises Failed for a machine that has run away."""
+    for name, part in network.parts.items():
+        T = float(T_end[part].max())
+        if not -HOPELESS < T < HOPELESS:
+            raise Failed(
+                f"{name} reaches {T:.3g} degC: it runs away; a heat source grows with its own temperature faster than "
+                "the heat can leave, check friction that grows with temperature"
+            )
 
 
 _CONTROLLERS: list[ThreadpoolController] = []
@@ -110,7 +125,7 @@ class Outcome:
 
 
 def solve_schedule(
-    network: Network, schedule: Schedule, T0: Array, method: str = "auto", parts: bool = True, rtol: float = 1e-8,
+    network: Network, schedule: Schedule, T0: Array, method: str = "auto", parts: bool = True, rtol: float | None = None,
     progress: Progress | None = None,
 ) -> Outcome:  # fmt: skip
     """Plans and solves; from the temperatures of all lumps at the start to base readings and the energy account."""
@@ -119,6 +134,8 @@ def solve_schedule(
     outputs = readouts(network, parts)
     if plan.method.startswith("solve_ivp"):
         return _by_reference(plan, outputs, rtol, progress)
+    if plan.method == "rosenbrock":
+        return _by_rosenbrock(plan, outputs, rtol, progress)
     switches: tuple[tuple[float, int, int], ...] = ()
     if plan.method == "switched":
         found = switched.find(plan, outputs, progress)
@@ -145,18 +162,33 @@ def _by_linear(plan: Plan, problem: LinearProblem, solution: LinearSolution, wan
     return Outcome(plan, problem.readouts, solution.y, T0, T1, account, solution.error, heat)
 
 
+def _by_rosenbrock(plan: Plan, outputs: Readouts, rtol: float | None, progress: Progress | None) -> Outcome:
+    rtol = rtol or ROSENBROCK_TOLERANCE
+    solution = rosenbrock.solve(plan, outputs, rtol, progress)
+    error = _error_from(solution.account, plan.network, rtol, solution.T_end)
+    return Outcome(
+        plan, outputs, solution.y, solution.T_start, solution.T_end, solution.account, error, solution.heat
+    )  # fmt: skip
+
+
+def _error_from(account: EnergyAccount, network: Network, rtol: float, T_end: Array) -> float:
+    """What the account's gap would warm the machine by, or what the tolerance allows: the larger [K]."""
+    gap = abs(account.closure) * max(account.in_, account.out, 1.0)
+    allowed = rtol * float(np.abs(T_end[np.isfinite(network.capacity)]).max())
+    return max(gap / float(network.capacity[network.free].sum()), allowed)
+
+
 def _named(network: Network, switches: Iterable[tuple[float, int, int]]) -> tuple[tuple[float, str, bool], ...]:
     """Switchings with the names of their sources."""
     names = [network.mechanisms[i] for relays in network.relays for i in relays.entry]
     return tuple((t, names[j].removeprefix("sources."), bool(mode)) for t, j, mode in switches)
 
 
-def _by_reference(plan: Plan, outputs: Readouts, rtol: float, progress: Progress | None) -> Outcome:
+def _by_reference(plan: Plan, outputs: Readouts, rtol: float | None, progress: Progress | None) -> Outcome:
+    rtol = rtol or REFERENCE_TOLERANCE
     name = plan.method.partition(":")[2]
     solution = reference.solve(plan, outputs, name, rtol, rtol, progress)
-    finite = plan.network.capacity[plan.network.free]
-    gap = abs(solution.account.closure) * max(solution.account.in_, solution.account.out, 1.0)
-    error = max(gap / float(finite.sum()), rtol * float(np.abs(solution.T_end).max()))
+    error = _error_from(solution.account, plan.network, rtol, solution.T_end)
     return Outcome(
         plan,
         outputs,
@@ -175,6 +207,8 @@ def _trajectory(
 ) -> Trajectory:
     machine, plan = network.machine, outcome.plan
     u = plan.inputs_at_samples()
+    for name, signal in schedule.signals.items():
+        u[name][-1] = signal.at(plan.t[-1:])[0]  # at a jump the value after it, also at the end
     rows = dict(zip(outcome.readouts.keys, outcome.y, strict=False))
     contributions = dict(_contributions(network, rows, u, outcome))
     tcp = {
@@ -183,7 +217,7 @@ def _trajectory(
     }
     states = outcome.y[len(outcome.readouts.keys) :]
     sensors = {
-        name: _channel(name, sensor, rows, tcp, dict(zip(outcome.readouts.state_of, states, strict=True)), plan.t)
+        name: channel(name, sensor, rows, tcp, dict(zip(outcome.readouts.state_of, states, strict=True)), plan.t)
         for name, sensor in machine.sensors.items()
         if sensor.axis is None or sensor.axis in tcp
     }
@@ -221,7 +255,7 @@ def _heat_reading(network: Network, place: object, outcome: Outcome) -> Array:
     return np.asarray((outcome.heat + stored_heat(network, outcome.T_start.copy()) - cold) @ share)
 
 
-def _channel(
+def channel(
     name: str, sensor: Sensor, rows: Mapping[tuple[str, ...], Array], tcp: Mapping[str, Array],
     states: Mapping[tuple[str, int], Array], t: Array,
 ) -> Array:  # fmt: skip
@@ -267,6 +301,10 @@ def _part_heat(network: Network, parts: Mapping[str, Array], outcome: Outcome) -
 
 def _warnings(network: Network, outcome: Outcome) -> Iterator[str]:
     yield from (str(warning) for warning in network.machine.warnings)
+    plan = outcome.plan
+    u = {name: np.concatenate([plan.left[name], plan.right[name]]) for name in plan.left}
+    for path, entry in network.machine.entries():
+        yield from (f"{path}: {remark}" for remark in (entry.remarks(u) if isinstance(entry, Effect) else ()))
     for name, part in network.parts.items():
         T = float(outcome.T_end[part].max())
         if not PLAUSIBLE[0] < T < PLAUSIBLE[1]:

@@ -6,13 +6,13 @@ straight from f0 to f1.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
-from network.balance import affine_matrix, relay_slices, source_series
+from network.balance import affine_matrix, driven_conductances, relay_slices, source_series
 from network.channels import Readouts
 from network.declare import Array, Indices
 from network.graph import Heats, Network
@@ -107,11 +107,9 @@ def reduce(plan: Plan, readouts: Readouts) -> LinearProblem:
     """The reduced problem of a plan."""
     network = plan.network
     modes = np.zeros(sum(relays.into.shape[1] for relays in network.relays))
-    keys = matrix_inputs(network)
-    distinct, regime_of = _distinct(plan, keys)
-    regimes = tuple(
-        _regime(network, affine_matrix(network, _inputs_of(plan, keys, row), modes), readouts) for row in distinct
-    )
+    distinct, regime_of = _distinct(plan)
+    inputs = ({name: values[k] for name, values in plan.left.items()} for k in distinct)
+    regimes = tuple(_regime(network, affine_matrix(network, u, modes), readouts) for u in inputs)
     forcing = _forcing(plan)
     n = len(network.free) + readouts.states
     f0, f1 = (np.empty((len(plan.edges) - 1, n)) for _ in range(2))
@@ -126,17 +124,17 @@ def reduce(plan: Plan, readouts: Readouts) -> LinearProblem:
     return LinearProblem(plan, readouts, regimes, regime_of, forcing, f0, f1, x0, scale)
 
 
-def _distinct(plan: Plan, keys: list[str]) -> tuple[Array, Indices]:
-    """The distinct values of the inputs that conductances depend on, and which of them each interval has."""
+def _distinct(plan: Plan) -> tuple[Indices, Indices]:
+    """One interval of each regime, and the regime of each interval. A regime is a set of conductances, not of inputs:
+    a joint that moves within a lump stays in one."""
+    keys = matrix_inputs(plan.network)
     if not keys:
-        return np.zeros((1, 0)), np.zeros(len(plan.steps), int)
-    found, inverse = np.unique(np.stack([plan.left[name] for name in keys], axis=1), axis=0, return_inverse=True)
-    return found, inverse.ravel()
-
-
-def _inputs_of(plan: Plan, keys: list[str], row: Array) -> Mapping[str, Array]:
-    base = {name: values[0] for name, values in plan.left.items()}
-    return base | dict(zip(keys, row, strict=True))
+        return np.zeros(1, int), np.zeros(len(plan.steps), int)
+    values = np.stack([plan.left[name] for name in keys], axis=1)
+    _, first, at = np.unique(values, axis=0, return_index=True, return_inverse=True)
+    G = driven_conductances(plan.network, {name: values[first, None] for name, values in plan.left.items()})
+    _, again, regime = np.unique(G, axis=0, return_index=True, return_inverse=True)
+    return first[again], np.asarray(regime.ravel()[at.ravel()])
 
 
 def _forcing(plan: Plan) -> Forcing:

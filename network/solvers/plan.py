@@ -15,7 +15,7 @@ from network.mechanisms.base import Inputs, Mechanism, Source
 from network.refusal import Spot, likely, refuse
 
 IVP_METHODS = ("LSODA", "BDF", "Radau", "RK45")
-METHODS = ("auto", "modal", "switched", "expm", *(f"solve_ivp:{name}" for name in IVP_METHODS))
+METHODS = ("auto", "modal", "switched", "rosenbrock", "expm", *(f"solve_ivp:{name}" for name in IVP_METHODS))
 EXACT = ("modal", "switched", "expm")
 SAME_INSTANT = 1e-9
 """s: input changes closer together than this are one."""
@@ -152,10 +152,13 @@ def _chosen(network: Network, method: str, obstacle: str) -> tuple[str, str]:
     obstacle = obstacle or (_switches(network) if method in ("modal", "expm") else "")
     if method in EXACT and obstacle:
         raise refuse(Spot("--method"), f"{method} is exact for linear networks, and {obstacle}", "use --method auto")
+    general = "" if not (network.relays or network.melting) else "it switches or melts"
+    if method == "rosenbrock" and general:
+        raise refuse(Spot("--method"), f"rosenbrock does not serve this network: {general}", "use --method auto")
     if method != "auto":
         return method, "as asked"
     if obstacle:
-        return "solve_ivp:LSODA", obstacle
+        return ("solve_ivp:LSODA" if general else "rosenbrock"), obstacle
     if network.relays:
         return "switched", f"linear between switchings: exact in its modes, and {_switches(network)}"
     return "modal", "the network is linear: exact in its modes"
