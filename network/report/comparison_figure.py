@@ -122,5 +122,3 @@ def _draw_residual(axes: Axes, channel: ChannelResidual, t: Array) -> None:
     headline(axes, f"measured − simulated; σ = {noise.from_si(channel.sigma):.3g} {pretty(noise.text)}", GREY)
     axes.set_ylabel("[σ]", fontsize=FONT)
     axes.yaxis.set_label_coords(-0.42 / RIGHT[1], 0.5)
-
-

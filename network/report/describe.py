@@ -142,8 +142,9 @@ def _speed(machine: Machine) -> str:
     taus = time_constants(network)
     if not len(taus):
         return "time constants: none"
-    slowest = "never settles (no path to a held node)" if not np.isfinite(taus[-1]) else f"slowest {span(taus[-1])}"
-    return f"time constants: fastest {span(taus[0])}, {slowest}"
+    fastest = [f"fastest {span(taus[0])}"] if np.isfinite(taus[0]) else []
+    endless = "it never settles: no path to a held node, or heat that grows as it warms"
+    return f"time constants: {', '.join([*fastest, f'slowest {span(taus[-1])}' if np.isfinite(taus[-1]) else endless])}"
 
 
 def time_constants(network: Network) -> Array:

@@ -3,61 +3,18 @@ top of anything else. All lengths in points; the same network always gives the s
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
 
 import networkx as nx
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from network.declare import Array
-from network.report.curves import inside, overlaps
+from network.report.places import MARGIN, Block, Placing
+from network.report.rim import place_rim
 
-MARGIN = 8.0
 FAR_APART = 1.5
 """Steps by which pieces of a network that nothing joins stand further apart than its own parts."""
-
-
-MOST_TOUCHED = 8
-"""Links that one symbol of a held node bears."""
-
-
-@dataclass(frozen=True)
-class Block:
-    """A node: a symbol of this radius, and text of this width and height on one side of it."""
-
-    radius: float
-    width: float
-    height: float
-
-    def extent(self, side: str) -> tuple[float, float, float, float]:
-        """left, right, down, up from the middle of the symbol, with the text on that side."""
-        r, w, h = self.radius + 2, self.width, self.height
-        return {
-            "below": (max(r, w / 2), max(r, w / 2), r + h, r),
-            "above": (max(r, w / 2), max(r, w / 2), r, r + h),
-            "right": (r, r + w + 2, max(r, h / 2), max(r, h / 2)),
-            "left": (r + w + 2, r, max(r, h / 2), max(r, h / 2)),
-        }[side]
-
-
-@dataclass
-class Placing:
-    """Positions [pt] of every symbol, on which side its text stands, and the paper they need.
-
-    A held node that touches many parts stands at the rim several times, as `name@0`, `name@1` …; stands: which of
-    them a neighbour is joined to.
-    """
-
-    width: float
-    height: float
-    at: dict[str, tuple[float, float]] = field(default_factory=dict)
-    side: dict[str, str] = field(default_factory=dict)
-    stands: dict[tuple[str, str], str] = field(default_factory=dict)
-
-    def symbol(self, node: str, towards: str) -> str:
-        """The symbol of a node that a link to another node ends at."""
-        return self.stands.get((node, towards), node)
 
 
 def place(
@@ -72,7 +29,7 @@ def place(
         if _place_inner(placing, inner, edges, start, border):
             break
         height *= 1.15
-    _place_rim(placing, rim, inner, edges)
+    place_rim(placing, rim, inner, edges)
     return placing
 
 
@@ -100,7 +57,7 @@ def _unit_places(names: Sequence[str], edges: Sequence[tuple[str, str]]) -> dict
     points -= points.mean(axis=0)
     _, _, axes = np.linalg.svd(points, full_matrices=False)
     points = points @ (axes * np.sign(axes[:, :1] + 1e-9)).T
-    return dict(zip(names, points / np.abs(points).max(axis=0, initial=1e-9), strict=True))
+    return dict(zip(names, points / np.maximum(np.abs(points).max(axis=0), 0.05), strict=True))
 
 
 def _place_inner(
@@ -154,74 +111,3 @@ def _apart(
         push = np.array([np.where(hit & by_x, across * sign[0], 0), np.where(hit & ~by_x, along * sign[1], 0)])
         points = np.clip(points + 0.4 * push.sum(axis=2), low, high)
     return points.T, False
-
-
-# -- held nodes -----------------------------------------------------------------------------------------------------
-def _place_rim(
-    placing: Placing, rim: Mapping[str, Block], inner: Mapping[str, Block], edges: Sequence[tuple[str, str]]
-) -> None:
-    """Every held node at the place of the rim that is nearest to what it touches."""
-    boxes = [box_of(placing, name, inner[name]) for name in inner]
-    for name, block in sorted(rim.items(), key=lambda item: -item[1].width):
-        touched = sorted({o for a, b in edges if name in (a, b) for o in (a, b) if o in inner})
-        for symbol, some in _symbols(placing, name, touched).items():
-            placing.stands |= {(name, other): symbol for other in some}
-            ends = np.array([placing.at[other] for other in some] or [(placing.width / 2, placing.height / 2)])
-            spots = list(_rim(placing, block))
-            costs = [_rim_cost(spot, side, block, ends, np.array(boxes)) for spot, side in spots]
-            placing.at[symbol], placing.side[symbol] = spots[int(np.argmin(costs))]
-            boxes.append(box_of(placing, symbol, block))
-
-
-def _symbols(placing: Placing, name: str, touched: Sequence[str]) -> dict[str, list[str]]:
-    """Shares what a held node touches among as many symbols as it takes, going round the middle of the paper."""
-    count = -(-len(touched) // MOST_TOUCHED)
-    if count < 2:
-        return {name: list(touched)}
-    ends = np.array([placing.at[other] for other in touched]) - np.array([placing.width, placing.height]) / 2
-    angles = np.arctan2(ends[:, 1], ends[:, 0])
-    order = np.argsort(angles)
-    start = int(np.argmax(np.diff(angles[order], append=angles[order][0] + 2 * np.pi))) + 1
-    round_about = [touched[i] for i in np.roll(order, -start)]
-    return {f"{name}@{k}": list(some) for k, some in enumerate(np.array_split(round_about, count))}
-
-
-def _rim(placing: Placing, block: Block) -> Iterator[tuple[tuple[float, float], str]]:
-    """Places along the rim, with the side that faces outwards."""
-    left, right, down, up = block.extent("below")
-    x0, x1, y0, y1 = left + MARGIN, placing.width - right - MARGIN, down + MARGIN, placing.height - down - MARGIN
-    for share in np.linspace(0, 1, 33):
-        for y, side in ((y0, "below"), (y1, "above")):
-            yield (float(x0 + share * (x1 - x0)), float(y)), side
-        for x in (x0, x1):
-            yield (float(x), float(y0 + share * (placing.height - up - MARGIN - y0))), "below"
-
-
-def _rim_cost(spot: tuple[float, float], side: str, block: Block, ends: Array, boxes: Array) -> float:
-    here = np.array(spot)
-    left, right, down, up = block.extent(side)
-    mine = np.array([here[0] - left, here[0] + right, here[1] - down, here[1] + up])
-    walk = here + np.linspace(0.1, 0.85, 12)[:, None, None] * (ends - here)
-    crossed = int(inside(walk.reshape(-1, 2), boxes).sum())
-    return 1e5 * int(overlaps(mine, boxes, MARGIN).sum()) + 40.0 * crossed + float(np.hypot(*(ends - here).T).sum())
-
-
-def boxes_of(placing: Placing, name: str, block: Block) -> list[Array]:
-    """The symbol and its text."""
-    (x, y), r, whole = placing.at[name], block.radius + 2, box_of(placing, name, block)
-    text = whole.copy()
-    side = placing.side[name]
-    if side in ("right", "left"):
-        text[0 if side == "right" else 1] = x + r if side == "right" else x - r
-        text[2:] = y - block.height / 2, y + block.height / 2
-    else:
-        text[3 if side == "below" else 2] = y - r if side == "below" else y + r
-        text[:2] = x - block.width / 2, x + block.width / 2
-    return [np.array([x - r, x + r, y - r, y + r]), text]
-
-
-def box_of(placing: Placing, name: str, block: Block) -> Array:
-    """x0, x1, y0, y1"""
-    left, right, down, up = block.extent(placing.side[name])
-    x, y = placing.at[name]
-    return np.array([x - left, x + right, y - down, y + up])

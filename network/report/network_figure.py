@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,8 +13,6 @@ from network.report.canvas import (
     FONT,
     GREY,
     INK,
-    PALETTE,
-    SMALL,
     WIDTH,
     literal,
     name_text,
@@ -25,35 +23,31 @@ from network.report.canvas import (
     write_title,
 )
 from network.report.curves import Obstacles, arrow, route
-from network.report.layout import Block, Placing, box_of, boxes_of, place
-from network.report.strokes import Note, Stroke, capacity_text, duration, notes, strokes, watts
+from network.report.layout import place
+from network.report.places import Block, Placing, box_of, boxes_of
+from network.report.strokes import Stroke, capacity_text, duration, notes, strokes, watts
+from network.report.symbols import (
+    BACKING,
+    COLOURS,
+    EDGE,
+    FILL,
+    HELD_FILL,
+    MANY,
+    MARKS,
+    draw_legend,
+    owner,
+    radii_of,
+    words_of,
+)
 from network.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-LARGE, SMALLEST = 26.0, 8.0
-"""Radii of the largest and the smallest part [pt]."""
-HELD, JUNCTION = 9.0, 3.5
-MANY = 25
-"""More nodes than this are written smaller."""
 MOST_NAMED = 26
 """More links than this show their number without their name."""
 HEAD, FOOT = 58.0, 64.0
-MARKS = {"source": "▲", "relay": "◐", "sensor": "◇"}
-COLOURS = {
-    "source": PALETTE[1],
-    "relay": "#9c4f7c",
-    "sensor": PALETTE[0],
-    "stream": PALETTE[2],
-    "link": "#7d7d7d",
-    "loss": "#7fb2d0",
-}
-"""Of marks and lines; loss: a link to a held node."""
-BACKING = {"facecolor": "white", "edgecolor": "none", "pad": 0.3, "alpha": 0.85}
-EDGE: dict[str, Any] = {"edgecolor": INK, "linewidth": 0.9, "zorder": 4}
-FILL, HELD_FILL = "#f6e3c5", "#d6ebf7"
 
 
 def network_figure(machine: Machine, trajectory: Trajectory | None = None) -> Figure:
@@ -90,7 +84,7 @@ class _Picture:
         self.machine, self.run = machine, run
         self.font = FONT - 0.5 if len(machine.nodes) <= MANY else 6.5
         self.strokes, self.notes = list(strokes(machine, run)), notes(machine, run)
-        self.radius = _radii(machine)
+        self.radius = radii_of(machine)
         self.texts = {name: list(self._text(name)) for name in machine.nodes}
         self.blocks = {name: self._block(name) for name in machine.nodes}
         inner = {name: self.blocks[name] for name, node in machine.nodes.items() if not node.is_held}
@@ -118,6 +112,9 @@ class _Picture:
     # -- drawing ----------------------------------------------------------------------------------------------------
     def draw(self, axes: Axes) -> None:
         largest = max((abs(stroke.value) for stroke in self.strokes if stroke.value), default=1.0)
+        for name, written in self.notes.items():
+            for note in (note for note in written if note.watches):
+                self._draw_watch(axes, name, note.watches)
         pairs = sorted(zip(self.strokes, self.curves, strict=True), key=lambda pair: -abs(pair[0].value or 0))
         for stroke, curve in pairs:
             self._draw_stroke(axes, stroke, curve, largest)
@@ -126,10 +123,9 @@ class _Picture:
         for symbol in self.placing.at:
             self._draw_node(axes, symbol)
             self._draw_text(axes, symbol)
-        for name in self.machine.nodes:
-            for note in self.notes[name]:
-                self._draw_watch(axes, name, note)
-        _draw_legend(axes, self)
+        used = {note.mark for at in self.notes.values() for note in at}
+        streams = any(stroke.stream for stroke in self.strokes)
+        draw_legend(axes, self.machine, self.radius, words_of(self.machine, used, streams))
 
     def _route(self, stroke: Stroke) -> Array:
         start, end = self._ends(stroke)
@@ -207,53 +203,9 @@ class _Picture:
             )  # fmt: skip
             top -= high
 
-    def _draw_watch(self, axes: Axes, name: str, note: Note) -> None:
+    def _draw_watch(self, axes: Axes, name: str, watched: str) -> None:
         """A dotted line from the node that switches a relay."""
-        if note.watches:
-            ends = np.array([self.placing.at[note.watches], self.placing.at[name]])
-            axes.plot(*ends.T, color=COLOURS["relay"], linestyle=(0, (1, 2)), linewidth=1.0, zorder=0.8)
-
-
-def owner(symbol: str) -> str:
-    """The node that a symbol stands for. (No name of a node has an @.)"""
-    return symbol.partition("@")[0]
-
-
-def _radii(machine: Machine) -> Mapping[str, float]:
-    """Area by the logarithm of the heat capacity, over at least two decades."""
-    sizes = {name: float(np.log10(node.capacity)) for name, node in machine.nodes.items() if node.is_part}
-    top = max(sizes.values(), default=0.0)
-    span = max(top - min(sizes.values(), default=0.0), 2.0)
-    shrink = 1.0 if len(machine.nodes) <= MANY else 0.6
-    areas = {name: SMALLEST**2 + (LARGE**2 - SMALLEST**2) * (1 - (top - size) / span) for name, size in sizes.items()}
-    other = {name: HELD if node.is_held else JUNCTION for name, node in machine.nodes.items()}
-    return other | {name: float(shrink * np.sqrt(area)) for name, area in areas.items()}
-
-
-def _draw_legend(axes: Axes, picture: _Picture) -> None:
-    """Below: three sizes in kJ/K, and the marks that occur."""
-    from matplotlib.patches import Circle
-
-    x, y = axes.get_xlim()[0] + 14.0, axes.get_ylim()[0] + 30.0
-    for name in _examples(picture.machine):
-        r = picture.radius[name]
-        axes.add_patch(Circle((x + r, y), r, facecolor=FILL, **EDGE))
-        text = capacity_text(picture.machine, name)
-        axes.text(x + 2 * r + 4, y, text, fontsize=SMALL, color=GREY, va="center")
-        x += 2 * r + 14 + text_size(text, SMALL)[0]
-    axes.text(x + 10, y, "     ".join(_words(picture)), fontsize=SMALL, color=GREY, va="center")
-
-
-def _words(picture: _Picture) -> Iterator[str]:
-    nodes = picture.machine.nodes.values()
-    yield from ["□ held temperature"] * any(node.is_held for node in nodes)
-    yield from ["• massless junction"] * any(node.is_massless for node in nodes)
-    used = {note.mark for at in picture.notes.values() for note in at}
-    yield from (f"{mark} {name}" for name, mark in MARKS.items() if name in used)
-    yield from ["→ stream (green)"] * any(stroke.stream for stroke in picture.strokes)
-
-
-def _examples(machine: Machine) -> list[str]:
-    """The smallest, a middle and the largest part."""
-    parts = sorted((n for n, node in machine.nodes.items() if node.is_part), key=lambda n: machine.nodes[n].capacity)
-    return list(dict.fromkeys([parts[0], parts[len(parts) // 2], parts[-1]])) if parts else []
+        symbol = next(symbol for symbol in self.placing.at if owner(symbol) == watched)
+        start, end = np.array(self.placing.at[symbol]), np.array(self.placing.at[name])
+        curve = route(start, end, (self.radius[watched], self.radius[name]), self.around)
+        axes.plot(*curve.T, color=COLOURS["relay"], linestyle=(0, (1, 2)), linewidth=1.1, zorder=0.8)

@@ -1,4 +1,4 @@
-"""One run over time: temperatures, the tool centre point, what drove it; and what each part adds to the movement."""
+"""One run over time: temperatures, the tool centre point, and what drove it."""
 
 from __future__ import annotations
 
@@ -15,18 +15,14 @@ from network.report.canvas import (
     INK,
     PALETTE,
     in_unit,
-    label_y,
     look,
-    name_text,
     new_figure,
     number,
     shortened,
-    stacked_panels,
     write_title,
 )  # fmt: skip
-from network.report.labels import EndLabel, label_ends
-from network.report.lines import clock, kept_together, outline, set_clock
-from network.report.panels import Curve, Panel, beside, draw_panels, panel_of, room_for
+from network.report.lines import clock, outline
+from network.report.panels import Curve, Panel, draw_panels, panel_of
 from network.trajectory import Trajectory, axis_unit
 from network.units import unit
 
@@ -36,7 +32,6 @@ if TYPE_CHECKING:
 
 FEW = 3
 """Fewer temperature sensors than this: the parts are shown instead."""
-MOST_BANDS = 10
 MANY_SWITCHES = 60
 
 
@@ -44,7 +39,7 @@ def run_figure(run: Trajectory) -> Figure:
     """Temperatures, displacement and inputs of a run on one time axis."""
     panels = list(_panels(run))
     if not panels:
-        return _empty(run, "nothing to show: no temperatures, no tool centre point, no inputs")
+        return without_panels(run, "nothing to show: no temperatures, no tool centre point, no inputs")
     figure, axes = draw_panels(panels, run.t)
     _mark_switches(axes, run)
     below = [*_constants(run), *_switched(run)] or [f"{len(run.t)} instants, method {run.method}"]
@@ -56,23 +51,8 @@ def title(run: Trajectory) -> str:
     return f"{run.machine.name}: {run.schedule.name}"
 
 
-def contributions_figure(run: Trajectory) -> Figure:
-    """What moves the tool centre point: for every axis its contributions, stacked by sign, and their sum."""
-    if not run.tcp:
-        return _empty(run, "this machine file moves no tool centre point")
-    stacks = {axis: _Stack(run, axis) for axis in run.tcp}
-    heights = [max(2.3, room_for(len(stack.rows) + 1)) for stack in stacks.values()]
-    labels = [label for stack in stacks.values() for label in stack.labels()]
-    figure, panels = stacked_panels(heights, right=beside(labels))
-    for (axis, stack), axes in zip(stacks.items(), panels, strict=True):
-        stack.draw(axes)
-        label_y(axes, f"TCP {axis}", axis_unit(axis))
-    set_clock(panels, run.t)
-    write_title(figure, title(run), "what moves the tool centre point: contributions and their sum, with final values")
-    return figure
-
-
-def _empty(run: Trajectory, why: str) -> Figure:
+def without_panels(run: Trajectory, why: str) -> Figure:
+    """The title, and why there is nothing below it."""
     figure = new_figure(1.2)
     write_title(figure, title(run), why)
     return figure
@@ -153,51 +133,3 @@ def _mark_switches(panels: Sequence[Axes], run: Trajectory) -> None:
         for axes in panels[:1] if many else panels:
             across, height = axes.get_xaxis_transform(), 0.05 if many else 1.0
             axes.vlines(at, 0, height, transform=across, color=colour, alpha=0.4, linewidth=0.5, zorder=0.5)
-
-
-# -- contributions --------------------------------------------------------------------------------------------------
-class _Stack:
-    """The contributions to one axis in its unit; beyond a few the smallest are added up."""
-
-    def __init__(self, run: Trajectory, axis: str) -> None:
-        self.t, self.axis, shown = run.t, axis, unit(axis_unit(axis))
-        self.total = in_unit(run.tcp[axis], shown)
-        rows = {name: in_unit(values, shown) for (a, name), values in run.contributions.items() if a == axis}
-        by_size = sorted(rows, key=lambda name: -float(np.abs(rows[name]).max()))
-        small = by_size[MOST_BANDS - 1 :] if len(rows) > MOST_BANDS else []
-        self.rows = {name: values for name, values in rows.items() if name not in small}
-        if small:
-            self.rows[f"{len(small)} smaller ones"] = np.sum([rows[name] for name in small], axis=0)
-
-    def bands(self) -> Iterator[tuple[str, Array, Array]]:
-        """(name, one edge, other edge): positive ones upwards from zero, negative ones downwards."""
-        above, below = np.zeros_like(self.total), np.zeros_like(self.total)
-        for name, values in self.rows.items():
-            top, foot = above + np.maximum(values, 0), below + np.minimum(values, 0)
-            yield name, above, top
-            yield name, below, foot
-            above, below = top, foot
-
-    def labels(self) -> list[EndLabel]:
-        unit_text, colours = axis_unit(self.axis), dict(zip(self.rows, self.colours(), strict=True))
-        middles = {n: float(edge[-1] + other[-1]) / 2 for n, edge, other in self.bands() if edge[-1] != other[-1]}
-        ends = {name: float(values[-1]) for name, values in (self.rows | {"": self.total}).items()}
-        finals = {name: number(end, unit_text, 3, sign=True) for name, end in ends.items()}
-        told = {name: f"{finals[name]}  {name_text(name)}" for name in self.rows}
-        named = [EndLabel(middles.get(name, 0.0), told[name], colours[name], width=5.0) for name in self.rows]
-        return [*named, EndLabel(ends[""], f"{finals['']}  sum", "black", width=1.6)]
-
-    def colours(self) -> list[str]:
-        return [PALETTE[i % len(PALETTE)] for i in range(len(self.rows))]
-
-    def draw(self, axes: Axes) -> None:
-        at = kept_together(self.t, [*self.rows.values(), self.total])
-        t, names = self.t[at] / clock(self.t)[1], list(self.rows)
-        for name, edge, other in self.bands():
-            i = names.index(name)
-            style = {"facecolor": self.colours()[i], "hatch": "" if i < len(PALETTE) else "////", "edgecolor": "white"}
-            axes.fill_between(t, edge[at], other[at], alpha=0.75, linewidth=0.4, **style)  # type: ignore[arg-type]
-        axes.plot(t, self.total[at], color="black", linewidth=1.6)
-        axes.axhline(0, color=GREY, linewidth=0.6)
-        axes.margins(y=0.08)
-        label_ends(axes, self.labels())

@@ -122,5 +122,3 @@ def capacity_text(machine: Machine, name: str) -> str:
     if not isinstance(node.temperature, str):
         return number(float(node.temperature), "degC", 3)
     return "" if node.temperature == name else shortened(node.temperature, 20)
-
-

@@ -28,7 +28,7 @@ def digits(value: float, most: int = 4) -> str:
     if not math.isfinite(value):
         return "–"
     if value == 0 or 1e-3 <= abs(value) < 1e6:
-        places = most - 1 - math.floor(math.log10(abs(value))) if value else 0
+        places = most - 1 - int(f"{value:.{most - 1}e}".partition("e")[2]) if value else 0
         return f"{value:.{max(places, 0)}f}"
     return f"{value:.{most}g}"
 
