@@ -39,17 +39,23 @@ class Obstacles:
 
     def spot(self, width: float, height: float, curve: Array, crossing: bool = False) -> tuple[float, float] | None:
         """The middle of a free place for a label of this size at the curve: on no box, and, but for `crossing`, on no
-        other curve."""
-        points = np.concatenate([c[1:-1] for c in self.curves if c is not curve] or [np.empty((0, 2))])
+        other curve and nearest to its own."""
+        others = np.concatenate([c[1:-1] for c in self.curves if c is not curve] or [np.empty((0, 2))])
         boxes = np.array(self.boxes)
         for x, y in _spots(curve, width, height):
             box = _box(x, y, width, height)
-            if not overlaps(box, boxes, 1.0).any() and (crossing or not inside(points, box[None, :]).any()):
+            if not overlaps(box, boxes, 1.0).any() and (crossing or _belongs(x, y, box, curve, others)):
                 return x, y
         return None
 
     def take(self, x: float, y: float, width: float, height: float) -> None:
         self.boxes.append(_box(x, y, width, height))
+
+
+def _belongs(x: float, y: float, box: Array, curve: Array, others: Array) -> bool:
+    """Whether a label's box is on no other curve, and nearer to its own."""
+    far = np.hypot(*(others - (x, y)).T).min(initial=np.inf)
+    return not inside(others, box[None, :]).any() and bool(np.hypot(*(curve - (x, y)).T).min() < far)
 
 
 def _box(x: float, y: float, width: float, height: float) -> Array:
