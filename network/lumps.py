@@ -44,7 +44,8 @@ def level_patch(machine: Machine, name: str) -> Branch:
     levels = section(machine.tree, "levels")
     level = levels.items.get(name)
     if not isinstance(level, Branch):
-        raise refuse(Spot(machine.file), f"there is no level '{short(name)}'", likely(name, levels.items))
+        known = [other for other, patch in levels.items.items() if isinstance(patch, Branch)]
+        raise refuse(Spot(machine.file), f"there is no level '{short(name)}'", likely(name, known))
     patch = Branch({k: v for k, v in level.items.items() if k not in ("lumps", "merge")}, level.spot, level.keys)
     tree = _merged_nodes(machine, merged(machine.tree, patch), level)
     for wish, spot in _lump_wishes(level):

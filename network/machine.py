@@ -17,7 +17,7 @@ from network.materials import BUILT_IN, Material
 from network.mechanisms.base import Link, Source, Stream
 from network.nodes import Node
 from network.patch import check_sections, load_tree, merged, set_lumps, set_value
-from network.refusal import Complaints, Refusal, Spot
+from network.refusal import Complaints, Refusal, Spot, refuse
 from network.sensors.sensor import Sensor
 from network.units import Number
 from network.yamlfile import Branch, plain, tree_of
@@ -74,9 +74,10 @@ class Machine:
         return replace(machine, warnings=tuple(sorted(set(own.warnings))))
 
     def patched(self, patch: Mapping[str, Any] | Branch, origin: str = "patch") -> Self:
-        """This machine with a patch laid over it."""
-        laid = patch if isinstance(patch, Branch) else tree_of(patch, Spot(origin))
-        assert isinstance(laid, Branch)
+        """This machine with a patch laid over it; `origin` stands in messages. Raises Refused."""
+        laid = tree_of(patch, Spot(origin))
+        if not isinstance(laid, Branch):
+            raise refuse(laid.spot, "a patch is not a mapping", "give sections as in a machine file")
         return self.read(merged(self.tree, laid), self.file)
 
     def material(self, name: str) -> Material | None:

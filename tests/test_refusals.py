@@ -12,6 +12,7 @@ import pytest
 
 from network.machine import Machine
 from network.refusal import Refused
+from network.rooms import kinds
 
 CASES = Path(__file__).parents[2] / "shared" / "cases"
 
@@ -79,6 +80,7 @@ PLACE = "write node, node@0.3 or node@0.2..0.8"
 LUMPS = "give a whole number from 1 to 2000"
 AXES = "the axes are x, y, z, a, b, c"
 CHANGE = "change or take out this entry too"
+LINKS = ", ".join(kinds("links"))
 LISTED = "known are: machine, reference, extends, closed_form, nodes, links, sources, sensors, materials, levels, tcp"
 
 
@@ -200,7 +202,7 @@ LISTED = "known are: machine, reference, extends, closed_form, nodes, links, sou
         (
             ("kind: convection, ", ""),
             "11: links.skin has no kind; "
-            "give one of: advection, conduction, contact, convection, forced_convection, natural_convection, radiation",
+            f"give one of: {LINKS}",
         ),
         (("sources:", "sorces:"), "12: unknown section 'sorces'; did you mean 'sources'?"),
         (("machine: test bench\n", "machine: test bench\nxyz: 1\n"), f"2: unknown section 'xyz'; {LISTED}"),
@@ -453,7 +455,7 @@ LISTED = "known are: machine, reference, extends, closed_form, nodes, links, sou
             "11: '<<' merges another mapping; "
             "write its entries out, or use `extends:`\n"
             "bench.yaml:11: links.<< has no kind; "
-            "give one of: advection, conduction, contact, convection, forced_convection, natural_convection, radiation",
+            f"give one of: {LINKS}",
         ),
         (("tcp:", "---\ntcp:"), "14: a second document begins; keep one document in a file, without `---` between"),
     ],
