@@ -1,77 +1,26 @@
 """Names of units: `W/(m^2 K)` → its factor to SI and its dimension, exactly.
 
 A reader of our own: a library's took 0.13 s at every start, read `m;m` as an area and `cd` as a hundredth of a day.
-Turns are a dimension (angle), so a speed in rpm is never mistaken for a rate in 1/min.
 """
 
 from __future__ import annotations
 
-import math
 import re
-from difflib import get_close_matches
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
-from typing import TypeAlias
 
 from network.refusal import Spot
+from network.unit_table import BASES, meaning_of
 
 LONGEST = 60
 SMALLEST = Fraction(1, 10**100)
 AS_IN = "write it like W/K, kJ/K, N mm, rpm, degC, um"
-_TURN = Fraction(2 * math.pi)
-_BASES = {"m": "length", "kg": "mass", "s": "time", "K": "temperature", "A": "current", "rad": "angle"}
-_SHORT = {"n": -9, "µ": -6, "u": -6, "m": -3, "c": -2, "d": -1, "h": 2, "k": 3, "M": 6, "G": 9}
-_LONG = {"nano": -9, "micro": -6, "milli": -3, "centi": -2, "deci": -1, "hecto": 2, "kilo": 3, "mega": 6, "giga": 9}
-
-Meaning: TypeAlias = tuple[Fraction, str]
-"""So many times that product of bases."""
-
-
-def _table(rows: dict[str, tuple[str | int | Fraction, str]]) -> dict[str, Meaning]:
-    return {name: (Fraction(factor), bases) for names, (factor, bases) in rows.items() for name in names.split()}
-
-
-_PREFIXED = _table(
-    {
-        "g gram": ("1e-3", "kg"),
-        "m meter metre": (1, "m"),
-        "s second": (1, "s"),
-        "K kelvin": (1, "K"),
-        "A ampere": (1, "A"),
-        "rad radian": (1, "rad"),
-        "N newton": (1, "kg m/s^2"),
-        "Nm": (1, "kg m^2/s^2"),
-        "J joule": (1, "kg m^2/s^2"),
-        "W watt": (1, "kg m^2/s^3"),
-        "Wh": (3600, "kg m^2/s^2"),
-        "Pa pascal": (1, "kg/(m s^2)"),
-        "bar": ("1e5", "kg/(m s^2)"),
-        "V volt": (1, "kg m^2/(s^3 A)"),
-        "Ω ohm": (1, "kg m^2/(s^3 A^2)"),
-        "l L liter litre": ("1e-3", "m^3"),
-        "St stokes": ("1e-4", "m^2/s"),
-        "Hz hertz": (_TURN, "rad/s"),
-    }
-)
-_WHOLE = _table(
-    {
-        "Nmm": ("1e-3", "kg m^2/s^2"),
-        "min minute": (60, "s"),
-        "h hr hour": (3600, "s"),
-        "d day days": (86400, "s"),
-        "sec": (1, "s"),
-        "rev turn revolution": (_TURN, "rad"),
-        "rpm": (_TURN / 60, "rad/s"),
-        "deg degree °": (_TURN / 360, "rad"),
-        "arcsec arcsecond": (_TURN / 1_296_000, "rad"),
-        "in inch": ("0.0254", "m"),
-        "degC °C ℃ celsius": (1, "K"),
-        "degF °F ℉ fahrenheit": ("5/9", "K"),
-        "% percent": ("1e-2", ""),
-        "ppm": ("1e-6", ""),
-    }
-)
-_HINTS = {"C": "degC", "F": "degF", "U": "rev", "RPM": "rpm", "KW": "kW", "KJ": "kJ", "Km": "km", "MM": "mm"}
+_ZEROS = {
+    **dict.fromkeys(("degC", "°C", "℃", "celsius"), 0.0),
+    **dict.fromkeys(("degF", "°F", "℉", "fahrenheit"), -160 / 9),
+}
+ABSOLUTE_ZERO = -273.15
 
 
 class BadNumber(ValueError):
@@ -80,6 +29,46 @@ class BadNumber(ValueError):
     def __init__(self, wrong: str, right: str, spot: Spot | None = None) -> None:
         super().__init__(f"{wrong}; {right}")
         self.wrong, self.right, self.spot = wrong, right, spot
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit: SI value = scale · number (+ offset for an absolute temperature, giving °C)."""
+
+    text: str
+    scale: float
+    offset: float
+    dimension: str
+    inverse: float
+
+    def to_si(self, number: float) -> float:
+        """Divides where that is exact: 700 mm are 0.7 m and not 0.7000000000000001 m."""
+        return (number * self.scale if self.scale >= 1 else number / self.inverse) + self.offset
+
+    def from_si(self, value: float) -> float:
+        return (value - self.offset) / self.scale if self.scale >= 1 else (value - self.offset) * self.inverse
+
+    @property
+    def is_temperature(self) -> bool:
+        return self.dimension == "[temperature]"
+
+
+@lru_cache(maxsize=1024)
+def unit(text: str) -> Unit:
+    """The unit of that name. Raises BadNumber for an unknown one.
+
+    Temperatures (degC, degF, K, mK alone) carry an offset to °C; in a product (W/degC) they count as differences.
+    """
+    if text in ("", "1", "-"):
+        return Unit("1", 1.0, 0.0, "dimensionless", 1.0)
+    factor, dimension = factor_and_dimension(text)
+    offset = _ZEROS.get(text, ABSOLUTE_ZERO) if dimension == "[temperature]" else 0.0
+    return Unit(text, float(factor), offset, dimension, float(1 / factor))
+
+
+def difference(of: Unit) -> Unit:
+    """The unit for a difference of such quantities: K for temperatures."""
+    return replace(of, offset=0.0)
 
 
 @lru_cache(maxsize=1024)
@@ -91,21 +80,6 @@ def factor_and_dimension(text: str) -> tuple[Fraction, str]:
     if not SMALLEST < factor < 1 / SMALLEST:
         raise expression.unreadable("it is beyond all numbers")
     return factor, " ".join(terms) or "dimensionless"
-
-
-def _meaning(name: str) -> Meaning | None:
-    """A name as it stands, else with a prefix, in the plural, or with a capital (Kelvin)."""
-    known = _WHOLE.get(name) or _PREFIXED.get(name)
-    if known or len(name) < 2:
-        return known
-    for prefixes, long in ((_SHORT, False), (_LONG, True)):
-        for prefix, power in prefixes.items():
-            rest = name.removeprefix(prefix)
-            if rest != name and rest in _PREFIXED and (len(rest) > 3) == long:
-                return _PREFIXED[rest][0] * Fraction(10) ** power, _PREFIXED[rest][1]
-    if len(name) > 4 and name.endswith("s"):
-        return _meaning(name[:-1])
-    return _meaning(name.lower()) if len(name) > 3 and name.istitle() else None
 
 
 class _Expression:
@@ -193,17 +167,10 @@ class _Expression:
         return self._named(token)
 
     def _named(self, name: str) -> tuple[Fraction, dict[str, Fraction]]:
-        if name in _BASES:
-            return Fraction(1), {_BASES[name]: Fraction(1)}
-        meaning = _meaning(name)
+        if name in BASES:
+            return Fraction(1), {BASES[name]: Fraction(1)}
+        meaning = meaning_of(name)
         if meaning is None:
             raise BadNumber(f"unknown unit '{name}'", AS_IN)
         inner, powers = _Expression(meaning[1]).read() if meaning[1] else (Fraction(1), {})
         return meaning[0] * inner, powers
-
-
-def likely_unit(text: str) -> str | None:
-    """The name that was probably meant by the first unknown one in it."""
-    name = next((word for word in re.findall(r"[A-Za-zµΩ]+", text) if not (word in _BASES or _meaning(word))), "")
-    names = [known for known in (*_WHOLE, *_PREFIXED) if len(known) > 1]
-    return _HINTS.get(name) or next(iter(get_close_matches(name.lower(), names, n=1, cutoff=0.66)), None)

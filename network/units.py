@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
 
 from network.refusal import short
-from network.unit_names import LONGEST, BadNumber, factor_and_dimension, likely_unit
+from network.unit_names import LONGEST, BadNumber, Unit, difference, unit
+from network.unit_table import likely_unit
 
 __all__ = [
     "BadNumber", "Number", "Prior", "Unit", "difference", "in_unit", "parse_number", "show", "split_number", "unit",
@@ -17,34 +18,6 @@ __all__ = [
 ]  # fmt: skip
 
 Prior = Literal["known", "log", "normal", "unknown"]
-
-_ZEROS = {
-    **dict.fromkeys(("degC", "°C", "℃", "celsius"), 0.0),
-    **dict.fromkeys(("degF", "°F", "℉", "fahrenheit"), -160 / 9),
-}
-ABSOLUTE_ZERO = -273.15
-
-
-@dataclass(frozen=True)
-class Unit:
-    """A unit: SI value = scale · number (+ offset for an absolute temperature, giving °C)."""
-
-    text: str
-    scale: float
-    offset: float
-    dimension: str
-    inverse: float
-
-    def to_si(self, number: float) -> float:
-        """Divides where that is exact: 700 mm are 0.7 m and not 0.7000000000000001 m."""
-        return (number * self.scale if self.scale >= 1 else number / self.inverse) + self.offset
-
-    def from_si(self, value: float) -> float:
-        return (value - self.offset) / self.scale if self.scale >= 1 else (value - self.offset) * self.inverse
-
-    @property
-    def is_temperature(self) -> bool:
-        return self.dimension == "[temperature]"
 
 
 @dataclass(frozen=True)
@@ -60,24 +33,6 @@ class Number:
     spread: float = 0.0
     low: float = -math.inf
     high: float = math.inf
-
-
-@lru_cache(maxsize=1024)
-def unit(text: str) -> Unit:
-    """The unit of that name. Raises BadNumber for an unknown one.
-
-    Temperatures (degC, degF, K, mK alone) carry an offset to °C; in a product (W/degC) they count as differences.
-    """
-    if text in ("", "1", "-"):
-        return Unit("1", 1.0, 0.0, "dimensionless", 1.0)
-    factor, dimension = factor_and_dimension(text)
-    offset = _ZEROS.get(text, ABSOLUTE_ZERO) if dimension == "[temperature]" else 0.0
-    return Unit(text, float(factor), offset, dimension, float(1 / factor))
-
-
-def difference(of: Unit) -> Unit:
-    """The unit for a difference of such quantities: K for temperatures."""
-    return replace(of, offset=0.0)
 
 
 NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
