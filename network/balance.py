@@ -103,6 +103,20 @@ def affine_matrix(network: Network, u: Inputs, modes: Array) -> Array:
     return jacobian(network, np.zeros(network.size), u, modes)
 
 
+def driven_conductances(network: Network, u: Inputs) -> Array:
+    """The slopes [W/K] of an affine network that depend on inputs, at many instants: (instants, 1) → (instants, ·)."""
+    slopes = [flows.w * s for flows in network.flows if flows.law.needs() for s in _at_zero(flows, u)]
+    slopes += [s for heats in network.heats if heats.law.needs() for s in _at_zero(heats, u)]
+    instants = len(u["time"])
+    return np.hstack([np.broadcast_to(s, (instants, np.shape(s)[-1])) for s in map(np.atleast_1d, slopes)])
+
+
+def _at_zero(group: Flows | Heats[Source], u: Inputs) -> tuple[Array, ...]:
+    if isinstance(group, Flows):
+        return group.law.slopes(np.zeros(len(group.a)), np.zeros(len(group.b)), u)
+    return group.law.slopes(u, *(np.zeros(len(R)) for R in group.reads))
+
+
 def affine_heat(network: Network, u: Inputs, modes: Array, instants: int) -> Array:
     """q(u) [W] of an affine network at many instants: inputs of shape (instants, 1) → (instants, N)."""
     q = np.zeros((instants, network.size))

@@ -19,6 +19,7 @@ from typing import Any, ClassVar, Self, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from network.along import Along
 from network.fieldbase import REQUIRED, Field
 from network.proposals import bodies
 from network.quantities import ParamField
@@ -156,11 +157,7 @@ class Declared(ABC):
 
     def structure(self) -> tuple[object, ...]:
         """Entries of one class with equal structure can be stacked: the same forms and words, other numbers."""
-        return (type(self), *(self._structure_of(name, field) for name, field in self.fields.items()))
-
-    def _structure_of(self, name: str, field: Field) -> object:
-        value = self.__dict__[name]
-        return value is not None if isinstance(field, ParamField) else field.structure(value)
+        return (type(self), *(field.structure(self.__dict__[name]) for name, field in self.fields.items()))
 
     def resolved(self, machine: Any) -> Self:
         """The entry with what only the whole machine knows: the reference, a material's expansion, a length."""
@@ -173,7 +170,7 @@ class Declared(ABC):
         arrays = {
             name: np.array([entry.__dict__[name] for entry in entries], float)
             for name in (*cls.params(), *cls.derived)
-            if first.__dict__[name] is not None
+            if not isinstance(first.__dict__[name], Along | None)
         }
         return first.replaced(**arrays)
 
@@ -187,6 +184,10 @@ class Effect(Declared):
     def needs(self) -> Mapping[str, str]:
         """The input channels this entry reads, with a unit of the kind each must have."""
         return self.inputs
+
+    def remarks(self, u: Mapping[str, Array]) -> Iterator[str]:
+        """What is doubtful about it at the inputs of a whole run."""
+        yield from ()
 
     def said(self, **more: str) -> str:
         """The sentence, with numbers in their units; `more`: what the entry itself does not know, like its channel."""

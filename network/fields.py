@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from network.along import AlongField
 from network.fieldbase import REQUIRED, Field, word_of
 from network.places import Path, Place, PlaceField, PlacesField, SharesField, parse_place
 from network.quantities import Amount, AmountField, ParamField
@@ -17,9 +18,9 @@ from network.units import BadNumber
 from network.yamltree import Tree
 
 __all__ = [
-    "REQUIRED", "Amount", "AmountField", "Field", "FlagField", "Nested", "ParamField", "Path", "Place", "PlaceField",
-    "PlacesField", "SharesField", "WholeField", "WordField", "amount", "flag", "nested", "param", "parse_place",
-    "place", "places", "read_kind", "shares", "whole", "word", "word_of",
+    "REQUIRED", "AlongField", "Amount", "AmountField", "Field", "FlagField", "Nested", "ParamField", "Path", "Place",
+    "PlaceField", "PlacesField", "SharesField", "WholeField", "WordField", "along", "amount", "flag", "nested", "param",
+    "parse_place", "place", "places", "read_kind", "shares", "whole", "word", "word_of",
 ]  # fmt: skip
 
 
@@ -106,6 +107,11 @@ def param(
     return cast(
         NDArray[np.float64], ParamField(unit_text, low, high, meaning, default, positive, typical, any_power_of)
     )
+
+
+def along(meaning: str, *, default: Any = REQUIRED) -> Any:
+    """A point along a part: a share of its length, a length, or where an input says (see network.along)."""
+    return AlongField(meaning, default)
 
 
 def amount(meaning: str, *, default: Any = REQUIRED) -> Amount:

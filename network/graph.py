@@ -191,8 +191,17 @@ class _Builder:
             if not isinstance(link, Link):
                 continue
             index = self._name(f"links.{name}")
-            a, b = (self._places(place) for place in link.between)
-            yield from (_Element(link, i, j, w * v, index) for i, w in a for j, v in b if i != j)
+            a, b = self._places(link.between[0]), list(self._reached(link))
+            yield from (_Element(law, i, j, w * v, index) for i, w in a for j, v, law in b if i != j)
+
+    def _reached(self, link: Link) -> Iterator[tuple[int, float, Link]]:
+        """The lumps of a link's second place, each with its weight and law."""
+        place, part = link.between[1], self.parts[link.between[1].node]
+        if not link.moves:
+            yield from ((j, v, link) for j, v in self._places(place))
+            return
+        ends = np.linspace(0, 1, part.stop - part.start + 1).tolist()
+        yield from ((part.start + i, 1.0, link.over(*piece)) for i, piece in enumerate(pairwise(ends)))
 
     def _bars(self) -> Iterator[_Element]:
         for name, node in self.machine.nodes.items():

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from network import Machine
-from network.inputs import Schedule, Signal
+from network.inputs import Schedule, Signal, held
 from network.refusal import Spot
 from network.yamlfile import Branch, tree_of
 
@@ -24,3 +24,9 @@ def machine(nodes: Mapping[str, Any], reference: str = "20 degC", **sections: An
 
 def schedule(t: Any, *signals: Signal, start: Any = None) -> Schedule:
     return Schedule("test", "test", np.asarray(t, float), {signal.name: signal for signal in signals}, start)
+
+
+def position(*steps: tuple[float, float]) -> Signal:
+    """Held at each value [mm] from each instant [s]."""
+    t, x = np.array(steps).T
+    return held("position", "mm", t, x * 1e-3)

@@ -62,6 +62,7 @@ sources:
   pump: {{kind: heat_source, into: {{column: 1}}, power: 10 W ± 20 %, with: running}}
 tcp:
   z: {{housing grows: {{kind: stretching, of: housing@0.1..0.77, direction: -1}}}}
+  y: {{ram grows: {{kind: stretching, of: housing, fixed: 0.05, at: 40 mm + position, direction: 1}}}}
   a: {{head tilts: {{kind: tilt, between: [shaft, housing], distance: 300 mm, direction: 1}}}}
 sensors:
   T: {{measures: housing, noise: 0.05 K}}
@@ -193,6 +194,7 @@ def surroundings(seed: int) -> dict[str, Array]:
     return {
         "time": np.array(rng.uniform(0, 1e5)), "speed": np.array(rng.uniform(-1000, 1000)),
         "feed": np.array(rng.uniform(-0.5, 0.5)), "cutting_power": np.array(rng.uniform(0, 5000)),
+        "position": np.array(rng.uniform(0, 0.5)),
     }  # fmt: skip
 
 

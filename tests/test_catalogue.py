@@ -24,7 +24,6 @@ from network.yamlfile import tree_of
 
 def test_the_catalogue_holds_what_the_machine_file_promises() -> None:
     built = {kind for _, kind in KINDS}
-    assert built <= NAMED
     for snippet in ("contact", "forced_convection", "windage", "timed_source", "preload_friction", "hidden_mass"):
         assert snippet in built
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 from itertools import combinations
-from typing import Any, ClassVar, TypeAlias, cast
+from typing import Any, ClassVar, Self, TypeAlias, cast
 
 import numpy as np
 
@@ -79,9 +79,17 @@ class Flow(Mechanism):
 
 
 class Link(Flow):
-    """Heat between two places: what one loses, the other gets."""
+    """Heat between two places: what one loses, the other gets.
 
+    moves: it reaches the lumps of its second place in shares that its inputs decide; `over` gives the law of each.
+    """
+
+    moves: ClassVar[bool] = False
     between = places("the two places it joins")
+
+    def over(self, start: float, stop: float) -> Self:
+        """What of it goes into the piece of its second place from one fraction to the other."""
+        return self
 
     @classmethod
     def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
