@@ -27,9 +27,7 @@ class Material(Declared):
 
 
 def _material(name: str, density: float, specific_heat: float, conductivity: float, expansion: float) -> Material:
-    return Material(
-        name, density=density, specific_heat=specific_heat, conductivity=conductivity, expansion=expansion
-    )
+    return Material(name, density=density, specific_heat=specific_heat, conductivity=conductivity, expansion=expansion)
 
 
 BUILT_IN = {

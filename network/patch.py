@@ -15,6 +15,7 @@ from network.yamlfile import Branch, Leaf, Tree, load
 
 __all__ = ["NAMED", "SECTIONS", "check_sections", "load_tree", "merged", "set_lumps", "set_value"]
 
+
 def load_tree(path: Path, complaints: Complaints | None = None) -> Branch:
     """The file with everything it extends laid under it. Raises Refused for circles and unreadable files.
 

@@ -47,9 +47,7 @@ class Nested(Field):
         return tuple(e.structure() for e in value) if self.many else value is not None
 
 
-def read_kind(
-    kinds: Mapping[str, type[Entry]], where: str, tree: Tree, complaints: Complaints
-) -> Entry | None:
+def read_kind(kinds: Mapping[str, type[Entry]], where: str, tree: Tree, complaints: Complaints) -> Entry | None:
     """The entry of the class that its `kind` names; `where` is its path in the file."""
     if not isinstance(tree, Branch):
         complaints.refuse(tree.spot, f"{where} is {_shape(tree)}", "write `{kind: …, …}`")
