@@ -14,7 +14,8 @@ from network.machine import Machine
 from network.recording import Recording
 from network.refusal import Complaints, Spot, refuse
 from network.scenario import Scenario
-from network.simulation import Progress, schedule_for, simulate
+from network.simulation import schedule_for, simulate
+from network.solvers.carry_out import Progress
 from network.trajectory import Trajectory
 from network.units import difference, unit
 

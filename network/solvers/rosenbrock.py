@@ -18,7 +18,6 @@ from network.balance import affine_heat, affine_matrix, flow_heat, source_heat
 from network.channels import Readouts
 from network.declare import Array, Indices
 from network.energy import EnergyAccount, Quadrature, stored_heat
-from network.graph import Network
 from network.mechanisms.base import Inputs, Mechanism
 from network.refusal import Failed
 from network.solvers.plan import Plan, matrix_inputs
@@ -178,7 +177,10 @@ class _Run:
     def _start(self) -> Array:
         """Free lumps at T0, junctions where no heat stays in them, sensor states in equilibrium."""
         self.heat.enter(0)
-        t0, x = float(self.plan.edges[0]), np.concatenate([self.plan.T0[self.heat.solved], np.zeros(self.readouts.states)])
+        t0, x = (
+            float(self.plan.edges[0]),
+            np.concatenate([self.plan.T0[self.heat.solved], np.zeros(self.readouts.states)]),
+        )
         light = np.flatnonzero(self.mass == 0)
         for _ in range(50 if len(light) else 0):
             left_over = self.heat.into(t0, x[: self.n])[light]

@@ -20,7 +20,8 @@ from rich.console import Console
 from rich.table import Table
 
 from network.graph import build
-from network.simulation import simulate, solve_schedule
+from network.simulation import simulate
+from network.solvers.carry_out import solve_schedule
 from network.start import start_temperatures
 
 ROOT = Path(__file__).parents[2]
