@@ -577,7 +577,17 @@ def test_a_network_in_pieces(tmp_path: Path) -> None:
     figure = network_figure(machine)
     squares = [p for p in figure.axes[0].patches if isinstance(p, Rectangle)]
     assert len(squares) == 2, "a node that touches much is drawn more than once"
+    names = [text for text in words(figure) if text == "room"]
+    assert len(names) == 2
     check_legible(figure, tmp_path / "x.png")
+
+
+def test_a_closed_loop_shows_its_capacity_flow() -> None:
+    nodes = {"a": {"heat_capacity": "1 kJ/K"}, "b": {"heat_capacity": "2 kJ/K"}, "room": {"temperature": "20 degC"}}
+    loop = {"kind": "advection", "through": ["a", "b", "a"], "capacity_flow": "30 W/K"}
+    skin = {"kind": "convection", "between": ["b", "room"], "conductance": "1 W/K"}
+    machine = machine_of(nodes=nodes, links={"loop": loop, "skin": skin}, sources=None, tcp=None, sensors=None)
+    assert labels(network_figure(machine, run_of(machine)), "link:")["loop"].endswith("30.0 W/K")
 
 
 def test_a_relay_may_watch_a_held_node(tmp_path: Path) -> None:

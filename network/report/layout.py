@@ -14,7 +14,7 @@ from network.report.places import MARGIN, Block, Placing
 from network.report.rim import place_rim
 
 FAR_APART = 1.5
-"""Steps by which pieces of a network that nothing joins stand further apart than its own parts."""
+"""Steps by which pieces that nothing joins stand further apart than the ends of the longest one."""
 
 
 def place(
@@ -22,7 +22,7 @@ def place(
 ) -> Placing:
     """The picture's places; the paper grows until everything fits."""
     height = 300.0 + 14.0 * len(inner)
-    start = _unit_places(list(inner), [(a, b) for a, b in edges if a in inner and b in inner])
+    start = _unit_places(list(inner), edges)
     border = _border(rim.values())
     for _ in range(12):
         placing = Placing(width, height)
@@ -43,21 +43,30 @@ def _border(rim: Iterable[Block]) -> tuple[float, float]:
 
 def _unit_places(names: Sequence[str], edges: Sequence[tuple[str, str]]) -> dict[str, Array]:
     """Kamada and Kawai's places in −1..1, the longer direction across."""
+    if len(names) < 2:
+        return {name: np.zeros(2) for name in names}
     graph: nx.Graph[str] = nx.Graph()
     graph.add_nodes_from(names)
     graph.add_edges_from(edges)
-    if len(names) < 2:
-        return {name: np.zeros(2) for name in names}
-    steps = {a: dict(lengths) for a, lengths in nx.all_pairs_shortest_path_length(graph)}
-    widest = max(max(lengths.values()) for lengths in steps.values()) + FAR_APART
-    far = {a: {b: float(steps[a].get(b, widest)) for b in names} for a in names}
+    inner = graph.subgraph(names)
+    far = _distances(inner, graph)
     with threadpool_limits(limits=1, user_api="blas"):  # two threads get in each other's way
-        found = nx.kamada_kawai_layout(graph, dist=far)
+        found = nx.kamada_kawai_layout(inner, dist=far)
     points = np.array([found[name] for name in names])
     points -= points.mean(axis=0)
     _, _, axes = np.linalg.svd(points, full_matrices=False)
     points = points @ (axes * np.sign(axes[:, :1] + 1e-9)).T
     return dict(zip(names, points / np.maximum(np.abs(points).max(axis=0), 0.05), strict=True))
+
+
+def _distances(inner: nx.Graph[str], graph: nx.Graph[str]) -> dict[str, dict[str, float]]:
+    """Steps between parts: along links between parts, else one more than by way of held nodes, else far apart."""
+    direct = {a: dict(steps) for a, steps in nx.all_pairs_shortest_path_length(inner)}
+    by_held = {a: dict(steps) for a, steps in nx.all_pairs_shortest_path_length(graph)}
+    widest = max(max(steps.values()) for steps in direct.values()) + FAR_APART
+    return {
+        a: {b: float(direct[a].get(b, by_held[a].get(b, widest - 1) + 1)) for b in inner.nodes} for a in inner.nodes
+    }
 
 
 def _place_inner(

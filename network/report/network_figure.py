@@ -48,6 +48,8 @@ if TYPE_CHECKING:
 MOST_NAMED = 26
 """More links than this show their number without their name."""
 HEAD, FOOT = 58.0, 64.0
+STREAM = 0.3
+"""Width of a stream, as a share of the widest link: what it carries is its number."""
 
 
 def network_figure(machine: Machine, trajectory: Trajectory | None = None) -> Figure:
@@ -111,13 +113,13 @@ class _Picture:
 
     # -- drawing ----------------------------------------------------------------------------------------------------
     def draw(self, axes: Axes) -> None:
-        largest = max((abs(stroke.value) for stroke in self.strokes if stroke.value), default=1.0)
+        largest = {unit_text: self._largest(unit_text) for unit_text in ("W", "W/K")}
         for name, written in self.notes.items():
             for note in (note for note in written if note.watches):
                 self._draw_watch(axes, name, note.watches)
         pairs = sorted(zip(self.strokes, self.curves, strict=True), key=lambda pair: -abs(pair[0].value or 0))
         for stroke, curve in pairs:
-            self._draw_stroke(axes, stroke, curve, largest)
+            self._draw_stroke(axes, stroke, curve, largest[stroke.unit])
         for stroke, curve in pairs:
             self._label(axes, stroke, curve)
         for symbol in self.placing.at:
@@ -126,6 +128,10 @@ class _Picture:
         used = {note.mark for at in self.notes.values() for note in at}
         streams = any(stroke.stream for stroke in self.strokes)
         draw_legend(axes, self.machine, self.radius, words_of(self.machine, used, streams))
+
+    def _largest(self, unit_text: str) -> float:
+        values = [abs(stroke.value or 0.0) for stroke in self.strokes if stroke.unit == unit_text]
+        return max(values, default=0.0) or 1.0
 
     def _route(self, stroke: Stroke) -> Array:
         start, end = self._ends(stroke)
@@ -145,7 +151,7 @@ class _Picture:
     def _draw_stroke(self, axes: Axes, stroke: Stroke, curve: Array, largest: float) -> None:
         held = any(self.machine.nodes[name].is_held for name in (stroke.a, stroke.b))
         colour = COLOURS["stream" if stroke.stream else "loss" if held else "link"]
-        size = abs(stroke.value or 0.0) / largest
+        size = STREAM if stroke.stream else abs(stroke.value or 0.0) / largest
         start, end = self._ends(stroke)
         whole = np.concatenate([[start], curve, [end]]) if stroke.a != stroke.b else curve
         axes.plot(*whole.T, color=colour, linewidth=0.7 + 4.5 * size, solid_capstyle="butt", zorder=1)

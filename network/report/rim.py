@@ -10,7 +10,7 @@ from network.declare import Array
 from network.report.curves import inside, overlaps
 from network.report.places import MARGIN, Block, Placing, box_of
 
-MOST_TOUCHED = 8
+MOST_TOUCHED = 6
 """Links that one symbol of a held node bears."""
 
 

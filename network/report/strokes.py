@@ -58,19 +58,20 @@ def strokes(machine: Machine, run: Trajectory | None) -> Iterator[Stroke]:
         if isinstance(link, Stream):
             nodes = [place.node for place in link.through]
             legs = [(a, b) for a, b in pairwise(nodes) if a != b]
+            value, unit_text = _stream_value(name, link, run)
             for i, (a, b) in enumerate(legs):
-                value = _stream_value(name, link, run) if i == len(legs) - 1 else None
-                yield Stroke(name, a, b, value, "W" if run else "W/K", stream=True)
+                yield Stroke(name, a, b, value if i == len(legs) - 1 else None, unit_text, stream=True)
         else:
             a, b = (place.node for place in link.between)
             value = conductance(machine, link) if run is None else _mean_flow(machine, f"links.{name}", a, b, run)
             yield Stroke(name, a, b, value, "W/K" if run is None else "W")
 
 
-def _stream_value(name: str, stream: Stream, run: Trajectory | None) -> float:
-    if run is None:
-        return stream.transport()[1]
-    return run.energy.by_mechanism.get(f"links.{name}", 0.0) / duration(run)
+def _stream_value(name: str, stream: Stream, run: Trajectory | None) -> tuple[float, str]:
+    """What it brought into the parts; its capacity flow without a run, and for a loop, which brings nothing in."""
+    if run is None or stream.through[0].node == stream.through[-1].node:
+        return stream.transport()[1], "W/K"
+    return run.energy.by_mechanism.get(f"links.{name}", 0.0) / duration(run), "W"
 
 
 def _mean_flow(machine: Machine, path: str, a: str, b: str, run: Trajectory) -> float:
