@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from network.csvtable import write_csv
 from network.inputs import Start
-from network.recording import Recording, write_csv
+from network.recording import Recording
 from network.refusal import Refused
 from network.units import BadNumber, unit
 

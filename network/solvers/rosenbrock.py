@@ -177,10 +177,8 @@ class _Run:
     def _start(self) -> Array:
         """Free lumps at T0, junctions where no heat stays in them, sensor states in equilibrium."""
         self.heat.enter(0)
-        t0, x = (
-            float(self.plan.edges[0]),
-            np.concatenate([self.plan.T0[self.heat.solved], np.zeros(self.readouts.states)]),
-        )
+        t0 = float(self.plan.edges[0])
+        x = np.concatenate([self.plan.T0[self.heat.solved], np.zeros(self.readouts.states)])
         light = np.flatnonzero(self.mass == 0)
         for _ in range(50 if len(light) else 0):
             left_over = self.heat.into(t0, x[: self.n])[light]

@@ -1,0 +1,106 @@
+"""Foreign recordings: a mapping says which of their columns are which of ours, in what unit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from network import yamlfile
+from network.csvtable import Choose, Heading, read_heading, refuse_twice, table
+from network.fields import word_of
+from network.inputs import constant
+from network.keyed import check_keys, parse_start, quantity, read_keys, seconds, told
+from network.recording import Column, Recording, channels
+from network.refusal import Complaints, likely
+from network.units import BadNumber
+from network.yamlfile import Branch, Tree
+
+_MAPPING = {"recording": "name", "file": "recording.csv", "columns": '{theirs: "ours [unit]"}'}
+
+
+def load_mapping(path: Path) -> Recording:
+    tree, complaints = yamlfile.load(path, "a mapping of a recording"), Complaints()
+    check_keys(tree, "the mapping", _MAPPING, ("interval", "inputs", "start", "fill", "between"), complaints)
+    readers: dict[str, Callable[[Tree], Any]] = {
+        "recording": lambda child: word_of(child, "a name"),
+        "file": lambda child: _existing(path.parent / word_of(child, "the path of a CSV")),
+        "columns": lambda child: _each(child, "columns", lambda theirs: read_heading(word_of(theirs, "`name [unit]`"))),
+        "interval": seconds,
+        "inputs": lambda child: _each(child, "inputs", quantity),
+        "start": parse_start,
+        "fill": lambda child: _each(child, "fill", lambda how: _one_of(how, "linear", "hold")),
+        "between": lambda child: _each(child, "between", lambda how: _one_of(how, "linear", "held")),
+    }
+    values: dict[str, Any] = {"interval": None, "start": None, "inputs": {}, "fill": {}, "between": {}}
+    read_keys(tree, readers, values, complaints)
+    if "columns" in values:
+        _check_mapping(tree, values, complaints)
+    t, columns = np.empty(0), dict[str, Column]()
+    if {"file", "columns"} <= values.keys():
+        with told(complaints, tree.key_spot("file"), "file"):
+            headings, cells = table(values["file"], _chooser(tree, values["columns"]), complaints)
+            t, columns = channels(headings, cells, str(values["file"]), values["interval"], complaints)
+    complaints.raise_if_any()
+    constants = {name: constant(name, given.text, value) for name, (value, given) in values["inputs"].items()}
+    how = {key: values[key] for key in ("start", "fill", "between")}
+    return Recording(values["recording"], str(path), t, columns, constants, source=str(values["file"]), **how)
+
+
+def _existing(path: Path) -> Path:
+    if not path.exists():
+        raise BadNumber(f"there is no file '{path}'", "give its path relative to the mapping")
+    return path
+
+
+def _one_of(tree: Tree, *words: str) -> str:
+    text = word_of(tree, " or ".join(words))
+    if text not in words:
+        raise BadNumber(f"is '{text}'", "write " + " or ".join(words))
+    return text
+
+
+def _each(tree: Tree, where: str, read: Callable[[Tree], Any]) -> dict[str, Any]:
+    """The values of a mapping by key. Raises BadNumber, or Refused with every fault."""
+    if not isinstance(tree, Branch) or (where == "columns" and not tree.items):
+        raise BadNumber("is not a mapping of names", f"write `{where}: {{name: …}}`")
+    complaints, values = Complaints(), {}
+    for key, child in tree.items.items():
+        with told(complaints, tree.key_spot(key), f"{where}.{key}"):
+            values[key] = read(child)
+    complaints.raise_if_any()
+    return values
+
+
+def _check_mapping(tree: Branch, values: Mapping[str, Any], complaints: Complaints) -> None:
+    """What must agree between the keys of a mapping."""
+    names, spot = [heading.name for heading in values["columns"].values()], tree.key_spot("columns")
+    refuse_twice(names, spot, complaints)
+    if "time" in names and "interval" in tree.items:
+        complaints.refuse(tree.key_spot("interval"), "interval is given beside a time column", "keep one of them")
+    if "time" not in names and "interval" not in tree.items:
+        complaints.refuse(spot, "no column is mapped to time", 'map one to "time [s]", or give `interval: 10 s`')
+    for name in [name for name in values["inputs"] if name in names]:
+        complaints.refuse(tree.key_spot("inputs"), f"the input '{name}' is a column as well", "keep one of them")
+    for key in ("fill", "between"):
+        for name in [name for name in values[key] if name not in names]:
+            complaints.refuse(tree.key_spot(key), f"{key} names '{name}', which is no column", likely(name, names))
+
+
+def _chooser(tree: Branch, columns: Mapping[str, Heading]) -> Choose:
+    branch, file = tree.items["columns"], tree.items["file"]
+
+    def choose(header: list[str], complaints: Complaints) -> list[Heading]:
+        for theirs in columns:
+            spot = branch.key_spot(theirs) if isinstance(branch, Branch) else branch.spot
+            if theirs not in header:
+                wrong = f"the file {yamlfile.plain(file)} has no column '{theirs}'"
+                complaints.refuse(spot, wrong, likely(theirs, header))
+            refuse_twice([text for text in header if text == theirs], spot, complaints)
+        found = {theirs: heading for theirs, heading in columns.items() if theirs in header}
+        return [replace(heading, label=theirs, index=header.index(theirs)) for theirs, heading in found.items()]
+
+    return choose
