@@ -202,6 +202,23 @@ def test_ball_screw_axis_takes_up_force_times_way() -> None:
         assert result.energy.by_mechanism[f"sources.{name}"] == pytest.approx(force * way, rel=1e-12)
 
 
+def test_ball_screw_axis_shares_what_its_nut_rubs_between_nut_and_screw() -> None:
+    carried = run("ball_screw_axis", "axis_back_and_forth").energy.carried
+    to_nut, to_screw = -carried["links.nut on balls"], carried["links.balls on screw"]
+    assert to_nut + to_screw == pytest.approx(156 * 12 * 180, rel=1e-9)
+    assert to_nut > 0.3 * to_screw > 0
+
+
+@pytest.mark.parametrize(("level", "moved"), [("encoder", -19.21 + 43.74), ("scale", 7.2)])
+def test_ball_screw_axis_follows_what_its_control_measures(level: str, moved: float) -> None:
+    """All 5 K warm, at 150 mm: 340 mm of screw between bearing and nut are 19.21 µm, 810 mm of bed between bearing and
+    column 43.74 µm; the reading head is 180 mm of glass short of where the scale is held, 7.2 µm."""
+    warm = Scenario.of(
+        "warm", "10 s", {"feed": "0 m/min", "position": "150 mm", "ambient": "26.6 degC"}, start="26.6 degC"
+    )
+    assert simulate(machine("ball_screw_axis", level), warm).shown("tcp.x")[-1] == pytest.approx(moved, rel=1e-9)
+
+
 # -- bench rigs -----------------------------------------------------------------------------------------------------
 def test_two_blocks_follow_their_closed_solution() -> None:
     """Equal blocks: the sum of the rises has the time constant C/G, their difference C/(G + 2 G_joint)."""
