@@ -97,7 +97,7 @@ LISTED = "known are: machine, reference, extends, closed_form, nodes, links, sou
         (("5 W/K}", "5 W/m^2 K}"), "11: links.skin: conductance '5 W/m^2 K' is in W/m^2 K; a unit like W/K is needed"),
         (
             ("5 W/K}", "5 W/(K}"),
-            "11: links.skin: conductance '5 W/(K' has an unreadable unit 'W/(K' (a bracket is not closed); "
+            "11: links.skin: conductance '5 W/(K' has an unreadable unit 'W/(K'; "
             "a unit like W/K is needed",
         ),
         (

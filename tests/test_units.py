@@ -138,12 +138,12 @@ def test_what_may_be_negative_is_uncertain_in_itself(text: str, wanted: str, num
         ("5 W/C", "W/K", "'5 W/C' has an unknown unit 'C'; did you mean 'degC'?"),
         ("5 KW", "W", "'5 KW' has an unknown unit 'KW'; did you mean 'kW'?"),
         ("5 furlong", "m", "'5 furlong' has an unknown unit 'furlong'; a unit like m is needed"),
-        ("5 m;m", "m", "'5 m;m' has an unreadable unit 'm;m' (';' does not belong in a unit); a unit like m is needed"),
-        ("5 W/", "W/K", "'5 W/' has an unreadable unit 'W/' (it ends too early); a unit like W/K is needed"),
-        ("5 m^x", "m", "'5 m^x' has an unreadable unit 'm^x' ('x' is no exponent); a unit like m is needed"),
-        ("5 m^99", "m", "'5 m^99' has an unreadable unit 'm^99' ('99' is no exponent); a unit like m is needed"),
+        ("5 m;m", "m", "'5 m;m' has an unreadable unit 'm;m'; a unit like m is needed"),
+        ("5 W/", "W/K", "'5 W/' has an unreadable unit 'W/'; a unit like W/K is needed"),
+        ("5 m^x", "m", "'5 m^x' has an unknown unit 'x'; a unit like m is needed"),
+        ("5 m^99", "m", "'5 m^99' has an unreadable unit 'm^99'; a unit like m is needed"),
         ("5 cd", "s", "'5 cd' has an unknown unit 'cd'; a unit like s is needed"),
-        ("5 (m", "m", "'5 (m' has an unreadable unit '(m' (a bracket is not closed); a unit like m is needed"),
+        ("5 (m", "m", "'5 (m' has an unreadable unit '(m'; a unit like m is needed"),
         ("0.5 mm", "1", "'0.5 mm' has a unit; a bare number is needed"),
         ("a", "1", "'a' is not a number; write a bare number, like `0.5`"),
         (
@@ -197,12 +197,12 @@ COMPARED = (
 
 
 @pytest.mark.parametrize("text", COMPARED)
-def test_factors_agree_with_another_library(text: str) -> None:
+def test_factors_agree_with_pints_own_table(text: str) -> None:
     theirs = OTHERS.Quantity(1.0, text).to_base_units()
     assert unit(text).scale == pytest.approx(theirs.magnitude, rel=1e-14)
 
 
-def test_turns_agree_with_another_library() -> None:
+def test_turns_agree_with_pints_own_table() -> None:
     for ours, theirs in (("rpm", "rpm"), ("deg", "degree"), ("arcsec", "arcsecond"), ("rev/min", "rpm")):
         factor = OTHERS.Quantity(1.0, theirs).to_base_units().magnitude
         assert unit(ours).scale == pytest.approx(factor, rel=1e-14)
