@@ -59,10 +59,10 @@ def _add_columns(total: Array, columns: Indices, values: Array) -> None:
 
 
 def inward(flows: Flows, bound: Mask) -> Array:
-    """+1 where the flow runs into the parts or between them, −1 where it runs out to a held node."""
+    """+1 where the flow runs into the parts or between them, −1 where it runs out to a held node, 0 past the parts."""
     if flows.one_way:
         return np.where(bound[flows.b], 0.0, 1.0)
-    return np.where(bound[flows.b] & ~bound[flows.a], -1.0, 1.0)
+    return np.where(bound[flows.b], np.where(bound[flows.a], 0.0, -1.0), 1.0)
 
 
 def with_modes(network: Network, modes: Array) -> Iterator[tuple[Heats[Source], Array | None]]:

@@ -297,7 +297,8 @@ def test_a_stream_loop_carries_heat_one_way_and_loses_none() -> None:
         },
         links={
             "loop": {
-                "kind": "advection", "through": ["tank", "jacket", "tank"], "capacity_flow": f"{W} W/K", "delay": "30 s",
+                "kind": "advection", "through": ["tank", "jacket", "tank"],
+                "capacity_flow": f"{W} W/K", "delay": "30 s",
             },
             "tank skin": {"kind": "convection", "between": ["tank", "room"], "conductance": "40 W/K"},
         },
@@ -308,3 +309,17 @@ def test_a_stream_loop_carries_heat_one_way_and_loses_none() -> None:
     assert run.parts["tank"][-1] == pytest.approx(20 + P / 40, abs=1e-6)
     assert abs(run.energy.by_mechanism["links.loop"]) < 1e-6 * run.energy.in_
     assert abs(run.energy.closure) < 1e-9
+
+
+def test_heat_between_two_held_nodes_is_nobodys() -> None:
+    """It passes the parts by and does not enter the account."""
+    block = machine(
+        {"block": {"heat_capacity": "5 kJ/K"}, "hot": {"temperature": "40 degC"}, "cold": {"temperature": "20 degC"}},
+        links={
+            "past": {"kind": "conduction", "between": ["hot", "cold"], "conductance": "100 W/K"},
+            "skin": {"kind": "convection", "between": ["block", "hot"], "conductance": "8 W/K"},
+        },
+    )
+    run = simulate(block, schedule([0.0, 600.0]))
+    assert run.energy.by_mechanism["links.past"] == 0.0
+    assert abs(run.energy.closure) < 1e-12

@@ -191,7 +191,8 @@ class _Search:
         k = s.k + i
         share = ((s.edges[i] + tau - self.plan.edges[k]) / self.plan.steps[k])[:, None]
         u = {n: self._between(self.plan.left[n], self.plan.right[n], k, share[:, 0])[:, None] for n in self.needs}
-        T = np.real(m @ self.watch[int(self.problem.regime_of[s.k])].T) + self._between(self.direct[0], self.direct[1], k, share)
+        T = np.real(m @ self.watch[int(self.problem.regime_of[s.k])].T)
+        T = T + self._between(self.direct[0], self.direct[1], k, share)
         values, first = np.empty((len(tau), self.count)), 0
         for group, part in relay_slices(self.network):
             fields, width = len(group.reads), part.stop - part.start
