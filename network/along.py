@@ -90,6 +90,10 @@ class AlongField(ParamField):
         number, unit_text = split_number(origin)
         return unit(unit_text).to_si(number), unit_text or "1"
 
+    @property
+    def range(self) -> str:
+        return "0 to 1, or is a length, an input, or both as in `220 mm + position`"
+
     def write(self, value: Any) -> Any:
         return str(value) if isinstance(value, Along) else super().write(value)
 

@@ -65,9 +65,9 @@ def constant(name: str, unit_text: str, value: float) -> Signal:
 
 
 def is_slow(of: Unit) -> bool:
-    """Temperatures and other slow quantities run straight between samples; speeds, feeds and bare numbers
-    (switches, levels in %) hold until the next sample."""
-    fast = {unit("rpm").dimension, unit("m/min").dimension, unit("1").dimension}
+    """Temperatures and other slow quantities run straight between samples; speeds, feeds, positions of axes and bare
+    numbers (switches, levels in %) hold until the next sample."""
+    fast = {unit(text).dimension for text in ("rpm", "m/min", "m", "1")}
     return of.dimension not in fast
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from network import Machine, simulate
 from network.channels import readouts
 from network.graph import build
 from network.inputs import Start, held, linear
+from network.recording import Recording
 from network.refusal import Refused
 from network.scenario import Scenario
 from network.solvers.linear import reduce
@@ -95,6 +97,15 @@ def test_no_lump_gets_hotter_than_what_heats_it() -> None:
     everything = np.array([*run.sensors.values()])
     assert everything.min() > 20 - 1e-9 and everything.max() < 60 + 1e-9
     assert run.energy.total_stored == pytest.approx(0, abs=1e-6) and run.energy.carried["links.guide"] > 1e4
+
+
+def test_along_a_recording_a_position_holds_until_the_next_sample(tmp_path: Path) -> None:
+    """An axis is where it goes within seconds: 200 s over each half, and no conductance on a ramp."""
+    (tmp_path / "run.csv").write_text("time [s],position [mm]\n0,250\n200,600\n400,250\n")
+    run = simulate(joint(), Recording.load(tmp_path / "run.csv"))
+    expected = 40 - 20 * np.exp(-10 * 200 / 500)
+    assert run.method == "modal"
+    assert [run.sensors["T0"][-1], run.sensors["T1"][-1]] == pytest.approx([expected, expected], abs=1e-9)
 
 
 def test_in_one_lump_the_position_changes_nothing() -> None:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from network.balance import jacobian
+from network.checks import places_of
 from network.declare import Array, Declared
 from network.graph import Network, build
 from network.machine import Machine
@@ -91,7 +92,7 @@ def _numbers(entry: Declared) -> str:
 
 def _tcp(machine: Machine) -> list[str]:
     rows = [
-        [f"{axis}: {name}", entry.kind, ", ".join(str(reading.place) for reading in entry.readings())]
+        [f"{axis}: {name}", entry.kind, ", ".join(str(place) for _, place in places_of(entry))]
         for (axis, name), entry in machine.expansions.items()
     ]
     return table(["tool centre point", "kind", "of"], rows) if rows else []
