@@ -40,6 +40,10 @@ class Refused(Exception):
         self.refusals = tuple(sorted(set(refusals)))
         super().__init__("\n".join(map(str, self.refusals)))
 
+    def __reduce__(self) -> tuple[type[Refused], tuple[tuple[Refusal, ...]]]:
+        """So that it comes whole out of another process."""
+        return type(self), (self.refusals,)
+
 
 class Failed(Exception):
     """A computation that could not be carried through. The command line exits with 1."""

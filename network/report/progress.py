@@ -25,6 +25,16 @@ def bar(what: str, sources: Sequence[Any]) -> Iterator[Callable[[float], None]]:
         teller.close()
 
 
+@contextmanager
+def share_bar(what: str) -> Iterator[Callable[[float], None]]:
+    """Yields a function that is told the share of the work that is done, 0 to 1."""
+    teller = _Bar(what, [(0.0, 1.0)])
+    try:
+        yield teller.tell
+    finally:
+        teller.close()
+
+
 def _span(source: Any) -> tuple[float, float]:
     t = source.schedule.t if hasattr(source, "duration") else source.t
     return float(t[0]), float(t[-1])
