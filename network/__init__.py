@@ -20,10 +20,11 @@ if TYPE_CHECKING:
     from network.refusal import Refused as Refused
     from network.scenario import Scenario as Scenario
     from network.simulation import simulate as simulate
+    from network.sweeping import sweep as sweep
 
 _HOME = {
     "Machine": "machine", "Scenario": "scenario", "Recording": "recording", "simulate": "simulation",
-    "compare": "comparison", "Refused": "refusal", "Failed": "refusal",
+    "compare": "comparison", "sweep": "sweeping", "Refused": "refusal", "Failed": "refusal",
 }  # fmt: skip
 __all__ = [*_HOME, "__version__"]
 

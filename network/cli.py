@@ -173,6 +173,45 @@ def compare(
 
 
 @cli.command()
+@machine_options
+@click.argument("source", type=click.Path())
+@click.option("--levels", metavar="A,B,…", help="paper, numbers of lumps, names of levels; default the usual ones")
+@click.option("--vary", multiple=True, metavar="PATH=VALUES", help="'links.skin.conductance=3..9 W/K:20' or '…=3,5,9 W/K'")
+@click.option("--tolerance", metavar="LENGTH", help="look for the coarsest level that stays within, like '1 um'")
+@click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, metavar="N", help="processes")
+@click.option("--cluster", metavar="ADDRESS", help="a dask scheduler, instead of processes")
+@click.option("-o", "--output", type=click.Path(), metavar="DIR", help="sweep.csv, sweep.json and a picture")
+@method_option
+@start_option
+@json_flag
+def sweep(
+    machine: str, source: str, levels: str | None, vary: Sequence[str], tolerance: str | None, jobs: int,
+    cluster: str | None, output: str | None, method: str, start: str | None, level: str | None, lumps: Sequence[str],
+    sets: Sequence[str], as_json: bool,
+) -> None:  # fmt: skip
+    """How far a MACHINE may be simplified along SOURCE, or how its tool centre point answers to varied numbers."""
+    loaded = _machine(machine, level, lumps, sets)
+    from network.report.progress import share_bar
+    from network.sources import load_source
+    from network.sweeping import sweep as run
+
+    with share_bar(f"sweeping {loaded.name}") as tell:
+        result = run(
+            loaded, load_source(source), levels=levels.split(",") if levels else (), vary=vary, tolerance=tolerance,
+            start=_start(start), method=method, jobs=jobs, cluster=cluster, progress=tell,
+        )  # fmt: skip
+    if as_json:
+        _print_json(result.summary())
+    else:
+        click.echo(str(result))
+    if output is not None:
+        from network.report.sweep_files import write_sweep
+
+        click.echo(f"\nWritten: {', '.join(map(str, write_sweep(result, output)))}", err=as_json)
+    _warn(map(str, loaded.warnings))
+
+
+@cli.command()
 @click.argument("kind", required=False)
 def catalogue(kind: str | None) -> None:
     """The physics that can be written down: all kinds, or one KIND with its equation and parameters."""
@@ -243,7 +282,7 @@ def _recordings(paths: Sequence[str]) -> Iterator[Any]:
 def _start(text: str | None) -> Start | None:
     if text is None:
         return None
-    from network.scenario import start_of
+    from network.keyed import start_of
 
     return start_of(text)
 

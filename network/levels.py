@@ -16,7 +16,6 @@ from network.inputs import Start
 from network.lumps import level_patch
 from network.machine import Machine
 from network.observe import channel
-from network.observe import channel
 from network.recording import Recording
 from network.refusal import Complaints, Refused, Spot, likely, refuse, short
 from network.scenario import Scenario

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from network.recording import write_csv
+from network.csvtable import write_csv
 from network.refusal import Spot, refuse
 from network.trajectory import Trajectory
 
@@ -50,6 +52,15 @@ def _finite(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_finite(child) for child in value]
     return None if isinstance(value, float) and value != value else value
+
+
+def write_table(path: Path, header: Iterable[object], rows: Iterable[Iterable[object]]) -> None:
+    """A table as CSV, 7 digits; nothing for None."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(map(str, header))
+    writer.writerows([f"{cell:.7g}" if isinstance(cell, float) else cell for cell in row] for row in rows)
+    write_text(path, text.getvalue())
 
 
 def write_run(run: Trajectory, where: Path) -> list[Path]:
