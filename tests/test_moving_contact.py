@@ -84,6 +84,15 @@ def test_a_thousand_positions_are_as_many_regimes_as_there_are_patterns() -> Non
     assert modal == pytest.approx(expm, abs=1e-9)
 
 
+def test_too_many_regimes_take_the_general_path() -> None:
+    """On 100 lumps, 300 positions astride of them: 300 sets of conductances, 3 million numbers."""
+    built, t = joint(100), np.arange(0, 301.0)
+    driver = schedule(t, held("position", "mm", t, 0.1 + 0.0017 * (t % 300)))
+    run = simulate(built, driver)
+    assert run.method not in EXACT and "'position' makes 300 sets of conductances" in run.why
+    assert run.sensors["T30"] == pytest.approx(simulate(built, driver, method="modal").sensors["T30"], abs=1e-6)
+
+
 def test_no_lump_gets_hotter_than_what_heats_it() -> None:
     """A part that moves along a warm bar, both with profiles of their own: what one end gives the other gets, and
     nothing leaves the range of temperatures at the start."""

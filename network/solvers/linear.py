@@ -12,13 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
-from network.balance import affine_matrix, driven_conductances, relay_slices, source_series
+from network.balance import affine_matrix, relay_slices, source_series
 from network.channels import Readouts
 from network.declare import Array, Indices
 from network.graph import Heats, Network
 from network.mechanisms.base import Source
 from network.refusal import Failed
-from network.solvers.plan import Plan, matrix_inputs
+from network.solvers.plan import Plan
+from network.solvers.regimes import regimes as regimes_of
 
 
 @dataclass(frozen=True)
@@ -107,7 +108,7 @@ def reduce(plan: Plan, readouts: Readouts) -> LinearProblem:
     """The reduced problem of a plan."""
     network = plan.network
     modes = np.zeros(sum(relays.into.shape[1] for relays in network.relays))
-    distinct, regime_of = _distinct(plan)
+    distinct, regime_of = regimes_of(network, plan.left)
     inputs = ({name: values[k] for name, values in plan.left.items()} for k in distinct)
     regimes = tuple(_regime(network, affine_matrix(network, u, modes), readouts) for u in inputs)
     forcing = _forcing(plan)
@@ -122,19 +123,6 @@ def reduce(plan: Plan, readouts: Readouts) -> LinearProblem:
     x0 = _start(plan, first, readouts, forcing)
     scale = np.concatenate([np.sqrt(network.capacity[network.free]), np.ones(readouts.states)])
     return LinearProblem(plan, readouts, regimes, regime_of, forcing, f0, f1, x0, scale)
-
-
-def _distinct(plan: Plan) -> tuple[Indices, Indices]:
-    """One interval of each regime, and the regime of each interval. A regime is a set of conductances, not of inputs:
-    a joint that moves within a lump stays in one."""
-    keys = matrix_inputs(plan.network)
-    if not keys:
-        return np.zeros(1, int), np.zeros(len(plan.steps), int)
-    values = np.stack([plan.left[name] for name in keys], axis=1)
-    _, first, at = np.unique(values, axis=0, return_index=True, return_inverse=True)
-    G = driven_conductances(plan.network, {name: values[first, None] for name, values in plan.left.items()})
-    _, again, regime = np.unique(G, axis=0, return_index=True, return_inverse=True)
-    return first[again], np.asarray(regime.ravel()[at.ravel()])
 
 
 def _forcing(plan: Plan) -> Forcing:

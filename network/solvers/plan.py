@@ -11,8 +11,9 @@ import numpy as np
 from network.declare import Array, Indices
 from network.graph import Heats, Network
 from network.inputs import Schedule
-from network.mechanisms.base import Inputs, Mechanism, Source
+from network.mechanisms.base import Inputs, Source
 from network.refusal import Spot, likely, refuse
+from network.solvers.regimes import matrix_inputs, too_many
 
 IVP_METHODS = ("LSODA", "BDF", "Radau", "RK45")
 METHODS = ("auto", "modal", "switched", "rosenbrock", "expm", *(f"solve_ivp:{name}" for name in IVP_METHODS))
@@ -137,7 +138,10 @@ def make_plan(
         raise refuse(Spot("--method"), f"there is no method '{method}'", likely(method, METHODS))
     edges = interval_edges(network, schedule)
     left, right = spans(schedule, edges)
-    method, why = _chosen(network, method, why_not_exact(network, left, right))
+    obstacle = why_not_exact(network, left, right)
+    if method == "auto" and not (obstacle or network.relays):
+        obstacle = too_many(network, left)
+    method, why = _chosen(network, method, obstacle)
     if method in EXACT:
         finer = _straightened(network, schedule, edges, left, right)
         if stop_at_samples:
@@ -185,13 +189,6 @@ def why_not_exact(network: Network, left: Mapping[str, Array], right: Mapping[st
         if not np.array_equal(left[name], right[name]):
             return f"the input '{name}' is ramped and changes a conductance"
     return ""
-
-
-def matrix_inputs(network: Network) -> list[str]:
-    """Inputs that conductances depend on: their values make the regime."""
-    laws: list[Mechanism] = [flows.law for flows in network.flows]
-    laws += [heats.law for heats in network.heats if heats.reads]
-    return sorted({name for law in laws for name in law.needs()})
 
 
 def _straightened(

@@ -20,7 +20,8 @@ from network.declare import Array, Indices
 from network.energy import EnergyAccount, Quadrature, stored_heat
 from network.mechanisms.base import Inputs, Mechanism
 from network.refusal import Failed
-from network.solvers.plan import Plan, matrix_inputs
+from network.solvers.plan import Plan
+from network.solvers.regimes import matrix_inputs
 
 GAMMA = 0.25
 # rows of a: arguments of stages 2 to 5; rows of c: what earlier stages add to stages 2 to 6, times mass over step
