@@ -82,14 +82,15 @@ def relay_slices(network: Network) -> Iterator[tuple[Heats[Relay], slice]]:
 
 def jacobian(network: Network, T: Array, u: Inputs, modes: Array) -> Array:
     """∂(heat into lump i)/∂T_j [W/K], N×N."""
-    J = np.zeros((network.size, network.size))
+    N = network.size
+    J = np.zeros((N, N))
     for flows in network.flows:
-        by_a, by_b = (flows.w * s for s in flows.law.slopes(T[flows.a], T[flows.b], u))
-        np.add.at(J, (flows.b, flows.a), by_a)
-        np.add.at(J, (flows.b, flows.b), by_b)
+        by_a, by_b = (flows.w * slope for slope in flows.law.slopes(T[flows.a], T[flows.b], u))
+        J += np.bincount(flows.b * N + flows.a, by_a, N * N).reshape(N, N)
+        J += np.bincount(flows.b * N + flows.b, by_b, N * N).reshape(N, N)
         if not flows.one_way:
-            np.add.at(J, (flows.a, flows.a), -by_a)
-            np.add.at(J, (flows.a, flows.b), -by_b)
+            J -= np.bincount(flows.a * N + flows.a, by_a, N * N).reshape(N, N)
+            J -= np.bincount(flows.a * N + flows.b, by_b, N * N).reshape(N, N)
     for heats, mode in with_modes(network, modes):
         readings = [R @ T for R in heats.reads]
         scale = 1.0 if mode is None else mode

@@ -6,7 +6,7 @@ and sensor effects are computed from them pointwise; a sensor's own state (lag) 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -22,15 +22,15 @@ Key: TypeAlias = tuple[str, ...]
 
 @dataclass(frozen=True)
 class Readouts:
-    """keys[r] names row r over all lumps; readings are rows @ T + offset.
+    """What is wanted: each key is one of the rows over all lumps, plus an offset.
 
-    Keys: ('part', node), ('reading', axis, entry, i), ('sensor', name). States of sensor effects, in the order of
-    `state_of`: dz/dt = state_T @ T + state_z @ z + state_constant.
+    rows: different ones only, for a part of one lump is all its places; where: key → (its row, its offset). Keys:
+    ('part', node), ('reading', axis, entry, i), ('sensor', name). States of sensor effects, in the order of `state_of`:
+    dz/dt = state_T @ T + state_z @ z + state_constant.
     """
 
-    keys: tuple[Key, ...]
     rows: Array
-    offset: Array
+    where: Mapping[Key, tuple[int, float]]
     state_of: tuple[tuple[str, int], ...]
     state_T: Array
     state_z: Array
@@ -39,6 +39,15 @@ class Readouts:
     @property
     def states(self) -> int:
         return len(self.state_of)
+
+    @property
+    def width(self) -> int:
+        """Rows and states: what a solver delivers at every instant."""
+        return len(self.rows) + self.states
+
+    def named(self, y: Array) -> dict[Key, Array]:
+        """Readings by key, from what a solver delivered (width × instants)."""
+        return {key: y[row] + offset if offset else y[row] for key, (row, offset) in self.where.items()}
 
     def start_states(self, T: Array) -> Array:
         """Sensor states in equilibrium: the solution of dz/dt = 0."""
@@ -61,10 +70,10 @@ def readouts(network: Network, parts: bool = True) -> Readouts:
         if sensor.place is not None:
             rows.append((("sensor", name), network.row(sensor.place), 0.0))
     state_of, state_T, state_z, constant = _states(network)
-    keys = tuple(key for key, _, _ in rows)
-    matrix = np.array([row for _, row, _ in rows]).reshape(len(rows), network.size)
-    offset = np.array([shift for _, _, shift in rows])
-    return Readouts(keys, matrix, offset, state_of, state_T, state_z, constant)
+    places: dict[bytes, int] = {}
+    where = {key: (places.setdefault(row.tobytes(), len(places)), shift) for key, row, shift in rows}
+    different = np.frombuffer(b"".join(places)).reshape(len(places), network.size)
+    return Readouts(different, where, state_of, state_T, state_z, constant)
 
 
 def stateful(network: Network) -> Iterator[tuple[str, Sensor]]:

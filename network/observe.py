@@ -30,13 +30,13 @@ def observe(
     u = plan.inputs_at_samples()
     for name, signal in schedule.signals.items():
         u[name][-1] = signal.at(plan.t[-1:])[0]  # at a jump the value after it, also at the end
-    rows = dict(zip(outcome.readouts.keys, outcome.y, strict=False))
+    rows = outcome.readouts.named(outcome.y)
     contributions = dict(_contributions(network, rows, u, outcome))
     tcp = {
         axis: sum((contributions[axis, name] for name in entries), np.zeros(len(plan.t)))
         for axis, entries in machine.tcp.items()
     }
-    states = outcome.y[len(outcome.readouts.keys) :]
+    states = outcome.y[len(outcome.readouts.rows) :]
     sensors = {
         name: channel(name, sensor, rows, tcp, dict(zip(outcome.readouts.state_of, states, strict=True)), plan.t)
         for name, sensor in machine.sensors.items()

@@ -22,8 +22,8 @@ def bent(lumps: int, rise: np.ndarray) -> float:
         tcp={"z": {"bends": {"kind": "bending", "of": "table", "length": f"{L} m", "direction": 1}}},
     )
     outputs = readouts(build(built))
-    row = dict(zip(outputs.keys, outputs.rows, strict=True))["reading", "z", "bends", "0"]
-    return float(built.tcp["z"]["bends"].movement({"time": np.zeros(())}, np.array(row @ rise)))
+    row, _ = outputs.where["reading", "z", "bends", "0"]
+    return float(built.tcp["z"]["bends"].movement({"time": np.zeros(())}, np.array(outputs.rows[row] @ rise)))
 
 
 @pytest.mark.parametrize("lumps", [2, 5, 20])

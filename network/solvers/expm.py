@@ -37,7 +37,7 @@ def solve(problem: LinearProblem, each_interval: bool = False) -> LinearSolution
     """The solution, stepping from instant to instant."""
     plan, x = problem.plan, problem.x0
     steps = [_Steps(regime.A) for regime in problem.regimes]
-    y = np.empty((len(problem.readouts.keys) + problem.readouts.states, len(plan.t)))
+    y = np.empty((problem.readouts.width, len(plan.t)))
     integral = np.zeros((len(plan.steps) if each_interval else len(problem.regimes), problem.order))
     bounds = plan.bounds
     for k, h in enumerate(plan.steps):
@@ -50,7 +50,6 @@ def solve(problem: LinearProblem, each_interval: bool = False) -> LinearSolution
         x = _moved(steps[r], x, p, slope, h)
     for r, regime in enumerate(problem.regimes):
         _add_direct(problem, regime, r, y)
-    y[: len(problem.readouts.offset)] += problem.readouts.offset[:, None]
     error = 1e-15 * float(np.abs(problem.x0).max(initial=1.0)) * np.sqrt(len(plan.t) + len(plan.steps))
     return LinearSolution(y, x, integral, each_interval, float(error))
 

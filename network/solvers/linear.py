@@ -160,14 +160,16 @@ def _regime(network: Network, K: Array, readouts: Readouts) -> Regime:
         P_heat[np.ix_(massless, massless)] = -lu_solve(factor, np.eye(len(massless)))
     per_capacity = 1 / network.capacity[free][:, None]
     A, F_held, F_heat = np.zeros((n + nz, n + nz)), np.zeros((n + nz, len(bound))), np.zeros((n + nz, N))
-    A[:n], F_held[:n] = K[free] @ P * per_capacity, K[free] @ P_held * per_capacity
-    F_heat[:n] = K[free] @ P_heat * per_capacity
+    into = K[free]
+    S = into @ P[:, :n] if len(massless) else into[:, free]
+    A[:n, :n], F_held[:n] = S * per_capacity, into @ P_held * per_capacity
+    if len(massless):
+        F_heat[:n] = into @ P_heat * per_capacity
     F_heat[np.arange(n), free] += per_capacity[:, 0]
     if nz:
         A[n:] = readouts.state_T @ P
         A[n:, n:] += readouts.state_z
         F_held[n:], F_heat[n:] = readouts.state_T @ P_held, readouts.state_T @ P_heat
-    S = K[free] @ P[:, :n]
     is_symmetric = not nz and bool(np.abs(S - S.T).max() <= 1e-12 * np.abs(S).max())
     return Regime(A, P, P_held, P_heat, F_held, F_heat, is_symmetric, K)
 

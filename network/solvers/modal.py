@@ -82,7 +82,6 @@ def solve(problem: LinearProblem, each_interval: bool = False) -> LinearSolution
     run.march()
     many = problem.plan.spacing > 0 and len(problem.plan.t) > FEW_SAMPLES * len(problem.plan.steps)
     y = run.sample_by_blocks() if many else run.sample_at_once()
-    y[: len(problem.readouts.offset)] += problem.readouts.offset[:, None]
     size = float(np.abs(problem.x0).max(initial=1.0))
     error = 4 * np.finfo(float).eps * max(m.condition for m in modes) * size * np.sqrt(len(problem.plan.steps))
     return LinearSolution(y, run.x_end, run.x_integral, each_interval, float(error))
@@ -133,7 +132,7 @@ class _Run:
             yield int(first), int(last), int(regime_of[first])
 
     def _empty(self) -> Array:
-        return np.empty((len(self.problem.readouts.keys) + self.problem.readouts.states, len(self.problem.plan.t)))
+        return np.empty((self.problem.readouts.width, len(self.problem.plan.t)))
 
     def sample_at_once(self) -> Array:
         """Readings at every instant from its own interval's state: for inputs that change at nearly every sample."""

@@ -74,7 +74,7 @@ class _Run:
         self.quadrature = Quadrature.empty(network)
 
     def run(self, progress: Callable[[float], None] | None) -> ReferenceSolution:
-        plan, outputs = self.plan, len(self.readouts.keys) + self.readouts.states
+        plan, outputs = self.plan, self.readouts.width
         y, heat = np.empty((outputs, len(plan.t))), np.empty((len(plan.t), self.network.size))
         x = self._start()
         T0 = self.temperatures(0, float(plan.edges[0]), x)
@@ -85,7 +85,6 @@ class _Run:
             if progress:
                 progress(float(plan.edges[k + 1]))
         T_end = self.temperatures(len(plan.steps) - 1, float(plan.edges[-1]), x)
-        y[: len(self.readouts.offset)] += self.readouts.offset[:, None]
         heat = stored_heat(self.network, heat) - stored_heat(self.network, T0.copy())
         account = self.quadrature.account(T0, T_end)
         return ReferenceSolution(y, T0, T_end, account, self.switches, self.evaluations, heat)
