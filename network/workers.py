@@ -80,17 +80,20 @@ def _processes(count: int, work: Callable[..., Any], shared: Any) -> Iterator[Pr
 
 
 class _Worker(SpawnProcess):
-    """A process that is deaf to Ctrl-C from its first instant: that is meant for the one that started it."""
+    """A process that is deaf to Ctrl-C from its first instant, which is meant for the one that started it.
+
+    The signal is held back while it starts, which it inherits, and is not lost.
+    """
 
     def start(self) -> None:
-        if threading.current_thread() is not threading.main_thread():
+        if not hasattr(signal, "pthread_sigmask"):
             super().start()
             return
-        heard = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
         try:
             super().start()
         finally:
-            signal.signal(signal.SIGINT, heard)
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 class _Watched(SpawnContext):

@@ -192,7 +192,5 @@ def run_table(sweep: Sweep) -> tuple[list[Heading], list[list[float]]]:
     headings = [Heading(v.path, v.unit or "1") for v in sweep.variations]
     for axis in sweep.runs[0].tcp:
         headings += [Heading(f"{axis} {what}", axis_unit(axis)) for what in ("max", "min", "final")]
-    rows = [
-        [*run.values, *(n for e in run.tcp.values() for n in (e.highest, e.lowest, e.final))] for run in sweep.runs
-    ]
+    rows = [[*run.values, *(n for e in run.tcp.values() for n in (e.highest, e.lowest, e.final))] for run in sweep.runs]
     return headings, rows
