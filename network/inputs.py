@@ -32,6 +32,8 @@ class Signal:
     def span(self, left: Array, right: Array) -> tuple[Array, Array]:
         """Values just after `left` and just before `right`; no knot lies between left[i] and right[i]."""
         k = np.clip(np.searchsorted(self.t, (left + right) / 2, side="right") - 1, 0, None)
+        if self.start is self.end:
+            return self.start[k], self.start[k]
         return self._in(k, left), self._in(k, right)
 
     def at(self, t: Array) -> Array:

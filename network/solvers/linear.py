@@ -130,7 +130,11 @@ def _forcing(plan: Plan) -> Forcing:
     network, count = plan.network, len(plan.edges) - 1
     inside = [{n: (a + s * (plan.right[n] - a))[:, None] for n, a in plan.left.items()} for s in (1e-12, 1 - 1e-12)]
     groups = [*network.heats, *network.relays]
-    first, last = ([source_series(heats, u, mode, count) for heats, mode in _moded(plan)] for u in inside)
+    first = [source_series(heats, inside[0], mode, count) for heats, mode in _moded(plan)]
+    last = [
+        source_series(heats, inside[1], mode, count) if plan.is_ramped(heats.law) else same
+        for same, (heats, mode) in zip(first, _moded(plan), strict=True)
+    ]
     heat = [
         sum((q @ heats.into.T for q, heats in zip(series, groups, strict=True)), np.zeros((count, network.size)))
         for series in (first, last)

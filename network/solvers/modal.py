@@ -108,7 +108,7 @@ class _Run:
             self.p[here] = self.problem.f0[here] @ modes.W.T
             self.r[here] = (self.problem.f1[here] - self.problem.f0[here]) @ modes.W.T / h
             one, two, three = phi(-modes.rates * h)
-            gain = np.exp(-modes.rates * h)
+            gain = 1 - modes.rates * h * one
             push = h * one * self.p[here] + h * h * two * self.r[here]
             self.m[here], end = scan(gain, push, modes.W @ x)
             self._integrate(

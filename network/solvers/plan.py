@@ -11,7 +11,7 @@ import numpy as np
 from network.declare import Array, Indices
 from network.graph import Heats, Network
 from network.inputs import Schedule
-from network.mechanisms.base import Inputs, Source
+from network.mechanisms.base import Inputs, Mechanism, Source
 from network.refusal import Spot, likely, refuse
 from network.solvers.regimes import matrix_inputs, too_many
 
@@ -57,6 +57,16 @@ class Plan:
         sources = [held[int(i)] for i in self.network.bound]
         columns = [values[source] if isinstance(source, str) else np.full(count, source) for source in sources]
         return np.stack(columns, axis=1) if columns else np.zeros((count, 0))
+
+    @cached_property
+    def ramped(self) -> frozenset[str]:
+        """Inputs that change within some interval; `time`, which always does, is not among them."""
+        held = (n for n, a in self.left.items() if a is self.right[n] or np.array_equal(a, self.right[n]))
+        return frozenset(self.left) - {"time", *held}
+
+    def is_ramped(self, law: Mechanism) -> bool:
+        """Whether what it gives changes within some interval, at given temperatures."""
+        return law.follows_time or not self.ramped.isdisjoint(law.needs())
 
     @cached_property
     def steps(self) -> Array:

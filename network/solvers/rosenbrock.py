@@ -77,7 +77,6 @@ class _Heat:
         network = plan.network
         self.plan, self.network = plan, network
         self.solved = np.flatnonzero(np.isfinite(network.capacity))
-        self.ramped = {n for n, a in plan.left.items() if n != "time" and not np.array_equal(a, plan.right[n])}
         straight = replace(
             network,
             flows=tuple(f for f in network.flows if self._is_straight(f.law)),
@@ -94,7 +93,7 @@ class _Heat:
 
     def _is_straight(self, law: Mechanism) -> bool:
         """Affine, with inputs that hold within every interval: one matrix and one heat each."""
-        return law.is_affine() and not law.follows_time and self.ramped.isdisjoint(law.needs())
+        return law.is_affine() and not self.plan.is_ramped(law)
 
     def enter(self, k: int) -> None:
         """Prepares interval k."""
