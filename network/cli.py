@@ -4,56 +4,35 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy: more threads only slow the small products down
 
 import click
 
 from network import __version__
+from network.options import (
+    json_flag,
+    machine_options,
+    method_option,
+    output_folder,
+    print_json,
+    progress,
+    read_fitting,
+    read_machine,
+    read_recordings,
+    read_start,
+    start_option,
+    warn,
+)
 from network.refusal import Complaints, Failed, Refused
-
-if TYPE_CHECKING:
-    from network.inputs import Start
-    from network.machine import Machine
-
-Command = TypeVar("Command", bound=Callable[..., Any])
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="lptn")
 def cli() -> None:
     """Lumped-parameter thermal networks for machine tools: simulate speed schedules, compare with recordings."""
-
-
-def machine_options(command: Command) -> Command:
-    """MACHINE and the three ways to change it."""
-    for option in (
-        click.option("--set", "sets", multiple=True, metavar="PATH=VALUE", help="e.g. 'links.skin.conductance=5 W/K'"),
-        click.option("--lumps", multiple=True, metavar="N|NODE=N", help="lumps of every bar, or of one"),
-        click.option("--level", metavar="NAME", help="a simplification level of the machine file"),
-        click.argument("machine", type=click.Path()),
-    ):
-        command = option(command)
-    return command
-
-
-json_flag = click.option("--json", "as_json", is_flag=True, help="print JSON instead of words")
-start_option = click.option(
-    "--start", metavar="TEMPERATURE", help="'22 degC', 'steady' or '{housing: 24 degC, others: 22 degC}'"
-)
-method_option = click.option(
-    "--method", default="auto", show_default=True, help="auto, modal, switched, expm, solve_ivp:LSODA|BDF|Radau|RK45"
-)
-
-
-def output_folder(default: str) -> Callable[[Command], Command]:
-    return click.option(
-        "-o", "--output", default=default, show_default=True, type=click.Path(), metavar="DIR", help="where results go"
-    )
 
 
 @cli.command()
@@ -67,20 +46,20 @@ def check(
     from network.report.checking import machine_summary, tell_source
     from network.report.words import describe
 
-    loaded = _machine(machine, level, lumps, sets)
+    loaded = read_machine(machine, level, lumps, sets)
     words = [] if as_json else [describe(loaded)]
     complaints = Complaints()
     for path in sources:
         try:
-            words.append(tell_source(loaded, _fitting(loaded, path)))
+            words.append(tell_source(loaded, read_fitting(loaded, path)))
         except Refused as refused:
             complaints.absorb(refused)
     complaints.raise_if_any()
     if as_json:
-        _print_json(machine_summary(loaded))
+        print_json(machine_summary(loaded))
     else:
         click.echo("\n\n".join(words))
-    _warn(map(str, loaded.warnings))
+    warn(map(str, loaded.warnings))
 
 
 @cli.command()
@@ -94,7 +73,7 @@ def draw(machine: str, output: str, level: str | None, lumps: Sequence[str], set
     path = Path(output)
     if path.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise refuse(Spot(output), "is no picture that can be drawn", "end it in .png, .svg or .pdf")
-    loaded = _machine(machine, level, lumps, sets)
+    loaded = read_machine(machine, level, lumps, sets)
     from network.report.figures import network_figure, save
 
     folder(path.parent)
@@ -117,26 +96,28 @@ def simulate(
     level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
 ) -> None:  # fmt: skip
     """Run a MACHINE through a scenario, or along the inputs of a recording (SOURCE)."""
-    loaded = _machine(machine, level, lumps, sets)
+    loaded = read_machine(machine, level, lumps, sets)
     from network.output import folder, write_run
     from network.simulation import simulate as run
     from network.sources import load_source
 
     driver = load_source(source)
-    with _progress(f"simulating {loaded.name}", driver) as tell:
+    with progress(f"simulating {loaded.name}", driver) as tell:
         result = run(
-            loaded, driver, method=method, start=_start(start), parts=not no_plots,
+            loaded, driver, method=method, start=read_start(start), parts=not no_plots,
             noise_seed=seed if noise else None, progress=tell,
         )  # fmt: skip
     where = folder(output)
     written = write_run(result, where)
     if not no_plots:
-        written += _draw_run(result, where)
+        from network.report.pictures import draw_run
+
+        written += draw_run(result, where)
     if as_json:
-        _print_json(result.summary())
+        print_json(result.summary())
     else:
         click.echo(f"{result}\n\nWritten: {', '.join(map(str, written))}")
-    _warn(result.warnings)
+    warn(result.warnings)
 
 
 @cli.command()
@@ -151,15 +132,15 @@ def compare(
     level: str | None, lumps: Sequence[str], sets: Sequence[str],
 ) -> None:  # fmt: skip
     """Residuals of a MACHINE on RECORDINGS, per channel, in units of noise."""
-    loaded = _machine(machine, level, lumps, sets)
+    loaded = read_machine(machine, level, lumps, sets)
     from network.comparison import compare as lay_beside
     from network.output import as_json, folder, write_text
 
-    loaded_recordings = list(_recordings(recordings))
-    with _progress(f"comparing {loaded.name}", *loaded_recordings) as tell:
-        result = lay_beside(loaded, loaded_recordings, start=_start(start), method=method, progress=tell)
+    loaded_recordings = list(read_recordings(recordings))
+    with progress(f"comparing {loaded.name}", *loaded_recordings) as tell:
+        result = lay_beside(loaded, loaded_recordings, start=read_start(start), method=method, progress=tell)
     if json_file == "-":
-        _print_json(result.summary())
+        print_json(result.summary())
     else:
         click.echo(str(result))
     if json_file not in (None, "-"):
@@ -167,16 +148,20 @@ def compare(
         folder(Path(json_file).parent)
         write_text(Path(json_file), as_json(result.summary()))
     if output is not None:
-        written = _draw_comparison(result, folder(output))
+        from network.report.pictures import draw_comparison
+
+        written = draw_comparison(result, folder(output))
         click.echo(f"\nWritten: {', '.join(map(str, written))}", err=json_file == "-")
-    _warn(map(str, loaded.warnings))
+    warn(map(str, loaded.warnings))
 
 
 @cli.command()
 @machine_options
 @click.argument("source", type=click.Path())
 @click.option("--levels", metavar="A,B,…", help="paper, numbers of lumps, names of levels; default the usual ones")
-@click.option("--vary", multiple=True, metavar="PATH=VALUES", help="'links.skin.conductance=3..9 W/K:20' or '…=3,5,9 W/K'")
+@click.option(
+    "--vary", multiple=True, metavar="PATH=VALUES", help="'links.skin.conductance=3..9 W/K:20' or '…=3,5,9 W/K'"
+)
 @click.option("--tolerance", metavar="LENGTH", help="look for the coarsest level that stays within, like '1 um'")
 @click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, metavar="N", help="processes")
 @click.option("--cluster", metavar="ADDRESS", help="a dask scheduler, instead of processes")
@@ -190,7 +175,7 @@ def sweep(
     sets: Sequence[str], as_json: bool,
 ) -> None:  # fmt: skip
     """How far a MACHINE may be simplified along SOURCE, or how its tool centre point answers to varied numbers."""
-    loaded = _machine(machine, level, lumps, sets)
+    loaded = read_machine(machine, level, lumps, sets)
     from network.report.progress import share_bar
     from network.sources import load_source
     from network.sweeping import sweep as run
@@ -198,17 +183,17 @@ def sweep(
     with share_bar(f"sweeping {loaded.name}") as tell:
         result = run(
             loaded, load_source(source), levels=levels.split(",") if levels else (), vary=vary, tolerance=tolerance,
-            start=_start(start), method=method, jobs=jobs, cluster=cluster, progress=tell,
+            start=read_start(start), method=method, jobs=jobs, cluster=cluster, progress=tell,
         )  # fmt: skip
     if as_json:
-        _print_json(result.summary())
+        print_json(result.summary())
     else:
         click.echo(str(result))
     if output is not None:
         from network.report.sweep_files import write_sweep
 
         click.echo(f"\nWritten: {', '.join(map(str, write_sweep(result, output)))}", err=as_json)
-    _warn(map(str, loaded.warnings))
+    warn(map(str, loaded.warnings))
 
 
 @cli.command()
@@ -225,7 +210,7 @@ def schema() -> None:
     """JSON Schema of the machine file."""
     from network.schema import schema as machine_schema
 
-    _print_json(machine_schema())
+    print_json(machine_schema())
 
 
 @cli.command()
@@ -245,87 +230,9 @@ def paper(as_json: bool) -> None:
     from network.paper import paper_json, tell_paper
 
     if as_json:
-        _print_json(paper_json())
+        print_json(paper_json())
     else:
         click.echo("\n".join(tell_paper()))
-
-
-# -- shared by the commands -----------------------------------------------------------------------------------------
-def _machine(path: str, level: str | None, lumps: Sequence[str], sets: Sequence[str]) -> Machine:
-    from network.machine import Machine
-
-    return Machine.load(path, level=level, lumps=lumps, sets=sets)
-
-
-def _fitting(machine: Machine, path: str) -> Any:
-    """The scenario or recording, checked against what the machine reads and measures."""
-    from network.comparison import check_fit
-    from network.sources import load_source
-
-    source = load_source(path)
-    check_fit(machine, source)
-    return source
-
-
-def _recordings(paths: Sequence[str]) -> Iterator[Any]:
-    from network.sources import load_recording
-
-    complaints = Complaints()
-    for path in paths:
-        try:
-            yield load_recording(path)
-        except Refused as refused:
-            complaints.absorb(refused)
-    complaints.raise_if_any()
-
-
-def _start(text: str | None) -> Start | None:
-    if text is None:
-        return None
-    from network.keyed import start_of
-
-    return start_of(text)
-
-
-def _draw_run(result: Any, where: Path) -> list[Path]:
-    from network.report.figures import contributions_figure, network_figure, run_figure, save
-
-    pictures = {"run.png": run_figure(result), "network.png": network_figure(result.machine, result)}
-    if result.tcp:
-        pictures["contributions.png"] = contributions_figure(result)
-    for name, figure in pictures.items():
-        save(figure, where / name)
-    return [where / name for name in pictures]
-
-
-def _draw_comparison(result: Any, where: Path) -> list[Path]:
-    from network.report.figures import comparison_figure, save
-
-    stems = [Path(residual.recording.file).stem for residual in result.recordings]
-    names = stems if len(set(stems)) == len(stems) else [f"{i}-{stem}" for i, stem in enumerate(stems, 1)]
-    written = [where / f"{name}.png" for name in names]
-    for residual, path in zip(result.recordings, written, strict=True):
-        save(comparison_figure(residual), path)
-    return written
-
-
-def _print_json(value: dict[str, Any]) -> None:
-    from network.output import as_json
-
-    click.echo(as_json(value), nl=False)
-
-
-def _warn(warnings: Any) -> None:
-    for warning in warnings:
-        click.echo(f"warning: {warning}", err=True)
-
-
-@contextmanager
-def _progress(what: str, *sources: Any) -> Iterator[Callable[[float], None]]:
-    from network.report.progress import bar
-
-    with bar(what, sources) as tell:
-        yield tell
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

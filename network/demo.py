@@ -9,7 +9,7 @@ import numpy as np
 
 from network.machine import Machine
 from network.output import folder, write_run
-from network.report.figures import contributions_figure, network_figure, run_figure, save
+from network.report.pictures import draw_run
 from network.scenario import Scenario
 from network.shipped import shipped
 from network.simulation import simulate
@@ -36,7 +36,7 @@ def tell_demo(output: str | Path) -> Iterator[str]:
         yield from _movement(run, axis)
     yield from _heat(run)
     where = folder(output)
-    written = [*write_run(run, where), *_pictures(run, where)]
+    written = [*write_run(run, where), *draw_run(run, where)]
     yield ""
     yield f"Pictures and results are in {where}:"
     yield from (f"  {path.name:18s} {_MEANING[path.name]}" for path in written)
@@ -49,16 +49,6 @@ _MEANING = {
     "contributions.png": "which part moves the tool centre point, and when",
     "network.png": "the machine as a network, with the mean heat flows",
 }
-
-
-def _pictures(run: Trajectory, where: Path) -> Iterator[Path]:
-    figures = {
-        "run.png": run_figure(run), "contributions.png": contributions_figure(run),
-        "network.png": network_figure(run.machine, run),
-    }  # fmt: skip
-    for name, figure in figures.items():
-        save(figure, where / name)
-        yield where / name
 
 
 def _temperatures(run: Trajectory) -> Iterator[str]:

@@ -1,0 +1,102 @@
+"""What the commands share: options, reading what they name, printing. Imports wait until they are needed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from network.refusal import Complaints, Refused
+
+if TYPE_CHECKING:
+    from network.inputs import Start
+    from network.machine import Machine
+    from network.recording import Recording
+    from network.scenario import Scenario
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+def machine_options(command: Command) -> Command:
+    """MACHINE and the three ways to change it."""
+    for option in (
+        click.option("--set", "sets", multiple=True, metavar="PATH=VALUE", help="e.g. 'links.skin.conductance=5 W/K'"),
+        click.option("--lumps", multiple=True, metavar="N|NODE=N", help="lumps of every bar, or of one"),
+        click.option("--level", metavar="NAME", help="a simplification level of the machine file"),
+        click.argument("machine", type=click.Path()),
+    ):
+        command = option(command)
+    return command
+
+
+json_flag = click.option("--json", "as_json", is_flag=True, help="print JSON instead of words")
+start_option = click.option(
+    "--start", metavar="TEMPERATURE", help="'22 degC', 'steady' or '{housing: 24 degC, others: 22 degC}'"
+)
+method_option = click.option(
+    "--method", default="auto", show_default=True,
+    help="auto, modal, switched, rosenbrock, expm, solve_ivp:LSODA|BDF|Radau|RK45",
+)  # fmt: skip
+
+
+def output_folder(default: str) -> Callable[[Command], Command]:
+    return click.option(
+        "-o", "--output", default=default, show_default=True, type=click.Path(), metavar="DIR", help="where results go"
+    )
+
+
+def read_machine(path: str, level: str | None, lumps: Sequence[str], sets: Sequence[str]) -> Machine:
+    from network.machine import Machine
+
+    return Machine.load(path, level=level, lumps=lumps, sets=sets)
+
+
+def read_fitting(machine: Machine, path: str) -> Scenario | Recording:
+    """The scenario or recording, checked against what the machine reads and measures."""
+    from network.comparison import check_fit
+    from network.sources import load_source
+
+    source = load_source(path)
+    check_fit(machine, source)
+    return source
+
+
+def read_recordings(paths: Sequence[str]) -> Iterator[Recording]:
+    from network.sources import load_recording
+
+    complaints = Complaints()
+    for path in paths:
+        try:
+            yield load_recording(path)
+        except Refused as refused:
+            complaints.absorb(refused)
+    complaints.raise_if_any()
+
+
+def read_start(text: str | None) -> Start | None:
+    if text is None:
+        return None
+    from network.keyed import start_of
+
+    return start_of(text)
+
+
+def print_json(value: dict[str, Any]) -> None:
+    from network.output import as_json
+
+    click.echo(as_json(value), nl=False)
+
+
+def warn(warnings: Iterable[object]) -> None:
+    for warning in warnings:
+        click.echo(f"warning: {warning}", err=True)
+
+
+@contextmanager
+def progress(what: str, *sources: Any) -> Iterator[Callable[[float], None]]:
+    from network.report.progress import bar
+
+    with bar(what, sources) as tell:
+        yield tell
