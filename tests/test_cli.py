@@ -1,0 +1,154 @@
+"""The command as a user meets it: what it prints, what it leaves, how it ends."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from network import Machine, Recording
+from network.cli import main
+
+ROOT = Path(__file__).parents[1]
+BLOCKS, STEPS = str(ROOT / "machines" / "two_blocks.yaml"), str(ROOT / "scenarios" / "heater_steps.yaml")
+GANTRY, WARM_UP = str(ROOT / "machines" / "gantry_spindle.yaml"), str(ROOT / "scenarios" / "warm_up_and_stop.yaml")
+
+
+def run(*words: str) -> int:
+    """The exit status of `lptn words…`."""
+    with pytest.raises(SystemExit) as end:
+        main(words)
+        raise SystemExit(0)
+    return int(end.value.code or 0)
+
+
+def test_simulate_leaves_what_the_contract_says(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("simulate", GANTRY, WARM_UP, "-o", str(tmp_path), "--no-plots") == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["results.csv", "summary.json"]
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    assert {"method", "why", "solve_seconds", "error_estimate", "energy", "tcp", "warnings"} <= summary.keys()
+    assert summary["error_estimate"]["unit"] == "K" and summary["error_estimate"]["value"] < 1e-9
+    assert abs(summary["energy"]["closure"]) < 1e-9
+    assert set(summary["tcp"]["z"]) == {"max", "min", "final", "unit"} and summary["tcp"]["z"]["unit"] == "um"
+    energy = summary["energy"]
+    assert energy["in"] - energy["out"] == pytest.approx(energy["stored"], rel=1e-9)
+    header = (tmp_path / "results.csv").read_text().splitlines()[0].split(",")
+    assert header[0] == "time [s]"
+    assert {"speed [rpm]", "ambient [degC]", "T_housing [degC]", "dz [um]", "tcp.z [um]"} <= set(header)
+    assert "Written:" in capsys.readouterr().out
+
+
+def test_a_simulation_reads_back_as_a_recording(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run("simulate", GANTRY, WARM_UP, "-o", str(tmp_path), "--no-plots")
+    assert run("compare", GANTRY, str(tmp_path / "results.csv"), "--json", "-") == 0
+    out = capsys.readouterr().out
+    compared = json.loads(out[out.index("{") :])
+    assert compared["rmse_in_noise"] < 1e-3
+    channel = compared["recordings"][0]["channels"]["dz"]
+    assert set(channel) == {"rmse", "unit", "rmse_in_noise", "max", "n"} and channel["n"] == 1441
+
+
+def test_compare_pools_residuals_in_noise(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A recording that is 0.1 K off in one of two channels of 0.05 K noise: √(4/2) in all."""
+    machine = tmp_path / "m.yaml"
+    machine.write_text(
+        "machine: m\nreference: 20 degC\nnodes:\n  a: {heat_capacity: 1 kJ/K}\n  b: {heat_capacity: 1 kJ/K}\n"
+        "links:\n  l: {kind: conduction, between: [a, b], conductance: 1 W/K}\n"
+        "sensors:\n  A: {measures: a, noise: 0.05 K}\n  B: {measures: b, noise: 0.05 K}\n"
+    )
+    recording = tmp_path / "r.csv"
+    recording.write_text("time [s],A [degC],B [degC]\n0,20.1,20\n10,20.1,20\n20,20.1,\n")
+    target = tmp_path / "out" / "r.json"
+    assert run("compare", str(machine), str(recording), "--start", "20 degC", "--json", str(target)) == 0
+    compared = json.loads(target.read_text())
+    assert compared["rmse_in_noise"] == pytest.approx(np.sqrt(3 * 4 / 5), rel=1e-9)
+    still = compared["recordings"][0]["channels"]["B"]
+    assert still["n"] == 2 and still["unit"] == "K" and still["max"] < 1e-12
+
+
+def test_noise_is_added_only_when_asked_and_repeats(tmp_path: Path) -> None:
+    def dz(*words: str) -> np.ndarray:
+        assert run("simulate", GANTRY, WARM_UP, "-o", str(tmp_path), "--no-plots", *words) == 0
+        return Recording.load(tmp_path / "results.csv").columns["dz"].values
+
+    plain = dz()
+    one, same, other = (dz("--noise", "--seed", seed) for seed in ("1", "1", "2"))
+    np.testing.assert_array_equal(one, same)
+    assert np.std(one - plain) == pytest.approx(0.25e-6, rel=0.1)
+    assert not np.array_equal(one, other)
+
+
+def test_all_errors_are_told_on_stderr_and_nothing_is_left(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bad = tmp_path / "bad.yaml"
+    bad.write_text(Path(BLOCKS).read_text().replace("W/K", "W").replace("lumps", "lumbs"))
+    assert run("simulate", str(bad), STEPS, "-o", str(tmp_path / "out")) == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert all(line.startswith(f"{bad}:") and "; " in line for line in told.err.splitlines())
+    assert len(told.err.splitlines()) >= 2
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["check", "nope.yaml"], "nope.yaml: there is no such file; give the path of a machine file"),
+        (["simulate", BLOCKS, BLOCKS], "is a machine file; begin with `scenario: name`, or with `recording: name`"),
+        (["compare", BLOCKS, STEPS], "is a scenario; give a recording"),
+        (["simulate", BLOCKS, STEPS, "--method", "modall"], "there is no method 'modall'; did you mean 'modal'?"),
+        (["simulate", BLOCKS, STEPS, "--level", "fine"], "there is no level 'fine'"),
+        (["simulate", BLOCKS, STEPS, "--start", "{lef: 22 degC}"], "start names 'lef', which is no node"),
+        (["simulate", GANTRY, STEPS], "the machine needs the input `speed`, which is not there"),
+        (["draw", BLOCKS, "-o", "picture.doc"], "picture.doc: is no picture that can be drawn"),
+        (["catalogue", "radiatoin"], "did you mean 'radiation'?"),
+    ],
+)
+def test_refusals_end_with_two(words: list[str], told: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(*words) == 2
+    captured = capsys.readouterr()
+    assert told in captured.err and captured.out == ""
+
+
+def test_an_unknown_number_is_refused_with_the_remedy(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    unknown = "links.flange.conductance=unknown 10..90 W/K"
+    assert run("simulate", GANTRY, WARM_UP, "--set", unknown, "-o", str(tmp_path / "o")) == 2
+    assert "links.flange: conductance is unknown; calibrate it on a recording, or give --set" in capsys.readouterr().err
+
+
+def test_check_tells_all_files_at_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    wrong, worse = tmp_path / "a.csv", tmp_path / "b.csv"
+    wrong.write_text("time [s];speed [rpm]\n0;0\n1;0\n")
+    worse.write_text("speed [rpm],ambient [degC]\n0,20\n1,20\n")
+    assert run("check", GANTRY, str(wrong), str(worse)) == 2
+    err = capsys.readouterr().err
+    assert "has its columns separated by" in err and "has no time column" in err
+
+
+def test_check_json_names_what_is_in_it(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("check", GANTRY, "--json") == 0
+    summary = json.loads(capsys.readouterr().out)
+    assert summary["inputs"] == {"ambient": "degC", "speed": "rpm"}
+    assert "links.flange.conductance" in summary["uncertain"]
+
+
+def test_set_lumps_and_level_change_the_machine(tmp_path: Path) -> None:
+    assert Machine.load(GANTRY, lumps=["3"]).nodes["beam"].lumps == 3
+    assert run("simulate", GANTRY, WARM_UP, "--level", "fine", "--set", "links.flange.conductance=60 W/K",
+               "--lumps", "beam=5", "--no-plots", "-o", str(tmp_path)) == 0  # fmt: skip
+
+
+@pytest.mark.parametrize("words", [["--version"], ["--help"], ["simulate", "--help"]])
+def test_help_and_version_answer(words: list[str]) -> None:
+    done = subprocess.run([sys.executable, "-m", "network.cli", *words], capture_output=True, text=True, check=True)
+    assert done.stdout and not done.stderr
+
+
+def test_a_file_in_the_way_of_the_results_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "out").write_text("mine")
+    assert run("simulate", BLOCKS, STEPS, "-o", str(tmp_path / "out"), "--no-plots") == 2
+    assert "cannot be a folder" in capsys.readouterr().err
+    assert (tmp_path / "out").read_text() == "mine"

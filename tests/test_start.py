@@ -1,0 +1,77 @@
+"""Where a run begins, by the rules of scenarios and recordings."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from build import machine, schedule
+
+from network import Failed, Recording, simulate
+from network.inputs import Start
+from network.recording import Column
+
+
+def chain():
+    """hot – a – junction – b – cold: what is not sensed lies between."""
+    return machine(
+        {
+            "hot": {"temperature": "40 degC"}, "a": {"heat_capacity": "1 kJ/K"}, "junction": {},
+            "b": {"heat_capacity": "1 kJ/K"}, "cold": {"temperature": "10 degC"},
+        },
+        links={
+            "1": {"kind": "conduction", "between": ["hot", "a"], "conductance": "2 W/K"},
+            "2": {"kind": "conduction", "between": ["a", "junction"], "conductance": "4 W/K"},
+            "3": {"kind": "conduction", "between": ["junction", "b"], "conductance": "4 W/K"},
+            "4": {"kind": "conduction", "between": ["b", "cold"], "conductance": "2 W/K"},
+        },
+        sensors={"A": {"measures": "a", "noise": "0.1 K"}},
+    )  # fmt: skip
+
+
+def recorded(readings: list[float]) -> Recording:
+    t = np.arange(len(readings)) * 20.0
+    return Recording("r", "r.csv", t, {"A": Column("A", "degC", np.array(readings))})
+
+
+def begins(source, **words) -> dict[str, float]:
+    return {name: float(T[0]) for name, T in simulate(chain(), source, **words).parts.items()}
+
+
+def test_first_readings_near_the_reference_mean_a_cold_start() -> None:
+    assert begins(recorded([20.3, 20.4, 19.8, 20.1]))["b"] == pytest.approx(20.0)
+
+
+def test_a_part_that_warms_within_the_first_minute_still_started_cold() -> None:
+    assert begins(recorded([20.1, 21.5, 23.0, 24.4, 25.0]))["a"] == pytest.approx(20.0)
+
+
+def test_else_sensed_parts_start_at_their_first_minute_and_others_in_between() -> None:
+    """a at the mean of its first minute, 28; b between 28 over 2 W/K and 10 over 2 W/K: 19."""
+    start = begins(recorded([28.5, 27.5, 28.3, 27.7, 10.0]))
+    assert start["a"] == pytest.approx(28.0)
+    assert start["b"] == pytest.approx(19.0, abs=1e-6)
+
+
+def test_gaps_in_the_first_readings_are_passed_over() -> None:
+    assert begins(recorded([np.nan, 28.0, 28.0, 28.0]))["a"] == pytest.approx(28.0)
+
+
+def test_a_steady_start_is_where_nothing_moves() -> None:
+    """Series of 2, 4, 4, 2 W/K from 40 to 10 °C: 20 W flow, so a is at 30 and b at 20."""
+    run = simulate(chain(), schedule([0, 1000.0], start=Start(steady=True)))
+    assert run.parts["a"] == pytest.approx(30.0, abs=1e-9)
+    assert run.parts["b"] == pytest.approx(20.0, abs=1e-9)
+
+
+def test_given_temperatures_go_before_the_rules() -> None:
+    start = begins(recorded([28.0, 28.0]), start=Start(others=22.0, nodes={"b": 25.0}))
+    assert [start["a"], start["b"]] == pytest.approx([22.0, 25.0])
+
+
+def test_an_island_has_no_steady_state() -> None:
+    island = machine(
+        {"a": {"heat_capacity": "1 kJ/K"}},
+        sources={"q": {"kind": "heat_source", "into": {"a": 1}, "power": "5 W"}},
+    )
+    with pytest.raises(Failed, match="no steady state"):
+        simulate(island, schedule([0, 10.0], start=Start(steady=True)))
