@@ -155,7 +155,8 @@ def _compared(
     }  # fmt: skip
     if not any(channel.n for channel in channels.values()):
         raise refuse(Spot(recording.file), "the measured channels hold no value at all", "give at least one reading")
-    unused = tuple(name for name in recording.columns if name not in machine.sensors and name not in machine.inputs)
+    known = {*machine.sensors, *machine.inputs, *(f"tcp.{axis}" for axis in machine.tcp)}
+    unused = tuple(name for name in recording.columns if name not in known)
     return RecordingResidual(recording, run, channels, unused)
 
 
