@@ -214,7 +214,8 @@ def test_a_run_tells_method_temperatures_and_movement(run: Trajectory) -> None:
     z = run.tcp["z"] * 1e6
     cells = line_of(text, "z [µm]").split()
     np.testing.assert_allclose([float(cell) for cell in cells[2:5]], [z.max(), z.min(), z[-1]], atol=0.006)
-    assert line_of(text, "z [µm]").endswith(f"bed grows ({z[-1]:+.2f} at the end)")
+    peak = int(np.abs(z).argmax())
+    assert line_of(text, "z [µm]").endswith(f"bed grows ({z[peak]:+.2f} at {run.t[peak] / 60:.0f} min)")
 
 
 def test_a_run_tells_its_energy(run: Trajectory) -> None:

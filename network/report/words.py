@@ -60,12 +60,13 @@ def _displacements(run: Trajectory) -> list[str]:
 
 
 def _main_contributor(run: Trajectory, axis: str, shown: Unit) -> str:
-    """The contribution that goes furthest from zero, with its final value."""
+    """The largest contribution where the axis is furthest from zero, with its share there."""
     mine = {name: values for (a, name), values in run.contributions.items() if a == axis}
-    if not mine:
+    peak = int(np.argmax(np.abs(run.tcp[axis])))
+    name = max(mine, key=lambda n: abs(float(mine[n][peak])), default=None)
+    if name is None:
         return "nothing"
-    name = max(mine, key=lambda n: float(np.abs(mine[n]).max()))
-    return f"{name} ({shown.from_si(float(mine[name][-1])):+.2f} at the end)"
+    return f"{name} ({shown.from_si(float(mine[name][peak])):+.2f} at {run.t[peak] / 60:.0f} min)"
 
 
 def _energy(run: Trajectory) -> list[str]:

@@ -1,0 +1,95 @@
+"""Everything the README shows is run: its commands, its Python, its files, its refusals."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+import shlex
+import shutil
+from pathlib import Path
+
+import pytest
+
+from network import Machine, Recording, Refused, Scenario
+from network.cli import main
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"^```(\w*)\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
+
+
+def blocks(language: str, begin: str) -> list[str]:
+    return [text for kind, text in BLOCKS if kind == language and text.startswith(begin)]
+
+
+@pytest.fixture
+def clone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with the shipped files, to work in."""
+    for name in ("machines", "scenarios"):
+        shutil.copytree(ROOT / name, tmp_path / name)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def command_lines() -> list[str]:
+    shown = "\n".join(blocks("", "lptn")).replace("\\\n", " ")
+    inline = re.findall(r"`(lptn (?:check|catalogue|schema|draw|paper)[^`]*)`", README)
+    return [line for line in [*shown.splitlines(), *inline] if line.startswith("lptn ")]
+
+
+def test_every_command_runs_in_the_order_shown(clone: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert len(command_lines()) >= 8
+    for line in command_lines():
+        with contextlib.suppress(SystemExit):
+            main(shlex.split(line)[1:])
+        assert not capsys.readouterr().err, line
+    assert (clone / "out" / "compared" / "results.png").exists()
+
+
+def test_the_tables_shown_are_what_comes_out(clone: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Displacement and energy of session 2, residuals of session 4, to the last digit; times and closure aside."""
+    for line in command_lines():
+        if line.startswith(("lptn simulate", "lptn compare")):
+            with contextlib.suppress(SystemExit):
+                main(shlex.split(line)[1:])
+    out = capsys.readouterr().out
+    shown = [block for block in blocks("", "  ") if "level" not in block]
+    assert len(shown) == 2
+    for line in "".join(shown).splitlines():
+        assert line.partition("; closure")[0] in out, line
+
+
+def test_the_python_runs(clone: Path) -> None:
+    (code,) = blocks("python", "from network import")
+    told = io.StringIO()
+    with contextlib.redirect_stdout(told):
+        exec(compile(code, "README.md", "exec"), {})
+    assert "tool centre point" in told.getvalue() and " kJ" in told.getvalue()
+
+
+def test_the_machine_shown_is_the_one_shipped(tmp_path: Path) -> None:
+    (text,) = blocks("yaml", "machine:")
+    (tmp_path / "m.yaml").write_text(text)
+    shipped = Machine.load(ROOT / "machines" / "two_blocks.yaml")
+    assert Machine.load(tmp_path / "m.yaml").to_plain() == shipped.to_plain()
+
+
+def test_the_refusals_shown_are_what_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (text,), (told,) = blocks("yaml", "machine:"), blocks("", "my.yaml")
+    Path("my.yaml").write_text(text.replace("3 W/K ± 30 %", "3").replace("[hot, room]", "[hot, rooom]"))
+    with pytest.raises(Refused) as refused:
+        Machine.load("my.yaml")
+    assert str(refused.value) == told.strip()
+
+
+def test_the_files_shown_load(tmp_path: Path) -> None:
+    (scenario,), (mapping,), (csv,) = blocks("yaml", "scenario:"), blocks("yaml", "recording:"), blocks("", "time [s]")
+    (tmp_path / "s.yaml").write_text(scenario)
+    assert set(Scenario.load(tmp_path / "s.yaml").schedule.signals) == {"speed", "ambient"}
+    (tmp_path / "r.csv").write_text(csv + csv.splitlines()[1].replace("0,0,", "10,0,", 1) + "\n")
+    assert Recording.load(tmp_path / "r.csv").columns["dz"].unit == "um"
+    (tmp_path / "m.yaml").write_text(mapping.replace("interval: 120 s", "# interval"))
+    (tmp_path / "data.csv").write_text("time_s,Q1_pct,T1_C\n0,0,21\n1,,22\n")
+    assert Recording.load(tmp_path / "m.yaml").signal("Q1").end[-1] == 0.0
