@@ -31,7 +31,7 @@ from network.scenario import Scenario
 from network.simulation import simulate
 from network.trajectory import Trajectory
 from network.units import unit
-from network.yamlfile import tree_of
+from network.yamlfile import Branch, tree_of
 
 SHARED = Path(__file__).parents[2] / "shared" / "cases"
 RPM = 2 * np.pi / 60
@@ -78,7 +78,9 @@ def machine_of(**sections: Any) -> Machine:
         },
     }  # fmt: skip
     merged = {key: value for key, value in {**tree, **sections}.items() if value is not None}
-    return Machine.read(tree_of(merged, Spot("test")), "test")  # type: ignore[arg-type]
+    laid = tree_of(merged, Spot("test"))
+    assert isinstance(laid, Branch)
+    return Machine.read(laid, "test")
 
 
 WARM_UP = {"speed": [{"for": "2 h", "at": "6000 rpm"}, {"for": "2 h", "at": "0 rpm"}], "ambient": "21 degC"}

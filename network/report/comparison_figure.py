@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -105,8 +105,8 @@ def _draw_measured(axes: Axes, t: Array, values: Array, colour: str, width: floa
     single = alone(readings)
     if single.any():
         points = thinned(times[single], readings[single], POINTS)
-        dots = {"linestyle": "none", "marker": "o", "markersize": 1.8, "markeredgewidth": 0}
-        axes.plot(points[0] / length, points[1], color=colour, **dots)  # type: ignore[arg-type]
+        dots: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 1.8, "markeredgewidth": 0}
+        axes.plot(points[0] / length, points[1], color=colour, **dots)
     if (np.isfinite(readings) & ~single).any():
         times, readings = thinned(times, readings, POINTS)
         axes.plot(times / length, readings, color=colour, linewidth=width)

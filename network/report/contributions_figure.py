@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -84,8 +84,8 @@ class _Stack:
         t, looks = self.t[at] / clock(self.t)[1], dict(zip(self.rows, self.looks(), strict=True))
         for name, edge, other in self.bands():
             colour, hatched = looks[name]
-            style = {"facecolor": colour, "hatch": "////" if hatched else "", "edgecolor": "white"}
-            axes.fill_between(t, edge[at], other[at], alpha=0.75, linewidth=0.4, **style)  # type: ignore[arg-type]
+            style: dict[str, Any] = {"facecolor": colour, "hatch": "////" if hatched else "", "edgecolor": "white"}
+            axes.fill_between(t, edge[at], other[at], alpha=0.75, linewidth=0.4, **style)
         axes.plot(t, self.total[at], color="black", linewidth=1.6)
         axes.axhline(0, color=GREY, linewidth=0.6)
         axes.margins(y=0.08)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -95,9 +95,9 @@ def _finish(axes: Axes, sweep: Sweep, highest: Mapping[str, float]) -> None:
     for run in sweep.levels:
         if run.level in highest:
             at = (run.lumps, highest[run.level])
-            text = {"textcoords": "offset points", "ha": "center", "va": "bottom", "fontsize": SMALL, "color": INK}
+            text: dict[str, Any] = {"ha": "center", "va": "bottom", "fontsize": SMALL, "color": INK}
             under = {"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.8}
-            axes.annotate(name_text(run.level, 14), at, xytext=(0, 5), bbox=under, **text)  # type: ignore[arg-type]
+            axes.annotate(name_text(run.level, 14), at, xytext=(0, 5), textcoords="offset points", bbox=under, **text)
 
 
 def _narrow(values: Mapping[str, float]) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -61,10 +61,10 @@ def label_ends(axes: Axes, labels: Sequence[EndLabel]) -> None:
     across = axes.transAxes
     for label, end, place in zip(labels, at / points, places, strict=True):
         x = np.array([0.0, LEADER, KEY, ROOM]) / wide + 1.0
-        style = {"color": label.colour, "linestyle": label.dashes, "linewidth": label.width}
+        style: dict[str, Any] = {"color": label.colour, "linestyle": label.dashes, "linewidth": label.width}
         path = ([x[0], x[1]], [end, place]) if np.isfinite(label.y) else ([], [])
         axes.add_artist(Line2D(*path, transform=across, clip_on=False, color=label.colour, linewidth=0.6))
-        axes.add_artist(Line2D(x[1:3], [place, place], transform=across, clip_on=False, **style))  # type: ignore[arg-type]
+        axes.add_artist(Line2D(x[1:3], [place, place], transform=across, clip_on=False, **style))
         axes.text(x[3], place, label.text, transform=across, fontsize=SMALL, color=INK, va="center_baseline")
 
 

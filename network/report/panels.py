@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -76,8 +76,8 @@ def draw_panels(panels: Sequence[Panel], t: Array) -> tuple[Figure, list[Axes]]:
     figure, drawn = stacked_panels(heights, right=beside([label for panel in panels for label in panel.labels]))
     for panel, axes in zip(panels, drawn, strict=True):
         for curve in panel.curves:
-            style = {"color": curve.colour, "linestyle": curve.dashes, "linewidth": curve.width}
-            axes.plot(curve.t / clock(t)[1], curve.values, **style)  # type: ignore[arg-type]
+            style: dict[str, Any] = {"color": curve.colour, "linestyle": curve.dashes, "linewidth": curve.width}
+            axes.plot(curve.t / clock(t)[1], curve.values, **style)
         axes.margins(y=0.08)
         if panel.from_zero:
             axes.update_datalim([(panel.curves[0].t[0] / clock(t)[1], 0.0)])

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from network.fields import Place
 from network.machine import Machine
 from network.mechanisms.base import Link, Relay, Stream
 from network.report.canvas import number, shortened
@@ -96,11 +97,10 @@ def notes(machine: Machine, run: Trajectory | None) -> dict[str, list[Note]]:
     return found
 
 
-def _shares(into: tuple[tuple[object, float], ...]) -> Mapping[str, float]:
+def _shares(into: tuple[tuple[Place, float], ...]) -> Mapping[str, float]:
     shares: dict[str, float] = {}
     for place, share in into:
-        node = place.node  # type: ignore[attr-defined]
-        shares[node] = shares.get(node, 0.0) + share
+        shares[place.node] = shares.get(place.node, 0.0) + share
     return shares
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from network.report.canvas import INK, WIDTH, add_axes, in_unit, label_y, look, new_figure, write_title
 from network.report.convergence import draw_gaps, draw_times
@@ -61,6 +61,6 @@ def _curves(sweep: Sweep, axis: str) -> Iterator[tuple[str, Curve]]:
 def draw_curves(axes: Axes, curves: Iterable[Curve], length: float = 1.0, marker: str = "") -> None:
     """Lines in the unit of the axes; `length`: of the unit of the axis across."""
     for curve in curves:
-        style = {"color": curve.colour, "linestyle": curve.dashes, "linewidth": curve.width}
-        axes.plot(curve.t / length, curve.values, marker=marker, markersize=3, **style)  # type: ignore[arg-type]
+        style: dict[str, Any] = {"color": curve.colour, "linestyle": curve.dashes, "linewidth": curve.width}
+        axes.plot(curve.t / length, curve.values, marker=marker, markersize=3, **style)
     axes.margins(y=0.08)
