@@ -104,7 +104,7 @@ def simulate(
     driver = load_source(source)
     with progress(f"simulating {loaded.name}", driver) as tell:
         result = run(
-            loaded, driver, method=method, start=read_start(start), parts=not no_plots,
+            loaded, driver, method=method, start=read_start(start),
             noise_seed=seed if noise else None, progress=tell,
         )  # fmt: skip
     where = folder(output)

@@ -108,6 +108,7 @@ def _told_files(paths: list[Path]) -> Iterator[str]:
 
 _MEANING = {
     "results.csv": "every channel over time, in a recording's format",
+    "parts.csv": "temperature and heat of every part, contribution of every entry, over time",
     "summary.json": "extremes, energy account, method",
     "run.png": "temperatures and displacement over the speed schedule",
     "contributions.png": "which part moves the tool centre point, and when",

@@ -64,8 +64,9 @@ def write_table(path: Path, header: Iterable[object], rows: Iterable[Iterable[ob
 
 
 def write_run(run: Trajectory, where: Path) -> list[Path]:
-    """results.csv (a recording's format) and summary.json."""
-    results, summary = where / "results.csv", where / "summary.json"
-    write_csv(results, run.t, {name: (unit_text, values) for name, unit_text, values in run.columns()})
+    """results.csv (a recording's format), parts.csv (what every part has and does), and summary.json."""
+    results, parts, summary = (where / name for name in ("results.csv", "parts.csv", "summary.json"))
+    for path, columns in ((results, run.columns()), (parts, run.part_columns())):
+        write_csv(path, run.t, {name: (unit_text, values) for name, unit_text, values in columns})
     write_text(summary, as_json(run.summary()))
-    return [results, summary]
+    return [results, parts, summary]

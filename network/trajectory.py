@@ -60,6 +60,15 @@ class Trajectory:
         for axis, values in self.tcp.items():
             yield f"tcp.{axis}", axis_unit(axis), values
 
+    def part_columns(self) -> Iterator[tuple[str, str, Array]]:
+        """(name, unit, values in SI) of every part's temperature and heat, and of every contribution: parts.csv."""
+        for name, values in self.parts.items():
+            yield f"T.{name}", "degC", values
+        for name, values in self.heat.items():
+            yield f"heat.{name}", "kJ", values
+        for (axis, name), values in self.contributions.items():
+            yield f"tcp.{axis}.{name}", axis_unit(axis), values
+
     def shown(self, name: str) -> Array:
         """A channel, part or tcp axis in its unit (degC, um, rpm …). Raises KeyError for an unknown name."""
         for column, unit_text, values in self.columns():

@@ -28,7 +28,7 @@ def run(*words: str) -> int:
 
 def test_simulate_leaves_what_the_contract_says(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("simulate", GANTRY, WARM_UP, "-o", str(tmp_path), "--no-plots") == 0
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["results.csv", "summary.json"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["parts.csv", "results.csv", "summary.json"]
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert {"method", "why", "solve_seconds", "error_estimate", "energy", "tcp", "warnings"} <= summary.keys()
     assert summary["error_estimate"]["unit"] == "K" and summary["error_estimate"]["value"] < 1e-9
@@ -40,6 +40,17 @@ def test_simulate_leaves_what_the_contract_says(tmp_path: Path, capsys: pytest.C
     assert header[0] == "time [s]"
     assert {"speed [rpm]", "ambient [degC]", "T_housing [degC]", "dz [um]", "tcp.z [um]"} <= set(header)
     assert "Written:" in capsys.readouterr().out
+
+
+def test_parts_hold_heat_and_contributions(tmp_path: Path) -> None:
+    """The contributions of an axis add up to it; heat is what the summary says was absorbed."""
+    run("simulate", GANTRY, WARM_UP, "-o", str(tmp_path), "--no-plots")
+    parts, results = (Recording.load(tmp_path / name).columns for name in ("parts.csv", "results.csv"))
+    z = sum(column.values for name, column in parts.items() if name.startswith("tcp.z."))
+    np.testing.assert_allclose(z, results["tcp.z"].values, atol=1e-11)
+    absorbed = json.loads((tmp_path / "summary.json").read_text())["energy"]["absorbed"]
+    assert parts["heat.housing"].values[-1] == pytest.approx(absorbed["housing"], rel=1e-5)
+    assert parts["T.shaft"].values.max() > 30
 
 
 def test_a_simulation_reads_back_as_a_recording(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
