@@ -14,6 +14,7 @@ from network.declare import Declared, Effect
 from network.expansions.base import AXES
 from network.fields import Place, PlacesField, SharesField
 from network.mechanisms.base import Link, Stream
+from network.nodes import Node
 from network.refusal import Complaints
 from network.sections import is_empty, section
 from network.units import unit
@@ -58,6 +59,10 @@ def _check_entries(machine: Machine, complaints: Complaints) -> None:
             complaints.refuse(entry.spot_of(field), f"{path}: {wrong}", right)
         for field, wrong, right in entry.doubts():
             complaints.warn(entry.spot_of(field), f"{path}: {wrong}", right)
+        held = entry.temperature if isinstance(entry, Node) else None
+        if isinstance(held, str) and held in machine.nodes and held != entry.name:
+            wrong = f"{path}: its temperature is the input '{held}', and a node has that name too"
+            complaints.warn(entry.spot_of("temperature"), wrong, "an input is meant here; link nodes to join them")
 
 
 def _check_links(machine: Machine, complaints: Complaints) -> None:

@@ -43,12 +43,15 @@ def check(
     machine: str, sources: Sequence[str], level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool
 ) -> None:
     """What is in a MACHINE, what is uncertain, what is wrong; with recordings or scenarios: whether they fit."""
+    from network.lumps import check_levels
     from network.report.checking import machine_summary, tell_source
     from network.report.words import describe
 
     loaded = read_machine(machine, level, lumps, sets)
     words = [] if as_json else [describe(loaded)]
     complaints = Complaints()
+    if level is None:
+        check_levels(loaded, complaints)
     for path in sources:
         try:
             words.append(tell_source(loaded, read_fitting(loaded, path)))
@@ -89,7 +92,7 @@ def draw(machine: str, output: str, level: str | None, lumps: Sequence[str], set
 @start_option
 @click.option("--no-plots", is_flag=True, help="no pictures")
 @click.option("--noise", is_flag=True, help="add every sensor's noise")
-@click.option("--seed", type=int, default=0, show_default=True, help="of the noise")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="of the noise")
 @json_flag
 def simulate(
     machine: str, source: str, output: str, method: str, start: str | None, no_plots: bool, noise: bool, seed: int,
@@ -250,12 +253,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except click.ClickException as error:
         error.show()
         sys.exit(2)
-    except (click.Abort, KeyboardInterrupt):
-        click.echo("lptn: stopped; nothing half-written was left", err=True)
-        sys.exit(130)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(0)
+    except OSError as error:
+        click.echo(f"lptn: {error.filename or 'standard output'}: {error.strerror}", err=True)
+        sys.exit(1)
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("lptn: stopped; nothing half-written was left", err=True)
+        sys.exit(130)
 
 
 if __name__ == "__main__":

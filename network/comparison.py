@@ -114,15 +114,16 @@ def pooled(channels: Iterable[ChannelResidual]) -> float:
 
 
 def compare(
-    machine: Machine, recordings: Iterable[Recording], *, start: Start | None = None, method: str = "auto",
+    machine: Machine, recordings: Recording | Iterable[Recording], *, start: Start | None = None, method: str = "auto",
     progress: Progress | None = None,
 ) -> Comparison:  # fmt: skip
-    """Simulates the machine along each recording and lays the measured channels beside it.
+    """Simulates the machine along a recording, or each of several, and lays the measured channels beside it.
 
     Raises Refused where a recording lacks an input, shares no channel with the machine, or has a channel in a unit
     that does not fit.
     """
-    return Comparison(machine, tuple(_compared(machine, r, start, method, progress) for r in recordings))
+    several = [recordings] if isinstance(recordings, Recording) else recordings
+    return Comparison(machine, tuple(_compared(machine, r, start, method, progress) for r in several))
 
 
 def check_fit(machine: Machine, source: Scenario | Recording) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import math
-import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -17,6 +16,7 @@ from typing import TextIO, TypeAlias
 import numpy as np
 
 from network.declare import Array
+from network.files import replace_file
 from network.refusal import Complaints, Spot, refuse
 from network.units import BadNumber, Unit, unit
 
@@ -215,16 +215,5 @@ def write_csv(path: str | Path, t: Array, columns: Mapping[str, tuple[str, Array
     csv.writer(head, lineterminator="\n").writerow(["time [s]", *(f"{name} [{units[name].text}]" for name in columns)])
     form = "%s" + ",%.7g" * len(columns) + "\n"
     times = (repr(time).removesuffix(".0") for time in t.tolist())
-    _replace_file(Path(path), head.getvalue() + "".join([form % row for row in zip(times, *shown, strict=True)]))
-
-
-def _replace_file(path: Path, text: str) -> None:
-    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        beside.write_text(text, encoding="utf-8", newline="\n")
-        os.replace(beside, path)
-    except OSError as error:
-        wrong = f"cannot be written: {error.strerror}"
-        raise refuse(Spot(str(path)), wrong, "give a folder that exists and that you may write to") from None
-    finally:
-        beside.unlink(missing_ok=True)
+    text = head.getvalue() + "".join([form % row for row in zip(times, *shown, strict=True)])
+    replace_file(Path(path), lambda beside: beside.write_text(text, encoding="utf-8", newline="\n"))

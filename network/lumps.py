@@ -14,7 +14,7 @@ from network.declare import Array, Declared
 from network.fields import Place, PlacesField, SharesField
 from network.nodes import CAPACITIES, Node
 from network.patch import merged
-from network.refusal import Spot, likely, refuse, short
+from network.refusal import Complaints, Refused, Spot, likely, refuse, short
 from network.sections import section
 from network.settings import set_lumps
 from network.units import Number
@@ -51,6 +51,16 @@ def level_patch(machine: Machine, name: str) -> Branch:
     for wish, spot in _lump_wishes(level):
         tree = set_lumps(tree, wish, spot)
     return tree
+
+
+def check_levels(machine: Machine, complaints: Complaints) -> None:
+    """Reads the machine at each of its named levels; what is wrong with one goes to `complaints`."""
+    for name, level in section(machine.tree, "levels").items.items():
+        if isinstance(level, Branch):
+            try:
+                type(machine).read(level_patch(machine, name), machine.file)
+            except Refused as refused:
+                complaints.absorb(refused)
 
 
 def _lump_wishes(level: Branch) -> Iterator[tuple[str, Spot]]:

@@ -6,13 +6,13 @@ import csv
 import io
 import json
 import os
-import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from network.csvtable import write_csv
-from network.refusal import Spot, refuse
+from network.files import replace_file
+from network.refusal import Refused, Spot, refuse
 from network.trajectory import Trajectory
 
 
@@ -29,16 +29,8 @@ def folder(path: str | Path) -> Path:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Puts a whole text in place of the file, or leaves the file as it was."""
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as out:
-            out.write(text)
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+    """Puts a whole text in place of the file, or leaves the file as it was. Raises Refused."""
+    replace_file(path, lambda beside: beside.write_text(text, encoding="utf-8", newline="\n"))
 
 
 def as_json(value: Mapping[str, Any]) -> str:
@@ -66,7 +58,14 @@ def write_table(path: Path, header: Iterable[object], rows: Iterable[Iterable[ob
 def write_run(run: Trajectory, where: Path) -> list[Path]:
     """results.csv (a recording's format), parts.csv (what every part has and does), and summary.json."""
     results, parts, summary = (where / name for name in ("results.csv", "parts.csv", "summary.json"))
-    for path, columns in ((results, run.columns()), (parts, run.part_columns())):
-        write_csv(path, run.t, {name: (unit_text, values) for name, unit_text, values in columns})
-    write_text(summary, as_json(run.summary()))
+    written: list[Path] = []
+    try:
+        for path, columns in ((results, run.columns()), (parts, run.part_columns())):
+            write_csv(path, run.t, {name: (unit_text, values) for name, unit_text, values in columns})
+            written.append(path)
+        write_text(summary, as_json(run.summary()))
+    except Refused:
+        for path in written:
+            path.unlink(missing_ok=True)
+        raise
     return [results, parts, summary]

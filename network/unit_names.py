@@ -100,7 +100,7 @@ def _spelled(text: str) -> str:
     spelled = re.sub(r"[⁺⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+", lambda match: "^" + match[0].translate(_RAISED), spelled)
     spelled = re.sub(rf"({NAME})(\d+)", r"\1^\2", spelled)
     odd = re.search(rf"[^\s()/^.+\-\d{NAME[1:-2]}]", spelled)
-    if odd or re.search(r"\^\s*\(?\s*[+-]?\d{3}|[\^/]\s*$", spelled):
+    if odd or re.search(r"\^\s*\(?\s*[+-]?\d{3}|[\^/]\s*$|\^[^A-Za-z(]*\^|\)\s*\^.*\^", spelled):
         raise BadNumber(f"unreadable unit '{text}'", AS_IN)
     return re.sub(NAME, lambda match: _known(match[0]), spelled)
 

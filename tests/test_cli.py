@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from network import Machine, Recording
+from network import Machine, Recording, compare
 from network.cli import main
 
 ROOT = Path(__file__).parents[1]
@@ -163,3 +163,38 @@ def test_a_file_in_the_way_of_the_results_is_refused(tmp_path: Path, capsys: pyt
     assert run("simulate", BLOCKS, STEPS, "-o", str(tmp_path / "out"), "--no-plots") == 2
     assert "cannot be a folder" in capsys.readouterr().err
     assert (tmp_path / "out").read_text() == "mine"
+
+
+def test_only_plain_files_are_replaced(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run("simulate", BLOCKS, WARM_UP, "-o", str(tmp_path), "--no-plots")
+    target, link = tmp_path / "real.json", tmp_path / "link.json"
+    link.symlink_to(target)
+    assert run("compare", BLOCKS, str(tmp_path / "results.csv"), "--json", str(link)) == 0
+    assert link.is_symlink() and "rmse_in_noise" in target.read_text()
+    assert run("compare", BLOCKS, str(tmp_path / "results.csv"), "--json", str(tmp_path)) == 2
+    assert "is not a plain file" in capsys.readouterr().err
+
+
+def test_check_looks_at_every_level(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "m.yaml"
+    file.write_text(Path(BLOCKS).read_text() + "levels:\n  c: {merge: {u: [hot, nope]}}\n  d: {lumps: {room: 3}}\n")
+    assert run("check", str(file)) == 2
+    err = capsys.readouterr().err
+    assert "merge.u: 'nope' is no part" in err and "'room' is not a bar" in err
+
+
+def test_one_recording_may_be_given_alone(tmp_path: Path) -> None:
+    run("simulate", BLOCKS, WARM_UP, "-o", str(tmp_path), "--no-plots")
+    recording = Recording.load(tmp_path / "results.csv")
+    assert compare(Machine.load(BLOCKS), recording).rmse_in_noise < 1e-3
+
+
+def test_the_relay_method_needs_a_relay(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("simulate", BLOCKS, WARM_UP, "--method", "switched") == 2
+    assert "switched needs a relay, and this machine has none" in capsys.readouterr().err
+
+
+def test_an_input_named_like_a_node_is_doubted(tmp_path: Path) -> None:
+    file = tmp_path / "m.yaml"
+    file.write_text(Path(BLOCKS).read_text().replace("{temperature: ambient}", "{temperature: cold}"))
+    assert any("a node has that name too" in str(warning) for warning in Machine.load(file).warnings)

@@ -6,7 +6,6 @@ matplotlib is imported when the first figure is made, and used without pyplot: n
 from __future__ import annotations
 
 import math
-import os
 import warnings
 from collections.abc import Sequence
 from functools import lru_cache
@@ -14,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from network.declare import Array
+from network.files import replace_file
 from network.refusal import Spot, refuse
 from network.units import Unit, difference, unit
 
@@ -165,19 +165,12 @@ def save(figure: Figure, path: str | Path) -> Path:
     suffix = path.suffix.lower() or ".png"
     if suffix not in FORMATS:
         raise refuse(Spot(str(path)), "is no picture that can be drawn", f"end it in {', '.join(FORMATS)}")
-    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
     undated = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
     quick: dict[str, Any] = {"pil_kwargs": {"compress_level": 3}} if suffix == ".png" else {}
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # a letter that the font lacks is drawn as a box
-            figure.savefig(beside, format=suffix[1:], dpi=DPI, metadata=undated[suffix], **quick)
-        os.replace(beside, path)
-    except OSError as error:
-        right = "give a folder that exists and that you may write to"
-        raise refuse(Spot(str(path)), f"cannot be written: {error.strerror}", right) from None
-    finally:
-        beside.unlink(missing_ok=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # a letter that the font lacks is drawn as a box
+        form: dict[str, Any] = {"format": suffix[1:], "dpi": DPI, "metadata": undated[suffix], **quick}
+        replace_file(path, lambda beside: figure.savefig(beside, **form))
     return path
 
 

@@ -68,9 +68,16 @@ def comparison_figure(residual: RecordingResidual) -> Figure:
 
 
 def _driver(residual: RecordingResidual) -> Signal | None:
-    """The speed, or the first input."""
+    """The speed; else the first input that varies, a temperature last."""
     signals = [residual.trajectory.schedule.signals[name] for name in residual.trajectory.inputs]
-    return next((s for s in signals if is_speed(s)), signals[0] if signals else None)
+    order = {True: 0, False: 1}
+    return min(
+        signals, key=lambda s: (order[is_speed(s)], order[_varies(s)], unit(s.unit).is_temperature), default=None
+    )
+
+
+def _varies(signal: Signal) -> bool:
+    return bool(np.ptp(np.concatenate([signal.start, signal.end])) > 0)
 
 
 def _draw_driver(axes: Axes, signal: Signal, t: Array) -> None:

@@ -166,13 +166,15 @@ def _chosen(network: Network, method: str, obstacle: str) -> tuple[str, str]:
     obstacle = obstacle or (_switches(network) if method in ("modal", "expm") else "")
     if method in EXACT and obstacle:
         raise refuse(Spot("--method"), f"{method} is exact for linear networks, and {obstacle}", "use --method auto")
+    if method == "switched" and not network.relays:
+        raise refuse(Spot("--method"), "switched needs a relay, and this machine has none", "use --method auto")
     general = "" if not (network.relays or network.melting) else "it switches or melts"
     if method == "rosenbrock" and general:
         raise refuse(Spot("--method"), f"rosenbrock does not serve this network: {general}", "use --method auto")
     if method != "auto":
         return method, "as asked"
     if obstacle:
-        return ("solve_ivp:LSODA" if general else "rosenbrock"), obstacle
+        return ("solve_ivp:LSODA", f"{obstacle}, and {general}") if general else ("rosenbrock", obstacle)
     if network.relays:
         return "switched", f"linear between switchings: exact in its modes, and {_switches(network)}"
     return "modal", "the network is linear: exact in its modes"

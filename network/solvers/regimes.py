@@ -39,6 +39,8 @@ def regimes(network: Network, left: Mapping[str, Array]) -> tuple[Indices, Indic
 
 def too_many(network: Network, left: Mapping[str, Array]) -> str:
     """Says so where a run has more regimes than are worth their modes; empty where it has not."""
+    if not matrix_inputs(network):
+        return ""
     count = len(regimes(network, left)[0])
     if count * network.size**2 <= MOST_NUMBERS:
         return ""
