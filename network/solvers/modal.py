@@ -187,15 +187,15 @@ class _Blocks:
         self.first, self.last = plan.bounds[intervals], plan.bounds[intervals + 1]
         self.count = -(-(self.last - self.first) // BLOCK)
         self.begin = np.cumsum(self.count) - self.count
-        self.nth = np.arange(self.count.sum()) - np.repeat(self.begin, self.count)
-        self.since = plan.t[self.first] - plan.edges[intervals]
-        self.tau = np.repeat(self.since, self.count) + self.nth * (BLOCK * plan.spacing)
+        nth = np.arange(self.count.sum()) - np.repeat(self.begin, self.count)
+        since = plan.t[self.first] - plan.edges[intervals]
+        self.tau = np.repeat(since, self.count) + nth * (BLOCK * plan.spacing)
         self.within = np.arange(BLOCK) * plan.spacing
 
     def fill(self, y: Array, rows: Array, rates: Array, run: _Run) -> None:
         """Puts the readings of the intervals into y (rows × samples)."""
         slow = np.abs(rates) * float(self.plan.t[-1] - self.plan.t[0]) < SLOW
-        right = np.vstack([powers(rates, self.plan.spacing, BLOCK).T, np.ones(BLOCK), self.within])
+        right = np.vstack([np.exp(np.multiply.outer(-rates, self.within)), np.ones(BLOCK), self.within])
         moving, level, climb = self._factors(rows, rates, slow, run)
         for some in self._portions():
             blocks = slice(self.begin[some[0]], self.begin[some[-1]] + self.count[some[-1]])
@@ -223,8 +223,7 @@ class _Blocks:
         drift = np.where(slow, 0.0, r / safe)
         settled = np.where(slow, 0.0, (p - drift) / safe)
         moving = np.repeat(np.where(slow, 0.0, m - settled), self.count, axis=0)
-        longest = powers(rates, BLOCK * self.plan.spacing, int(self.count.max()))
-        moving *= np.repeat(np.exp(np.multiply.outer(-self.since, rates)), self.count, axis=0) * longest[self.nth]
+        moving *= np.exp(np.multiply.outer(-self.tau, rates))
         climb = np.repeat(rows @ drift.T, self.count, axis=1)
         return moving, np.repeat(rows @ settled.T, self.count, axis=1) + self.tau * climb, climb
 
@@ -233,14 +232,6 @@ class _Blocks:
         one, two, _ = phi(-rates * tau)
         states = np.exp(-rates * tau) * run.m[k, slow] + tau * one * run.p[k, slow] + tau * tau * two * run.r[k, slow]
         return np.real(rows @ states.T)
-
-
-def powers(rates: Array, spacing: float, count: int) -> Array:
-    """e^(−λ k Δ) for k < count (count × modes), as products of two short tables."""
-    block = max(1, int(np.sqrt(count)))
-    fine = np.exp(np.multiply.outer(-spacing * np.arange(block), rates))
-    coarse = np.exp(np.multiply.outer(-spacing * block * np.arange(-(-count // block)), rates))
-    return np.asarray((coarse[:, None, :] * fine).reshape(-1, len(rates))[:count])
 
 
 def scan(gain: Array, push: Array, start: Array) -> tuple[Array, Array]:
