@@ -99,8 +99,15 @@ def parse_number(text: str, wanted: str, may_be_negative: bool, bounds: tuple[fl
     centre, *rest = _PLUS_MINUS.split(text)
     if len(rest) > 1:
         raise BadNumber(f"'{short(text)}' has more than one ±", f"write `value {wanted} ± spread`")
+    if rest and _is_bare(centre) and not _is_bare(rest[0]) and not rest[0].endswith("%"):
+        right = f"write `{centre} {split_number(rest[0])[1]} ± {rest[0]}`"
+        raise BadNumber(f"'{short(text)}' has its unit behind the spread only", right)
     value = in_unit(centre, wanted)
     return _with_spread(text, value, rest[0], wanted, may_be_negative) if rest else Number(value)
+
+
+def _is_bare(text: str) -> bool:
+    return re.fullmatch(NUMBER, text) is not None
 
 
 def _with_spread(text: str, value: float, spread: str, wanted: str, may_be_negative: bool) -> Number:

@@ -144,6 +144,7 @@ def test_what_may_be_negative_is_uncertain_in_itself(text: str, wanted: str, num
         ("5 m^99", "m", "'5 m^99' has an unreadable unit 'm^99'; a unit like m is needed"),
         ("5 cd", "s", "'5 cd' has an unknown unit 'cd'; a unit like s is needed"),
         ("5 m**9**9**9", "m", "'5 m**9**9**9' has an unreadable unit 'm**9**9**9'; a unit like m is needed"),
+        ("30 ± 3 W/K", "W/K", "'30 ± 3 W/K' has its unit behind the spread only; write `30 W/K ± 3 W/K`"),
         ("5 (m", "m", "'5 (m' has an unreadable unit '(m'; a unit like m is needed"),
         ("0.5 mm", "1", "'0.5 mm' has a unit; a bare number is needed"),
         ("a", "1", "'a' is not a number; write a bare number, like `0.5`"),
