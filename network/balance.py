@@ -66,10 +66,10 @@ def inward(flows: Flows, bound: Mask) -> Array:
 
 
 def with_modes(network: Network, modes: Array) -> Iterator[tuple[Heats[Source], Array | None]]:
-    """Every group of sources, relays with their part of the modes."""
+    """Every group of sources, relays with their part of the modes (…, relays)."""
     yield from ((heats, None) for heats in network.heats)
     for relays, part in relay_slices(network):
-        yield relays, modes[part]
+        yield relays, modes[..., part]
 
 
 def relay_slices(network: Network) -> Iterator[tuple[Heats[Relay], slice]]:

@@ -124,15 +124,16 @@ def _temperature_integral(problem: LinearProblem, regime: Regime, mine: Indices,
     return np.asarray(regime.P @ x_integral + regime.P_held @ held + regime.P_heat @ heat)
 
 
-def _inputs(plan: Plan, mine: Indices, share: float) -> dict[str, Array]:
-    return {n: (plan.left[n][mine] + share * (plan.right[n][mine] - plan.left[n][mine]))[:, None] for n in plan.left}
+def _inputs(plan: Plan, mine: Indices) -> dict[str, Array]:
+    """Inputs at the first of some intervals, which have their conductances in common."""
+    return {name: values[mine[0]] for name, values in plan.left.items()}
 
 
 def _add_flows(problem: LinearProblem, mine: Indices, T: Array, into: Array, by_mechanism: Array) -> None:
     """Flows are linear: their integral is the flow of the integrated temperatures."""
     network = problem.plan.network
     bound = np.isinf(network.capacity)
-    u = {name: value[0, 0] for name, value in _inputs(problem.plan, mine[:1], 0.0).items()}
+    u = _inputs(problem.plan, mine)
     for flows in network.flows:
         Q = flows.w * flows.law.heat_flow(T[flows.a], T[flows.b], u)
         into += Q @ flows.spread
@@ -145,7 +146,7 @@ def _add_sources(problem: LinearProblem, mine: Indices, T: Array, into: Array, b
     for heats, (first, last) in zip((*network.heats, *network.relays), problem.forcing.sources, strict=True):
         energy = ((first + last)[mine] * half).sum(axis=0)
         if heats.reads:
-            u = {name: value[0, 0] for name, value in _inputs(plan, mine[:1], 0.0).items()}
+            u = _inputs(plan, mine)
             zeros = [np.zeros(len(R)) for R in heats.reads]
             for R, slope in zip(heats.reads, heats.law.slopes(u, *zeros), strict=True):
                 energy = energy + slope * (R @ T)

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from network.declare import Array
-from network.solvers.linear import LinearProblem, LinearSolution, Regime
+from network.solvers.linear import LinearProblem, LinearSolution
 
 
 class _Steps:
@@ -37,6 +37,7 @@ def solve(problem: LinearProblem, each_interval: bool = False) -> LinearSolution
     """The solution, stepping from instant to instant."""
     plan, x = problem.plan, problem.x0
     steps = [_Steps(regime.A) for regime in problem.regimes]
+    outputs = [problem.outputs(regime) for regime in problem.regimes]
     y = np.empty((problem.readouts.width, len(plan.t)))
     integral = np.zeros((len(plan.steps) if each_interval else len(problem.regimes), problem.order))
     bounds = plan.bounds
@@ -44,12 +45,11 @@ def solve(problem: LinearProblem, each_interval: bool = False) -> LinearSolution
         r, here = int(problem.regime_of[k]), slice(bounds[k], bounds[k + 1])
         p, slope = problem.f0[k], (problem.f1[k] - problem.f0[k]) / h
         samples = _samples(steps[r], x, p, slope, plan.t[here] - plan.edges[k])
-        y[:, here] = problem.outputs(problem.regimes[r]) @ samples.T
+        y[:, here] = outputs[r] @ samples.T
         _, one, two, three = steps[r](h)
         integral[k if each_interval else r] += one @ x + two @ p + three @ slope
         x = _moved(steps[r], x, p, slope, h)
-    for r, regime in enumerate(problem.regimes):
-        _add_direct(problem, regime, r, y)
+    problem.add_direct(y)
     error = 1e-15 * float(np.abs(problem.x0).max(initial=1.0)) * np.sqrt(len(plan.t) + len(plan.steps))
     return LinearSolution(y, x, integral, each_interval, float(error))
 
@@ -67,12 +67,3 @@ def _samples(steps: _Steps, x: Array, p: Array, slope: Array, tau: Array) -> Arr
             x, p, before = _moved(steps, x, p, slope, instant - before), p + slope * (instant - before), instant
         states[i] = x
     return states
-
-
-def _add_direct(problem: LinearProblem, regime: Regime, r: int, y: Array) -> None:
-    plan = problem.plan
-    mine = np.flatnonzero(problem.regime_of[plan.interval_of] == r)
-    k = plan.interval_of[mine]
-    seen = problem.direct(regime, k, (plan.t[mine] - plan.edges[k]) / plan.steps[k])
-    if seen is not None:
-        y[:, mine] += seen.T

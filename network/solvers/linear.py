@@ -6,20 +6,21 @@ straight from f0 to f1.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
-from network.balance import affine_matrix, relay_slices, source_series
+from network.balance import affine_matrix, source_series, with_modes
 from network.channels import Readouts
 from network.declare import Array, Indices
-from network.graph import Heats, Network
-from network.mechanisms.base import Source
+from network.graph import Network
 from network.refusal import Failed
 from network.solvers.plan import Plan
 from network.solvers.regimes import regimes as regimes_of
+
+CHUNK = 2_000_000
+"""Numbers in one operand, so that long runs of large networks stay in memory."""
 
 
 @dataclass(frozen=True)
@@ -76,20 +77,20 @@ class LinearProblem:
         own = np.eye(self.readouts.states, regime.P.shape[1], regime.P.shape[1] - self.readouts.states)
         return np.vstack([self.readouts.rows @ regime.P, own])
 
-    def has_direct(self, regime: Regime) -> bool:
-        """Whether readings see held nodes, or junctions that are heated, at once."""
-        rows = self.readouts.rows
-        return bool((rows @ regime.P_held).any() or (rows @ regime.P_heat).any())
-
-    def direct(self, regime: Regime, k: Indices, share: Array) -> Array | None:
-        """What held nodes and heats of massless junctions add to the readings at a share of interval k."""
-        if not self.has_direct(regime):
-            return None
-        by_held, by_heat = self.readouts.rows @ regime.P_held, self.readouts.rows @ regime.P_heat
+    def add_direct(self, y: Array) -> None:
+        """Adds to the readings y (rows × instants) what they see at once: held nodes, heats of massless junctions."""
+        plan, rows = self.plan, self.readouts.rows
         (h0, h1), (q0, q1) = self.forcing.held, self.forcing.heat
-        s = share[:, None]
-        seen = (h0[k] + s * (h1[k] - h0[k])) @ by_held.T + (q0[k] + s * (q1[k] - q0[k])) @ by_heat.T
-        return np.hstack([seen, np.zeros((len(k), self.readouts.states))])
+        for r, regime in enumerate(self.regimes):
+            by_held, by_heat = rows @ regime.P_held, rows @ regime.P_heat
+            if not by_held.any() and not by_heat.any():
+                continue
+            mine = np.flatnonzero(self.regime_of[plan.interval_of] == r)
+            for at in np.array_split(mine, max(1, len(mine) * plan.network.size // CHUNK)):
+                k = plan.interval_of[at]
+                s = ((plan.t[at] - plan.edges[k]) / plan.steps[k])[:, None]
+                seen = (h0[k] + s * (h1[k] - h0[k])) @ by_held.T + (q0[k] + s * (q1[k] - q0[k])) @ by_heat.T
+                y[: len(rows), at] += seen.T
 
 
 @dataclass(frozen=True)
@@ -128,12 +129,13 @@ def reduce(plan: Plan, readouts: Readouts) -> LinearProblem:
 def _forcing(plan: Plan) -> Forcing:
     """Inputs are looked at a hair inside the interval, so that a source that starts with a ramp is on at once."""
     network, count = plan.network, len(plan.edges) - 1
-    inside = [{n: (a + s * (plan.right[n] - a))[:, None] for n, a in plan.left.items()} for s in (1e-12, 1 - 1e-12)]
+    begin, end = plan.just_inside
     groups = [*network.heats, *network.relays]
-    first = [source_series(heats, inside[0], mode, count) for heats, mode in _moded(plan)]
+    modes = plan.modes if plan.modes is not None else np.zeros(sum(relays.into.shape[1] for relays in network.relays))
+    first = [source_series(heats, begin, mode, count) for heats, mode in with_modes(network, modes)]
     last = [
-        source_series(heats, inside[1], mode, count) if plan.is_ramped(heats.law) else same
-        for same, (heats, mode) in zip(first, _moded(plan), strict=True)
+        source_series(heats, end, mode, count) if plan.is_ramped(heats.law) else same
+        for same, (heats, mode) in zip(first, with_modes(network, modes), strict=True)
     ]
     heat = [
         sum((q @ heats.into.T for q, heats in zip(series, groups, strict=True)), np.zeros((count, network.size)))
@@ -141,13 +143,6 @@ def _forcing(plan: Plan) -> Forcing:
     ]
     held = plan.held_at(plan.left), plan.held_at(plan.right)
     return Forcing(held, (heat[0], heat[1]), tuple(zip(first, last, strict=True)))
-
-
-def _moded(plan: Plan) -> Iterator[tuple[Heats[Source], Array | None]]:
-    """Every group of sources, relays with their modes in each interval."""
-    yield from ((heats, None) for heats in plan.network.heats)
-    for relays, part in relay_slices(plan.network):
-        yield relays, np.zeros(part.stop - part.start) if plan.modes is None else plan.modes[:, part]
 
 
 def _regime(network: Network, K: Array, readouts: Readouts) -> Regime:

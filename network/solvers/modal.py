@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from network.declare import Array, Indices, Mask
-from network.solvers.linear import LinearProblem, LinearSolution, Regime
+from network.solvers.linear import CHUNK, LinearProblem, LinearSolution, Regime
 from network.solvers.plan import Plan
 
 WORST_CONDITION = 1e6
@@ -27,7 +27,6 @@ AT_A_TIME = 32
 PHI_SERIES = (1 / np.cumprod(np.arange(1.0, 16.0))[2:]).tolist()
 """1/(k+3)! of φ₃."""
 SLOW = 1e-3
-CHUNK = 2_000_000
 
 
 @dataclass(frozen=True)
@@ -82,6 +81,7 @@ def solve(problem: LinearProblem, each_interval: bool = False) -> LinearSolution
     run.march()
     many = problem.plan.spacing > 0 and len(problem.plan.t) > FEW_SAMPLES * len(problem.plan.steps)
     y = run.sample_by_blocks() if many else run.sample_at_once()
+    problem.add_direct(y)
     size = float(np.abs(problem.x0).max(initial=1.0))
     error = 4 * np.finfo(float).eps * max(m.condition for m in modes) * size * np.sqrt(len(problem.plan.steps))
     return LinearSolution(y, run.x_end, run.x_integral, each_interval, float(error))
@@ -143,7 +143,6 @@ class _Run:
             mine = np.flatnonzero(problem.regime_of[interval] == r)
             for at in np.array_split(mine, max(1, len(mine) * problem.order // CHUNK)):
                 y[:, at] = np.real(rows @ self._states(r, interval[at], plan.t[at]).T)
-                self._add_direct(y, regime, interval[at], at)
         return y
 
     def _states(self, r: int, k: Indices, t: Array) -> Array:
@@ -154,12 +153,6 @@ class _Run:
         one, two, _ = phi(z)
         return np.asarray(np.exp(z) * self.m[k] + tau * one * self.p[k] + tau * tau * two * self.r[k])
 
-    def _add_direct(self, y: Array, regime: Regime, k: Indices, at: Indices) -> None:
-        plan = self.problem.plan
-        seen = self.problem.direct(regime, k, (plan.t[at] - plan.edges[k]) / plan.steps[k])
-        if seen is not None:
-            y[:, at] += seen.T
-
     def sample_by_blocks(self) -> Array:
         """Readings where output is evenly spaced and intervals hold many samples: one product for each regime."""
         plan, problem, y = self.problem.plan, self.problem, self._empty()
@@ -168,9 +161,6 @@ class _Run:
             if len(mine):
                 rows = problem.outputs(regime) @ self.modes[r].V
                 _Blocks(plan, mine).fill(y, rows, self.modes[r].rates, self)
-                if problem.has_direct(regime):
-                    at = np.flatnonzero(problem.regime_of[plan.interval_of] == r)
-                    self._add_direct(y, regime, plan.interval_of[at], at)
         return y
 
 

@@ -51,6 +51,14 @@ class Plan:
         share = (t - self.edges[k]) / (self.edges[k + 1] - self.edges[k])
         return {name: self.left[name][k] + share * (self.right[name][k] - self.left[name][k]) for name in self.left}
 
+    @cached_property
+    def just_inside(self) -> tuple[dict[str, Array], dict[str, Array]]:
+        """Inputs (K, 1) a hair after the begin and before the end of every interval: what starts with a ramp is on."""
+        return self._inside(1e-12), self._inside(1 - 1e-12)
+
+    def _inside(self, share: float) -> dict[str, Array]:
+        return {name: (a + share * (self.right[name] - a))[:, None] for name, a in self.left.items()}
+
     def held_at(self, values: Mapping[str, Array]) -> Array:
         """Temperatures of the held lumps [°C] for inputs of shape (K,): (K, held)."""
         held, count = self.network.held, len(values["time"])

@@ -133,7 +133,7 @@ class _Run:
     def slope(self, k: int, t: float, x: Array) -> Array:
         T, network, r = self.temperatures(k, t, x), self.network, self.readouts
         free, massless = network.free, network.massless
-        J = self._jacobian(T, self.plan.inputs_in(k, t))
+        J = jacobian(network, T, self.plan.inputs_in(k, t), self.modes)
         P = np.zeros((network.size, self.n))
         P[free, np.arange(self.n)] = 1.0
         if len(massless):
@@ -142,9 +142,6 @@ class _Run:
         upper = J[free] @ P / network.capacity[free][:, None]
         lower = np.hstack([r.state_T @ P, r.state_z])
         return np.vstack([np.hstack([upper, np.zeros((self.n, r.states))]), lower])
-
-    def _jacobian(self, T: Array, u: Inputs) -> Array:
-        return jacobian(self.network, T, u, self.modes)
 
     def _start(self) -> Array:
         theta = self.plan.T0.copy()

@@ -87,8 +87,7 @@ class _Heat:
         self.straight, self.keys = straight, matrix_inputs(straight)
         self.matrices: dict[tuple[float, ...], Array] = {}
         count = len(plan.steps)
-        sides = [{n: (a + s * (plan.right[n] - a))[:, None] for n, a in plan.left.items()} for s in (1e-12, 1 - 1e-12)]
-        self.q0, self.q1 = (affine_heat(straight, u, np.zeros(0), count) for u in sides)
+        self.q0, self.q1 = (affine_heat(straight, u, np.zeros(0), count) for u in plan.just_inside)
         self.h0, self.h1 = plan.held_at(plan.left), plan.held_at(plan.right)
 
     def _is_straight(self, law: Mechanism) -> bool:

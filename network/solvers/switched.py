@@ -17,6 +17,7 @@ from scipy.optimize import brentq
 from network.balance import relay_slices, source_series
 from network.channels import Readouts
 from network.declare import Array, Indices
+from network.mechanisms.base import Inputs
 from network.refusal import Failed
 from network.solvers.linear import LinearProblem, reduce
 from network.solvers.modal import WORST_CONDITION, Modes, modes_of, phi, scan
@@ -81,16 +82,15 @@ class _Search:
         )
         self.on = np.zeros(self.count)
         self.pending: dict[int, float] = {}
-        self.pushes = [self._pushes(share) for share in (1e-12, 1 - 1e-12)]
+        self.pushes = [self._pushes(u) for u in plan.just_inside]
         self.reads = [R for group in self.network.relays for R in group.reads]
         self.needs = sorted({name for group in self.network.relays for name in group.law.needs()} | {"time"})
         self.watch = [self._watch_rows(r) for r in range(len(problem.regimes))]
         self.direct = [self._direct(side) for side in (0, 1)]
 
-    def _pushes(self, share: float) -> Array:
+    def _pushes(self, u: Inputs) -> Array:
         """What each relay adds to dx/dt while on, at one side of every interval: (K, relays, n)."""
-        plan, K = self.plan, len(self.plan.steps)
-        u = {n: (a + share * (plan.right[n] - a))[:, None] for n, a in plan.left.items()}
+        K = len(self.plan.steps)
         heat = np.concatenate([source_series(g, u, None, K) for g in self.network.relays], axis=1)
         into = np.concatenate([g.into for g in self.network.relays], axis=1)
         push = np.empty((K, self.count, self.problem.order))
