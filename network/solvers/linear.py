@@ -111,7 +111,7 @@ def reduce(plan: Plan, readouts: Readouts) -> LinearProblem:
     modes = np.zeros(sum(relays.into.shape[1] for relays in network.relays))
     distinct, regime_of = regimes_of(network, plan.left)
     inputs = ({name: values[k] for name, values in plan.left.items()} for k in distinct)
-    regimes = tuple(_regime(network, affine_matrix(network, u, modes), readouts) for u in inputs)
+    regimes = tuple(regime_from(network, affine_matrix(network, u, modes), readouts) for u in inputs)
     forcing = _forcing(plan)
     n = len(network.free) + readouts.states
     f0, f1 = (np.empty((len(plan.edges) - 1, n)) for _ in range(2))
@@ -145,7 +145,7 @@ def _forcing(plan: Plan) -> Forcing:
     return Forcing(held, (heat[0], heat[1]), tuple(zip(first, last, strict=True)))
 
 
-def _regime(network: Network, K: Array, readouts: Readouts) -> Regime:
+def regime_from(network: Network, K: Array, readouts: Readouts) -> Regime:
     """Eliminates massless lumps and appends the sensors' states."""
     free, massless, bound = network.free, network.massless, network.bound
     N, n, nz = network.size, len(free), readouts.states

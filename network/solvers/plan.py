@@ -125,7 +125,7 @@ def interval_edges(network: Network, schedule: Schedule) -> Array:
     return np.concatenate([[start], inner, [end]])
 
 
-def _joined(edges: Array, instants: Array) -> Array:
+def joined(edges: Array, instants: Array) -> Array:
     """Both, with instants that lie on an edge only once."""
     gap = np.abs(edges[np.clip(np.searchsorted(edges, instants), 0, len(edges) - 1)] - instants)
     below = np.abs(edges[np.clip(np.searchsorted(edges, instants) - 1, 0, None)] - instants)
@@ -163,7 +163,7 @@ def make_plan(
     if method in EXACT:
         finer = _straightened(network, schedule, edges, left, right)
         if stop_at_samples:
-            finer = _joined(finer, schedule.t)
+            finer = joined(finer, schedule.t)
         if finer is not edges:
             edges, (left, right) = finer, spans(schedule, finer)
     return Plan(network, schedule.t, edges, left, right, T0, method, why)

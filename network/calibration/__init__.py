@@ -1,0 +1,1 @@
+"""Calibration: the uncertain numbers of a machine from its recordings, with what the recordings cannot tell."""
