@@ -84,7 +84,7 @@ def stateful(network: Network) -> Iterator[tuple[str, Sensor]]:
 
 
 def _states(network: Network) -> tuple[tuple[tuple[str, int], ...], Array, Array, Array]:
-    """Each sensor's chain of effects, followed as an affine function of temperatures and states."""
+    """Each sensor's chain of effects, as far as it is steady: an affine function of temperatures and states."""
     order = [(name, i) for name, s in stateful(network) for i, e in enumerate(s.effects) if e.has_state]
     index = {key: k for k, key in enumerate(order)}
     nz = len(order)
@@ -94,6 +94,8 @@ def _states(network: Network) -> tuple[tuple[tuple[str, int], ...], Array, Array
         assert sensor.place is not None
         row, z_row, shift = network.row(sensor.place), np.zeros(nz), 0.0
         for i, effect in enumerate(sensor.effects):
+            if not effect.is_steady():
+                break
             k = index.get((name, i))
             unit_z = np.eye(nz)[k] if k is not None else np.zeros(nz)
             if k is not None:
@@ -101,7 +103,7 @@ def _states(network: Network) -> tuple[tuple[tuple[str, int], ...], Array, Array
                 by_truth, by_state = effect.rate(one, zero) - at_zero, effect.rate(zero, one) - at_zero
                 state_T[k], state_z[k] = by_truth * row, by_truth * z_row + by_state * unit_z
                 constant[k] = at_zero + by_truth * shift
-            at_zero = effect.reading(zero, zero)
-            by_truth, by_state = effect.reading(one, zero) - at_zero, effect.reading(zero, one) - at_zero
+            at_zero = effect.reading(zero, zero, {})
+            by_truth, by_state = effect.reading(one, zero, {}) - at_zero, effect.reading(zero, one, {}) - at_zero
             row, z_row, shift = by_truth * row, by_truth * z_row + by_state * unit_z, float(at_zero + by_truth * shift)
     return tuple(order), state_T, state_z, constant

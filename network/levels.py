@@ -123,7 +123,7 @@ def _run_paper(job: Job) -> LevelRun:
     forms = [closed_form(job.machine, job.source, job.start) for _ in range(REPEATS)]
     form, seconds = forms[0], median(form.solve_seconds for form in forms)
     sensors = {
-        name: channel(name, sensor, {}, form.tcp, {}, form.t)
+        name: channel(name, sensor, {}, form.tcp, {}, {"time": form.t})
         for name, sensor in job.machine.sensors.items()
         if sensor.axis in form.tcp
     }

@@ -12,6 +12,7 @@ from network.fields import Place
 from network.graph import Network
 from network.inputs import Schedule
 from network.machine import Machine
+from network.mechanisms.base import Inputs
 from network.sensors.base import SensorEffect
 from network.sensors.sensor import Sensor
 from network.solvers import modal
@@ -38,7 +39,7 @@ def observe(
     }
     states = outcome.y[len(outcome.readouts.rows) :]
     sensors = {
-        name: channel(name, sensor, rows, tcp, dict(zip(outcome.readouts.state_of, states, strict=True)), plan.t)
+        name: channel(name, sensor, rows, tcp, dict(zip(outcome.readouts.state_of, states, strict=True)), u)
         for name, sensor in machine.sensors.items()
         if sensor.axis is None or sensor.axis in tcp
     }
@@ -80,15 +81,15 @@ def _heat_reading(network: Network, place: Place, outcome: Outcome) -> Array:
 
 def channel(
     name: str, sensor: Sensor, rows: Mapping[tuple[str, ...], Array], tcp: Mapping[str, Array],
-    states: Mapping[tuple[str, int], Array], t: Array,
+    states: Mapping[tuple[str, int], Array], u: Inputs,
 ) -> Array:  # fmt: skip
-    """The truth through the sensor's effects, in their order."""
+    """The truth through the sensor's effects, in their order; `u`: inputs and `time` at every instant."""
     reading = rows["sensor", name] if sensor.axis is None else tcp[sensor.axis]
     for i, effect in enumerate(sensor.effects):
         state = states.get((name, i))
         if state is None:
-            state = _followed(effect, t, reading) if effect.has_state else np.zeros_like(reading)
-        reading = effect.reading(reading, state)
+            state = _followed(effect, u["time"], reading) if effect.has_state else np.zeros_like(reading)
+        reading = effect.reading(reading, state, u)
     return np.asarray(reading - reading[0] if sensor.zero else reading)
 
 

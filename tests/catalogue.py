@@ -194,7 +194,7 @@ def surroundings(seed: int) -> dict[str, Array]:
     return {
         "time": np.array(rng.uniform(0, 1e5)), "speed": np.array(rng.uniform(-1000, 1000)),
         "feed": np.array(rng.uniform(-0.5, 0.5)), "cutting_power": np.array(rng.uniform(0, 5000)),
-        "position": np.array(rng.uniform(0, 0.5)),
+        "position": np.array(rng.uniform(0, 0.5)), "ambient": np.array(rng.uniform(15, 30)),
     }  # fmt: skip
 
 
@@ -215,5 +215,5 @@ def evaluated(entry: Any, u: Mapping[str, Array], *x: Array) -> Array:
     if isinstance(entry, Expansion):
         return np.asarray(entry.movement(u, *x))
     if isinstance(entry, SensorEffect):
-        return np.asarray(entry.reading(*x))
+        return np.asarray(entry.reading(*x, u))
     return np.asarray(entry.heat_flow(*x, u))

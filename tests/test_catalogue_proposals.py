@@ -113,7 +113,7 @@ def test_strength_zero_changes_nothing(cls: type[Effect], name: str) -> None:
         for sensor in zero.sensors.values():
             for effect in sensor.effects if issubclass(cls, SensorEffect) else ():
                 truth = np.array(31.0)
-                assert effect.kind != cls.kind or effect.reading(truth, truth) == truth
+                assert effect.kind != cls.kind or effect.reading(truth, truth, u) == truth
 
 
 @each_kind

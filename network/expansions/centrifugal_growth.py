@@ -6,7 +6,8 @@ from typing import Any
 from network.declare import Array
 from network.expansions.base import Expansion, Reading
 from network.fields import param
-from network.mechanisms.base import SPINDLE, Inputs, usual_speed
+from network.mechanisms.base import SPINDLE, Inputs
+from network.mechanisms.usual import usual_speed
 
 
 class CentrifugalGrowth(Expansion, kind="centrifugal_growth"):

@@ -15,6 +15,7 @@ import numpy as np
 
 from network.declare import Array, Effect, typical_body
 from network.fields import PlaceField, places, shares
+from network.mechanisms.usual import sized_body
 from network.proposals import fresh
 
 Inputs: TypeAlias = Mapping[str, Array]
@@ -95,7 +96,8 @@ class Link(Flow):
     def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
         """Between every pair of nodes where it could be missing."""
         for a, b in cls.candidates(machine):
-            yield {"links": {fresh(f"{cls.kind} {a} {b}", machine.links): typical_body(cls, between=[a, b])}}
+            body = sized_body(cls, machine, between=[a, b])
+            yield {"links": {fresh(f"{cls.kind} {a} {b}", machine.links): body}}
 
     @classmethod
     def candidates(cls, machine: Any) -> Iterator[tuple[str, str]]:
@@ -151,7 +153,7 @@ class Source(Mechanism):
         """Into every part that has a heat capacity."""
         for name in cls.hosts(machine):
             extra = {cls.fields[r].key: name for r in cls.readings()}
-            body = typical_body(cls, into={name: 1}, **extra)
+            body = sized_body(cls, machine, into={name: 1}, **extra)
             yield {"sources": {fresh(f"{cls.kind} {name}", machine.sources): body}}
 
     @classmethod
@@ -188,7 +190,7 @@ class Stream(Flow):
         for held in (n for n, node in machine.nodes.items() if node.is_held):
             for part in (n for n, node in machine.nodes.items() if node.is_part and n not in passed):
                 name = fresh(f"{cls.kind} {held} {part}", machine.links)
-                yield {"links": {name: typical_body(cls, through=[held, part])}}
+                yield {"links": {name: sized_body(cls, machine, through=[held, part])}}
 
 
 def keeping(cls: type[Mechanism], entry: Mechanism, numbers: Mapping[str, str], **given: Any) -> Mapping[str, Any]:
@@ -197,11 +199,3 @@ def keeping(cls: type[Mechanism], entry: Mechanism, numbers: Mapping[str, str], 
     own = {cls.fields[ours].key: kept[theirs] for theirs, ours in numbers.items() if theirs in kept}
     where = {key: kept[key] for key in ("between", "through", "into") if key in kept}
     return {entry.section: {entry.name: {**typical_body(cls), **own, **where, **given}}}
-
-
-def usual_speed(machine: Any) -> dict[str, Any]:
-    """The reference speed that the machine's own entries use, as the key of a proposal; empty where none does."""
-    for entry in (*machine.sources.values(), *machine.links.values()):
-        if "reference_speed" in entry.fields:
-            return {"reference_speed": entry.to_plain()["reference_speed"].partition(" ±")[0]}
-    return {}

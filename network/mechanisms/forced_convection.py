@@ -7,8 +7,9 @@ import numpy as np
 
 from network.declare import Array
 from network.fields import param
-from network.mechanisms.base import SPINDLE, Inputs, SurfaceLink, keeping, raised, usual_speed
+from network.mechanisms.base import SPINDLE, Inputs, SurfaceLink, keeping, raised
 from network.mechanisms.convection import Convection
+from network.mechanisms.usual import usual_speed
 
 
 class ForcedConvection(SurfaceLink, kind="forced_convection"):

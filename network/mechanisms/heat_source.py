@@ -5,9 +5,10 @@ from typing import Any, Self
 
 import numpy as np
 
-from network.declare import Advice, Array, typical_body
+from network.declare import Advice, Array
 from network.fields import amount, param, word
 from network.mechanisms.base import SPINDLE, Inputs, Source
+from network.mechanisms.usual import sized_body
 from network.proposals import fresh
 
 
@@ -56,5 +57,5 @@ class HeatSource(Source, kind="heat_source"):
         """Into every part: always, and while the spindle runs if the machine knows its speed."""
         for driver in ("always", "running") if "speed" in machine.inputs else ("always",):
             for name in cls.hosts(machine):
-                body = typical_body(cls, into={name: 1}, **{"with": driver})
+                body = sized_body(cls, machine, into={name: 1}, **{"with": driver})
                 yield {"sources": {fresh(f"{cls.kind} {driver} {name}", machine.sources): body}}

@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from network.declare import Array, typical_body
+from network.declare import Array
 from network.fields import param
-from network.mechanisms.base import SPINDLE, Inputs, Source, raised, usual_speed
+from network.mechanisms.base import SPINDLE, Inputs, Source, raised
+from network.mechanisms.usual import sized_body, usual_speed
 from network.proposals import fresh
 
 
@@ -37,5 +38,5 @@ class MotorLoss(Source, kind="motor_loss"):
     def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
         """Iron loss in every part that has a heat capacity."""
         for name in cls.hosts(machine):
-            body = typical_body(cls, into={name: 1}, **usual_speed(machine))
+            body = sized_body(cls, machine, into={name: 1}, **usual_speed(machine))
             yield {"sources": {fresh(f"{cls.kind} {name}", machine.sources): body}}

@@ -6,9 +6,10 @@ from typing import Any, Self
 import numpy as np
 
 from network.along import Along, beyond, followed, limited, metres
-from network.declare import Advice, Array, typical_body
+from network.declare import Advice, Array
 from network.fields import along, param
 from network.mechanisms.base import Inputs, Link
+from network.mechanisms.usual import sized_body
 from network.proposals import fresh
 
 
@@ -80,7 +81,7 @@ class MovingContact(Link, kind="moving_contact"):
         for pair in cls.candidates(machine):
             for a, bar in (pair, pair[::-1]):
                 if bar in known:
-                    body = typical_body(cls, between=[a, bar], at=known[bar])
+                    body = sized_body(cls, machine, between=[a, bar], at=known[bar])
                     yield {"links": {fresh(f"{cls.kind} {a} {bar}", machine.links): body}}
 
 

@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from network.declare import Array, typical_body
+from network.declare import Array
 from network.fields import param, place
 from network.mechanisms.base import Inputs, Relay
+from network.mechanisms.usual import sized_body
 from network.proposals import fresh
 from network.units import show
 
@@ -47,5 +48,5 @@ class ThermostatCooling(Relay, kind="thermostat_cooling"):
         """Into and watching every part, switching a little above the reference."""
         for name in cls.hosts(machine):
             around = show(machine.reference + ABOVE, "degC", 17)
-            body = typical_body(cls, into={name: 1}, watches=name, set=around)
+            body = sized_body(cls, machine, into={name: 1}, watches=name, set=around)
             yield {"sources": {fresh(f"{cls.kind} {name}", machine.sources): body}}

@@ -5,10 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from network.declare import Array, typical_body
+from network.declare import Array
 from network.fields import param
-from network.mechanisms.base import SPINDLE, Inputs, Source, raised, usual_speed
+from network.mechanisms.base import SPINDLE, Inputs, Source, raised
 from network.mechanisms.friction import turning
+from network.mechanisms.usual import sized_body, usual_speed
 from network.proposals import fresh
 
 
@@ -35,5 +36,5 @@ class Windage(Source, kind="windage"):
     def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
         """At every part that turns."""
         for name in turning(machine):
-            body = typical_body(cls, into={name: 1}, **usual_speed(machine))
+            body = sized_body(cls, machine, into={name: 1}, **usual_speed(machine))
             yield {"sources": {fresh(f"{cls.kind} {name}", machine.sources): body}}

@@ -94,3 +94,14 @@ class Sensor(Declared):
             yield "zero", "a temperature is not zeroed at the start", "drop `zero`, it is for displacements"
         if self.axis is not None and self.axis not in AXES:
             yield "measures", f"there is no axis '{short(self.axis)}'", "the axes are " + ", ".join(AXES)
+        yield from self._faults_of_effects()
+
+    def _faults_of_effects(self) -> Iterator[Advice]:
+        before = ""
+        for effect in self.effects:
+            if self.quantity not in effect.quantities:
+                wrong = f"{effect.kind} does not act on what measures {self.measures}"
+                yield "effects", wrong, "it acts on " + " or ".join(f"a {name}" for name in effect.quantities)
+            if before and effect.has_state:
+                yield "effects", f"{effect.kind} stands behind {before}", f"list {effect.kind} first"
+            before = before or ("" if effect.is_steady() else effect.kind)

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from network.declare import Array
 from network.fields import param
+from network.mechanisms.base import Inputs
 from network.sensors.base import SensorEffect
 
 
@@ -22,5 +23,5 @@ class SensorLag(SensorEffect, kind="sensor_lag"):
     def rate(self, truth: Array, state: Array) -> Array:
         return (truth - state) / self.lag
 
-    def reading(self, truth: Array, state: Array) -> Array:
+    def reading(self, truth: Array, state: Array, u: Inputs) -> Array:
         return state

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from network.declare import Array
 from network.fields import param
+from network.mechanisms.base import Inputs
 from network.sensors.base import SensorEffect
 
 
@@ -12,10 +13,11 @@ class SensorOffset(SensorEffect, kind="sensor_offset"):
     reference and cannot be seen.
     """
 
+    quantities = ("temperature",)
     offset = param("K", -100, 100, "what it reads too much", typical=0.3)
     strength = "offset"
     looks_like = ("ambient_drift",)
     sentence = "{channel} reads {offset} too much"
 
-    def reading(self, truth: Array, state: Array) -> Array:
+    def reading(self, truth: Array, state: Array, u: Inputs) -> Array:
         return truth + self.offset
