@@ -1,0 +1,134 @@
+"""Recordings as a fit weighs them: means over cells, and what they are uncertain by besides the parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from network.calibration.hygiene import Channel, look_at
+from network.calibration.knots import make_knots, on_knots
+from network.calibration.predictor import Prediction, Run, edge_pushes, start_pushes
+from network.declare import Array
+from network.graph import build
+from network.inputs import Start
+from network.machine import Machine
+from network.recording import Recording
+from network.simulation import schedule_for
+from network.start import start_temperatures
+
+OFFSET = {"degC": 0.1, "um": 0.25e-6, "urad": 0.25e-6}
+"""Prior 1σ of a channel's constant error, by its unit (SI)."""
+START = 0.3
+"""K: prior 1σ of a part's temperature at the start, where a reading or a cold machine tells it."""
+START_SHARE = 0.5
+"""Of the spread of the first readings, in addition, for parts without a sensor."""
+EDGE = 12**-0.5
+"""1σ of an instant that lies anywhere in an interval, in its length."""
+
+
+@dataclass(frozen=True)
+class Nuisance:
+    """What a run is uncertain by besides the parameters: one column each, with a normal prior."""
+
+    name: str
+    mean: float
+    spread: float
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """One recording ready for a fit. means: of its cells, channel after channel; counts: samples in each; variance of
+    each mean by white noise; sigma: 1σ of a sample that each channel counts with, declared: as in the file."""
+
+    run: Run
+    recording: Recording
+    channels: Mapping[str, Channel]
+    means: Array
+    counts: Array
+    sigma: Mapping[str, float]
+    declared: Mapping[str, float]
+    starts: tuple[Nuisance, ...]
+    edges: tuple[Nuisance, ...]
+
+    @property
+    def known(self) -> Array:
+        return np.asarray(self.counts > 0)
+
+    @property
+    def variance(self) -> Array:
+        """White variance of each cell's mean."""
+        sigma = np.repeat([self.sigma[n] for n in self.run.channels], self.run.knots.cells)
+        return np.asarray(sigma**2 / np.maximum(self.counts, 1))
+
+    @property
+    def centres(self) -> Array:
+        """Mean instant of each cell [s]."""
+        knots = self.run.knots
+        total = np.bincount(knots.cell_of, knots.samples, knots.cells)
+        return np.asarray(total / np.maximum(np.bincount(knots.cell_of, minlength=knots.cells), 1))
+
+    def columns(self, prediction: Prediction) -> Array:
+        """∂(means)/∂(starts, then edges)."""
+        parts = [n.name for n in self.starts]
+        pushes = [*start_pushes(prediction.course, parts), *edge_pushes(prediction.course, self.run.knots.jumps)]
+        from network.calibration.course import Course
+
+        answers = Course.answers(prediction.course, pushes)
+        return prediction.means(prediction.changes(answers)) if pushes else np.empty((0, len(self.means)))
+
+
+def measured(machine: Machine, recording: Recording, start: Start | None = None) -> Measured:
+    """A recording laid out for fits of a machine. Raises Refused where it lacks an input."""
+    schedule = schedule_for(machine, recording, start)
+    knots = make_knots(schedule)
+    network = build(machine)
+    T0 = start_temperatures(network, schedule, recording)
+    parts = {name: float(T0[part].mean()) for name, part in network.parts.items()}
+    names = [n for n in machine.sensors if n in recording.columns]
+    looked = {n: look_at(n, recording.columns[n].values, machine.sensors[n].sigma) for n in names}
+    looked = {n: c for n, c in looked.items() if c.used.any()}
+    run = Run(recording.name, on_knots(schedule, knots), knots, parts, {n: c.used for n, c in looked.items()})
+    means, counts = zip(*(_means(run, c) for c in looked.values()), strict=True)
+    declared = {n: machine.sensors[n].sigma for n in looked}
+    sigma = {n: max(declared[n], c.noise, c.quantum * EDGE) for n, c in looked.items()}
+    return Measured(
+        run, recording, looked, np.concatenate(means), np.concatenate(counts), sigma, declared,
+        tuple(_starts(machine, parts, recording)), tuple(_edges(run, schedule.t)),
+    )  # fmt: skip
+
+
+def _means(run: Run, channel: Channel) -> tuple[Array, Array]:
+    used = channel.used
+    cell, cells = run.knots.cell_of[used], run.knots.cells
+    counts = np.bincount(cell, minlength=cells)
+    return np.bincount(cell, channel.values[used], cells) / np.maximum(counts, 1), counts.astype(float)
+
+
+def _starts(machine: Machine, parts: Mapping[str, float], recording: Recording) -> Iterator[Nuisance]:
+    """The start of every part; a part without a sensor may lie anywhere among those with one."""
+    own = [n for n, node in machine.nodes.items() if node.is_part]
+    sensed = {s.place.node for name, s in machine.sensors.items() if s.place and name in recording.columns}
+    spread = float(np.ptp([parts[n] for n in own if n in sensed] or [0.0]))
+    for name in own:
+        yield Nuisance(name, 0.0, START if name in sensed else START + START_SHARE * spread)
+
+
+def _edges(run: Run, samples: Array) -> Iterator[Nuisance]:
+    """How much later than recorded an input jumped: at most a sample earlier."""
+    for t in run.knots.jumps:
+        k = int(np.searchsorted(samples, t - 1e-6))
+        h = float(samples[k] - samples[k - 1]) if k else 0.0
+        yield Nuisance(f"jump at {t:.6g} s", -h / 2, max(h * EDGE, 1e-3))
+
+
+def restricted(data: Measured, channels: Sequence[str]) -> Measured:
+    """The same recording with some channels only."""
+    cells = data.run.knots.cells
+    keep = np.repeat([n in channels for n in data.run.channels], cells)
+    present = {n: p for n, p in data.run.present.items() if n in channels}
+    return replace(data, run=replace(data.run, present=present), means=data.means[keep], counts=data.counts[keep],
+                   channels={n: c for n, c in data.channels.items() if n in channels})  # fmt: skip
+
+

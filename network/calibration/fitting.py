@@ -1,0 +1,242 @@
+"""The most probable parameters: Gauss–Newton with Levenberg–Marquardt damping on whitened residuals and priors.
+
+Minimised is J(θ, η) = |L⁻¹(z − y(θ) − N η)|² + |(θ − θ₀)/σ_θ|² + |(η − η₀)/σ_η|²: z means of measured cells, y the model,
+L Lᵀ the noise, η what else is uncertain and acts linearly (start of every part, instants of jumps, sensor offsets).
+Source: Madsen, Nielsen & Tingleff, Methods for Non-linear Least Squares Problems (2004), algorithm 3.16.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from network.calibration.evidence import OFFSET, Measured, Nuisance
+from network.calibration.noise import Noise, Whitener, slack_covariance, whitener
+from network.calibration.parameters import Parameter, centres
+from network.calibration.predictor import Model, Prediction
+from network.declare import Array
+from network.machine import Machine
+from network.refusal import Failed
+
+STEPS = 25
+CLOSE = 1e-2
+"""Decrease of J that no longer matters (J counts in squared σ)."""
+DAMPING, HARDER, SOFTER, HARDEST = 1e-3, 8.0, 0.25, 1e9
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A model with what it is compared to. offsets: of channels, common to all runs."""
+
+    model: Model
+    data: tuple[Measured, ...]
+    whiteners: tuple[Whitener, ...]
+    offsets: tuple[Nuisance, ...]
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return self.model.parameters
+
+    @cached_property
+    def nuisances(self) -> tuple[Nuisance, ...]:
+        """Offsets, then of every run its starts and its jumps."""
+        return (*self.offsets, *(n for d in self.data for n in (*d.starts, *d.edges)))
+
+    @cached_property
+    def prior(self) -> tuple[Array, Array]:
+        """Prior means and 1σ of (θ, η)."""
+        parts = [*((p.centre, p.spread) for p in self.parameters), *((n.mean, n.spread) for n in self.nuisances)]
+        mean, spread = np.array(parts).reshape(-1, 2).T
+        return mean, spread
+
+    @property
+    def samples(self) -> int:
+        return sum(len(w.known) if w.known.dtype != bool else int(w.known.sum()) for w in self.whiteners)
+
+    @property
+    def log_determinant(self) -> float:
+        return sum(w.log_determinant for w in self.whiteners)
+
+
+def make_problem(
+    machine: Machine, parameters: Sequence[Parameter], data: Sequence[Measured], noise: Noise | None = None,
+    at: Sequence[Prediction] | None = None,
+) -> Problem:  # fmt: skip
+    """The problem of some runs; with slack in the noise, `at` are predictions that carry its heat to the channels."""
+    noise = noise or Noise()
+    model = Model(machine, parameters, [d.run for d in data])
+    whiteners = []
+    for i, d in enumerate(data):
+        slack = slack_covariance(at[i], d, noise) if at is not None and any(noise.slack.values()) else None
+        whiteners.append(whitener(d, noise, slack))
+    return Problem(model, tuple(data), tuple(whiteners), tuple(_offsets(machine, data)))
+
+
+def _offsets(machine: Machine, data: Sequence[Measured]) -> list[Nuisance]:
+    names = [n for n in machine.sensors if any(n in d.run.channels for d in data)]
+    return [Nuisance(n, 0.0, OFFSET[machine.sensors[n].unit]) for n in names]
+
+
+@dataclass(frozen=True, eq=False)
+class Linearised:
+    """The problem about θ. residual: whitened z − y(θ); slopes: whitened ∂y/∂(θ, η), (parameters + nuisances, rows)."""
+
+    problem: Problem
+    theta: Array
+    predictions: tuple[Prediction, ...]
+    residual: Array
+    slopes: Array
+
+    @property
+    def free(self) -> int:
+        return len(self.theta)
+
+    @cached_property
+    def normal(self) -> Array:
+        """SᵀS without the prior."""
+        return np.asarray(self.slopes @ self.slopes.T)
+
+    @cached_property
+    def precision(self) -> Array:
+        """Inverse posterior covariance of (θ, η), linearised."""
+        return np.asarray(self.normal + np.diag(self.problem.prior[1] ** -2.0))
+
+    @cached_property
+    def gradient(self) -> Array:
+        """−½ ∂J/∂(θ, η) at θ and η = η₀."""
+        mean, spread = self.problem.prior
+        own = np.zeros(len(mean))
+        own[: self.free] = (mean[: self.free] - self.theta) / spread[: self.free] ** 2
+        return np.asarray(self.slopes @ self._at_mean + own)
+
+    @cached_property
+    def _at_mean(self) -> Array:
+        """Residual with the nuisances at their prior means."""
+        mean = self.problem.prior[0][self.free :]
+        return np.asarray(self.residual - mean @ self.slopes[self.free :])
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Posterior covariance of (θ, η), linearised."""
+        return np.asarray(np.linalg.inv(self.precision))
+
+    @cached_property
+    def eta(self) -> Array:
+        """Most probable nuisances at this θ."""
+        mean, _ = self.problem.prior
+        if len(mean) == self.free:
+            return np.empty(0)
+        inner = self.precision[self.free :, self.free :]
+        return np.asarray(mean[self.free :] + np.linalg.solve(inner, self.slopes[self.free :] @ self._at_mean))
+
+    @cached_property
+    def left(self) -> Array:
+        """Whitened residual with the nuisances at their most probable."""
+        return np.asarray(self.residual - self.eta @ self.slopes[self.free :])
+
+    @cached_property
+    def cost(self) -> float:
+        """J at this θ, least over η."""
+        mean, spread = self.problem.prior
+        at = np.concatenate([self.theta, self.eta])
+        return float(self.left @ self.left + np.sum(((at - mean) / spread) ** 2))
+
+    @property
+    def log_evidence(self) -> float:
+        """Log of the probability of the recordings, parameters integrated out (Laplace), but for a constant."""
+        _, spread = self.problem.prior
+        _, volume = np.linalg.slogdet(self.precision * np.outer(spread, spread))
+        return -0.5 * (self.cost + self.problem.log_determinant + float(volume))
+
+
+def linearise(problem: Problem, theta: Array) -> Linearised:
+    """The problem about θ. Raises Failed where a run runs away."""
+    predictions = problem.model.predict(theta)
+    slopes = problem.model.slopes(theta, predictions)
+    blocks, residuals = [], []
+    for i, (data, whiten, prediction) in enumerate(zip(problem.data, problem.whiteners, predictions, strict=True)):
+        residuals.append(whiten(data.means - prediction.means(prediction.values)))
+        own = np.concatenate([prediction.means(slopes[i]), _offset_columns(problem, data), _run_columns(problem, i, prediction)])
+        blocks.append(whiten(own))
+    return Linearised(problem, theta, predictions, np.concatenate(residuals), np.concatenate(blocks, axis=1))
+
+
+def _offset_columns(problem: Problem, data: Measured) -> Array:
+    cells = data.run.knots.cells
+    names = np.repeat(data.run.channels, cells)
+    return np.stack([(names == n.name).astype(float) for n in problem.offsets]) if problem.offsets else np.empty((0, len(names)))
+
+
+def _run_columns(problem: Problem, i: int, prediction: Prediction) -> Array:
+    """Columns of starts and jumps of all runs, zero but for run i."""
+    data = problem.data[i]
+    counts = [len(d.starts) + len(d.edges) for d in problem.data]
+    block = np.zeros((sum(counts), len(data.means)))
+    first = sum(counts[:i])
+    block[first : first + counts[i]] = data.columns(prediction)
+    return block
+
+
+def residual_cost(about: Linearised, theta: Array) -> float:
+    """J at another θ, with the nuisances' columns taken from nearby; infinite where a run breaks down."""
+    problem = about.problem
+    try:
+        predictions = problem.model.predict(theta)
+    except Failed:
+        return np.inf
+    parts = [w(d.means - p.means(p.values)) for w, d, p in zip(problem.whiteners, problem.data, predictions, strict=True)]
+    r = np.concatenate(parts)
+    return replace(about, theta=theta, residual=r).cost if np.isfinite(r).all() else np.inf
+
+
+def minimise(
+    problem: Problem, theta: Array | None = None, steps: int = STEPS, tell: Callable[[float], None] | None = None
+) -> Linearised:
+    """The most probable θ, from a start (the priors' centres)."""
+    theta = centres(problem.parameters) if theta is None else theta
+    low, high = (np.array([getattr(p, side) for p in problem.parameters]) for side in ("low", "high"))
+    theta = np.clip(theta, low, high)
+    at, damping = linearise(problem, theta), DAMPING
+    for k in range(steps):
+        if tell:
+            tell(k / steps)
+        at, damping, gain = _improved(at, damping, low, high)
+        if gain < CLOSE or not len(theta):
+            break
+    return at
+
+
+def _improved(at: Linearised, damping: float, low: Array, high: Array) -> tuple[Linearised, float, float]:
+    """One accepted step, the damping after it, and what J lost (0 where no step helps)."""
+    while damping < HARDEST:
+        theta = np.clip(at.theta + _step(at, damping, low, high), low, high)
+        expected = float(np.abs(theta - at.theta).max(initial=0.0))
+        if expected < 1e-9:
+            return at, damping, 0.0
+        cost = residual_cost(at, theta)
+        if cost < at.cost:
+            new = linearise(at.problem, theta)
+            return new, max(damping * SOFTER, 1e-9), at.cost - cost
+        damping *= HARDER
+    return at, damping, 0.0
+
+
+def _step(at: Linearised, damping: float, low: Array, high: Array) -> Array:
+    """The damped step of θ, η following; parameters at a bound that they push against stay."""
+    n = at.free
+    precision, gradient = at.precision.copy(), at.gradient
+    precision[np.arange(n), np.arange(n)] *= 1 + damping
+    stuck = np.zeros(len(gradient), bool)
+    for _ in range(3):
+        moves = np.flatnonzero(~stuck)
+        step = np.zeros(len(gradient))
+        step[moves] = cho_solve(cho_factor(precision[np.ix_(moves, moves)]), gradient[moves])
+        out = ((at.theta <= low) & (step[:n] < 0)) | ((at.theta >= high) & (step[:n] > 0))
+        if not out.any():
+            break
+        stuck[:n] |= out
+    return step[:n]

@@ -1,0 +1,154 @@
+"""The noise a residual may have without accusing anybody: white, coloured, constant, and heat that lumping misplaces.
+
+Σ = white + coloured + lumping slack. Coloured: each sensor's own OU process, variance s², correlation e^(−|t − t'|/τ).
+Slack: an unknown OU heat at every part, q_i = q C_i/ΣC P with correlation time ℓ, carried to the channels by the
+network's own answer to it. Source: Kennedy & O'Hagan, J. R. Stat. Soc. B 63 (2001) 425, with the discrepancy put where
+the heat balance is wrong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.linalg import cholesky, solve_triangular
+
+from network.calibration.course import Course, Push
+from network.calibration.evidence import Measured
+from network.calibration.predictor import Prediction
+from network.declare import Array
+
+SLACK_STEP = 600.0
+"""s: distance of the knots of the slack's heat."""
+MOST_SLACK_KNOTS = 60
+
+
+@dataclass(frozen=True)
+class Noise:
+    """coloured: channel → (1σ in SI, correlation time [s]); slack: 1σ of each part's heat [W]; ell: its correlation
+    time [s]."""
+
+    coloured: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    slack: Mapping[str, float] = field(default_factory=dict)
+    ell: float = 4000.0
+
+    @property
+    def is_white(self) -> bool:
+        return not any(s for s, _ in self.coloured.values()) and not any(self.slack.values())
+
+
+@dataclass(frozen=True)
+class Whitener:
+    """L⁻¹ with L Lᵀ = Σ over the cells that hold samples."""
+
+    known: Array
+    root: Array
+
+    @property
+    def log_determinant(self) -> float:
+        """log |Σ|."""
+        diagonal = self.root if self.root.ndim == 1 else np.diag(self.root)
+        return 2 * float(np.log(diagonal).sum())
+
+    def __call__(self, values: Array) -> Array:
+        """L⁻¹ applied to values over all cells (…, cells): (…, known cells)."""
+        own = values[..., self.known]
+        if self.root.ndim == 1:
+            return np.asarray(own / self.root)
+        flat = own.reshape(-1, own.shape[-1])
+        return np.asarray(solve_triangular(self.root, flat.T, lower=True).T.reshape(own.shape))
+
+
+def whitener(data: Measured, noise: Noise, slack: Array | None = None) -> Whitener:
+    """The whitening of one run; `slack`: its covariance by misplaced heat, from `slack_covariance`."""
+    known = data.known
+    if noise.is_white:
+        return Whitener(known, np.sqrt(data.variance[known]))
+    covariance = np.diag(data.variance[known]) + coloured(data, noise)[np.ix_(known, known)]
+    if slack is not None:
+        covariance += slack[np.ix_(known, known)]
+    return Whitener(known, cholesky(covariance, lower=True))
+
+
+def coloured(data: Measured, noise: Noise) -> Array:
+    """Covariance of the cells' means by coloured sensor noise."""
+    cells, t = data.run.knots.cells, data.centres
+    matrix = np.zeros((len(data.means), len(data.means)))
+    width = cell_widths(data)
+    for i, name in enumerate(data.run.channels):
+        s, tau = noise.coloured.get(name, (0.0, 1.0))
+        if s:
+            own = slice(i * cells, (i + 1) * cells)
+            matrix[own, own] = s * s * averaged_ou(t, width, tau)
+    return matrix
+
+
+def cell_widths(data: Measured) -> Array:
+    """Length of every cell [s]."""
+    ends = data.run.knots.t[data.run.knots.cell_ends]
+    return np.diff(np.concatenate([data.run.knots.t[:1], ends]))
+
+
+def averaged_ou(t: Array, width: Array, tau: float) -> Array:
+    """Correlation of means over intervals of some widths about t of an OU process with correlation time τ.
+
+    Exact for intervals that do not overlap: ∫∫ e^(−|s − s'|/τ) ds ds'/(w w').
+    """
+    x = width / tau
+    safe = np.maximum(x, 1e-9)
+    factor = np.sinh(np.minimum(safe / 2, 300.0)) / (safe / 2)
+    gap = np.abs(t[:, None] - t[None, :]) / tau
+    near = (x[:, None] + x[None, :]) / 2
+    inner = np.exp(-np.maximum(gap - near, 0.0)) * np.exp(-near)
+    matrix = factor[:, None] * factor[None, :] * inner
+    np.fill_diagonal(matrix, 2 * (safe - 1 + np.exp(-safe)) / safe**2)
+    return np.asarray(np.minimum(matrix, 1.0))
+
+
+def slack_knots(data: Measured, step: float = SLACK_STEP) -> Array:
+    """Instants at which the slack's heat is free; straight in between."""
+    t = data.run.knots.t
+    count = min(max(3, round(float(t[-1] - t[0]) / step) + 1), MOST_SLACK_KNOTS)
+    return np.linspace(t[0], t[-1], count)
+
+
+def hats(prediction: Prediction, knots: Array) -> tuple[Array, Array]:
+    """Hat functions on the knots, at both ends of the intervals of a run: (K, hats) each."""
+    edges = prediction.course.problem.plan.edges
+    values = np.stack([np.interp(edges, knots, row) for row in np.eye(len(knots))], axis=1)
+    return values[:-1], values[1:]
+
+
+def heat_answers(prediction: Prediction, spread: Array, knots: Array) -> Array:
+    """Cell means' answers to 1 W into lumps by `spread` (N), as a hat about each knot: (hats, cells)."""
+    h0, h1 = hats(prediction, knots)
+    lumps = np.flatnonzero(spread)
+    weights = spread[lumps]
+    pushes = [Push(lumps, a[:, None] * weights, b[:, None] * weights) for a, b in zip(h0.T, h1.T, strict=True)]
+    return prediction.means(prediction.changes(Course.answers(prediction.course, pushes)))
+
+
+def part_spread(prediction: Prediction, part: str) -> Array:
+    """One watt, evenly over the lumps of a part."""
+    network = prediction.course.problem.plan.network
+    spread = np.zeros(network.size)
+    own = network.parts[part]
+    spread[own] = 1 / (own.stop - own.start)
+    return spread
+
+
+def ou(knots: Array, ell: float) -> Array:
+    return np.exp(-np.abs(knots[:, None] - knots[None, :]) / ell)
+
+
+def slack_covariance(prediction: Prediction, data: Measured, noise: Noise) -> Array:
+    """Covariance of the cells' means by slack heat at every part."""
+    knots = slack_knots(data)
+    K = ou(knots, noise.ell)
+    matrix = np.zeros((len(data.means), len(data.means)))
+    for part, q in noise.slack.items():
+        if q:
+            G = heat_answers(prediction, part_spread(prediction, part), knots)
+            matrix += G.T @ (q * q * K @ G)
+    return matrix
