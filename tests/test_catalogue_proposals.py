@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from catalogue import TYPES, arguments, each_kind, each_machine, evaluated, machine, surroundings
+from catalogue import MACHINES, TYPES, arguments, each_kind, each_machine, evaluated, machine, surroundings
 
 from network.balance import heat_balance
 from network.declare import Array, Effect
@@ -17,9 +17,13 @@ from network.fields import ParamField
 from network.graph import build
 from network.machine import Machine
 from network.mechanisms.base import Source
+from network.mechanisms.convection import Convection
+from network.mechanisms.friction import turning
+from network.mechanisms.usual import size_of
 from network.patch import merged, set_value
 from network.proposals import bodies
 from network.refusal import Spot
+from network.rooms import kinds
 from network.sensors.base import SensorEffect
 from network.units import Number
 from network.yamlfile import tree_of
@@ -138,3 +142,129 @@ def test_typical_strengths_are_believable(cls: type[Effect]) -> None:
             else:
                 size = abs(float(evaluated(entry, u, np.array(32.0), np.array(22.0))))
                 assert 1 < size < 2000, f"{path}: {size}"
+
+
+# -- what a fit frees -----------------------------------------------------------------------------------------------
+def loosened(field: ParamField, value: float) -> str:
+    """The number as it stands, made uncertain."""
+    wide = 0.1 * abs(value) or 0.01 * (field.high - field.low)
+    return str(field.write(Number(value, "normal", wide) if field.may_be_negative else Number(value, "log", 0.2)))
+
+
+@each_kind
+def test_strength_and_shapes_are_numbers_that_can_be_freed(cls: type[Effect]) -> None:
+    params = cls.params()
+    assert cls.strength not in cls.shapes and set(cls.shapes) <= set(params)
+    if cls.strength not in params:
+        assert not cls.shapes
+        return
+    for name in MACHINES:
+        for patch in proposals(cls, machine(name)):
+            tree, paths = merged(machine(name).tree, tree_of(patch, Spot("patch"))), set()
+            entries = dict(Machine.read(tree, name).entries())
+            for parameter in (cls.strength, *cls.shapes):
+                path = cls.path_to(parameter, patch)
+                entry, _, key = path.rpartition(".")
+                held = entries[entry]
+                value = float(next(held.__dict__[a] for a, f in held.fields.items() if f.key == key))
+                field = held.params()[next(a for a, f in held.fields.items() if f.key == key)]
+                tree = set_value(tree, f"{path}={loosened(field, value)}")
+                paths.add(path)
+            assert paths <= set(Machine.read(tree, name).uncertain)
+
+
+def sigma(entry: Any, parameter: str) -> float:
+    """1σ of a number in its unit, 0 for a known one."""
+    number = entry.numbers.get(parameter, Number(0.0))
+    return number.spread * (number.value if number.prior == "log" else 1)
+
+
+@each_kind
+@each_machine
+def test_what_is_taken_over_keeps_its_spread(cls: type[Effect], name: str) -> None:
+    bare = machine(name)
+    before = dict(bare.entries())
+    for patch in proposals(cls, bare) if cls.replaces else ():
+        after = dict(bare.patched(patch).entries())
+        for path, body in bodies(patch):
+            taken = before.get(path)
+            if taken is None or body.get("kind") != cls.kind or isinstance(taken, Convection):
+                continue
+            for theirs, ours in cls.replaces[taken.kind].items():
+                assert sigma(after[path], ours) == pytest.approx(sigma(taken, theirs)), path
+
+
+def test_a_convection_of_coefficient_and_area_keeps_the_spread_of_both() -> None:
+    skin = {"kind": "convection", "between": ["housing", "air"], "coefficient": "5 W/(m^2 K) ± 30 %"}
+    uncertain = machine().patched({"links": {"skin": {**skin, "area": "0.5 m^2 ± 40 %"}}})
+    for patch in kinds("links")["forced_convection"].proposes(uncertain):
+        if "skin" in patch["links"]:
+            number = uncertain.patched(patch).links["skin"].numbers["conductance"]
+            assert (number.value, number.spread) == pytest.approx((2.5, 0.5))
+            return
+    raise AssertionError("no proposal for the skin")
+
+
+# -- where and how large --------------------------------------------------------------------------------------------
+LAYOUTS = ("gantry_spindle", "vertical_mill", "belt_lathe", "ball_screw_axis")
+
+
+def places(kind: str, on: Machine) -> list[Mapping[str, Any]]:
+    """The bodies of that kind in its proposals."""
+    cls = next(cls for cls in TYPES if cls.kind == kind and cls.section != "suspects")
+    return [body for patch in proposals(cls, on) for _, body in bodies(patch) if body.get("kind") == kind]
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_every_place_is_asked(layout: str) -> None:
+    on = Machine.load(SHIPPED / f"{layout}.yaml")
+    parts = [name for name, node in on.nodes.items() if node.is_part]
+    inner = [name for name, node in on.nodes.items() if not node.is_held]
+    turns = {*turning(on)}
+    sensed = [name for name, sensor in on.sensors.items() if sensor.place is not None]
+
+    drivers = {"always", "running"} if "speed" in on.inputs else {"always"}
+    assert len(places("heat_source", on)) == len(parts) * len(drivers)
+    heated = {(*body["into"], body["with"]) for body in places("heat_source", on)}
+    assert heated == {(part, driver) for part in parts for driver in drivers}
+    assert {next(iter(body["into"])) for body in places("thermostat_cooling", on)} == set(parts)
+    assert {next(iter(body["into"])) for body in places("windage", on)} == turns and turns <= set(parts)
+    joined = {frozenset(p.node for p in link.between) for link in on.links.values() if "between" in link.fields}
+    apart = {frozenset((a, b)) for i, a in enumerate(inner) for b in inner[i + 1 :]} - joined
+    assert {frozenset(body["between"]) for body in places("conduction", on)} == apart
+    films = [e for e in on.links.values() if e.kind == "convection" and e.total is not None]
+    assert len(places("forced_convection", on)) == len(films)
+    for kind in ("sensor_lag", "sensor_fault"):
+        assert len(places(kind, on)) == len(sensed)
+    for kind, hosts in (("hidden_mass", set(parts)), ("foundation", set(parts) - turns)):
+        assert {str(suspect.host) for suspect in kinds("suspects")[kind].suspected(on)} == hosts
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+@pytest.mark.parametrize("cls", [cls for cls in TYPES if issubclass(cls, Expansion)], ids=lambda cls: cls.kind)
+def test_a_displacement_is_proposed_both_ways(cls: type[Effect], layout: str) -> None:
+    """Strengths have no sign: what is proposed along an axis is proposed against it too."""
+    on = Machine.load(SHIPPED / f"{layout}.yaml")
+    ways: dict[str, set[int]] = {}
+    for patch in proposals(cls, on):
+        for path, body in bodies(patch):
+            ways.setdefault(path, set()).add(body["direction"])
+            sign = "+" if body["direction"] > 0 else "-"
+            assert f"along {sign}{path.split('.')[1]}" in cls.told(on.patched(patch), patch)
+    assert all(directions == {1, -1} for directions in ways.values())
+
+
+def test_parts_joined_over_a_massless_seat_are_neighbours() -> None:
+    pairs = {tuple(body["between"]) for body in places("tilt", machine())}
+    assert pairs == {("shaft", "housing"), ("housing", "column")}
+
+
+def test_proposals_are_as_large_as_the_machine() -> None:
+    """A rig on a board loses some 30 mW/K: a thousandth of the heat that a machine tool is asked about."""
+    rig, mill = (Machine.load(SHIPPED / f"{name}.yaml") for name in ("two_heater_rig", "gantry_spindle"))
+    loss = 2 * (10 * 10e-4 + 9e-4 * 4 * 5.67e-8 * 304.15**3)
+    assert size_of(rig) == pytest.approx(loss / 100, rel=1e-3)
+    assert size_of(mill) == pytest.approx((29 + 1.4 + 2.8 + 12 + 52 + 21 + 9) / 100, rel=1e-9)
+    heats = [[body["power"] for body in places("heat_source", on)] for on in (rig, mill)]
+    assert heats == [["0.031 W"] * 2, ["130 W"] * 12]
+    assert size_of(machine("alone")) == 1

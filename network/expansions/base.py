@@ -9,13 +9,14 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any, ClassVar, Literal
 
 import numpy as np
 
 from network.declare import Array, Effect, typical_body
 from network.fields import Place, whole
-from network.mechanisms.base import STEP, Inputs, stepped
+from network.mechanisms.base import STEP, Inputs, Link, stepped
 from network.proposals import fresh
 
 LINEAR_AXES = ("x", "y", "z")
@@ -61,13 +62,19 @@ class Expansion(Effect):
         """The YAML keys that keep this entry what it is when its part loses length and material in a merge."""
         return {}
 
+    @property
+    def way(self) -> str:
+        """The axis with the sign of its direction."""
+        return f"{'+' if self.direction > 0 else '-'}{self.axis}"
+
     @classmethod
     def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
-        """On every axis the machine has, for everything it could read."""
+        """On every axis the machine has, for everything it could read, each way: a strength has no sign."""
         for axis in (a for a in machine.tcp if a in cls.axes):
             for label, given in cls.subjects(machine, axis):
-                body = typical_body(cls, direction=1, **given)
-                yield {"tcp": {axis: {fresh(f"{cls.kind} {label}".strip(), machine.tcp[axis]): body}}}
+                name = fresh(f"{cls.kind} {label}".strip(), machine.tcp[axis])
+                for direction in (1, -1):
+                    yield {"tcp": {axis: {name: typical_body(cls, direction=direction, **given)}}}
 
     @classmethod
     @abstractmethod
@@ -92,6 +99,21 @@ def own_expansion(machine: Any, place: Place) -> float | None:
     """The coefficient of expansion of a part's material [1/K]; None without one."""
     alpha: float | None = machine.nodes[place.node].expansion
     return alpha
+
+
+def neighbours(machine: Any) -> Iterator[tuple[str, str]]:
+    """Pairs of parts that a link joins, directly or over one massless node, each once."""
+    pairs: dict[frozenset[str], tuple[str, str]] = {}
+    for a, b in (*machine.joined_parts(), *_over_joints(machine)):
+        pairs.setdefault(frozenset((a, b)), (a, b))
+    yield from pairs.values()
+
+
+def _over_joints(machine: Any) -> Iterator[tuple[str, str]]:
+    links = [[place.node for place in link.between] for link in machine.links.values() if isinstance(link, Link)]
+    for joint in (name for name, node in machine.nodes.items() if node.is_massless):
+        around = dict.fromkeys(node for nodes in links if joint in nodes for node in nodes)
+        yield from combinations((node for node in around if machine.nodes[node].is_part), 2)
 
 
 def steel_unless_known(machine: Any, *parts: str) -> dict[str, Any]:

@@ -6,7 +6,16 @@ from typing import Any, Self
 import numpy as np
 
 from network.declare import Advice, Array
-from network.expansions.base import AXES, LINEAR_AXES, Expansion, Reading, chosen, own_expansion, steel_unless_known
+from network.expansions.base import (
+    AXES,
+    LINEAR_AXES,
+    Expansion,
+    Reading,
+    chosen,
+    neighbours,
+    own_expansion,
+    steel_unless_known,
+)
 from network.fields import Place, param, place, places, word
 from network.mechanisms.base import Inputs
 
@@ -35,7 +44,7 @@ class Bending(Expansion, kind="bending"):
     alpha: Array | None
     height: Array | None
     capacity: float
-    sentence = "{host} bends over {length} and moves the tool centre point along {axis}"
+    sentence = "{host} bends over {length} and moves the tool centre point along {way}"
 
     @property
     def host(self) -> Place:
@@ -76,6 +85,6 @@ class Bending(Expansion, kind="bending"):
 
     @classmethod
     def subjects(cls, machine: Any, axis: str) -> Iterator[tuple[str, dict[str, Any]]]:
-        """Parts that a link joins: one may be the warm face of what the other belongs to."""
-        for a, b in machine.joined_parts():
+        """Parts that are joined: one may be the warm face of what the other belongs to."""
+        for a, b in neighbours(machine):
             yield f"{a} {b}", {"between": [a, b], **steel_unless_known(machine, a)}

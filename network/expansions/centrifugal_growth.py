@@ -22,7 +22,7 @@ class CentrifugalGrowth(Expansion, kind="centrifugal_growth"):
     inputs = SPINDLE
     strength = "displacement"
     looks_like = ("displacement_step", "hidden_mass")
-    sentence = "the shaft moves the tool centre point along {axis} by {displacement} at {reference_speed}"
+    sentence = "the shaft moves the tool centre point along {way} by {displacement} at {reference_speed}"
 
     def readings(self) -> tuple[Reading, ...]:
         return ()

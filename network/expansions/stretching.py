@@ -43,7 +43,7 @@ class Stretching(Expansion, kind="stretching"):
     bar: Array | None
     capacity: float
     lumps: int = 1
-    sentence = "{of} grows over {grows_over} and moves the tool centre point along {axis}"
+    sentence = "{of} grows over {grows_over} and moves the tool centre point along {way}"
 
     def resolved(self, machine: Any) -> Self:
         node = machine.nodes[self.of.node]

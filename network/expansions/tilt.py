@@ -10,6 +10,7 @@ from network.expansions.base import (
     Expansion,
     Reading,
     chosen,
+    neighbours,
     own_expansion,
     own_length,
     steel_unless_known,
@@ -39,7 +40,7 @@ class Tilt(Expansion, kind="tilt"):
     alpha_b: Array | None
     length_a: Array | None
     length_b: Array | None
-    sentence = "{between[0]} and {between[1]} grow differently: the tilt moves the tool centre point along {axis}"
+    sentence = "{between[0]} grows more than {between[1]}: the tilt moves the tool centre point along {way}"
 
     def resolved(self, machine: Any) -> Self:
         a, b = self.between
@@ -82,7 +83,7 @@ class Tilt(Expansion, kind="tilt"):
 
     @classmethod
     def subjects(cls, machine: Any, axis: str) -> Iterator[tuple[str, dict[str, Any]]]:
-        """Parts that a link joins, as supports of a typical length."""
-        for a, b in machine.joined_parts():
+        """Parts that are joined, as supports of a typical length."""
+        for a, b in neighbours(machine):
             arm = {"arm": "400 mm"} if axis in LINEAR_AXES else {}
             yield f"{a} {b}", {"between": [a, b], "length": "300 mm", **arm, **steel_unless_known(machine, a, b)}

@@ -21,11 +21,12 @@ class ForcedConvection(SurfaceLink, kind="forced_convection"):
     """
 
     conductance = param("W/K", 0, 1e6, "conductance at rest", typical=5)
-    gain = param("1", 0, 1000, "how much the conductance gains at the reference speed", typical=2)
-    exponent = param("1", 0, 3, "exponent over speed", default=0.8)
+    gain = param("1", 0, 100, "how much the conductance gains at the reference speed", typical=2)
+    exponent = param("1", 0.2, 1.5, "exponent over speed", default=0.8)
     reference_speed = param("rpm", 0, 300_000, "speed at which the gain is given", positive=True, typical=10_000)
     inputs = SPINDLE
     strength = "gain"
+    shapes = ("exponent",)
     looks_like = ("convection", "viscous_friction", "windage")
     replaces = {"convection": {"conductance": "conductance"}}
     sentence = "{between[0]} loses {conductance} to {between[1]}, and {gain} times as much more at {reference_speed}"

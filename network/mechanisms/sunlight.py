@@ -21,6 +21,7 @@ class Sunlight(Source, kind="sunlight"):
     lasts = param("h", 0, 24, "how long it shines", positive=True, default=12)
     follows_time = True
     strength = "power"
+    shapes = ("rises", "lasts")
     looks_like = ("ambient_drift", "heat_source", "timed_source")
     sentence = "the sun heats {into} with up to {power} for {lasts} a day"
 

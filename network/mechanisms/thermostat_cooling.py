@@ -12,9 +12,6 @@ from network.mechanisms.usual import sized_body
 from network.proposals import fresh
 from network.units import show
 
-ABOVE = 1.0
-"""K above the reference: the set point of a proposal, which a machine at the reference does not reach by itself."""
-
 
 class ThermostatCooling(Relay, kind="thermostat_cooling"):
     """A cooler with hysteresis: q = −P while on; it goes on above set + h, off below set − h, `delay` later each time.
@@ -30,6 +27,7 @@ class ThermostatCooling(Relay, kind="thermostat_cooling"):
     power = param("W", 0, 1e6, "heat taken while on", typical=500)
     delay = param("s", 0, 7200, "time between crossing and switching", default=0)
     strength = "power"
+    shapes = ("set", "hysteresis")
     looks_like = ("timed_source", "viscous_friction", "convection")
     sentence = "a cooler takes {power} out of {into}, on and off around {set} ± {hysteresis} at {watches}"
 
@@ -45,8 +43,8 @@ class ThermostatCooling(Relay, kind="thermostat_cooling"):
 
     @classmethod
     def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
-        """Into and watching every part, switching a little above the reference."""
+        """Into and watching every part, set to the reference: off until it is the half width warmer."""
         for name in cls.hosts(machine):
-            around = show(machine.reference + ABOVE, "degC", 17)
+            around = show(machine.reference, "degC", 17)
             body = sized_body(cls, machine, into={name: 1}, watches=name, set=around)
             yield {"sources": {fresh(f"{cls.kind} {name}", machine.sources): body}}

@@ -21,6 +21,7 @@ class TimedSource(Source, kind="timed_source"):
     duration = param("min", 0, 1e5, "time it is on in each period", positive=True, typical=5)
     phase = param("min", -1e5, 1e5, "time of the run at which a pulse begins", default=0)
     strength = "power"
+    shapes = ("period", "duration", "phase")
     looks_like = ("heat_source", "thermostat_cooling")
     sentence = "{into} receives {power} for {duration} in every {period}"
 

@@ -19,12 +19,17 @@ EXCESS = 10.0
 
 def sized_body(cls: type[Declared], machine: Any, **given: Any) -> dict[str, Any]:
     """The YAML of a typical entry, heats, conductances and areas in proportion to what this machine loses."""
-    size, typical = size_of(machine), cls.params()
-    scaled = {f.key: f for f in typical.values() if f.unit in SCALED and f.proposal() > 0}
     body = typical_body(cls)
-    for key in scaled.keys() & body.keys():
-        body[key] = scaled[key].write(min(float(f"{scaled[key].proposal() * size:.2g}"), scaled[key].high))
+    for name, field in cls.params().items():
+        if field.unit in SCALED and field.key in body:
+            body[field.key] = field.write(sized_value(cls, name, machine))
     return body | given
+
+
+def sized_value(cls: type[Declared], name: str, machine: Any) -> float:
+    """The typical value of a parameter in SI, in proportion to what this machine loses."""
+    field = cls.params()[name]
+    return min(float(f"{field.proposal() * size_of(machine):.2g}"), field.high)
 
 
 def size_of(machine: Any) -> float:

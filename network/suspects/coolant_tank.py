@@ -5,6 +5,7 @@ from typing import Any, Self
 
 from network.fields import Place, param, place
 from network.mechanisms.base import Stream
+from network.mechanisms.usual import links_to, sized_value, usual_surroundings
 from network.proposals import fresh
 from network.suspects.base import Suspect
 
@@ -18,12 +19,13 @@ class CoolantTank(Suspect, kind="thermostat_cooling"):
     """
 
     host = place("the node of the coolant, held until now")
-    heat_capacity = param("kJ/K", 0, 1e5, "heat capacity of the tank: 4.2 kJ/K for a litre of water", typical=50)
+    heat_capacity = param("kJ/K", 0, 1e5, "heat capacity: 4.2 kJ/K for a litre of water", positive=True, typical=50)
     set = param("degC", -50, 100, "set point", typical=21)
     hysteresis = param("K", 0, 50, "half width of the hysteresis", positive=True, typical=0.7)
     power = param("W", 0, 1e6, "heat taken while on", typical=800)
     conductance = param("W/K", 0, 1e5, "conductance between tank and surroundings", typical=20)
     strength = "hysteresis"
+    shapes = ("set", "power", "heat_capacity", "conductance")
     looks_like = ("timed_source", "advection")
     sentence = "{host} is a tank of {heat_capacity}, cooled by {power} on and off around {set} ± {hysteresis}"
 
@@ -31,7 +33,8 @@ class CoolantTank(Suspect, kind="thermostat_cooling"):
         tank = self.host.node
         cooler = {"kind": "thermostat_cooling", "into": {tank: 1}, "watches": tank}
         cooler |= self.written("set", "hysteresis", "power")
-        around = {"kind": "convection", "between": [tank, _surroundings(machine, tank)], **self.written("conductance")}
+        between = [tank, usual_surroundings(machine, besides=tank)]
+        around = {"kind": "convection", "between": between, **self.written("conductance")}
         links = {fresh(f"{tank} to surroundings", machine.links): around}
         return {
             "nodes": {tank: self.written("heat_capacity")},
@@ -45,23 +48,9 @@ class CoolantTank(Suspect, kind="thermostat_cooling"):
         held = [name for name, node in machine.nodes.items() if node.is_held]
         for name in held:
             constant = not isinstance(machine.nodes[name].temperature, str)
-            if constant and len(held) > 1 and _degree(machine, name):
-                yield cls.typical(host=Place(name), set=float(machine.nodes[name].temperature))
-
-
-def _degree(machine: Any, name: str) -> int:
-    return sum(place.node == name for link in machine.links.values() for place in _places(link))
-
-
-def _places(link: Any) -> tuple[Place, ...]:
-    places: tuple[Place, ...] = link.through if isinstance(link, Stream) else link.between
-    return places
-
-
-def _surroundings(machine: Any, tank: str) -> str:
-    """The other held node that most links lead to."""
-    others = [name for name, node in machine.nodes.items() if node.is_held and name != tank]
-    return str(max(others, key=lambda name: _degree(machine, name)))
+            if constant and len(held) > 1 and links_to(machine, name):
+                sized = {key: sized_value(cls, key, machine) for key in ("heat_capacity", "power", "conductance")}
+                yield cls.typical(host=Place(name), set=float(machine.nodes[name].temperature), **sized)
 
 
 def _closed_streams(machine: Any, tank: str) -> dict[str, Any]:

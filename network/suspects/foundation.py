@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Self
 
 from network.fields import Place, param, place
+from network.mechanisms.friction import turning
 from network.proposals import fresh
 from network.suspects.base import Suspect
 
@@ -22,6 +23,7 @@ class Foundation(Suspect, kind="foundation"):
     temperature = param("degC", -50, 100, "temperature of the floor", typical=20)
     conductance = param("W/K", 0, 1e5, "conductance into the floor", typical=10)
     strength = "conductance"
+    shapes = ("temperature",)
     looks_like = ("convection", "ambient_drift")
     sentence = "{host} loses heat into a floor of {temperature}, at {conductance}"
 
@@ -33,7 +35,8 @@ class Foundation(Suspect, kind="foundation"):
 
     @classmethod
     def suspected(cls, machine: Any) -> Iterator[Self]:
-        """Under every part, sized after it."""
+        """Under every part that does not turn, sized after it."""
+        turns = {*turning(machine)}
         for name, node in machine.nodes.items():
-            if node.is_part:
+            if node.is_part and name not in turns:
                 yield cls(host=Place(name), temperature=machine.reference, conductance=node.capacity / SETTLING)

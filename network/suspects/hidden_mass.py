@@ -24,6 +24,7 @@ class HiddenMass(Suspect, kind="hidden_mass"):
     heat_capacity = param("kJ/K", 0, 1e6, "its heat capacity", positive=True, typical=10)
     conductance = param("W/K", 0, 1e6, "conductance between it and its host", typical=10)
     strength = "conductance"
+    shapes = ("heat_capacity",)
     looks_like = ("sensor_lag", "lumping", "thermostat_cooling")
     sentence = "a mass of {heat_capacity} that is not in the file takes part behind {host}, joined by {conductance}"
 
