@@ -79,9 +79,14 @@ class Measured:
         return prediction.means(prediction.changes(answers)) if pushes else np.empty((0, len(self.means)))
 
 
-def measured(machine: Machine, recording: Recording, start: Start | None = None) -> Measured:
-    """A recording laid out for fits of a machine. Raises Refused where it lacks an input."""
+def measured(
+    machine: Machine, recording: Recording, start: Start | None = None, also: Sequence[str] = ()
+) -> Measured:
+    """A recording laid out for fits of a machine; `also`: inputs that it does not read but a rival may. Raises Refused
+    where it lacks an input."""
     schedule = schedule_for(machine, recording, start)
+    more = {name: recording.signal(name) for name in also if name not in schedule.signals}
+    schedule = replace(schedule, signals={**schedule.signals, **more})
     knots = make_knots(schedule)
     network = build(machine)
     T0 = start_temperatures(network, schedule, recording)

@@ -98,7 +98,7 @@ def channels_of(
             moved = moved + entry.movement(u, *read)
         tcp[axis] = moved
     states = dict(zip(outputs.state_of, readings[len(outputs.rows) :], strict=True))
-    return np.stack([channel(n, machine.sensors[n], rows, tcp, states, u["time"]) for n in names])
+    return np.stack([channel(n, machine.sensors[n], rows, tcp, states, u) for n in names])
 
 
 class Model:
