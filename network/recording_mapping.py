@@ -11,11 +11,12 @@ import numpy as np
 
 from network import yamlfile
 from network.csvtable import Choose, Heading, read_heading, refuse_twice, table
+from network.declare import Array
 from network.fields import word_of
 from network.inputs import constant
-from network.keyed import check_keys, parse_start, quantity, read_keys, seconds, told
+from network.keyed import check_keys, parse_start, quantity, read_keys, seconds, shift, told
 from network.recording import Column, Recording, channels
-from network.refusal import Complaints, likely
+from network.refusal import Complaints, likely, refuse
 from network.units import BadNumber
 from network.yamlfile import Branch, Tree
 
@@ -24,7 +25,8 @@ _MAPPING = {"recording": "name", "file": "recording.csv", "columns": '{theirs: "
 
 def load_mapping(path: Path) -> Recording:
     tree, complaints = yamlfile.load(path, "a mapping of a recording"), Complaints()
-    check_keys(tree, "the mapping", _MAPPING, ("interval", "inputs", "start", "fill", "between"), complaints)
+    others = ("interval", "inputs", "start", "fill", "between", "from", "until", "zero")
+    check_keys(tree, "the mapping", _MAPPING, others, complaints)
     readers: dict[str, Callable[[Tree], Any]] = {
         "recording": lambda child: word_of(child, "a name"),
         "file": lambda child: _existing(path.parent / word_of(child, "the path of a CSV")),
@@ -34,8 +36,11 @@ def load_mapping(path: Path) -> Recording:
         "start": parse_start,
         "fill": lambda child: _each(child, "fill", lambda how: _one_of(how, "linear", "hold")),
         "between": lambda child: _each(child, "between", lambda how: _one_of(how, "linear", "held")),
+        "from": shift,
+        "until": shift,
+        "zero": lambda child: _each(child, "zero", lambda how: _one_of(how, "start")),
     }
-    values: dict[str, Any] = {"interval": None, "start": None, "inputs": {}, "fill": {}, "between": {}}
+    values: dict[str, Any] = {"interval": None, "start": None, "inputs": {}, "fill": {}, "between": {}, "zero": {}}
     read_keys(tree, readers, values, complaints)
     if "columns" in values:
         _check_mapping(tree, values, complaints)
@@ -45,9 +50,31 @@ def load_mapping(path: Path) -> Recording:
             headings, cells = table(values["file"], _chooser(tree, values["columns"]), complaints)
             t, columns = channels(headings, cells, str(values["file"]), values["interval"], complaints)
     complaints.raise_if_any()
+    part = _part(t, values, tree)
+    columns = {name: _cut(column, part, name in values["zero"]) for name, column in columns.items()}
+    source = str(values["file"]) if part.start == 0 else ""
     constants = {name: constant(name, given.text, value) for name, (value, given) in values["inputs"].items()}
     how = {key: values[key] for key in ("start", "fill", "between")}
-    return Recording(values["recording"], str(path), t, columns, constants, source=str(values["file"]), **how)
+    return Recording(values["recording"], str(path), t[part], columns, constants, source=source, **how)
+
+
+def _part(t: Array, values: Mapping[str, Any], tree: Branch) -> slice:
+    """The samples from `from` on and before `until`. Raises Refused where fewer than two are left."""
+    first = int(np.searchsorted(t, values.get("from", -np.inf)))
+    last = int(np.searchsorted(t, values.get("until", np.inf)))
+    if len(t) > 1 and last - first < 2:
+        key = "from" if "from" in values else "until"
+        wrong = f"`from` and `until` leave {max(last - first, 0)} of {len(t)} samples"
+        right = f"the recording goes from {t[0]:.10g} s to {t[-1]:.10g} s, keep at least two samples"
+        raise refuse(tree.key_spot(key), wrong, right)
+    return slice(first, last)
+
+
+def _cut(column: Column, part: slice, zeroed: bool) -> Column:
+    """A part of it; zeroed: less its first value there."""
+    values = column.values[part]
+    known = values[np.isfinite(values)]
+    return replace(column, values=values - known[0] if zeroed and len(known) else values)
 
 
 def _existing(path: Path) -> Path:
@@ -85,7 +112,7 @@ def _check_mapping(tree: Branch, values: Mapping[str, Any], complaints: Complain
         complaints.refuse(spot, "no column is mapped to time", 'map one to "time [s]", or give `interval: 10 s`')
     for name in [name for name in values["inputs"] if name in names]:
         complaints.refuse(tree.key_spot("inputs"), f"the input '{name}' is a column as well", "keep one of them")
-    for key in ("fill", "between"):
+    for key in ("fill", "between", "zero"):
         for name in [name for name in values[key] if name not in names]:
             complaints.refuse(tree.key_spot(key), f"{key} names '{name}', which is no column", likely(name, names))
 

@@ -180,6 +180,7 @@ def test_files_that_are_none(tmp_path: Path) -> None:
 SWITCH = "only a switch (0 or 1) goes without"
 AMBIENT = 'columns: {T_amb: "ambient [degC]"}\n'
 TIMED = AMBIENT + "interval: 1 s\n"
+TWO = "the recording goes from 0 s to 3 s, keep at least two samples"
 MAPPING_FAULTS = [
     (TIMED + "intervall: 1 s", "5: the mapping has an unknown key 'intervall'; did you mean 'interval'?"),
     ("interval: 1 s", "1: the mapping has no `columns`; add `columns: {theirs: \"ours [unit]\"}`"),
@@ -198,6 +199,12 @@ MAPPING_FAULTS = [
     (TIMED + "between: {ambient: hold}", "5: between.ambient: is 'hold'; write linear or held"),
     (TIMED + "inputs: {n: 8000}", f"5: inputs.n: '8000' has no unit; write it like `8000 rpm`, {SWITCH}"),
     (TIMED + "start: {a: 5 m}", f"5: start.a: '5 m' is in m; {START}"),
+    (TIMED + "zero: {ambent: start}", "5: zero names 'ambent', which is no column; did you mean 'ambient'?"),
+    (TIMED + "zero: {ambient: end}", "5: zero.ambient: is 'end'; write start"),
+    (TIMED + "from: 5", "5: from: '5' has no unit; give a time, like `1 h`"),
+    (TIMED + "until: 1 s", f"5: `from` and `until` leave 1 of 4 samples; {TWO}"),
+    (TIMED + "from: 1 h", f"5: `from` and `until` leave 0 of 4 samples; {TWO}"),
+    (TIMED + "from: 2 s\nuntil: 1 s", f"5: `from` and `until` leave 0 of 4 samples; {TWO}"),
 ]  # fmt: skip
 
 
@@ -236,6 +243,31 @@ def test_inputs_that_are_missing_or_have_gaps(tmp_path: Path) -> None:
     ]
     with pytest.raises(Refused, match=r"r.csv: the recording 'r' has no column 'ambiant'; did you mean 'ambient'\?"):
         recording.measured("ambiant")
+
+
+PARTED = 'columns: {sample: "time [h]", z: "dz [um]", n: "speed [rpm]"}\n'
+ROWS = "sample,z,n\n" + "".join(f"{k},{44 + k},{100 * k if k != 3 else ''}\n" for k in range(6))
+
+
+def parted(folder: Path, text: str) -> Recording:
+    (folder / "g.csv").write_text(ROWS)
+    return load(folder, f"recording: x\nfile: g.csv\n{PARTED}{text}", "m.yaml")
+
+
+def test_two_mappings_part_a_recording_without_overlap(tmp_path: Path) -> None:
+    early, late = parted(tmp_path, "until: 2 h"), parted(tmp_path, "from: 120 min")
+    assert early.t.tolist() == [0, 3600] and late.t.tolist() == [7200, 10_800, 14_400, 18_000]
+    assert early.measured("dz").values * 1e6 == pytest.approx([44, 45])
+    assert late.measured("dz").values * 1e6 == pytest.approx([46, 47, 48, 49])
+    assert len(parted(tmp_path, "from: 1 h\nuntil: 4 h").t) == 3
+
+
+def test_a_zeroed_channel_begins_at_zero_where_the_part_begins(tmp_path: Path) -> None:
+    late = parted(tmp_path, "from: 2 h\nzero: {dz: start}")
+    assert late.measured("dz").values * 1e6 == pytest.approx([0, 1, 2, 3])
+    assert np.isnan(late.measured("speed").values[1]), "other channels stay as they are"
+    with pytest.raises(Refused, match=r"m.yaml: the input 'speed' has no value at 1 of 4 times, first at 10800 s"):
+        late.schedule(["speed"])
 
 
 @needs_shared
