@@ -1,0 +1,82 @@
+"""A cylindrical grinder: wheel spindle in a wheelhead washed by oil, slide, bed and workhead."""
+
+from __future__ import annotations
+
+from proof.layout import Growth, Heat, Joint, Layout, Material, Part, bearing
+
+GRINDER = Layout(
+    name="grinder",
+    title="Cylindrical grinder with an oil-cooled wheelhead",
+    reference=21.0,
+    top_speed=5500.0,
+    materials={
+        "nitrided_steel": Material(7810, 468, 40, 1.14e-5),
+        "sheet": Material(7600, 455, 23, 1.2e-5),
+        "fine_iron": Material(7200, 500, 49, 1.07e-5),
+    },
+    parts={
+        "wheelspindle": Part("nitrided_steel", 0.60, 60e-4, 4800.0, turns=True),
+        "wheelhead": Part("fine_iron", 0.62, 520e-4),
+        "motor": Part("sheet", 0.22, 150e-4),
+        "slide": Part("fine_iron", 0.80, 450e-4),
+        "bed": Part("fine_iron", 1.90, 900e-4),
+        "workhead": Part("fine_iron", 0.42, 400e-4),
+    },
+    held={"ambient": None, "oil": 20.0},
+    joints={
+        "front film": Joint("wheelspindle@0.15..0.3", "wheelhead@0.1..0.3", 46.0),
+        "rear film": Joint("wheelspindle@0.7..0.82", "wheelhead@0.65..0.8", 28.0),
+        "motor adapter": Joint("motor", "wheelhead@0.85..1", 20.0),
+        "coupling": Joint("motor", "wheelspindle@0.95..1", 3.5),
+        "oil gallery": Joint("wheelhead@0.15..0.75", "oil", 40.0, "convection"),
+        "head seat": Joint("wheelhead@0.2..0.9", "slide@0.1..0.6", 48.0),
+        "slide ways": Joint("slide", "bed@0.5..0.8", 42.0),
+        "workhead seat": Joint("workhead", "bed@0.1..0.3", 33.0),
+        "wheel skin": Joint("wheelspindle@0..0.12", "ambient", 5.0, "convection"),
+        "head skin": Joint("wheelhead", "ambient", 10.0, "convection"),
+        "motor skin": Joint("motor", "ambient", 9.0, "convection"),
+        "slide skin": Joint("slide", "ambient", 8.0, "convection"),
+        "bed skin": Joint("bed", "ambient", 26.0, "convection"),
+        "workhead skin": Joint("workhead", "ambient", 6.0, "convection"),
+    },
+    heats={
+        "front shear": bearing("wheelspindle@0.15..0.3", "wheelhead@0.1..0.3", 0.75),
+        "rear shear": bearing("wheelspindle@0.7..0.82", "wheelhead@0.65..0.8", 0.40),
+        "motor loss": Heat("motor_loss", {"motor": 1.0}, {"copper": 75.0, "iron": 180.0}),
+        "workhead drive": Heat("heat_source", {"workhead": 1.0}, {"power": 40.0}),
+    },
+    growths={
+        "head grows": Growth("x", "wheelhead@0..0.5", 0.310, -1),
+        "slide grows": Growth("x", "slide@0.3..0.8", 0.400, -1),
+        "workhead grows": Growth("x", "workhead@0..0.6", 0.252, 1),
+        "spindle grows": Growth("z", "wheelspindle@0..0.25", 0.150, 1),
+        "bed grows": Growth("z", "bed@0.2..0.6", 0.760, -1),
+    },
+    sensors={
+        "T_head_front": "wheelhead@0.15..0.28",
+        "T_head_rear": "wheelhead@0.7..0.8",
+        "T_motor": "motor@0.4..0.6",
+        "T_slide": "slide@0.3..0.45",
+        "T_bed": "bed@0.6..0.72",
+        "T_workhead": "workhead@0.4..0.6",
+        "dx": "tcp.x",
+        "dz": "tcp.z",
+    },
+    sites={
+        "source": ("slide", "wheelhead", "bed@0.5..0.8"),
+        "path": (("motor", "slide@0.6..0.9"), ("wheelhead@0..0.3", "bed@0.4..0.6")),
+        "fan": ("head skin", "motor skin", "wheel skin"),
+        "windage": ("wheelspindle",),
+        "viscous": ("front shear", "rear shear"),
+        "tank": ("oil",),
+        "cooler": ("slide", "motor"),
+        "mass": ("motor", "wheelhead"),
+        "floor": ("bed", "workhead"),
+        "tilt": (("x", "wheelhead", "slide"), ("x", "slide", "bed"), ("z", "slide", "bed")),
+        "spin": ("z",),
+        "lag": ("T_head_front", "T_motor", "T_head_rear"),
+        "loose": ("T_motor", "T_head_front", "T_slide"),
+        "wash": ("slide", "workhead", "bed@0.2..0.5"),
+        "run-in": ("wheelhead@0..0.3", "workhead"),
+    },
+)

@@ -1,0 +1,81 @@
+"""A slant-bed lathe: main shaft in a headstock, built-on motor, bed, carriage and turret; no coolant."""
+
+from __future__ import annotations
+
+from proof.layout import Growth, Heat, Joint, Layout, Material, Part, bearing
+
+LATHE = Layout(
+    name="lathe",
+    title="Slant-bed lathe with headstock, bed and turret",
+    reference=22.0,
+    top_speed=4000.0,
+    materials={
+        "alloy_steel": Material(7830, 475, 44, 1.16e-5),
+        "sheet": Material(7650, 460, 21, 1.2e-5),
+        "bed_iron": Material(7200, 505, 47, 1.09e-5),
+    },
+    parts={
+        "mainshaft": Part("alloy_steel", 0.70, 75e-4, 6000.0, turns=True),
+        "headstock": Part("bed_iron", 0.56, 620e-4),
+        "motor": Part("sheet", 0.26, 190e-4),
+        "bed": Part("bed_iron", 1.70, 640e-4),
+        "carriage": Part("bed_iron", 0.48, 420e-4),
+        "turret": Part("bed_iron", 0.30, 330e-4),
+    },
+    held={"ambient": None},
+    joints={
+        "front bearing": Joint("mainshaft@0.12..0.26", "headstock@0.05..0.25", 55.0),
+        "rear bearing": Joint("mainshaft@0.74..0.86", "headstock@0.72..0.9", 34.0),
+        "belt and pulley": Joint("motor", "mainshaft@0.92..1", 5.0),
+        "motor bracket": Joint("motor", "headstock@0.8..1", 16.0),
+        "headstock foot": Joint("headstock@0.1..0.9", "bed@0..0.3", 60.0),
+        "slideway": Joint("bed@0.4..0.7", "carriage", 38.0),
+        "turret seat": Joint("carriage@0.5..1", "turret@0..0.4", 45.0),
+        "chuck skin": Joint("mainshaft@0..0.12", "ambient", 6.0, "convection"),
+        "headstock skin": Joint("headstock", "ambient", 15.0, "convection"),
+        "motor skin": Joint("motor", "ambient", 14.0, "convection"),
+        "bed skin": Joint("bed", "ambient", 22.0, "convection"),
+        "carriage skin": Joint("carriage", "ambient", 7.0, "convection"),
+        "turret skin": Joint("turret", "ambient", 6.0, "convection"),
+    },
+    heats={
+        "front friction": bearing("mainshaft@0.12..0.26", "headstock@0.05..0.25", 1.05),
+        "rear friction": bearing("mainshaft@0.74..0.86", "headstock@0.72..0.9", 0.55),
+        "motor loss": Heat("motor_loss", {"motor": 1.0}, {"copper": 80.0, "iron": 190.0}),
+        "turret drive": Heat("heat_source", {"turret": 1.0}, {"power": 35.0}),
+    },
+    growths={
+        "headstock grows": Growth("x", "headstock@0.1..0.7", 0.280, 1),
+        "carriage grows": Growth("x", "carriage@0.2..0.8", 0.288, -1),
+        "turret grows": Growth("x", "turret", 0.250, -1),
+        "shaft grows": Growth("z", "mainshaft@0..0.2", 0.190, 1),
+        "bed grows": Growth("z", "bed@0.15..0.55", 0.680, -1),
+    },
+    sensors={
+        "T_front": "headstock@0.1..0.22",
+        "T_rear": "headstock@0.7..0.85",
+        "T_motor": "motor@0.4..0.6",
+        "T_bed": "bed@0.2..0.3",
+        "T_carriage": "carriage@0.45..0.6",
+        "T_turret": "turret@0.5..0.7",
+        "dx": "tcp.x",
+        "dz": "tcp.z",
+    },
+    sites={
+        "source": ("carriage", "bed@0.5..0.8", "headstock"),
+        "path": (("motor", "bed@0..0.2"), ("headstock@0..0.2", "carriage@0..0.5")),
+        "fan": ("headstock skin", "motor skin", "chuck skin"),
+        "windage": ("mainshaft",),
+        "viscous": ("front friction", "rear friction"),
+        "cooler": ("headstock", "motor"),
+        "mass": ("headstock", "motor"),
+        "floor": ("bed", "carriage"),
+        "tilt": (("x", "headstock", "bed"), ("x", "carriage", "bed"), ("z", "headstock", "bed")),
+        "spin": ("z", "x"),
+        "lag": ("T_front", "T_motor", "T_rear"),
+        "loose": ("T_motor", "T_front", "T_rear"),
+        "wash": ("carriage", "turret", "bed@0.4..0.8"),
+        "run-in": ("headstock@0..0.3", "carriage"),
+    },
+    zeroed=True,
+)

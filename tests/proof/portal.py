@@ -1,0 +1,80 @@
+"""A gantry mill: motorised spindle in a sleeve, ram, saddle and crossbeam; water keeps the sleeve cool."""
+
+from __future__ import annotations
+
+from proof.layout import Growth, Heat, Joint, Layout, Material, Part, bearing
+
+PORTAL = Layout(
+    name="portal",
+    title="Portal mill with a motorised spindle in its ram",
+    reference=21.5,
+    top_speed=9000.0,
+    materials={
+        "shaft_steel": Material(7820, 470, 46, 1.15e-5),
+        "sheet": Material(7600, 460, 22, 1.2e-5),
+        "grey_iron": Material(7150, 510, 50, 1.06e-5),
+    },
+    parts={
+        "rotor": Part("shaft_steel", 0.54, 38e-4, 2200.0, turns=True),
+        "winding": Part("sheet", 0.18, 110e-4),
+        "sleeve": Part("shaft_steel", 0.52, 210e-4),
+        "ram": Part("grey_iron", 0.90, 480e-4),
+        "saddle": Part("grey_iron", 0.42, 650e-4),
+        "crossbeam": Part("grey_iron", 2.80, 800e-4),
+    },
+    held={"ambient": None, "water": 20.5},
+    joints={
+        "nose bearings": Joint("rotor@0.06..0.18", "sleeve@0.04..0.16", 32.0),
+        "tail bearing": Joint("rotor@0.82..0.9", "sleeve@0.84..0.93", 13.0),
+        "air gap": Joint("rotor@0.35..0.65", "winding", 6.0),
+        "shrink fit": Joint("winding", "sleeve@0.33..0.68", 85.0),
+        "jacket": Joint("sleeve@0.2..0.75", "water", 42.0, "convection"),
+        "ram bore": Joint("sleeve@0.15..0.85", "ram@0..0.4", 55.0),
+        "ram guides": Joint("ram@0.35..0.75", "saddle", 40.0),
+        "carriages": Joint("saddle", "crossbeam@0.35..0.5", 30.0),
+        "nose skin": Joint("rotor@0..0.06", "ambient", 1.8, "convection"),
+        "sleeve skin": Joint("sleeve@0..0.15", "ambient", 3.0, "convection"),
+        "ram skin": Joint("ram", "ambient", 11.0, "convection"),
+        "saddle skin": Joint("saddle", "ambient", 7.0, "convection"),
+        "beam skin": Joint("crossbeam", "ambient", 30.0, "convection"),
+    },
+    heats={
+        "nose friction": bearing("rotor@0.06..0.18", "sleeve@0.04..0.16", 0.33),
+        "tail friction": bearing("rotor@0.82..0.9", "sleeve@0.84..0.93", 0.16),
+        "motor loss": Heat("motor_loss", {"winding": 1.0}, {"copper": 90.0, "iron": 260.0}),
+    },
+    growths={
+        "sleeve grows": Growth("z", "sleeve@0..0.6", 0.312, -1),
+        "nose grows": Growth("z", "rotor@0..0.12", 0.140, -1),
+        "ram grows": Growth("z", "ram@0..0.5", 0.450, -1),
+        "beam grows": Growth("y", "crossbeam@0..0.4", 1.120, 1),
+        "saddle grows": Growth("y", "saddle@0..0.5", 0.210, 1),
+    },
+    sensors={
+        "T_nose": "sleeve@0.05..0.15",
+        "T_winding": "winding@0.4..0.6",
+        "T_sleeve": "sleeve@0.55..0.7",
+        "T_ram": "ram@0.2..0.35",
+        "T_saddle": "saddle@0.4..0.6",
+        "T_beam": "crossbeam@0.38..0.5",
+        "dz": "tcp.z",
+        "dy": "tcp.y",
+    },
+    sites={
+        "source": ("ram", "saddle", "sleeve", "crossbeam@0.3..0.5"),
+        "path": (("sleeve@0.8..1", "saddle"), ("winding", "ram@0.2..0.4"), ("ram@0.8..1", "crossbeam@0.4..0.6")),
+        "fan": ("ram skin", "saddle skin", "sleeve skin"),
+        "windage": ("rotor",),
+        "viscous": ("nose friction", "tail friction"),
+        "tank": ("water",),
+        "cooler": ("ram", "saddle"),
+        "mass": ("winding", "sleeve", "ram"),
+        "floor": ("crossbeam", "saddle"),
+        "tilt": (("z", "ram", "saddle"), ("y", "saddle", "crossbeam"), ("z", "sleeve", "ram")),
+        "spin": ("z",),
+        "lag": ("T_winding", "T_sleeve", "T_nose"),
+        "loose": ("T_winding", "T_sleeve", "T_ram", "T_nose"),
+        "wash": ("ram", "saddle", "sleeve"),
+        "run-in": ("sleeve@0..0.2", "saddle"),
+    },
+)
