@@ -23,19 +23,24 @@ from network.machine import Machine
 from network.refusal import Failed
 
 STEPS = 25
-CLOSE = 1e-2
-"""Decrease of J that no longer matters (J counts in squared σ)."""
+CLOSE, CLOSE_SHARE = 1e-2, 1e-5
+"""Decrease of J that no longer matters (J counts in squared σ), and as a share of J."""
+FAR = 3.0
+"""Misfit χ from which a fit begins with narrowed priors."""
 DAMPING, HARDER, SOFTER, HARDEST = 1e-3, 8.0, 0.25, 1e9
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A model with what it is compared to. offsets: of channels, common to all runs."""
+    """A model with what it is compared to. offsets: of channels, common to all runs; firm_theta, firm_eta: factors by
+    which the priors of θ and η are narrowed, so that a model that does not fit yet is not mended by its nuisances."""
 
     model: Model
     data: tuple[Measured, ...]
     whiteners: tuple[Whitener, ...]
     offsets: tuple[Nuisance, ...]
+    firm_theta: float = 1.0
+    firm_eta: float = 1.0
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -49,7 +54,8 @@ class Problem:
     @cached_property
     def prior(self) -> tuple[Array, Array]:
         """Prior means and 1σ of (θ, η)."""
-        parts = [*((p.centre, p.spread) for p in self.parameters), *((n.mean, n.spread) for n in self.nuisances)]
+        own = [(p.centre, p.spread / self.firm_theta) for p in self.parameters]
+        parts = [*own, *((n.mean, n.spread / self.firm_eta) for n in self.nuisances)]
         mean, spread = np.array(parts).reshape(-1, 2).T
         return mean, spread
 
@@ -196,18 +202,36 @@ def residual_cost(about: Linearised, theta: Array) -> float:
 def minimise(
     problem: Problem, theta: Array | None = None, steps: int = STEPS, tell: Callable[[float], None] | None = None
 ) -> Linearised:
-    """The most probable θ, from a start (the priors' centres)."""
+    """The most probable θ, from a start (the priors' centres).
+
+    First with all priors narrowed by the misfit χ, which keeps the numbers plausible while the run is far off; then
+    with those of θ as they are; those of η stay narrowed by what misfit is left.
+    """
     theta = centres(problem.parameters) if theta is None else theta
     low, high = (np.array([getattr(p, side) for p in problem.parameters]) for side in ("low", "high"))
-    theta = np.clip(theta, low, high)
-    at, damping = linearise(problem, theta), DAMPING
+    at, damping = _tempered(linearise(problem, np.clip(theta, low, high)), True), DAMPING
+    far = chi_of(at) > FAR
     for k in range(steps):
         if tell:
             tell(k / steps)
         at, damping, gain = _improved(at, damping, low, high)
-        if gain < CLOSE or not len(theta):
+        done = gain < max(CLOSE, CLOSE_SHARE * at.cost)
+        far = far and not done and k < steps // 3
+        at = _tempered(at, far)
+        if done and not far and at.problem.firm_theta == 1.0 and (gain < CLOSE or k > 2):
             break
     return at
+
+
+def chi_of(at: Linearised) -> float:
+    """Rms of the whitened residual: 1 where the model is right and the noise as stated."""
+    return float(np.sqrt(np.mean(at.left**2))) if len(at.left) else 0.0
+
+
+def _tempered(at: Linearised, far: bool) -> Linearised:
+    """The same point with priors narrowed by the misfit that is left."""
+    chi = max(1.0, chi_of(at))
+    return replace(at, problem=replace(at.problem, firm_theta=chi if far else 1.0, firm_eta=chi))
 
 
 def _improved(at: Linearised, damping: float, low: Array, high: Array) -> tuple[Linearised, float, float]:
