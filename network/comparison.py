@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from network.simulation import schedule_for, simulate
 from network.solvers.carry_out import Progress
 from network.trajectory import Trajectory
 from network.units import difference, unit
+
+if TYPE_CHECKING:
+    from network.residuals.examine import ChannelTests
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,8 +80,16 @@ class RecordingResidual:
     def rmse_in_noise(self) -> float:
         return pooled(self.channels.values())
 
+    @cached_property
+    def tests(self) -> Mapping[str, ChannelTests]:
+        """Whiteness, periods, drivers and regimes of every channel that has readings."""
+        from network.residuals.examine import examine
+
+        return examine(self)
+
     def summary(self) -> dict[str, Any]:
-        channels = {name: channel.summary() for name, channel in self.channels.items()}
+        tests = {name: found.summary() for name, found in self.tests.items()}
+        channels = {name: channel.summary() | {"tests": tests.get(name)} for name, channel in self.channels.items()}
         return {"file": self.recording.file, "channels": channels, "rmse_in_noise": self.rmse_in_noise}
 
 

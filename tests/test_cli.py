@@ -60,7 +60,7 @@ def test_a_simulation_reads_back_as_a_recording(tmp_path: Path, capsys: pytest.C
     compared = json.loads(out[out.index("{") :])
     assert compared["rmse_in_noise"] < 1e-3
     channel = compared["recordings"][0]["channels"]["dz"]
-    assert set(channel) == {"rmse", "unit", "rmse_in_noise", "max", "n"} and channel["n"] == 1441
+    assert set(channel) == {"rmse", "unit", "rmse_in_noise", "max", "n", "tests"} and channel["n"] == 1441
 
 
 def test_compare_pools_residuals_in_noise(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -19,7 +19,8 @@ from network.recording import Column, Recording
 from network.refusal import Spot
 from network.report.describe import time_constants
 from network.report.table import MOST_ROWS, digits, span, table
-from network.report.words import describe, tell_comparison, tell_run, tell_worst, worst_window
+from network.report.words import describe, tell_comparison, tell_run, tell_worst
+from network.residuals.window import worst_window
 from network.scenario import Scenario
 from network.simulation import simulate
 from network.trajectory import Trajectory

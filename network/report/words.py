@@ -11,6 +11,8 @@ from network.declare import Array
 from network.report.canvas import pretty
 from network.report.describe import describe
 from network.report.table import digits, span, table
+from network.residuals.telling import telling
+from network.residuals.window import worst_window
 from network.units import Unit, difference, unit
 
 if TYPE_CHECKING:
@@ -21,8 +23,6 @@ __all__ = ["describe", "tell_comparison", "tell_run"]
 
 GOOD = 1.3
 """An rmse up to this many σ is noise."""
-SMOOTHING = 60
-"""A worst window is looked for in the residual smoothed over this part of the recording."""
 
 
 # -- a run ----------------------------------------------------------------------------------------------------------
@@ -110,6 +110,7 @@ def _tell_recording(residual: RecordingResidual) -> Iterator[str]:
     yield from table(header, rows, ["rmse [σ]", "rmse", "max", "n"])
     yield f"  all channels: rmse {digits(residual.rmse_in_noise, 3)} σ (σ: declared noise of a sample)"
     yield tell_worst(residual)
+    yield from telling(residual.tests)
     if residual.unused:
         yield f"Columns the machine does not use, candidate drivers of missing physics: {', '.join(residual.unused)}."
 
@@ -140,17 +141,3 @@ def _between(first: float, last: float, t: Array) -> str:
         return "throughout"
     name, length = ("s", 1.0) if whole < 300 else ("min", 60.0) if whole < 6 * 3600 else ("h", 3600.0)
     return f"between {first / length:.3g} and {last / length:.3g} {name}"
-
-
-def worst_window(channel: ChannelResidual) -> tuple[float, float, float]:
-    """(from, to [s], mean residual in SI) of the stretch around the largest smoothed residual in which it keeps its
-    sign and at least half of that size."""
-    t, r = channel.t[channel.finite], channel.residual[channel.finite]
-    width = max(len(r) // SMOOTHING, 1)
-    kernel = np.ones(min(2 * (width // 2) + 1, len(r)))
-    smooth = np.convolve(r, kernel, "same") / np.convolve(np.ones(len(r)), kernel, "same")
-    peak = int(np.argmax(np.abs(smooth)))
-    outside = np.flatnonzero(smooth * np.sign(smooth[peak]) < abs(smooth[peak]) / 2)
-    first = int(outside[outside < peak].max(initial=-1)) + 1
-    last = int(outside[outside > peak].min(initial=len(r))) - 1
-    return float(t[first]), float(t[last]), float(r[first : last + 1].mean())

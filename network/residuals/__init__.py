@@ -1,0 +1,1 @@
+"""Tests of residuals: is what is left white noise, and if not, when, how often and with what does it go."""
