@@ -15,6 +15,7 @@ from scipy.optimize import fsolve
 from network.comparison import compare
 from network.machine import Machine
 from network.recording import Recording
+from network.refusal import Refused
 from network.scenario import Scenario
 from network.simulation import simulate
 from network.trajectory import Trajectory
@@ -24,6 +25,9 @@ CASES = ROOT.parent / "shared" / "cases"
 MACHINES = sorted(path.stem for path in (ROOT / "machines").glob("*.yaml"))
 SCENARIOS = sorted(path.stem for path in (ROOT / "scenarios").glob("*.yaml"))
 TOO_FAST = {("belt_lathe", name) for name in ("constant_6000", "constant_8000", "warm_up_and_stop", "day_of_work")}
+TO_CALIBRATE = {"lathe_warm_up"}
+"""Machines with numbers that are `unknown`."""
+HOTTEST = {"two_heater_rig": 80, "toaster_oven": 600, "heated_building": 80}
 RPM, STEFAN_BOLTZMANN, KELVIN = 2 * pi / 60, 5.670374419e-8, 273.15
 
 
@@ -41,7 +45,8 @@ def drives(scenario_name: str, machine_name: str) -> bool:
     return machine(machine_name).inputs.keys() <= scenario(scenario_name).schedule.signals.keys()
 
 
-PAIRS = [(m, s) for m in MACHINES for s in SCENARIOS if drives(s, m) and (m, s) not in TOO_FAST]
+DRIVEN = [(m, s) for m in MACHINES for s in SCENARIOS if drives(s, m) and (m, s) not in TOO_FAST]
+PAIRS = [(m, s) for m, s in DRIVEN if m not in TO_CALIBRATE]
 LEVELS = [(m, level) for m in MACHINES for level in machine(m).to_plain().get("levels", ())]
 
 
@@ -61,8 +66,8 @@ def assert_closed(result: Trajectory) -> None:
 
 
 def test_every_machine_is_driven_and_every_scenario_drives() -> None:
-    assert {m for m, _ in PAIRS} == set(MACHINES)
-    assert {s for _, s in PAIRS} == set(SCENARIOS)
+    assert {m for m, _ in DRIVEN} == set(MACHINES)
+    assert {s for _, s in DRIVEN} == set(SCENARIOS)
 
 
 @pytest.mark.parametrize(("name", "by"), PAIRS)
@@ -73,7 +78,7 @@ def test_it_runs_and_closes_its_energy(name: str, by: str) -> None:
     for _, _, values in result.columns():
         assert np.isfinite(values).all()
     parts = [values for part, values in result.parts.items() if machine(name).nodes[part].is_part]
-    assert min(map(np.min, parts)) > 15 and max(map(np.max, parts)) < (80 if name == "two_heater_rig" else 60)
+    assert min(map(np.min, parts)) > 15 and max(map(np.max, parts)) < HOTTEST.get(name, 60)
 
 
 @pytest.mark.parametrize(("name", "level"), LEVELS)
@@ -303,6 +308,54 @@ def test_heated_gantry_settles_between_its_bed_and_the_room() -> None:
     assert result.sensors["T_frame"][-1] == pytest.approx(frame, abs=1e-5)
     assert result.sensors["T_chamber"][-1] == pytest.approx(chamber, abs=1e-5)
     assert result.sensors["dz"][-1] == pytest.approx(-23.4e-6 * 0.53 * (frame - 22), abs=1e-10)
+
+
+def test_toaster_oven_settles_where_its_walls_and_leaks_lose_what_its_elements_take() -> None:
+    result = settled("toaster_oven", level="50 %", ambient="26 degC")
+
+    def left_over(T: np.ndarray) -> list[float]:
+        elements, air, walls = T
+        inside = 0.05 * STEFAN_BOLTZMANN * ((elements + KELVIN) ** 4 - (walls + KELVIN) ** 4)
+        outside = 0.15 * STEFAN_BOLTZMANN * ((walls + KELVIN) ** 4 - (26 + KELVIN) ** 4)
+        film, wall = 0.9 * (elements - air), 3.5 * (walls - air)
+        return [650 - film - inside, film + wall - 0.4 * (air - 26), inside - wall - 2.5 * (walls - 26) - outside]
+
+    T = fsolve(left_over, [450, 250, 200], xtol=1e-12)
+    assert [result.parts[name][-1] for name in ("elements", "air", "walls")] == pytest.approx(list(T), abs=1e-4)
+    assert 150 < result.sensors["T_air"][-1] < 300
+
+
+def test_heated_building_settles_on_40_kW() -> None:
+    """Windows 0.8 kW/K beside walls of 10 and 1 kW/K in a row; radiators 40/1.3 K over the room."""
+    cold = Scenario.of("cold", "3000 h", {"P_heating": "40 kW", "outdoor": "4 degC"}, output="10 h")
+    result = simulate(machine("heated_building"), cold)
+    room = 4 + 40 / (0.8 + 10 / 11)
+    assert result.sensors["T_indoor"][-1] == pytest.approx(room, abs=1e-6)
+    assert result.sensors["T_return"][-1] == pytest.approx(room + 40 / 1.3, abs=1e-6)
+
+
+def test_lathe_warm_up_asks_for_its_unknown_lengths_first() -> None:
+    with pytest.raises(Refused) as refused:
+        run("lathe_warm_up", "bearing_warms")
+    told = [refusal.wrong for refusal in refused.value.refusals]
+    assert told == [f"tcp.x.{part} grows: length is unknown" for part in ("headstock", "bed")]
+
+
+def test_lathe_warm_up_follows_its_front_bearing() -> None:
+    """Settled, front bearing at 30, air at 24 °C: four parts between them; the gauge sees 0.3 m of headstock less 0.2 m
+    of bed."""
+    lengths = {"tcp.x.headstock grows.length": "300 mm", "tcp.x.bed grows.length": "200 mm"}
+    path = ROOT / "machines" / "lathe_warm_up.yaml"
+    lathe = Machine.load(path, sets=[f"{key}={value}" for key, value in lengths.items()])
+    inputs = {"front_bearing": "30 degC", "ambient": "24 degC"}
+    result = simulate(lathe, Scenario.of("long", "100 h", inputs, output="1 h", start="24 degC"))
+    G = np.array([[59, -15, 0, 0], [-15, 85, -15, -15], [0, -15, 25, 0], [0, -15, 0, 25]])
+    rise = np.linalg.solve(G, [40 * 6, 15 * 6, 40, 60])
+    parts = ("rear bearing", "bed", "coolant wall", "transformer bed")
+    assert [result.parts[part][-1] - 24 for part in parts] == pytest.approx(list(rise), rel=1e-6)
+    grown = 1.1e-5 * (0.3 * 10 - 0.2 * (4 + rise[1]))
+    assert result.tcp["x"][-1] == pytest.approx(grown, rel=1e-6)
+    assert result.sensors["dx"][-1] == pytest.approx(grown - result.tcp["x"][0], rel=1e-6)
 
 
 # -- scenarios ------------------------------------------------------------------------------------------------------
