@@ -320,4 +320,5 @@ def test_sensor_lag_and_offset() -> None:
     lag = entry("effects", "sensor_lag", lag="20 s")
     assert float(lag.rate(np.array(30.0), np.array(22.0))) == pytest.approx(0.4)
     assert float(lag.reading(np.array(30.0), np.array(22.0), at())) == 22
-    assert float(entry("effects", "sensor_offset", offset="-0.1 K").reading(np.array(30.0), np.array(0.0), at())) == 29.9
+    offset = entry("effects", "sensor_offset", offset="-0.1 K")
+    assert float(offset.reading(np.array(30.0), np.array(0.0), at())) == 29.9
