@@ -13,6 +13,8 @@ from proof.system import Array
 
 SAMPLE = 10.0
 """s between samples of every recording."""
+HOURS = (3.0, 4.0, 3.5, 4.0)
+"""h of the recordings, the last of them held out."""
 
 
 @dataclass(frozen=True)
@@ -67,11 +69,10 @@ def pick(rng: Generator, speeds: Array, rest: float, last: float) -> float:
 
 
 def four_programs(rng: Generator, top: float, reference: float) -> tuple[Program, ...]:
-    """Three recordings of 3, 4 and 3.5 h, and one of 4 h at speeds that none of them has seen, up to 15 % more."""
+    """Three recordings to learn from, and one at speeds that none of them has seen, up to 15 % more."""
     usual = np.round(np.sort(rng.uniform(0.2, 1, 5)) * top, -2)
     usual[-1] = top
     unseen = np.round(usual * 1.15, -1)
     means = reference + rng.uniform(-0.5, 0.4, 4)
-    hours = (3.0, 4.0, 3.5)
-    seen = tuple(ladder(rng, h * 3600, usual, float(m)) for h, m in zip(hours, means, strict=False))
-    return (*seen, ladder(rng, 4 * 3600.0, unseen, float(means[3])))
+    plan = zip(HOURS, (usual, usual, usual, unseen), means, strict=True)
+    return tuple(ladder(rng, hours * 3600, speeds, float(mean)) for hours, speeds, mean in plan)
