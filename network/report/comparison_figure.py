@@ -45,7 +45,7 @@ TIGHT = 8
 def comparison_figure(residual: RecordingResidual) -> Figure:
     """One row for each channel: measured (grey) over simulated (blue), beside it the residual with its ±2 σ band."""
     run, channels = residual.trajectory, list(residual.channels.values())
-    row, gap, driver = (1.15 if len(channels) <= TIGHT else 0.85), 0.36, _driver(residual)
+    row, gap, driver = (1.15 if len(channels) <= TIGHT else 0.85), 0.36, driver_of(residual)
     below = 0.7 + gap if driver is not None else 0.0
     figure = new_figure(0.62 + len(channels) * (row + gap) + below + 0.25)
     high, panels = figure.get_size_inches()[1] - 0.62, []
@@ -58,7 +58,7 @@ def comparison_figure(residual: RecordingResidual) -> Figure:
     if driver is not None:
         pair = [add_axes(figure, left, high - 0.7 - gap * 0.7, width, 0.7) for left, width in (LEFT, RIGHT)]
         for axes in pair:
-            _draw_driver(axes, driver, run.t)
+            draw_driver(axes, driver, run.t)
         panels += pair
     set_clock(panels, run.t, panels[-2:])
     what = "measured grey, simulated blue, residual in units of noise with ±2 σ shaded"
@@ -67,7 +67,7 @@ def comparison_figure(residual: RecordingResidual) -> Figure:
     return figure
 
 
-def _driver(residual: RecordingResidual) -> Signal | None:
+def driver_of(residual: RecordingResidual) -> Signal | None:
     """The speed; else the first input that varies, a temperature last."""
     signals = [residual.trajectory.schedule.signals[name] for name in residual.trajectory.inputs]
     order = {True: 0, False: 1}
@@ -80,7 +80,7 @@ def _varies(signal: Signal) -> bool:
     return bool(np.ptp(np.concatenate([signal.start, signal.end])) > 0)
 
 
-def _draw_driver(axes: Axes, signal: Signal, t: Array) -> None:
+def draw_driver(axes: Axes, signal: Signal, t: Array) -> None:
     shown = "rpm" if is_speed(signal) else signal.unit
     times, values = outline(signal, t)
     axes.plot(times / clock(t)[1], in_unit(values, unit(shown)), color=INK, linewidth=0.9)
@@ -90,7 +90,7 @@ def _draw_driver(axes: Axes, signal: Signal, t: Array) -> None:
 
 def _draw_values(axes: Axes, channel: ChannelResidual, t: Array) -> None:
     given = unit(channel.unit)
-    _draw_measured(axes, channel.t, in_unit(channel.measured, given), GREY, 0.9, clock(t)[1])
+    draw_measured(axes, channel.t, in_unit(channel.measured, given), GREY, 0.9, clock(t)[1])
     times, values = thinned(channel.t, in_unit(channel.simulated, given), POINTS)
     axes.plot(times / clock(t)[1], values, color=SIMULATED, linewidth=1.3)
     axes.margins(y=0.08)
@@ -106,7 +106,7 @@ def _told(channel: ChannelResidual) -> str:
     return f"{name}: rmse {channel.rmse_in_noise:.3g} σ ({number(told['rmse'], told['unit'], 3)})"
 
 
-def _draw_measured(axes: Axes, t: Array, values: Array, colour: str, width: float, length: float) -> None:
+def draw_measured(axes: Axes, t: Array, values: Array, colour: str, width: float, length: float) -> None:
     """A line with its gaps; samples that stand alone as points."""
     times, readings = with_gaps(t, values)
     single = alone(readings)
@@ -122,7 +122,7 @@ def _draw_measured(axes: Axes, t: Array, values: Array, colour: str, width: floa
 def _draw_residual(axes: Axes, channel: ChannelResidual, t: Array) -> None:
     axes.axhspan(-2, 2, color=BAND, alpha=0.18, linewidth=0)
     axes.axhline(0, color=GREY, linewidth=0.6)
-    _draw_measured(axes, channel.t, channel.in_noise, RESIDUAL, 0.7, clock(t)[1])
+    draw_measured(axes, channel.t, channel.in_noise, RESIDUAL, 0.7, clock(t)[1])
     ends = channel.in_noise[channel.finite] if channel.n else np.zeros(1)
     axes.set_ylim(min(float(ends.min()) * 1.08, -4.0), max(float(ends.max()) * 1.08, 4.0))
     noise = gap_unit(channel.unit)

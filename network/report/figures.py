@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from network.report.calibration_figure import band_figure, shift_figure
 from network.report.canvas import save
 from network.report.comparison_figure import comparison_figure
 from network.report.contributions_figure import contributions_figure
+from network.report.fit_figure import fit_figure
 from network.report.network_figure import network_figure
+from network.report.residual_figure import residual_figure
 from network.report.run_figure import run_figure
 
-__all__ = ["comparison_figure", "contributions_figure", "network_figure", "run_figure", "save"]
+__all__ = [
+    "band_figure", "comparison_figure", "contributions_figure", "fit_figure", "network_figure", "residual_figure",
+    "run_figure", "save", "shift_figure",
+]  # fmt: skip
