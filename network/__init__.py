@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from network.calibration.calibrating import calibrate as calibrate
     from network.comparison import compare as compare
     from network.machine import Machine as Machine
     from network.recording import Recording as Recording
@@ -24,7 +25,8 @@ if TYPE_CHECKING:
 
 _HOME = {
     "Machine": "machine", "Scenario": "scenario", "Recording": "recording", "simulate": "simulation",
-    "compare": "comparison", "sweep": "sweeping", "Refused": "refusal", "Failed": "refusal",
+    "compare": "comparison", "calibrate": "calibration.calibrating", "sweep": "sweeping",
+    "Refused": "refusal", "Failed": "refusal",
 }  # fmt: skip
 __all__ = [*_HOME, "__version__"]
 

@@ -12,6 +12,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy: more threads
 import click
 
 from network import __version__
+from network.cli_calibrate import calibrate
 from network.options import (
     json_flag,
     machine_options,
@@ -33,6 +34,9 @@ from network.refusal import Complaints, Failed, Refused
 @click.version_option(__version__, prog_name="lptn")
 def cli() -> None:
     """Lumped-parameter thermal networks for machine tools: simulate speed schedules, compare with recordings."""
+
+
+cli.add_command(calibrate)
 
 
 @cli.command()

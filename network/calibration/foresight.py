@@ -1,0 +1,166 @@
+"""Before any recording: which numbers a schedule will determine with these sensors, and which sensor would buy most.
+
+The channels' slopes at the priors' centres give the posterior of a recording that has not been made yet: its covariance
+is (SᵀS + V⁻¹)⁻¹ whatever will be read. Source: Fedorov, Theory of Optimal Experiments (1972), ch. 1; unverified.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from network.calibration.admission import check_parameters
+from network.calibration.bands import Band, axis_channel, bands, run_of
+from network.calibration.evidence import OFFSET, START
+from network.calibration.parameters import Parameter, at_values, centres, free_parameters, values_at
+from network.calibration.predictor import Model, start_pushes
+from network.calibration.uncertainty import CLOSELY, PRIOR_ONLY
+from network.declare import Array
+from network.fields import Amount, Place
+from network.inputs import Start
+from network.machine import Machine
+from network.recording import Recording
+from network.scenario import Scenario
+from network.sensors.sensor import Sensor
+from network.trajectory import axis_unit
+
+USUAL = {"degC": 0.1, "um": 0.5e-6, "urad": 0.5e-6}
+"""1σ of a sample of a sensor that is not there yet, where none of its kind is."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A sensor that is not there. ratio: 1σ of each number with it over that without; bands: largest 1σ of each axis."""
+
+    measures: str
+    noise: str
+    ratio: Array
+    bands: Mapping[str, float]
+
+    @property
+    def worth(self) -> float:
+        """Nats that it tells about the numbers, each for itself."""
+        return float(-np.log(self.ratio).sum())
+
+
+@dataclass(frozen=True, eq=False)
+class Foresight:
+    """What a schedule would tell. covariance: posterior of θ; bands: of the TCP before and after; candidates: further
+    sensors, the best first."""
+
+    machine: Machine
+    schedule: str
+    parameters: tuple[Parameter, ...]
+    covariance: Array
+    bands_before: tuple[Band, ...]
+    bands: tuple[Band, ...]
+    candidates: tuple[Candidate, ...]
+
+    @cached_property
+    def std(self) -> Array:
+        return np.asarray(np.sqrt(np.diag(self.covariance)), float)
+
+    @cached_property
+    def share(self) -> Array:
+        """Posterior over prior 1σ."""
+        return np.asarray(self.std / [p.spread for p in self.parameters])
+
+    @property
+    def pairs(self) -> Iterator[tuple[int, int, float]]:
+        """Pairs that are only known together, the closest first."""
+        C = self.covariance / np.outer(self.std, self.std)
+        n = len(C)
+        rows = [(i, j, float(C[i, j])) for i in range(n) for j in range(i + 1, n) if abs(C[i, j]) > CLOSELY]
+        told = [r for r in rows if max(self.share[r[0]], self.share[r[1]]) <= PRIOR_ONLY]
+        yield from sorted(told, key=lambda r: -abs(r[2]))
+
+    def summary(self) -> dict[str, Any]:
+        from network.report.foresight_words import summary
+
+        return summary(self)
+
+    def __str__(self) -> str:
+        from network.report.foresight_words import tell_foresight
+
+        return tell_foresight(self)
+
+
+def foresee(machine: Machine, source: Scenario | Recording, *, start: Start | None = None) -> Foresight:
+    """What a recording along a schedule would tell. Raises Refused for a machine without uncertain numbers."""
+    parameters = free_parameters(machine)
+    check_parameters(machine, parameters)
+    with threadpool_limits(limits=1):
+        return _foreseen(machine, parameters, source, start)
+
+
+def _foreseen(
+    machine: Machine, parameters: tuple[Parameter, ...], source: Scenario | Recording, start: Start | None
+) -> Foresight:
+    known = at_values(machine, values_at(parameters, centres(parameters)))
+    further = candidates(machine)
+    told = information(replace(known, sensors={**machine.sensors, **further}), parameters, source, start)
+    n, theta = len(parameters), centres(parameters)
+    prior = np.diag([p.spread**-2.0 for p in parameters])
+    own = prior + sum((told[name] for name in machine.sensors), np.zeros((n, n)))
+    before, covariance = inverse(prior), inverse(own)
+    width = [bands(known, parameters, theta, C, source, start) for C in (before, covariance)]
+    rated = []
+    for name, sensor in further.items():
+        with_it = inverse(own + told[name])
+        ratio = np.sqrt(np.diag(with_it) / np.diag(covariance))
+        reached = bands(known, parameters, theta, with_it, source, start)
+        rated.append(Candidate(str(sensor.measures), str(sensor.noise), ratio, {b.axis: b.largest for b in reached}))
+    rated.sort(key=lambda c: -c.worth)
+    return Foresight(machine, source.name, parameters, covariance, width[0], width[1], tuple(rated))
+
+
+def inverse(matrix: Array) -> Array:
+    return np.asarray(np.linalg.inv(matrix), np.float64)
+
+
+def candidates(machine: Machine) -> dict[str, Sensor]:
+    """A sensor for every part and every axis that has none, as good as the usual one of the machine."""
+    sensed = {s.place.node for s in machine.sensors.values() if s.place}
+    read = {s.axis for s in machine.sensors.values()}
+    found = {}
+    for name, node in machine.nodes.items():
+        if node.is_part and name not in sensed:
+            found[f"new {name}"] = Sensor(f"new {name}", measures=Place(name), noise=_usual(machine, "degC"))
+    for axis in machine.tcp:
+        if axis not in read:
+            channel = axis_channel(axis)
+            found[f"new {channel}"] = Sensor(f"new {channel}", measures=channel, noise=_usual(machine, axis_unit(axis)))
+    return found
+
+
+def _usual(machine: Machine, unit_text: str) -> Amount:
+    """The median noise of the sensors of that unit."""
+    sigmas = [s.sigma for s in machine.sensors.values() if s.unit == unit_text] or [USUAL[unit_text]]
+    return Amount(float(np.median(sigmas)), "K" if unit_text == "degC" else unit_text)
+
+
+def information(
+    machine: Machine, parameters: Sequence[Parameter], source: Scenario | Recording, start: Start | None
+) -> dict[str, Array]:
+    """What each channel tells about θ, its own constant error and the start known to their priors only: SᵀΣ⁻¹S."""
+    run = run_of(machine, source, start)
+    model = Model(machine, parameters, [run])
+    theta = centres(parameters)
+    (prediction,) = model.predict(theta)
+    slopes = prediction.means(model.slopes(theta, [prediction])[0])
+    parts = [name for name, node in machine.nodes.items() if node.is_part]
+    pushes = start_pushes(prediction.course, parts)
+    begin = prediction.means(prediction.changes(prediction.course.answers(pushes))) if pushes else np.empty((0, 0))
+    cells, told = run.knots.cells, {}
+    counts = np.maximum(np.bincount(run.knots.cell_of, minlength=cells), 1)
+    for i, name in enumerate(run.channels):
+        own, sensor = slice(i * cells, (i + 1) * cells), machine.sensors[name]
+        free = np.vstack([np.full((1, cells), OFFSET[sensor.unit]), START * begin[:, own]])
+        sigma = np.diag(sensor.sigma**2 / counts) + free.T @ free
+        told[name] = np.asarray(slopes[:, own] @ np.linalg.solve(sigma, slopes[:, own].T))
+    return told

@@ -1,0 +1,96 @@
+"""The command `lptn calibrate`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from network.options import (
+    json_flag,
+    machine_options,
+    print_json,
+    read_fitting,
+    read_machine,
+    read_recordings,
+    read_start,
+    start_option,
+    warn,
+)
+from network.refusal import Spot, refuse
+
+if TYPE_CHECKING:
+    from network.machine import Machine
+
+
+@click.command()
+@machine_options
+@click.argument("recordings", nargs=-1, type=click.Path())
+@click.option("--holdout", multiple=True, type=click.Path(), metavar="RECORDING", help="only predicted, never fitted")
+@click.option(
+    "-o", "--output", type=click.Path(), metavar="DIR", help="machine.calibrated.yaml, calibration.json, pictures [out]"
+)
+@click.option("--plan", type=click.Path(), metavar="SCENARIO", help="no recording: what this schedule would determine")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="of further beginnings")
+@start_option
+@click.option("--no-plots", is_flag=True, help="no pictures")
+@json_flag
+def calibrate(
+    machine: str, recordings: Sequence[str], holdout: Sequence[str], output: str | None, plan: str | None, seed: int,
+    start: str | None, no_plots: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
+) -> None:  # fmt: skip
+    """The uncertain numbers of a MACHINE (± or unknown) from RECORDINGS, with their uncertainty."""
+    loaded = read_machine(machine, level, lumps, sets)
+    if plan is not None:
+        _check_no_recordings(recordings, holdout)
+        _plan(loaded, plan, output, start, as_json)
+    elif not recordings:
+        raise refuse(Spot("lptn calibrate"), "no recording is given", "name at least one, or a schedule with --plan")
+    else:
+        _calibrate(loaded, recordings, holdout, output or "out", seed, start, no_plots, as_json)
+    warn(map(str, loaded.warnings))
+
+
+def _check_no_recordings(recordings: Sequence[str], holdout: Sequence[str]) -> None:
+    if recordings or holdout:
+        raise refuse(Spot("--plan"), "looks ahead of any recording, and one is given", "leave one of the two away")
+
+
+def _plan(machine: Machine, scenario: str, output: str | None, start: str | None, as_json: bool) -> None:
+    from network.calibration.foresight import foresee
+    from network.output import as_json as json_text
+    from network.output import folder, write_text
+
+    found = foresee(machine, read_fitting(machine, scenario), start=read_start(start))
+    if as_json:
+        print_json(found.summary())
+    else:
+        click.echo(str(found))
+    if output is not None:
+        path = folder(output) / "plan.json"
+        write_text(path, json_text(found.summary()))
+        click.echo(f"\nWritten: {path}", err=as_json)
+
+
+def _calibrate(
+    machine: Machine, recordings: Sequence[str], holdout: Sequence[str], output: str, seed: int, start: str | None,
+    no_plots: bool, as_json: bool,
+) -> None:  # fmt: skip
+    from network.calibration.calibrating import calibrate as run
+    from network.calibration.patching import check_target
+    from network.output import folder
+    from network.report.calibration_files import write_calibration
+    from network.report.progress import share_bar
+
+    check_target(machine, Path(output))
+    train, held_out = list(read_recordings(recordings)), list(read_recordings(holdout))
+    with share_bar(f"calibrating {machine.name}") as tell:
+        result = run(machine, train, held_out, start=read_start(start), seed=seed, progress=tell)
+    written = write_calibration(result, folder(output), pictures=not no_plots)
+    if as_json:
+        print_json(result.summary())
+        warn(result.warnings)
+    else:
+        click.echo(f"{result}\n\nWritten: {', '.join(map(str, written))}")

@@ -1,0 +1,107 @@
+"""What `lptn calibrate` leaves in a folder: all of it or nothing."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from network.calibration.bands import axis_channel
+from network.calibration.patching import FILE, patch_text
+from network.output import as_json
+from network.refusal import Spot, refuse
+from network.residuals.amounts import joined
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from network.calibration.bands import Band
+    from network.calibration.calibrating import Calibration
+    from network.comparison import Comparison
+    from network.machine import Machine
+
+
+def write_calibration(c: Calibration, where: Path, pictures: bool = True) -> list[Path]:
+    """machine.calibrated.yaml, calibration.json and pictures; everything is made beside and then put in its place."""
+    beside = Path(mkdtemp(prefix=".calibration.", dir=where))
+    try:
+        (beside / FILE).write_text(patch_text(c.machine, where, remark(c)), encoding="utf-8", newline="\n")
+        (beside / "calibration.json").write_text(as_json(c.summary()), encoding="utf-8", newline="\n")
+        for name, figure in figures(c) if pictures else ():
+            from network.report.canvas import save
+
+            save(figure(), beside / name)
+        made = sorted(
+            beside.iterdir(),
+            key=lambda path: ([".yaml", ".json"].index(path.suffix) if path.suffix != ".png" else 2, path.name),
+        )
+        for path in made:
+            if (where / path.name).is_dir():
+                raise refuse(Spot(str(where / path.name)), "is a folder", "give another -o")
+        for path in made:
+            os.replace(path, where / path.name)
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+    return [where / path.name for path in made]
+
+
+def remark(c: Calibration) -> str:
+    names = joined([Path(r.recording.file).name for r in c.after.recordings])
+    return f"calibrated by lptn on {names}: value ± standard error"
+
+
+def figures(c: Calibration) -> Iterator[tuple[str, Callable[[], Figure]]]:
+    """Name → what makes it: fits and residuals of every recording, shifts, bands; the held-out ones last."""
+    from network.report.fit_figure import fit_figure
+    from network.report.residual_figure import residual_figure
+
+    sides: list[tuple[str, Comparison, Comparison]] = [("", c.before, c.after)]
+    if c.before_holdout is not None and c.after_holdout is not None:
+        sides.append(("holdout-", c.before_holdout, c.after_holdout))
+    for prefix, before, after in sides:
+        stems = stems_of(after)
+        for stem, b, a in zip(stems, before.recordings, after.recordings, strict=True):
+            title = f"{c.original.name}: {a.recording.name}, {'held out' if prefix else 'calibrated on'}"
+            yield f"{prefix}fit-{stem}.png", lambda b=b, a=a, title=title: fit_figure(b, a, title)  # type: ignore[misc]
+            yield f"{prefix}residual-{stem}.png", lambda b=b, a=a: residual_figure(b, a)  # type: ignore[misc]
+    if any(np.isfinite(c.shift)):
+        yield "shifts.png", lambda: _shifts(c)
+    for band in c.bands[-1]:
+        yield f"band-{band.axis}.png", lambda band=band: _band(c, band)  # type: ignore[misc]
+
+
+def _shifts(c: Calibration) -> Figure:
+    """Of all numbers whose prior was not flat."""
+    from network.report.calibration_figure import shift_figure
+
+    own = [j for j in range(len(c.parameters)) if np.isfinite(c.shift[j])]
+    std = [np.nan if j in c.known.at_bound else c.std[j] / c.parameters[j].spread for j in own]
+    return shift_figure([c.parameters[j].path for j in own], c.shift[own], np.array(std))
+
+
+def _band(c: Calibration, band: Band) -> Figure:
+    """Of one axis over the last recording, with the probe that measures it."""
+    from network.report.calibration_figure import band_figure
+
+    last = (c.after_holdout or c.after).recordings[-1]
+    measured = [channel.measured for name, channel in last.channels.items() if _reads(c.machine, name, band.axis)]
+    centre, std = band.at(last.recording.t)
+    return band_figure(
+        last.recording.t, centre, std, measured[0] if measured else None, band.unit, axis_channel(band.axis)
+    )
+
+
+def _reads(machine: Machine, name: str, axis: str) -> bool:
+    """Whether a channel reads an axis as it is: not zeroed, not changed by effects."""
+    sensor = machine.sensors[name]
+    return sensor.axis == axis and not sensor.zero and not sensor.effects
+
+
+def stems_of(comparison: Comparison) -> list[str]:
+    stems = [Path(r.recording.file).stem for r in comparison.recordings]
+    return stems if len(set(stems)) == len(stems) else [f"{i}-{stem}" for i, stem in enumerate(stems, 1)]
