@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from proof import cases, programs
+from proof import cases, flagship, programs
 from proof.assembly import Assembly, add_part, assemble
 from proof.cases import concealed, make_cases
 from proof.drawn import drawn_machine
@@ -255,6 +255,24 @@ def test_drawn_machines_have_as_many_numbers_as_they_say() -> None:
         drawn = drawn_machine(np.random.default_rng(seed), runs=1, hours=1.0)
         assert 8 <= len(drawn.true) <= 12 and drawn.machine.count("±") == len(drawn.true)
         assert set(np.diff(drawn.arrays[0]["time"])) == {10.0}
+
+
+# -- the flagship -----------------------------------------------------------------------------------------------------
+def test_the_flagship_is_what_its_generator_makes() -> None:
+    for path, text in flagship.files().items():
+        assert (flagship.ROOT / path).read_text(encoding="utf-8") == text, path
+        assert len(text.encode()) < 200_000
+
+
+def test_the_cooler_of_the_flagship_switches_faster_at_a_higher_speed() -> None:
+    """By energy: a cycle is 2 h C (1/load + 1/(P − load)), and the load on the tank grows with speed."""
+    periods = {}
+    for rpm in (6000.0, 8000.0):
+        program = still(4, rpm, 21.6)
+        build = flagship.true_machine(program, 0)
+        switches = track_of(build, program, {"coolant": 21.0}).switches
+        periods[rpm] = np.diff([t for t, _, on in switches if on])[-1]
+    assert 1200 < periods[8000] < 0.85 * periods[6000]
 
 
 # -- the scorer -------------------------------------------------------------------------------------------------------
