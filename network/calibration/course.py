@@ -12,22 +12,17 @@ from functools import cached_property
 
 import numpy as np
 
-from network.calibration.recursion import recur
+from network.calibration.sight import Sight, sight_of
+from network.calibration.stretches import Push, Stretch, stretches
 from network.channels import Readouts
 from network.declare import Array, Indices
-from network.solvers.linear import LinearProblem, Regime
-from network.solvers.modal import Modes, modes_of, phi
+from network.solvers.linear import LinearProblem
+from network.solvers.modal import Modes, modes_of
 
+__all__ = ["Course", "Push", "kick", "solve"]
 
-@dataclass(frozen=True)
-class Push:
-    """A small further heat: q0, q1 [W] into some lumps, just after and before the edges of every interval (K, lumps);
-    kicks: (interval, jump of the states at its beginning)."""
-
-    lumps: Indices
-    q0: Array
-    q1: Array
-    kicks: tuple[tuple[int, Array], ...] = ()
+AT_ONCE = 400_000
+"""Numbers in the modal states of pushes that are answered together, so that they stay in the cache."""
 
 
 def kick(course: Course, *kicks: tuple[int, Array]) -> Push:
@@ -63,6 +58,17 @@ class Course:
         return T0, T1
 
     @cached_property
+    def T_ends(self) -> Array:
+        """Temperatures of all lumps just after, then just before the edges (2 K, N)."""
+        return np.concatenate(self.T)
+
+    @cached_property
+    def inputs(self) -> dict[str, Array]:
+        """Inputs just after, then just before the edges: (2 K, 1)."""
+        begin, end = self.problem.plan.just_inside
+        return {name: np.concatenate([begin[name], end[name]]) for name in begin}
+
+    @cached_property
     def rates(self) -> tuple[Array, Array]:
         """dx/dt just after and just before the edges (K, n)."""
         dx0, dx1 = self.problem.f0.copy(), self.problem.f1.copy()
@@ -72,7 +78,10 @@ class Course:
             dx1[mine] += self.x1[mine] @ A.T
         return dx0, dx1
 
-    def _by_regime(self) -> Iterator[tuple[int, Indices]]:
+    def _by_regime(self) -> Iterator[tuple[int, Indices | slice]]:
+        if len(self.problem.regimes) == 1:
+            yield 0, slice(None)
+            return
         for r in range(len(self.problem.regimes)):
             yield r, np.flatnonzero(self.problem.regime_of == r)
 
@@ -85,104 +94,90 @@ class Course:
         return np.hstack(ends)
 
     @cached_property
-    def _stretches(self) -> tuple[_Stretch, ...]:
-        return tuple(_stretches(self.problem, self.modes))
+    def stretches(self) -> tuple[Stretch, ...]:
+        return tuple(stretches(self.problem, self.modes))
+
+    @cached_property
+    def sight(self) -> Sight:
+        """The base readings."""
+        return sight_of(self.problem)
+
+    # -- answers ------------------------------------------------------------------------------------------------------
+    def resolved(self, pushes: Sequence[Push], by_guard: Array | None = None) -> Sequence[Push]:
+        """Pushes with all that they bring about by the way (moved switchings, heat of bent laws)."""
+        return pushes
 
     def answers(self, pushes: Sequence[Push]) -> Array:
         """Changes of rows and sensor states for each push: (pushes, width, 2 K)."""
-        K, width = len(self.problem.plan.steps), self.readouts.width
-        answer = np.empty((len(pushes), width, 2 * K))
-        each = max(1, 40_000 // (K * self.problem.order + 1) + 1)
-        for first in range(0, len(pushes), each):
-            some = pushes[first : first + each]
-            self._answer(some, answer[first : first + each])
+        return self.ends(self.resolved(pushes), self.sight)
+
+    def ends(self, pushes: Sequence[Push], sight: Sight) -> Array:
+        """Changes of what is in sight just after, then just before the edges, for resolved pushes: (pushes, ·, 2 K)."""
+        answer = np.empty((len(pushes), sight.count, 2 * len(self.x0)))
+        for some in self.portions(len(pushes)):
+            self._ends(pushes[some], sight, answer[some])
         return answer
 
-    def _answer(self, pushes: Sequence[Push], answer: Array) -> None:
-        K = len(self.problem.plan.steps)
-        x = np.zeros((len(pushes), self.problem.order))
-        for s in self._stretches:
-            m, end = s.moved(pushes, x)
-            m1 = np.concatenate([m[1:], end[None]])
-            for side, values in ((0, m), (K, m1)):
-                read = np.real(values @ s.outputs.T)  # (k, pushes, width)
-                answer[:, :, side + s.first : side + s.last] = read.transpose(1, 2, 0)
-            self._see_at_once(s, pushes, answer)
+    def portions(self, count: int) -> Iterator[slice]:
+        """Pushes, as many at a time as are worth answering together."""
+        each = max(1, AT_ONCE // (len(self.x0) * self.problem.order + 1))
+        return (slice(first, min(first + each, count)) for first in range(0, count, each))
+
+    def _ends(self, pushes: Sequence[Push], sight: Sight, answer: Array) -> None:
+        K, x = len(self.x0), np.zeros((len(pushes), self.problem.order))
+        for s in self.stretches:
+            m, stop, end = s.moved(pushes, x @ s.modes.W.T)
+            over = (sight.over[s.index] @ s.modes.V).T
+            for side, values in ((0, m), (K, stop)):
+                answer[:, :, side + s.first : side + s.last] = np.real(values @ over).transpose(1, 2, 0)
+                if sight.sees_heat:
+                    self._see_at_once(s, pushes, sight, answer, side)
             x = np.real(end @ s.modes.V.T)
 
-    def _see_at_once(self, s: _Stretch, pushes: Sequence[Push], answer: Array) -> None:
+    @staticmethod
+    def _see_at_once(s: Stretch, pushes: Sequence[Push], sight: Sight, answer: Array, side: int) -> None:
         """Massless junctions warm at once with the heat that they get."""
-        if not len(self.problem.plan.network.massless):
-            return
-        K, rows, here = len(self.problem.plan.steps), self.readouts.rows @ s.regime.P_heat, slice(s.first, s.last)
         for i, push in enumerate(pushes):
-            for side, q in ((0, push.q0), (K, push.q1)):
-                answer[i, : len(rows), side + s.first : side + s.last] += rows[:, push.lumps] @ q[here].T
+            q = (push.q1 if side else push.q0)[s.first : s.last]
+            answer[i, :, side + s.first : side + s.last] += (q @ push.into(sight.direct[s.index])).T
 
     def states_after(self, pushes: Sequence[Push]) -> tuple[Array, Array]:
-        """Changes of the states at beginnings and ends of the intervals: (pushes, K, n) each."""
-        K, n = len(self.problem.plan.steps), self.problem.order
+        """Changes of the states just after the beginnings and before the ends of the intervals: (pushes, K, n) each."""
+        K, n = len(self.x0), self.problem.order
         begin, stop = np.empty((len(pushes), K, n)), np.empty((len(pushes), K, n))
         x = np.zeros((len(pushes), n))
-        for s in self._stretches:
-            m, end = s.moved(pushes, x)
-            begin[:, s.first : s.last] = np.real(m @ s.modes.V.T).transpose(1, 0, 2)
+        for s in self.stretches:
+            before, after, end = s.moved(pushes, x @ s.modes.W.T)
+            for states, m in ((begin, before), (stop, after)):
+                states[:, s.first : s.last] = np.real(m @ s.modes.V.T).transpose(1, 0, 2)
             x = np.real(end @ s.modes.V.T)
-            stop[:, s.first : s.last - 1], stop[:, s.last - 1] = begin[:, s.first + 1 : s.last], x
         return begin, stop
 
 
-@dataclass(frozen=True)
-class _Stretch:
-    """Intervals first to last (excluded) in one regime: decay over each, and what heat at its two ends adds."""
-
-    first: int
-    last: int
-    modes: Modes
-    regime: Regime
-    gain: Array
-    c0: Array
-    c1: Array
-    outputs: Array
-
-    def moved(self, pushes: Sequence[Push], x: Array) -> tuple[Array, Array]:
-        """Modal states before each interval (k, pushes, n) and after the last, from states x (pushes, n)."""
-        here, W = slice(self.first, self.last), self.modes.W
-        start = x @ W.T
-        push_on = np.empty((self.last - self.first, len(pushes), len(W)), start.dtype)
-        for i, push in enumerate(pushes):
-            by_heat = (W @ self.regime.F_heat[:, push.lumps]).T
-            push_on[:, i] = self.c0 * (push.q0[here] @ by_heat) + self.c1 * (push.q1[here] @ by_heat)
-            for k, jump in push.kicks:
-                if k == self.first:
-                    start[i] += W @ jump
-                elif self.first < k < self.last:
-                    push_on[k - 1 - self.first, i] += W @ jump
-        return recur(self.gain, push_on, start)
-
-
-def _stretches(problem: LinearProblem, modes: Sequence[Modes]) -> Iterator[_Stretch]:
-    cuts = np.flatnonzero(np.diff(problem.regime_of)) + 1
-    for first, last in zip([0, *cuts.tolist()], [*cuts.tolist(), len(problem.regime_of)], strict=True):
-        r = int(problem.regime_of[first])
-        h = problem.plan.steps[first:last, None]
-        z = -modes[r].rates * h
-        one, two, _ = phi(z)
-        outputs = problem.outputs(problem.regimes[r]) @ modes[r].V
-        gain, c1 = np.exp(z), h * two
-        yield _Stretch(first, last, modes[r], problem.regimes[r], gain, h * one - c1, c1, outputs)
-
-
-def solve(problem: LinearProblem) -> Course:
-    """The course of a reduced problem."""
-    modes = tuple(modes_of(regime, problem.scale) for regime in problem.regimes)
+def solve(problem: LinearProblem, known: dict[bytes, Modes] | None = None) -> Course:
+    """The course of a reduced problem; `known`: modes found before, by the matrix of their regime."""
+    known = {} if known is None else known
+    modes = []
+    for regime in problem.regimes:
+        key = regime.A.tobytes()
+        if key not in known:
+            known[key] = modes_of(regime, problem.scale)
+        modes.append(known[key])
     K, n = problem.f0.shape
-    x0, x1, x = np.empty((K, n)), np.empty((K, n)), problem.x0
-    for s in _stretches(problem, modes):
-        here = slice(s.first, s.last)
-        push = s.c0 * (problem.f0[here] @ s.modes.W.T) + s.c1 * (problem.f1[here] @ s.modes.W.T)
-        m, end = recur(s.gain, push[:, None], (s.modes.W @ x)[None])
-        x0[here] = np.real(m[:, 0] @ s.modes.V.T)
-        x = np.real(s.modes.V @ end[0])
-        x1[s.first : s.last - 1], x1[s.last - 1] = x0[s.first + 1 : s.last], x
-    return Course(problem, modes, x0, x1)
+    course = Course(problem, tuple(modes), np.empty((K, n)), np.empty((K, n)))
+    x = problem.x0
+    for s in course.stretches:
+        here, W, V = slice(s.first, s.last), s.modes.W, s.modes.V
+        push = s.c0 * (problem.f0[here] @ W.T) + s.c1 * (problem.f1[here] @ W.T)
+        m, end = _marched(s, push, W @ x)
+        course.x0[here] = np.real(m @ V.T)
+        x = np.real(V @ end)
+        course.x1[s.first : s.last - 1], course.x1[s.last - 1] = course.x0[s.first + 1 : s.last], x
+    return course
+
+
+def _marched(s: Stretch, push: Array, start: Array) -> tuple[Array, Array]:
+    from network.calibration.recursion import recur
+
+    m, end = recur(s.gain, push[:, None].astype(start.dtype, copy=False), start[None])
+    return m[:, 0], end[0]

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from network.calibration.course import Course, Push
 from network.calibration.hygiene import Channel, look_at
 from network.calibration.knots import make_knots, on_knots
 from network.calibration.predictor import Prediction, Run, edge_pushes, start_pushes
@@ -69,14 +70,13 @@ class Measured:
         total = np.bincount(knots.cell_of, knots.samples, knots.cells)
         return np.asarray(total / np.maximum(np.bincount(knots.cell_of, minlength=knots.cells), 1))
 
+    def pushes(self, course: Course) -> list[Push]:
+        """What the starts, then the edges do to a run."""
+        return [*start_pushes(course, [n.name for n in self.starts]), *edge_pushes(course, self.run.knots.jumps)]
+
     def columns(self, prediction: Prediction) -> Array:
         """∂(means)/∂(starts, then edges)."""
-        parts = [n.name for n in self.starts]
-        pushes = [*start_pushes(prediction.course, parts), *edge_pushes(prediction.course, self.run.knots.jumps)]
-        from network.calibration.course import Course
-
-        answers = Course.answers(prediction.course, pushes)
-        return prediction.means(prediction.changes(answers)) if pushes else np.empty((0, len(self.means)))
+        return prediction.answered(self.pushes(prediction.course))
 
 
 def measured(

@@ -1,15 +1,16 @@
 """The most probable parameters: Gauss–Newton with Levenberg–Marquardt damping on whitened residuals and priors.
 
-Minimised is J(θ, η) = |L⁻¹(z − y(θ) − N η)|² + |(θ − θ₀)/σ_θ|² + |(η − η₀)/σ_η|²: z means of measured cells, y the model,
-L Lᵀ the noise, η what else is uncertain and acts linearly (start of every part, instants of jumps, sensor offsets).
-Source: Madsen, Nielsen & Tingleff, Methods for Non-linear Least Squares Problems (2004), algorithm 3.16.
+Minimised is J(θ, η) = |L⁻¹(z − y(θ) − N η)|² + |(θ − θ₀)/σ_θ|² + |(η − η₀)/σ_η|²: z means of measured cells, y the
+model, L Lᵀ the noise, η what else is uncertain and acts linearly (start of every part, instants of jumps, sensor
+offsets). Source: Madsen, Nielsen & Tingleff, Methods for Non-linear Least Squares Problems (2004), algorithm 3.16.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
@@ -27,7 +28,7 @@ CLOSE, CLOSE_SHARE = 1e-2, 1e-5
 """Decrease of J that no longer matters (J counts in squared σ), and as a share of J."""
 FAR = 3.0
 """Misfit χ from which a fit begins with narrowed priors."""
-DAMPING, HARDER, SOFTER, HARDEST = 1e-3, 8.0, 0.25, 1e9
+DAMPING, LEAST_DAMPING, HARDER, SOFTER, HARDEST = 1e-3, 1e-7, 8.0, 0.05, 1e9
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,9 +103,43 @@ class Linearised:
         return len(self.theta)
 
     @cached_property
+    def blocks(self) -> tuple[tuple[slice, slice], ...]:
+        """Of every run: its rows, and its own nuisances; the other runs' slopes are zero there."""
+        found, row, column = [], 0, self.free + len(self.problem.offsets)
+        for data, whiten in zip(self.problem.data, self.problem.whiteners, strict=True):
+            rows, own = whiten.count, len(data.starts) + len(data.edges)
+            found.append((slice(row, row + rows), slice(column, column + own)))
+            row, column = row + rows, column + own
+        return tuple(found)
+
+    @cached_property
     def normal(self) -> Array:
         """SᵀS without the prior."""
-        return np.asarray(self.slopes @ self.slopes.T)
+        shared, total = self.free + len(self.problem.offsets), np.zeros((len(self.slopes), len(self.slopes)))
+        for rows, own in self.blocks:
+            common, mine = self.slopes[:shared, rows], self.slopes[own, rows]
+            total[:shared, :shared] += common @ common.T
+            total[:shared, own] = common @ mine.T
+            total[own, :shared] = total[:shared, own].T
+            total[own, own] = mine @ mine.T
+        return total
+
+    def along(self, values: Array) -> Array:
+        """S applied to whitened rows: (parameters + nuisances)."""
+        shared, total = self.free + len(self.problem.offsets), np.zeros(len(self.slopes))
+        for rows, own in self.blocks:
+            total[:shared] += self.slopes[:shared, rows] @ values[rows]
+            total[own] = self.slopes[own, rows] @ values[rows]
+        return total
+
+    def moved_by(self, eta: Array) -> Array:
+        """Whitened rows that nuisances bring."""
+        shared, total = self.free + len(self.problem.offsets), np.empty(len(self.residual))
+        for rows, own in self.blocks:
+            mine = slice(own.start - self.free, own.stop - self.free)
+            total[rows] = eta[: shared - self.free] @ self.slopes[self.free : shared, rows]
+            total[rows] += eta[mine] @ self.slopes[own, rows]
+        return total
 
     @cached_property
     def precision(self) -> Array:
@@ -117,13 +152,27 @@ class Linearised:
         mean, spread = self.problem.prior
         own = np.zeros(len(mean))
         own[: self.free] = (mean[: self.free] - self.theta) / spread[: self.free] ** 2
-        return np.asarray(self.slopes @ self._at_mean + own)
+        return np.asarray(self.along(self._at_mean) + own)
 
     @cached_property
     def _at_mean(self) -> Array:
         """Residual with the nuisances at their prior means."""
-        mean = self.problem.prior[0][self.free :]
-        return np.asarray(self.residual - mean @ self.slopes[self.free :])
+        return np.asarray(self.residual - self.moved_by(self.problem.prior[0][self.free :]))
+
+    @cached_property
+    def _inner(self) -> tuple[Array, bool]:
+        """Factor of the nuisances' own precision."""
+        return cho_factor(self.precision[self.free :, self.free :], check_finite=False)  # type: ignore[no-any-return]
+
+    @cached_property
+    def reduced(self) -> tuple[Array, Array]:
+        """Precision and −½ gradient of J in θ alone, with the nuisances at their most probable all along."""
+        n = self.free
+        if len(self.gradient) == n:
+            return self.precision, self.gradient
+        across = self.precision[n:, :n]
+        solved = cho_solve(self._inner, np.column_stack([across, self.gradient[n:]]), check_finite=False)
+        return self.precision[:n, :n] - across.T @ solved[:, :n], self.gradient[:n] - across.T @ solved[:, n]
 
     @cached_property
     def covariance(self) -> Array:
@@ -136,13 +185,13 @@ class Linearised:
         mean, _ = self.problem.prior
         if len(mean) == self.free:
             return np.empty(0)
-        inner = self.precision[self.free :, self.free :]
-        return np.asarray(mean[self.free :] + np.linalg.solve(inner, self.slopes[self.free :] @ self._at_mean))
+        ahead = self.along(self._at_mean)[self.free :]
+        return np.asarray(mean[self.free :] + cho_solve(self._inner, ahead, check_finite=False))
 
     @cached_property
     def left(self) -> Array:
         """Whitened residual with the nuisances at their most probable."""
-        return np.asarray(self.residual - self.eta @ self.slopes[self.free :])
+        return np.asarray(self.residual - self.moved_by(self.eta))
 
     @cached_property
     def cost(self) -> float:
@@ -150,6 +199,13 @@ class Linearised:
         mean, spread = self.problem.prior
         at = np.concatenate([self.theta, self.eta])
         return float(self.left @ self.left + np.sum(((at - mean) / spread) ** 2))
+
+    def beside(self, **changes: Any) -> Linearised:
+        """The same slopes with another θ, residual, or problem that differs in its priors only."""
+        other = replace(self, **changes)
+        kept = ("normal",) if "problem" in changes else ("normal", "precision", "_inner")
+        other.__dict__.update({name: self.__dict__[name] for name in kept if name in self.__dict__})
+        return other
 
     @property
     def log_evidence(self) -> float:
@@ -162,29 +218,26 @@ class Linearised:
 def linearise(problem: Problem, theta: Array) -> Linearised:
     """The problem about θ. Raises Failed where a run runs away."""
     predictions = problem.model.predict(theta)
-    slopes = problem.model.slopes(theta, predictions)
-    blocks, residuals = [], []
-    for i, (data, whiten, prediction) in enumerate(zip(problem.data, problem.whiteners, predictions, strict=True)):
-        residuals.append(whiten(data.means - prediction.means(prediction.values)))
-        own = np.concatenate([prediction.means(slopes[i]), _offset_columns(problem, data), _run_columns(problem, i, prediction)])
-        blocks.append(whiten(own))
-    return Linearised(problem, theta, predictions, np.concatenate(residuals), np.concatenate(blocks, axis=1))
+    further = [d.pushes(p.course) for d, p in zip(problem.data, predictions, strict=True)]
+    means = problem.model.mean_slopes(theta, predictions, further)
+    residual = np.concatenate(list(_residuals(problem, predictions)))
+    at = Linearised(problem, theta, predictions, residual, np.zeros((len(problem.prior[0]), len(residual))))
+    shared = at.free + len(problem.offsets)
+    for i, (rows, own) in enumerate(at.blocks):
+        whitened = problem.whiteners[i](means[i])
+        at.slopes[: at.free, rows], at.slopes[own, rows] = whitened[: at.free], whitened[at.free :]
+        at.slopes[at.free : shared, rows] = problem.whiteners[i](_offset_columns(problem, problem.data[i]))
+    return at
+
+
+def _residuals(problem: Problem, predictions: Sequence[Prediction]) -> Iterator[Array]:
+    for data, whiten, prediction in zip(problem.data, problem.whiteners, predictions, strict=True):
+        yield whiten(data.means - prediction.cells)
 
 
 def _offset_columns(problem: Problem, data: Measured) -> Array:
-    cells = data.run.knots.cells
-    names = np.repeat(data.run.channels, cells)
-    return np.stack([(names == n.name).astype(float) for n in problem.offsets]) if problem.offsets else np.empty((0, len(names)))
-
-
-def _run_columns(problem: Problem, i: int, prediction: Prediction) -> Array:
-    """Columns of starts and jumps of all runs, zero but for run i."""
-    data = problem.data[i]
-    counts = [len(d.starts) + len(d.edges) for d in problem.data]
-    block = np.zeros((sum(counts), len(data.means)))
-    first = sum(counts[:i])
-    block[first : first + counts[i]] = data.columns(prediction)
-    return block
+    names = np.repeat(data.run.channels, data.run.knots.cells)
+    return np.array([names == n.name for n in problem.offsets], float).reshape(len(problem.offsets), len(names))
 
 
 def residual_cost(about: Linearised, theta: Array) -> float:
@@ -194,9 +247,8 @@ def residual_cost(about: Linearised, theta: Array) -> float:
         predictions = problem.model.predict(theta)
     except Failed:
         return np.inf
-    parts = [w(d.means - p.means(p.values)) for w, d, p in zip(problem.whiteners, problem.data, predictions, strict=True)]
-    r = np.concatenate(parts)
-    return replace(about, theta=theta, residual=r).cost if np.isfinite(r).all() else np.inf
+    r = np.concatenate(list(_residuals(problem, predictions)))
+    return about.beside(theta=theta, residual=r).cost if np.isfinite(r).all() else np.inf
 
 
 def minimise(
@@ -231,36 +283,46 @@ def chi_of(at: Linearised) -> float:
 def _tempered(at: Linearised, far: bool) -> Linearised:
     """The same point with priors narrowed by the misfit that is left."""
     chi = max(1.0, chi_of(at))
-    return replace(at, problem=replace(at.problem, firm_theta=chi if far else 1.0, firm_eta=chi))
+    return at.beside(problem=replace(at.problem, firm_theta=chi if far else 1.0, firm_eta=chi))
 
 
 def _improved(at: Linearised, damping: float, low: Array, high: Array) -> tuple[Linearised, float, float]:
-    """One accepted step, the damping after it, and what J lost (0 where no step helps)."""
+    """One accepted step, the damping after it, and what J lost (what it would lose, where that is next to nothing)."""
+    refused = False
     while damping < HARDEST:
-        theta = np.clip(at.theta + _step(at, damping, low, high), low, high)
-        expected = float(np.abs(theta - at.theta).max(initial=0.0))
-        if expected < 1e-9:
-            return at, damping, 0.0
-        cost = residual_cost(at, theta)
-        if cost < at.cost:
-            new = linearise(at.problem, theta)
-            return new, max(damping * SOFTER, 1e-9), at.cost - cost
-        damping *= HARDER
+        step = np.clip(at.theta + _step(at, damping, low, high), low, high) - at.theta
+        precision, gradient = at.reduced
+        expected = float(2 * step @ gradient - step @ precision @ step)
+        if expected < CLOSE / 2 or float(np.abs(step).max(initial=0.0)) < 1e-9:
+            return at, damping, max(expected, 0.0)
+        if not refused or residual_cost(at, at.theta + step) < at.cost:
+            new = _tried(at, at.theta + step)
+            if new is not None:
+                return new, max(damping * SOFTER, LEAST_DAMPING), at.cost - new.cost
+        refused, damping = True, max(damping * HARDER, DAMPING)
     return at, damping, 0.0
+
+
+def _tried(at: Linearised, theta: Array) -> Linearised | None:
+    """The problem about θ, if it is better there."""
+    try:
+        new = linearise(at.problem, theta)
+    except Failed:
+        return None
+    return new if np.isfinite(new.residual).all() and new.cost < at.cost else None
 
 
 def _step(at: Linearised, damping: float, low: Array, high: Array) -> Array:
     """The damped step of θ, η following; parameters at a bound that they push against stay."""
-    n = at.free
-    precision, gradient = at.precision.copy(), at.gradient
-    precision[np.arange(n), np.arange(n)] *= 1 + damping
-    stuck = np.zeros(len(gradient), bool)
+    precision, gradient = at.reduced
+    precision = precision + damping * np.diag(np.diag(precision))
+    stuck = np.zeros(at.free, bool)
     for _ in range(3):
         moves = np.flatnonzero(~stuck)
-        step = np.zeros(len(gradient))
+        step = np.zeros(at.free)
         step[moves] = cho_solve(cho_factor(precision[np.ix_(moves, moves)]), gradient[moves])
-        out = ((at.theta <= low) & (step[:n] < 0)) | ((at.theta >= high) & (step[:n] > 0))
+        out = ((at.theta <= low) & (step < 0)) | ((at.theta >= high) & (step > 0))
         if not out.any():
             break
-        stuck[:n] |= out
-    return step[:n]
+        stuck |= out
+    return step

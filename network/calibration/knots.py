@@ -1,19 +1,20 @@
 """Knots: the instants at which a fit computes a run, dense after every jump of an input and sparse later.
 
 After a jump the modes die out one by one, so what is left after a time s bends on a scale of s: knots whose distance
-grows with the time since the last jump keep the straight line between them true. Samples are compared as means over
-cells of a few knots, with the model's mean over just the same samples, so nothing is lost but what is slower than noise.
+grows with the time since the last jump follow heats that bend with them. Samples are compared as means over cells of a
+few knots, with the model's mean over just the same samples, so nothing is lost but what is faster than a cell.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
-from network.declare import Array, Indices
-from network.inputs import Schedule, Signal, linear
+from network.declare import Array, Indices, Mask
+from network.inputs import Schedule, Signal, held, linear
 
 GROWTH = 0.2
 """Distance of knots over the time since the last jump."""
@@ -49,11 +50,16 @@ def jumps_of(schedule: Schedule) -> Array:
     """Instants inside the run at which an input jumps."""
     times = [_jump_times(signal) for signal in schedule.signals.values()]
     inner = np.unique(np.concatenate([*times, np.empty(0)]))
-    return inner[(inner > schedule.t[0]) & (inner < schedule.t[-1])]
+    return np.asarray(inner[(inner > schedule.t[0]) & (inner < schedule.t[-1])])
 
 
 def _jump_times(signal: Signal) -> Array:
-    return signal.t[1:][np.abs(signal.start[1:] - signal.end[:-1]) > 1e-12 * (1 + np.abs(signal.start[1:]))]
+    return signal.t[1:][_jumps(signal)]
+
+
+def _jumps(signal: Signal) -> Mask:
+    """At which of its own knots, after the first, a signal jumps."""
+    return np.asarray(np.abs(signal.start[1:] - signal.end[:-1]) > 1e-12 * (1 + np.abs(signal.start[1:])))
 
 
 def make_knots(schedule: Schedule, growth: float = GROWTH, longest: float = LONGEST) -> Knots:
@@ -65,7 +71,7 @@ def make_knots(schedule: Schedule, growth: float = GROWTH, longest: float = LONG
     else:
         shortest = float(np.median(np.diff(samples)))
         ends = [samples[0], *jumps, samples[-1]]
-        pieces = [_spread(a, b, shortest, growth, longest) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        pieces = [_spread(a, b, shortest, growth, longest) for a, b in pairwise(ends)]
         t = np.concatenate([*pieces, samples[-1:]])
     return Knots(t, jumps, _cells(t, jumps, samples), samples)
 
@@ -104,14 +110,17 @@ def _cells(t: Array, jumps: Array, samples: Array) -> Indices:
 
 def on_knots(schedule: Schedule, knots: Knots) -> Schedule:
     """The schedule at its knots: inputs that run straight between many samples become straight lines between knots,
-    by least squares, so that their own noise is averaged and not followed."""
+    by least squares, so that their own noise is averaged and not followed; held inputs are left with their jumps."""
     signals = {name: _smoothed(signal, knots.t) for name, signal in schedule.signals.items()}
     return Schedule(schedule.name, schedule.file, knots.t, signals, schedule.start)
 
 
 def _smoothed(signal: Signal, t: Array) -> Signal:
     inside = (signal.t > t[0]) & (signal.t < t[-1])
-    if signal.is_held or inside.sum() <= len(t):
+    if signal.is_held:
+        kept = np.append(True, _jumps(signal))
+        return held(signal.name, signal.unit, signal.t[kept], signal.start[kept])
+    if inside.sum() <= len(t):
         return signal
     x = np.concatenate([t[:1], signal.t[inside], t[-1:]])
     return linear(signal.name, signal.unit, t, _hat_fit(t, x, signal.at(x)))
@@ -124,8 +133,8 @@ def _hat_fit(t: Array, x: Array, y: Array) -> Array:
     k = np.clip(np.searchsorted(t, x, side="right") - 1, 0, len(t) - 2)
     w = (x - t[k]) / (t[k + 1] - t[k])
     n = len(t)
-    diagonal = np.bincount(k, (1 - w) ** 2, n) + np.bincount(k + 1, w**2, n)
-    beside = np.bincount(k, w * (1 - w), n)
+    diagonal = 1.0 * np.bincount(k, (1 - w) ** 2, n) + np.bincount(k + 1, w**2, n)
+    beside = 1.0 * np.bincount(k, w * (1 - w), n)
     right = np.bincount(k, (1 - w) * y, n) + np.bincount(k + 1, w * y, n)
     stiff = 1e-3 * float(np.median(diagonal))  # a knot without samples follows its neighbours
     diagonal[:-1] += stiff

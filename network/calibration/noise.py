@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 
-from network.calibration.course import Course, Push
+from network.calibration.course import Push
 from network.calibration.evidence import Measured
 from network.calibration.predictor import Prediction
 from network.declare import Array
@@ -44,6 +44,11 @@ class Whitener:
 
     known: Array
     root: Array
+
+    @property
+    def count(self) -> int:
+        """Cells that hold samples."""
+        return len(self.root)
 
     @property
     def log_determinant(self) -> float:
@@ -124,9 +129,9 @@ def heat_answers(prediction: Prediction, spread: Array, knots: Array) -> Array:
     """Cell means' answers to 1 W into lumps by `spread` (N), as a hat about each knot: (hats, cells)."""
     h0, h1 = hats(prediction, knots)
     lumps = np.flatnonzero(spread)
-    weights = spread[lumps]
-    pushes = [Push(lumps, a[:, None] * weights, b[:, None] * weights) for a, b in zip(h0.T, h1.T, strict=True)]
-    return prediction.means(prediction.changes(Course.answers(prediction.course, pushes)))
+    into = spread[None, lumps]
+    pushes = [Push(lumps, a[:, None], b[:, None], (), into) for a, b in zip(h0.T, h1.T, strict=True)]
+    return prediction.answered(pushes)
 
 
 def part_spread(prediction: Prediction, part: str) -> Array:

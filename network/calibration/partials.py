@@ -1,14 +1,16 @@
 """How heat flows depend on a parameter: the further heat that one unit of θ brings, over a run, at its temperatures.
 
 A parameter of a link or source stands in the stacked law of its class; an imaginary step there gives the exact
-derivative of its heat. A heat capacity acts like a heat −∂C/∂θ dT/dt. Whatever else a number may do (geometry, materials,
-sensors) is left to differences of whole runs.
+derivative of its heat. A heat capacity acts like a heat −∂C/∂θ dT/dt. Whatever else a number may do (geometry,
+materials, sensors) is left to differences of whole runs.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +22,7 @@ from network.graph import Flows, Heats, Network
 from network.mechanisms.base import STEP, Source, Stream
 from network.solvers.plan import Plan
 
+GROUPS = ("flows", "heats", "relays")
 CAPACITY_KEYS = ("heat_capacity", "extra_heat_capacity")
 
 
@@ -41,13 +44,28 @@ def push_of(parameter: Parameter, course: Course, theta: float) -> Push | None:
     found = list(_members(network, parameter.entry, parameter.attribute))
     if not found:
         return None
-    T, u = np.concatenate(course.T), inputs_at_ends(course.problem.plan)
-    heat = np.zeros((len(T), network.size))
-    for group, members in found:
-        heat += _by_parameter(course, group, members, parameter.attribute, T, u)
-    lumps = np.flatnonzero(heat.any(axis=0))
-    K = len(T) // 2
-    return Push(lumps, slope * heat[:K, lumps], slope * heat[K:, lumps])
+    parts = [_by_parameter(course, group, members, parameter.attribute) for group, members in found]
+    return _pushed(network, slope, parts)
+
+
+def _pushed(network: Network, slope: float, parts: list[tuple[Array, Array]]) -> Push:
+    """One push of some series of heat (2 K, r) times slope, each with what of it goes into which lump (r, N)."""
+    heat, spread = np.concatenate([q for q, _ in parts], axis=1), np.concatenate([into for _, into in parts])
+    spread = np.where(np.isinf(network.capacity), 0.0, slope * spread)
+    lumps = np.flatnonzero(spread.any(axis=0))
+    K, spread = len(heat) // 2, spread[:, lumps]
+    if len(spread) <= len(lumps):
+        return Push(lumps, heat[:K], heat[K:], (), spread)
+    heat = heat @ spread
+    return Push(lumps, heat[:K], heat[K:])
+
+
+def acts_by_heat(p: Parameter, network: Network) -> bool:
+    """Whether a number stands in some law, or is a heat capacity."""
+    section, _, name = p.entry.partition(".")
+    if section == "nodes":
+        return p.attribute in CAPACITY_KEYS and name in network.parts
+    return section in ("links", "sources") and any(True for _ in _members(network, p.entry, p.attribute))
 
 
 def _members(network: Network, entry: str, attribute: str) -> Iterator[tuple[Flows | Heats[Source], Indices]]:
@@ -76,19 +94,19 @@ def _restricted(law: Declared, members: Indices, **exchanged: Array) -> Declared
 
 
 def _by_parameter(
-    course: Course, group: Flows | Heats[Source], members: Indices, attribute: str, T: Array, u: dict[str, Array]
-) -> Array:
-    """∂(heat into the lumps)/∂value, (2 K, N)."""
+    course: Course, group: Flows | Heats[Source], members: Indices, attribute: str
+) -> tuple[Array, Array]:  # fmt: skip
+    """∂heat/∂value of the members (2 K, members), and what each brings into the lumps (members, N)."""
+    T, u = course.T_ends, course.inputs
     stepped = group.law.__dict__[attribute][members] + 1j * STEP
     law = _restricted(group.law, members, **{attribute: stepped})
     if isinstance(group, Flows):
-        a, b = group.a[members], group.b[members]
-        Q = np.imag(law.heat_flow(T[:, a], T[:, b], u)) / STEP * group.w[members]  # type: ignore[attr-defined]
-        return np.asarray(Q @ group.spread[members])
+        Q = law.heat_flow(T[:, group.a[members]], T[:, group.b[members]], u)  # type: ignore[attr-defined]
+        return np.imag(Q) / STEP * group.w[members], group.spread[members]
     readings = [T @ R[members].T for R in group.reads]
-    q = np.imag(law.heat(u, *readings) * np.ones(len(members))) / STEP  # type: ignore[attr-defined]
+    q = np.imag(law.heat(u, *readings) * np.ones((len(T), len(members)))) / STEP  # type: ignore[attr-defined]
     modes = relay_modes(course.problem.plan, group)
-    return np.asarray((q if modes is None else q * modes[:, members]) @ group.into[:, members].T)
+    return (q if modes is None else q * modes[:, members]), group.into[:, members].T
 
 
 def relay_modes(plan: Plan, group: Heats[Source]) -> Array | None:
@@ -116,22 +134,15 @@ class Slots:
     network: Network
     parameters: tuple[Parameter, ...]
 
-    @property
+    @cached_property
     def suffice(self) -> bool:
         """Whether every parameter is a number of some law, or a heat capacity."""
-        return all(self._has(p) for p in self.parameters)
-
-    def _has(self, p: Parameter) -> bool:
-        section, _, name = p.entry.partition(".")
-        if section == "nodes":
-            return p.attribute in CAPACITY_KEYS and name in self.network.parts
-        return section in ("links", "sources") and any(True for _ in _members(self.network, p.entry, p.attribute))
+        return all(acts_by_heat(p, self.network) for p in self.parameters)
 
     def at(self, values: dict[str, float]) -> Network:
         """The network with other values (of all parameters)."""
-        from dataclasses import replace
-
-        capacity, groups = self.network.capacity.copy(), {id(g): g for g in self.network.groups}
+        capacity = self.network.capacity.copy()
+        groups: dict[int, Any] = {id(g): g for g in self.network.groups}
         for p in self.parameters:
             value = values[p.path]
             if p.entry.startswith("nodes."):
@@ -145,6 +156,5 @@ class Slots:
                 array = law.__dict__[p.attribute].copy()
                 array[members] = value
                 groups[id(group)] = replace(groups[id(group)], law=law.replaced(**{p.attribute: array}))
-        flows, heats, relays = (tuple(groups[id(g)] for g in own) for own in
-                                (self.network.flows, self.network.heats, self.network.relays))  # fmt: skip
-        return replace(self.network, capacity=capacity, flows=flows, heats=heats, relays=relays)
+        exchanged: dict[str, Any] = {name: tuple(groups[id(g)] for g in getattr(self.network, name)) for name in GROUPS}
+        return replace(self.network, capacity=capacity, **exchanged)

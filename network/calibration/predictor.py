@@ -3,102 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import replace
 
 import numpy as np
 
 from network.calibration.course import Course, Push, kick
-from network.calibration.knots import Knots, cell_matrix
 from network.calibration.parameters import Parameter, at_values, values_at
-from network.calibration.partials import Slots, inputs_at_ends, push_of
+from network.calibration.partials import Slots, acts_by_heat, push_of
+from network.calibration.prediction import Prediction, Run
+from network.calibration.reading import Slopes, channels_of
 from network.calibration.switchings import SwitchedCourse, switched_course
 from network.calibration.waveform import course_of
 from network.channels import Readouts, readouts
 from network.declare import Array
 from network.graph import Network, build
-from network.inputs import Schedule
 from network.machine import Machine
-from network.observe import channel
-from network.solvers.plan import Plan, joined, interval_edges, spans
+from network.solvers.modal import Modes
+from network.solvers.plan import Plan, interval_edges, joined, spans
+
+__all__ = ["Model", "Prediction", "Run", "channels_of", "edge_pushes", "plan_of", "start_pushes"]
 
 DIFFERENCE = 1e-4
 """Step in θ for parameters that act otherwise than by heat."""
-SMALL = 1e-4
-
-
-@dataclass(frozen=True, eq=False)
-class Run:
-    """A recording made ready for fits. schedule: inputs on the knots; T0: temperatures of all lumps at the start, by
-    part; present: channel → which samples are used."""
-
-    name: str
-    schedule: Schedule
-    knots: Knots
-    start: Mapping[str, float]
-    present: Mapping[str, Array]
-
-    @property
-    def channels(self) -> tuple[str, ...]:
-        return tuple(self.present)
-
-
-@dataclass(frozen=True, eq=False)
-class Prediction:
-    """One run of a machine at some values: channels at both ends of the intervals (2 K each)."""
-
-    run: Run
-    machine: Machine
-    course: Course
-
-    @cached_property
-    def matrices(self) -> Mapping[str, Array]:
-        """Channel → means over its cells from values at the ends of the intervals."""
-        edges = self.course.problem.plan.edges
-        made: dict[bytes, Array] = {}
-        for present in self.run.present.values():
-            if present.tobytes() not in made:
-                made[present.tobytes()] = cell_matrix(self.run.knots, edges, present)
-        return {name: made[present.tobytes()] for name, present in self.run.present.items()}
-
-    @cached_property
-    def inputs(self) -> dict[str, Array]:
-        return {name: values[:, 0] for name, values in inputs_at_ends(self.course.problem.plan).items()}
-
-    @cached_property
-    def values(self) -> Array:
-        """Channels at both ends of the intervals (channels, 2 K)."""
-        return self.read(self.machine, self.course.readings)
-
-    def read(self, machine: Machine, readings: Array) -> Array:
-        """Channels of a machine from base readings (width, 2 K)."""
-        return channels_of(machine, self.course.readouts, readings, self.inputs, self.run.channels)
-
-    def changes(self, answers: Array) -> Array:
-        """Changes of the channels (pushes, channels, 2 K) from those of base readings."""
-        base = self.values
-        return np.stack([(self.read(self.machine, self.course.readings + SMALL * a) - base) / SMALL for a in answers])
-
-    def means(self, values: Array) -> Array:
-        """Means over cells (…, channels · cells) from values at both ends of the intervals (…, channels, 2 K)."""
-        parts = [values[..., i, :] @ self.matrices[name].T for i, name in enumerate(self.run.channels)]
-        return np.concatenate(parts, axis=-1)
-
-
-def channels_of(
-    machine: Machine, outputs: Readouts, readings: Array, u: Mapping[str, Array], names: Sequence[str]
-) -> Array:
-    """Channels (names, instants) from base readings and sensor states."""
-    rows, count = outputs.named(readings), readings.shape[1]
-    tcp: dict[str, Array] = {}
-    for axis, entries in machine.tcp.items():
-        moved = np.zeros(count)
-        for name, entry in entries.items():
-            read = [rows["reading", axis, name, str(i)] for i in range(len(entry.readings()))]
-            moved = moved + entry.movement(u, *read)
-        tcp[axis] = moved
-    states = dict(zip(outputs.state_of, readings[len(outputs.rows) :], strict=True))
-    return np.stack([channel(n, machine.sensors[n], rows, tcp, states, u) for n in names])
+SHOWN = ("tcp.", "sensors.")
+"""Entries whose numbers only change what is seen of a run, or a state that sees it."""
 
 
 class Model:
@@ -107,64 +35,117 @@ class Model:
     def __init__(self, machine: Machine, parameters: Sequence[Parameter], runs: Sequence[Run]) -> None:
         self.machine, self.parameters, self.runs = machine, tuple(parameters), tuple(runs)
         network = build(machine)
-        self.slots = Slots(network, self.parameters)
-        self._fast = self.slots.suffice
+        self.slots = Slots(network, tuple(p for p in self.parameters if not p.path.startswith(SHOWN)))
+        self.shown = tuple(p for p in self.parameters if p.path.startswith(SHOWN))
         self._readouts = readouts(network, parts=False)
         self._guess: dict[int, tuple[Array, Array]] = {}
+        self._plans: dict[int, tuple[object, Plan]] = {}
+        self._linear: dict[int, Slopes] = {}
 
     def at(self, theta: Array) -> tuple[Machine, Network]:
         """Machine and network at θ."""
         values = values_at(self.parameters, theta)
-        if self._fast:
-            return self.machine, self.slots.at(values)
-        machine = at_values(self.machine, values)
-        return machine, build(machine)
+        if not self.slots.suffice:
+            machine = at_values(self.machine, values)
+            return machine, build(machine)
+        network = self.slots.at(values)
+        if not self.shown:
+            return self.machine, network
+        machine = at_values(self.machine, {p.path: values[p.path] for p in self.shown})
+        return machine, replace(network, machine=machine)
 
     def predict(self, theta: Array, starts: Sequence[Mapping[str, float]] | None = None) -> tuple[Prediction, ...]:
         """All runs at θ. Raises Failed where one runs away."""
         machine, network = self.at(theta)
-        outputs = self._readouts if self._fast else readouts(network, parts=False)
-        return tuple(self._predict(i, run, machine, network, outputs, starts[i] if starts else run.start)
-                     for i, run in enumerate(self.runs))  # fmt: skip
+        return self._run(machine, network, starts or [run.start for run in self.runs])
+
+    def _run(
+        self, machine: Machine, network: Network, starts: Sequence[Mapping[str, float]]
+    ) -> tuple[Prediction, ...]:  # fmt: skip
+        outputs = self._readouts if machine is self.machine else readouts(network, parts=False)
+        known: dict[bytes, Modes] = {}
+        return tuple(self._predict(i, machine, network, outputs, start, known) for i, start in enumerate(starts))
 
     def _predict(
-        self, i: int, run: Run, machine: Machine, network: Network, outputs: Readouts, start: Mapping[str, float]
-    ) -> Prediction:
-        plan = plan_of(network, run, start)
+        self, i: int, machine: Machine, network: Network, outputs: Readouts, start: Mapping[str, float],
+        known: dict[bytes, Modes],
+    ) -> Prediction:  # fmt: skip
+        run, plan = self.runs[i], self._plan(i, network, start)
+        slopes = self._linear.get(i) if machine is self.machine else None
         if network.relays:
-            return Prediction(run, machine, switched_course(plan, outputs))
-        course = course_of(plan, outputs, self._guess.get(i))
-        if not network.is_affine():
-            self._guess[i] = course.T
-        return Prediction(run, machine, course)
+            made = Prediction(run, machine, switched_course(plan, outputs, known), slopes)
+        else:
+            made = Prediction(run, machine, course_of(plan, outputs, self._guess.get(i), known), slopes)
+            if not network.is_affine():
+                self._guess[i] = made.course.T
+        self._remember(i, made)
+        return made
+
+    def _remember(self, i: int, made: Prediction) -> None:
+        """Slopes that are the same at all instants and readings stay so at other θ."""
+        if i not in self._linear and made.machine is self.machine:
+            slopes = made.slopes
+            if slopes is not None and slopes.is_straight and slopes.is_constant:
+                self._linear[i] = slopes
+
+    def _plan(self, i: int, network: Network, start: Mapping[str, float]) -> Plan:
+        """The plan of a run; its edges and inputs are found once for the same edges of laws."""
+        run = self.runs[i]
+        own = [group.law.edges(float(run.schedule.t[-1])) for group in network.groups]
+        key = (np.concatenate([*own, np.empty(0)]).tobytes(), tuple(sorted(network.held)))
+        if i not in self._plans or self._plans[i][0] != key:
+            self._plans[i] = key, plan_of(network, run, start)
+        return carried(self._plans[i][1], network, start)
 
     def slopes(self, theta: Array, predictions: Sequence[Prediction]) -> list[Array]:
         """∂(channels)/∂θ of every run: (parameters, channels, 2 K) each."""
+        others = self._others(theta, predictions)
         out = []
-        others: dict[int, list[Array]] = {}
-        for j, parameter in enumerate(self.parameters):
-            if push_of(parameter, predictions[0].course, float(theta[j])) is None:
-                others[j] = self._differences(theta, j, predictions)
         for r, prediction in enumerate(predictions):
-            out.append(self._slopes(theta, prediction, {j: d[r] for j, d in others.items()}))
+            course = prediction.course
+            by_heat, pushes, guards = self._pushes(theta, prediction)
+            slopes = np.empty((len(self.parameters), *prediction.values.shape))
+            if by_heat:
+                slopes[by_heat] = prediction.changes(course.ends(course.resolved(pushes, guards), course.sight))
+            for j, values in others.items():
+                slopes[j] = values[r]
+            out.append(slopes)
         return out
 
-    def _slopes(self, theta: Array, prediction: Prediction, others: Mapping[int, Array]) -> Array:
+    def mean_slopes(
+        self, theta: Array, predictions: Sequence[Prediction], also: Sequence[Sequence[Push]] | None = None
+    ) -> list[Array]:
+        """∂(cells' means)/∂θ of every run, below them its answers to further pushes: (parameters + pushes, ·) each."""
+        others = self._others(theta, predictions)
+        out = []
+        for r, prediction in enumerate(predictions):
+            by_heat, pushes, guards = self._pushes(theta, prediction)
+            further = list(also[r]) if also else []
+            if guards is not None:
+                guards = np.concatenate([guards, np.zeros((len(further), guards.shape[1]))])
+            answers = prediction.answered([*pushes, *further], guards)
+            slopes = np.empty((len(self.parameters) + len(further), answers.shape[1]))
+            slopes[by_heat], slopes[len(self.parameters) :] = answers[: len(pushes)], answers[len(pushes) :]
+            for j, values in others.items():
+                slopes[j] = prediction.means(values[r])
+            out.append(slopes)
+        return out
+
+    def _pushes(self, theta: Array, prediction: Prediction) -> tuple[list[int], list[Push], Array | None]:
+        """Parameters that act by heat, their pushes, and how they move the guards of relays."""
         course = prediction.course
-        by_heat = [j for j in range(len(self.parameters)) if j not in others]
-        pushes = [push_of(self.parameters[j], course, float(theta[j])) for j in by_heat]
-        pushed = [p for p in pushes if p is not None]
-        if isinstance(course, SwitchedCourse):
-            guards = [course.by_guard(self.parameters[j], float(theta[j])) for j in by_heat]
-            answers = course.answers_with(pushed, np.array(guards).reshape(len(pushed), len(course.events)))
-        else:
-            answers = course.answers(pushed)
-        slopes = np.empty((len(self.parameters), *prediction.values.shape))
-        if by_heat:
-            slopes[by_heat] = prediction.changes(answers)
-        for j, values in others.items():
-            slopes[j] = values
-        return slopes
+        found = [(j, push_of(p, course, float(theta[j]))) for j, p in enumerate(self.parameters)]
+        by_heat, pushes = [j for j, p in found if p is not None], [p for _, p in found if p is not None]
+        if not isinstance(course, SwitchedCourse):
+            return by_heat, pushes, None
+        guards = [course.by_guard(self.parameters[j], float(theta[j])) for j in by_heat]
+        return by_heat, pushes, np.array(guards).reshape(len(pushes), len(course.events))
+
+    def _others(self, theta: Array, predictions: Sequence[Prediction]) -> dict[int, list[Array]]:
+        """∂(channels)/∂θ_j, run by run, of parameters that act otherwise than by heat."""
+        network = predictions[0].course.problem.plan.network
+        return {j: self._differences(theta, j, predictions) for j, p in enumerate(self.parameters)
+                if not acts_by_heat(p, network)}  # fmt: skip
 
     def _differences(self, theta: Array, j: int, predictions: Sequence[Prediction]) -> list[Array]:
         """∂(channels)/∂θ_j by a difference of whole runs."""
@@ -174,15 +155,11 @@ class Model:
             step *= max(p.spread, 1e-9) if np.isfinite(p.spread) else 1.0
         there = theta.copy()
         there[j] += step
-        values = values_at(self.parameters, there)
-        machine = at_values(self.machine, values)
         if p.entry.startswith("tcp."):
-            return [(q.read(at_values(q.machine, {p.path: values[p.path]}), q.course.readings) - q.values) / step
-                    for q in predictions]  # fmt: skip
-        network = build(machine)
-        outputs = readouts(network, parts=False)
-        moved = [self._predict(i, run, machine, network, outputs, self._start_of(predictions[i]))
-                 for i, run in enumerate(self.runs)]  # fmt: skip
+            value = {p.path: p.value(float(there[j]))}
+            return [(q.read(at_values(q.machine, value), q.course.readings) - q.values) / step for q in predictions]
+        machine, network = self.at(there)
+        moved = self._run(machine, network, [self._start_of(q) for q in predictions])
         return [(_onto(m, q) - q.values) / step for m, q in zip(moved, predictions, strict=True)]
 
     @staticmethod
@@ -210,13 +187,26 @@ def plan_of(network: Network, run: Run, start: Mapping[str, float]) -> Plan:
     """The plan of a run: restarts at every knot and wherever a law says so."""
     edges = joined(interval_edges(network, run.schedule), run.knots.t)
     left, right = spans(run.schedule, edges)
+    T0 = start_of(network, start, left)
+    return Plan(network, run.schedule.t, edges, left, right, T0, "modal", "on the knots of a fit")
+
+
+def carried(plan: Plan, network: Network, start: Mapping[str, float]) -> Plan:
+    """A plan for another network with the same edges: what was worked out from edges and inputs comes along."""
+    new = replace(plan, network=network, T0=start_of(network, start, plan.left))
+    for name in ("just_inside", "ramped", "steps"):
+        new.__dict__[name] = getattr(plan, name)
+    return new
+
+
+def start_of(network: Network, start: Mapping[str, float], inputs: Mapping[str, Array]) -> Array:
+    """Temperatures of all lumps at the start."""
     T0 = np.full(network.size, network.machine.reference)
     for name, part in network.parts.items():
         T0[part] = start.get(name, network.machine.reference)
-    held = {i: left[source][0] if isinstance(source, str) else source for i, source in network.held.items()}
-    for i, value in held.items():
-        T0[i] = value
-    return Plan(network, run.schedule.t, edges, left, right, T0, "modal", "on the knots of a fit")
+    for i, source in network.held.items():
+        T0[i] = inputs[source][0] if isinstance(source, str) else source
+    return T0
 
 
 def start_pushes(course: Course, parts: Sequence[str]) -> list[Push]:

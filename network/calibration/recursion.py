@@ -1,4 +1,4 @@
-"""x[k+1] = gain[k] x[k] + push[k] for many modes and many pushes at once: by numba where it is there, else by blocks."""
+"""x[k+1] = gain[k] x[k] + push[k] for many modes and pushes at once: by numba where it is there, else by blocks."""
 
 from __future__ import annotations
 
@@ -15,22 +15,23 @@ def recur(gain: Array, push: Array, start: Array) -> tuple[Array, Array]:
 
     gain: (K, n); push: (K, pushes, n), overwritten; start: (pushes, n).
     """
-    fast = _compiled()
+    fast = compiled()
     if fast is not None and not np.iscomplexobj(push) and not np.iscomplexobj(gain):
-        end = np.ascontiguousarray(start, float)
+        end = np.array(start, float)
         fast(np.ascontiguousarray(gain), push, end)
         return push, end
-    return _by_blocks(gain, push, start)
+    return by_blocks(gain, push, start)
 
 
 @cache
-def _compiled() -> Callable[[Array, Array, Array], None] | None:
+def compiled() -> Callable[[Array, Array, Array], None] | None:
+    """The recursion as machine code; None without numba."""
     try:
         from numba import njit
     except ImportError:
         return None
 
-    @njit(cache=True, fastmath=False)  # type: ignore[misc, untyped-decorator]
+    @njit(cache=True, fastmath=False)  # type: ignore[untyped-decorator]
     def loop(gain: Array, push: Array, x: Array) -> None:
         K, P, n = push.shape
         for k in range(K):
@@ -43,22 +44,27 @@ def _compiled() -> Callable[[Array, Array, Array], None] | None:
     return loop  # type: ignore[no-any-return]
 
 
-def _by_blocks(gain: Array, push: Array, start: Array) -> tuple[Array, Array]:
-    """√K steps side by side, so that the interpreter takes 2√K steps and not K."""
+def by_blocks(gain: Array, push: Array, start: Array) -> tuple[Array, Array]:
+    """√K steps side by side, so that the interpreter takes 2√K steps and not K; the rest one by one."""
     K, P, n = push.shape
+    if np.iscomplexobj(gain) and not np.iscomplexobj(push):
+        push = push.astype(complex)
     size = max(1, int(np.sqrt(K)))
-    blocks = -(-K // size)
-    pad = blocks * size - K
-    g = np.concatenate([gain, np.ones((pad, n), gain.dtype)]).reshape(blocks, size, 1, n)
-    f = np.concatenate([push, np.zeros((pad, P, n), push.dtype)]).reshape(blocks, size, P, n)
-    running, carried = np.ones((blocks, 1, n), g.dtype), np.zeros((blocks, P, n), f.dtype)
-    product, total = np.empty_like(g), np.empty_like(f)
+    blocks = K // size
+    g, f = gain[: blocks * size].reshape(blocks, size, 1, n), push[: blocks * size].reshape(blocks, size, P, n)
+    carried, product = np.zeros((blocks, P, n), push.dtype), np.empty_like(g)
+    running = np.ones((blocks, 1, n), g.dtype)
     for i in range(size):
-        product[:, i], total[:, i] = running, carried
-        running, carried = running * g[:, i], carried * g[:, i] + f[:, i]
-    x, heads = start.astype(f.dtype), np.empty((blocks, P, n), f.dtype)
+        product[:, i] = running
+        now = carried * g[:, i]
+        now += f[:, i]
+        f[:, i], carried = carried, now
+        running = running * g[:, i]
+    x = start.astype(push.dtype)
     for b in range(blocks):
-        heads[b] = x
+        f[b] += product[b] * x
         x = running[b] * x + carried[b]
-    total += product * heads[:, None]
-    return total.reshape(-1, P, n)[:K], x
+    for k in range(blocks * size, K):
+        now = gain[k] * x + push[k]
+        push[k], x = x, now
+    return push, x

@@ -10,12 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import solve_triangular
 
 from network.balance import relay_slices
 from network.calibration.course import Course, Push, kick, solve
+from network.calibration.kicks import states_at
 from network.calibration.parameters import Parameter
 from network.channels import Readouts
 from network.declare import Array
@@ -23,6 +25,7 @@ from network.mechanisms.base import STEP
 from network.refusal import Failed
 from network.solvers import switched
 from network.solvers.linear import reduce
+from network.solvers.modal import Modes
 from network.solvers.plan import SAME_INSTANT, Plan
 
 LEAST_RATE = 1e-7
@@ -45,41 +48,37 @@ class SwitchedCourse(Course):
 
     events: tuple[Event, ...] = ()
 
-    def answers_with(self, pushes: Sequence[Push], by_guard: Array) -> Array:
-        """Answers to pushes whose parameter moves the guards, too: by_guard[p, e] = ∂g/∂θ at event e."""
-        if not self.events:
-            return Course.answers(self, pushes)
+    def resolved(self, pushes: Sequence[Push], by_guard: Array | None = None) -> Sequence[Push]:
+        """Pushes with the jumps of the switchings that they move; by_guard[p, e] = ∂g/∂θ at event e, where the
+        parameter behind a push moves the guards, too."""
+        if not self.events or not pushes:
+            return pushes
         kicks = [kick(self, (e.interval, self._jump(e))) for e in self.events]
-        at = [e.crossing for e in self.events]
-        own = self._guard_changes([*pushes, *kicks], at)
-        smooth, mutual = own[: len(pushes)], own[len(pushes) :]
+        smooth, mutual = self._guard_changes(pushes), self._guard_changes(kicks)
         rate = self._guard_rates
         earlier = np.array([[f.interval <= e.crossing for f in self.events] for e in self.events])
         coupling = np.where(earlier, mutual.T, 0.0) / rate[:, None]
         np.fill_diagonal(coupling, 0.0)
-        right = -(by_guard + smooth) / rate
+        right = -(smooth if by_guard is None else smooth + by_guard) / rate
         moved = solve_triangular(np.tril(coupling) + np.eye(len(rate)), right.T, lower=True).T
-        full = [replace(p, kicks=(*p.kicks, *((e.interval, self._jump(e) * dt) for e, dt in zip(self.events, moved[i], strict=True))))
+        jumps = [k.kicks[0] for k in kicks]
+        return [replace(p, kicks=(*p.kicks, *((at, jump * dt) for (at, jump), dt in zip(jumps, moved[i], strict=True))))
                 for i, p in enumerate(pushes)]  # fmt: skip
-        return Course.answers(self, full)
-
-    def answers(self, pushes: Sequence[Push]) -> Array:
-        return self.answers_with(pushes, np.zeros((len(pushes), len(self.events))))
 
     def _jump(self, event: Event) -> Array:
         """Rate of the states before the switching less that after it."""
         dx0, dx1 = self.rates
         return np.asarray(dx1[event.interval - 1] - dx0[event.interval])
 
-    def _guard_changes(self, pushes: Sequence[Push], at: Sequence[int]) -> Array:
+    def _guard_changes(self, pushes: Sequence[Push]) -> Array:
         """∇g·s at the crossings, just before them: (pushes, events)."""
-        begin, _ = self.states_after(pushes)
-        dx = begin[:, at]  # states are continuous but for kicks of their own interval, which come after the crossing
-        rows = np.stack([self._gradient(e) for e in self.events])
-        for i, push in enumerate(pushes):
-            for k, jump in push.kicks:
-                dx[i, [j for j, a in enumerate(at) if a == k]] -= jump
-        return np.asarray(np.einsum("pen,en->pe", dx, rows))
+        dx = states_at(self, pushes, [e.crossing for e in self.events])
+        return np.asarray(np.einsum("pen,en->pe", dx, self._gradients))
+
+    @cached_property
+    def _gradients(self) -> Array:
+        """∂g/∂(states) at every event."""
+        return np.stack([self._gradient(e) for e in self.events])
 
     def _gradient(self, event: Event) -> Array:
         """∂g/∂(states) at an event."""
@@ -104,11 +103,11 @@ class SwitchedCourse(Course):
     def inputs_at(self, k: int) -> dict[str, Array]:
         return {name: values[k] for name, values in self.problem.plan.left.items()}
 
-    @property
+    @cached_property
     def _guard_rates(self) -> Array:
         """dg/dt just before each crossing."""
-        dx1 = self.rates[1]
-        rates = np.array([float(self._gradient(e) @ dx1[e.crossing - 1]) for e in self.events])
+        before = self.rates[1][[e.crossing - 1 for e in self.events]]
+        rates = np.einsum("en,en->e", self._gradients, before)
         return np.where(np.abs(rates) < LEAST_RATE, LEAST_RATE, rates)
 
     def by_guard(self, parameter: Parameter, theta: float) -> Array:
@@ -134,7 +133,7 @@ class SwitchedCourse(Course):
         return out
 
 
-def switched_course(plan: Plan, readouts: Readouts) -> SwitchedCourse:
+def switched_course(plan: Plan, readouts: Readouts, known: dict[bytes, Modes] | None = None) -> SwitchedCourse:
     """The run of a plan with relays. Raises Failed where its modes are too much alike."""
     found = switched.find(plan, readouts)
     if found is None:
@@ -144,7 +143,7 @@ def switched_course(plan: Plan, readouts: Readouts) -> SwitchedCourse:
     )
     crossings = [t - float(pauses[j]) for t, j, _ in found.switches]
     plan = with_edges(found.plan, np.array(crossings, float))
-    course = solve(reduce(plan, readouts))
+    course = solve(reduce(plan, readouts), known)
     events = []
     for (t, j, mode), crossing in zip(found.switches, crossings, strict=True):
         k, c = (int(np.argmin(np.abs(plan.edges - x))) for x in (t, crossing))

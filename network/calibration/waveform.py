@@ -8,12 +8,11 @@ iteration on whole courses), Burrage, Parallel and Sequential Methods for ODEs (
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from network.balance import heat_balance, jacobian
-from network.calibration.course import Course, Push, solve
+from network.calibration.bends import Bends, BentCourse, bends_of
+from network.calibration.course import Course, solve
 from network.calibration.partials import inputs_at_ends
 from network.channels import Readouts
 from network.declare import Array, Indices
@@ -21,78 +20,23 @@ from network.graph import Flows, Heats, Network
 from network.mechanisms.base import Source
 from network.refusal import Failed
 from network.solvers.linear import Forcing, LinearProblem, Regime, reduce, regime_from
+from network.solvers.modal import Modes
 from network.solvers.plan import Plan
 
 BEND = 0.15
 """Of a slope's largest value: how far it may move within a window."""
 ROUNDS, CLOSE = 60, 2e-6
 """Rounds at most, and the change [K] at which a run agrees with itself."""
-ANSWER_ROUNDS, ANSWER_CLOSE = 25, 1e-4
 MOST_WINDOWS = 60
 
 
-@dataclass(frozen=True)
-class Bends:
-    """How far the slopes of bent laws lie from their windows', at both ends of the intervals: (group, by reading)."""
-
-    parts: tuple[tuple[Flows | Heats[Source], tuple[Array, ...]], ...]
-
-    def heat(self, dT: Array) -> Array:
-        """Heat into the lumps that the windows' slopes leave out, at changes dT (…, 2 K, N)."""
-        q = np.zeros_like(dT)
-        for group, slopes in self.parts:
-            if isinstance(group, Flows):
-                Q = (slopes[0] * dT[..., group.a] + slopes[1] * dT[..., group.b]) * group.w
-                q += Q @ group.spread
-            else:
-                Q = sum((s * (dT @ R.T) for s, R in zip(slopes, group.reads, strict=True)), np.zeros(1))
-                q += Q @ group.into.T
-        return q
-
-
-@dataclass(frozen=True, eq=False)
-class BentCourse(Course):
-    """A course whose answers take the bends along."""
-
-    bends: Bends = Bends(())
-
-    def answers(self, pushes: list[Push] | tuple[Push, ...]) -> Array:  # type: ignore[override]
-        return np.concatenate([super(BentCourse, self).answers([self._settled(push)]) for push in pushes])
-
-    def _settled(self, push: Push) -> Push:
-        """The push with the heat that bent laws add as temperatures answer to it."""
-        K, N = len(self.x0), self.problem.plan.network.size
-        own = np.zeros((2 * K, N))
-        own[:K, push.lumps], own[K:, push.lumps] = push.q0, push.q1
-        full = Push(np.arange(N), own[:K], own[K:], push.kicks)
-        last = np.zeros(1)
-        for _ in range(ANSWER_ROUNDS):
-            dT = self._temperatures(full)
-            further = self.bends.heat(dT)
-            q = own + further
-            full = Push(np.arange(N), q[:K], q[K:], push.kicks)
-            if np.abs(dT - last).max() < ANSWER_CLOSE * max(float(np.abs(dT).max()), 1e-12):
-                break
-            last = dT
-        return full
-
-    def _temperatures(self, push: Push) -> Array:
-        """Changes of all lumps at both ends of the intervals (2 K, N)."""
-        begin, stop = self.states_after([push])
-        dT = np.empty((2 * len(self.x0), self.problem.plan.network.size))
-        K = len(self.x0)
-        for r, mine in self._by_regime():
-            P, P_heat = self.problem.regimes[r].P, self.problem.regimes[r].P_heat
-            dT[mine] = begin[0, mine] @ P.T + push.q0[mine] @ P_heat[:, push.lumps].T
-            dT[K + mine] = stop[0, mine] @ P.T + push.q1[mine] @ P_heat[:, push.lumps].T
-        return dT
-
-
-def course_of(plan: Plan, readouts: Readouts, guess: tuple[Array, Array] | None = None) -> Course:
+def course_of(
+    plan: Plan, readouts: Readouts, guess: tuple[Array, Array] | None = None, known: dict[bytes, Modes] | None = None
+) -> Course:
     """The run of a plan without relays, or whose relay modes are known; `guess`: temperatures at both ends of the
     intervals from a run nearby. Raises Failed where the rounds do not come together."""
     if plan.network.is_affine():
-        return solve(reduce(plan, readouts))
+        return solve(reduce(plan, readouts), known)
     return _Rounds(plan, readouts, guess).course()
 
 
@@ -125,8 +69,9 @@ class _Rounds:
                 break
             self.T = T if change < before or k < 3 else (T + self.T) / 2
             if change < CLOSE and k:
-                return BentCourse(course.problem, course.modes, course.x0, course.x1, self._bends(regimes, of))
-        raise Failed(f"the run does not come to agree with itself (still {change:.2g} K off): a heat source may run away")
+                return BentCourse(course.problem, course.modes, course.x0, course.x1, self._bends(of))
+        off = f"still {change:.2g} K off"
+        raise Failed(f"the run does not come to agree with itself ({off}): a heat source may run away")
 
     def _regime(self, mine: Indices) -> Regime:
         """The balance linearised at the middle of a window."""
@@ -159,14 +104,11 @@ class _Rounds:
         scale = np.concatenate([np.sqrt(network.capacity[network.free]), np.ones(self.readouts.states)])
         return LinearProblem(plan, self.readouts, tuple(regimes), of, forcing, f0, f1, x0, scale)
 
-    def _bends(self, regimes: list[Regime], of: Indices) -> Bends:
+    def _bends(self, of: Indices) -> Bends:
         """Slopes at both ends less those at which the windows were linearised."""
         now = bent_slopes(self.network, self.T, self.u)
-        parts = []
-        for group, slopes in now:
-            own = tuple(np.asarray(s - self._in_windows(group, i, of, s)) for i, s in enumerate(slopes))
-            parts.append((group, own))
-        return Bends(tuple(parts))
+        off = [(g, tuple(s - self._in_windows(g, i, of, s) for i, s in enumerate(slopes))) for g, slopes in now]
+        return bends_of(self.network, off)
 
     def _in_windows(self, group: Flows | Heats[Source], i: int, of: Indices, like: Array) -> Array:
         """The slopes by reading i at the middle of every window, laid out over the ends of the intervals."""
@@ -183,12 +125,10 @@ class _Rounds:
 def _slopes(group: Flows | Heats[Source], T: Array, u: dict[str, Array]) -> tuple[Array, ...]:
     """Slopes of a group at many instants, each (instants, members)."""
     if isinstance(group, Flows):
-        slopes = group.law.slopes(T[:, group.a], T[:, group.b], u)
-        width = len(group.a)
+        slopes: tuple[Array, ...] = group.law.slopes(T[:, group.a], T[:, group.b], u)
     else:
         slopes = group.law.slopes(u, *(T @ R.T for R in group.reads))
-        width = group.into.shape[1]
-    return tuple(np.broadcast_to(s, (len(T), width)) for s in slopes)
+    return tuple(np.broadcast_to(s, (len(T), len(group.entry))) for s in slopes)
 
 
 def bent_slopes(

@@ -1,0 +1,92 @@
+"""Pushes that only kick: modes that decay from jump to jump, followed from piece to piece."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from network.calibration.course import Course
+from network.calibration.stretches import Push, Stretch
+from network.declare import Array
+
+
+class Kicks:
+    """Some pushes in the order of their first kicks; a piece lies between kicks, in one stretch."""
+
+    def __init__(self, course: Course, pushes: Sequence[Push]) -> None:
+        begins = np.array([min(k for k, _ in push.kicks) for push in pushes])
+        self.order = np.argsort(begins, kind="stable")
+        self.course, self.first = course, begins[self.order]
+        at: dict[int, list[tuple[int, Array]]] = {}
+        for i, push in enumerate(pushes[j] for j in self.order):
+            for k, jump in push.kicks:
+                at.setdefault(k, []).append((i, jump))
+        self.at = {k: (np.array([i for i, _ in own]), np.array([jump for _, jump in own])) for k, own in at.items()}
+
+    def in_order(self, values: Array) -> Array:
+        """Values of the pushes as they were given."""
+        if (np.diff(self.order) > 0).all():
+            return values
+        out = np.empty_like(values)
+        out[self.order] = values
+        return out
+
+    def pieces(self) -> Iterator[tuple[Stretch, int, int, Array, Array]]:
+        """Stretch, first and last interval of every piece, modal states (active pushes, n) at its beginning, and how
+        they have decayed at the beginning of each of its intervals (k, n)."""
+        x = np.zeros((len(self.first), self.course.problem.order))
+        edges = self.course.problem.plan.edges
+        for s in self.course.stretches:
+            m = x @ s.modes.W.T
+            cuts = [s.first, *sorted(k for k in self.at if s.first < k < s.last), s.last]
+            begins = np.repeat(edges[cuts[:-1]], np.diff(np.array(cuts)))
+            decays = np.exp(np.multiply.outer(begins - edges[s.first : s.last], s.modes.rates))
+            for a, b in pairwise(cuts):
+                m = self._kicked(m, s, a)
+                active = int(np.searchsorted(self.first, a, side="right"))
+                if active:
+                    yield s, a, b, m[:active], decays[a - s.first : b - s.first]
+                    m[:active] *= np.exp(-s.modes.rates * (edges[b] - edges[a]))
+            x = np.real(m @ s.modes.V.T)
+
+    def _kicked(self, m: Array, s: Stretch, k: int) -> Array:
+        if k in self.at:
+            pushes, jumps = self.at[k]
+            np.add.at(m, pushes, jumps @ s.modes.W.T)
+        return m
+
+    def states(self, intervals: Sequence[int]) -> Array:
+        """States at the beginnings of some intervals, before the kicks there: (pushes, intervals, n)."""
+        out = np.zeros((len(self.first), len(intervals), self.course.problem.order))
+        wanted = np.asarray(intervals)
+        for s, a, b, m, decay in self.pieces():
+            for j in np.flatnonzero((wanted > a) & (wanted <= b)):
+                k = int(wanted[j])
+                gone = decay[k - a] if k < b else decay[-1] * s.gain[b - 1 - s.first]
+                out[: len(m), j] = np.real((m * gone) @ s.modes.V.T)
+        return self.in_order(out)
+
+
+def states_at(course: Course, pushes: Sequence[Push], intervals: Sequence[int]) -> Array:
+    """Changes of the states at the beginnings of some intervals, before the kicks there: (pushes, intervals, n)."""
+    out = np.zeros((len(pushes), len(intervals), course.problem.order))
+    heats = [i for i, push in enumerate(pushes) if push.is_heat]
+    if heats:
+        out[heats] += _heated(course, [pushes[i] for i in heats], np.asarray(intervals))
+    kicked = [i for i, push in enumerate(pushes) if push.kicks]
+    if kicked:
+        out[kicked] += Kicks(course, [pushes[i] for i in kicked]).states(intervals)
+    return out
+
+
+def _heated(course: Course, pushes: Sequence[Push], intervals: Array) -> Array:
+    n = course.problem.order
+    out, x = np.zeros((len(pushes), len(intervals), n)), np.zeros((len(pushes), n))
+    for s in course.stretches:
+        m, end = s.heated(*s.forced(pushes), x @ s.modes.W.T)
+        x = np.real(end @ s.modes.V.T)
+        mine = np.flatnonzero((intervals >= s.first) & (intervals < s.last))
+        out[:, mine] = np.real(m[intervals[mine] - s.first] @ s.modes.V.T).transpose(1, 0, 2)
+    return out
