@@ -144,7 +144,7 @@ def _hat_fit(t: Array, x: Array, y: Array) -> Array:
     return np.asarray(solveh_banded(banded, right))
 
 
-def cell_matrix(knots: Knots, edges: Array, present: Array) -> Array:
+def cell_matrix(knots: Knots, edges: Array, present: Mask) -> Array:
     """Means over cells of what runs straight in every interval between edges, at the samples that are present:
     (cells, 2 K) for values just after the K left edges, then just before the K right ones; rows of cells without any
     sample are zero."""
