@@ -177,7 +177,8 @@ def _counts(data: Sequence[Measured], parameters: Sequence[Parameter]) -> list[s
         apart = {n: int(c.apart.sum()) for n, c in one.channels.items() if c.apart.any()}
         if apart:
             shown = ", ".join(f"{count} of {n}" for n, count in apart.items())
-            told.append(f"{one.recording.file}: readings far from their neighbours are set aside: {shown}")
+            what = "readings far from their neighbours are set aside (the residuals shown still count them)"
+            told.append(f"{one.recording.file}: {what}: {shown}")
     readings = sum(int(one.known.sum()) for one in data)
     if readings <= len(parameters):
         told.append(

@@ -15,7 +15,7 @@ from network.calibration.admission import admitted, check_apart, check_parameter
 from network.calibration.bands import Band, bands
 from network.calibration.evidence import Measured
 from network.calibration.fitting import make_problem
-from network.calibration.judging import sentences, shift
+from network.calibration.judging import sentences, shift, told_holdout
 from network.calibration.misread import misread
 from network.calibration.noise import Noise
 from network.calibration.parameters import Parameter, at_values, centres, free_parameters, values_at
@@ -136,10 +136,11 @@ def _calibrated(
     areas = tuple(
         bands(machine, parameters, fit.at.theta, known.theta_covariance, r, start) for r in (*train, *held_out)
     )
+    after, after_holdout = compare(result, train, start=start), _compared(result, held_out, start)
+    told = [*told_holdout(before_holdout, after_holdout, after), *sentences(found, fit, known)]
     return Calibration(
-        result, machine, parameters, fit, known, before, compare(result, train, start=start), before_holdout,
-        _compared(result, held_out, start), areas, let_in.warnings, tuple(sentences(found, fit, known)), found.tried,
-        seed, time.perf_counter() - began,
+        result, machine, parameters, fit, known, before, after, before_holdout, after_holdout, areas, let_in.warnings,
+        tuple(told), found.tried, seed, time.perf_counter() - began,
     )  # fmt: skip
 
 

@@ -35,7 +35,7 @@ USUAL = {"degC": 0.1, "um": 0.5e-6, "urad": 0.5e-6}
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A sensor that is not there. ratio: 1σ of each number with it over that without; bands: largest 1σ of each axis."""
+    """A sensor that is not there. ratio: 1σ of each number with it over that without; bands: worst 1σ of each axis."""
 
     measures: str
     noise: str

@@ -7,9 +7,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from network.calibration.parameters import Parameter, centres
-from network.calibration.refining import COLOURABLE, Fit
+from network.calibration.refining import Fit
 from network.calibration.starting import ADEQUATE, Found, rms
 from network.calibration.uncertainty import CLOSELY, Uncertainty
+from network.comparison import Comparison
 from network.declare import Array
 from network.report.table import digits, span
 from network.residuals.amounts import amount, joined
@@ -18,6 +19,8 @@ from network.units import show, unit
 FAR_MOVED = 2.0
 WELL = 0.05
 """Standard error of the logarithm up to which a number is called well determined."""
+WORSE, AGAIN = 1.02, 1.5
+"""Held-out residuals over those before, and over those calibrated on, that are told."""
 MOST_PAIRS, MOST_NAMED = 6, 8
 
 
@@ -38,6 +41,30 @@ def relative(p: Parameter, theta: float, spread: float) -> str:
     return (
         show(spread, "K" if p.field.unit == "degC" else p.field.unit, 3) if p.field.unit != "1" else digits(spread, 3)
     )
+
+
+def told_holdout(before: Comparison | None, after: Comparison | None, train: Comparison) -> list[str]:
+    """Whether what was learned carries over to recordings that were held out."""
+    if before is None or after is None:
+        return []
+    was, now = before.rmse_in_noise, after.rmse_in_noise
+    if now > WORSE * was:
+        return [f"What was learned does not carry over: held out, the machine was {digits(was, 3)} σ off before and is "
+                f"{digits(now, 3)} σ off now; numbers were bent to make up for missing physics"]  # fmt: skip
+    if now > ADEQUATE and now > AGAIN * train.rmse_in_noise:
+        there = f"({digits(now, 3)} σ) than where it was calibrated ({digits(train.rmse_in_noise, 3)} σ)"
+        return [
+            f"Held out, the machine is further off {there}: something moves there that these recordings do not show"
+        ]
+    return []
+    was, now = before.rmse_in_noise, after.rmse_in_noise
+    if now > WORSE * was:
+        return [f"What was learned does not carry over: held out, the machine was {digits(was, 3)} σ off before and is "
+                f"{digits(now, 3)} σ off now; numbers were bent to make up for missing physics"]  # fmt: skip
+    if now > ADEQUATE and now > AGAIN * train.rmse_in_noise:
+        return [f"Held out, the machine is further off ({digits(now, 3)} σ) than where it was calibrated "
+                f"({digits(train.rmse_in_noise, 3)} σ): something moved there that these recordings do not show"]  # fmt: skip
+    return []
 
 
 def sentences(found: Found, fit: Fit, known: Uncertainty) -> list[str]:
@@ -94,15 +121,16 @@ def _tied(known: Uncertainty) -> Iterator[str]:
 
 
 def tie(a: Parameter, b: Parameter, theta: Array, std: Array, r: float) -> str:
-    """Which combination of two closely correlated numbers the readings tell."""
-    if not (a.is_log and b.is_log):
-        return "a difference" if r > 0 else "a sum"
-    size_a, size_b = a.value(theta[0]), b.value(theta[1])
+    """Which combination of two closely correlated numbers the readings tell: of two in one unit the sum or difference
+    if they trade one for one, else the product or ratio."""
+    size, relative = np.array([p.value(x) for p, x in zip((a, b), theta, strict=True)]), np.array(std, float)
+    for k, p in enumerate((a, b)):
+        relative[k] /= 1.0 if p.is_log else max(abs(size[k]), 1e-300)
     same_unit = unit(a.field.unit).dimension == unit(b.field.unit).dimension
-    by_size = same_unit and abs(np.log(std[0] * size_a / (std[1] * size_b))) < abs(np.log(std[0] / std[1]))
-    if by_size:
+    absolute = relative * np.abs(size)
+    if same_unit and abs(np.log(absolute[0] / absolute[1])) < abs(np.log(relative[0] / relative[1])):
         return "a difference" if r > 0 else "a sum"
-    return "a ratio" if r > 0 else "a product"
+    return "a ratio" if r * size[0] * size[1] > 0 else "a product"
 
 
 def _well(known: Uncertainty) -> Iterator[str]:
@@ -138,9 +166,7 @@ def _noise(fit: Fit) -> Iterator[str]:
         yield "Constant errors of the sensors were not let into the fit: they would have covered up what is missing"
     coloured = [f"{n} ({amount(s, units[n])} over {span(tau)})" for n, (s, tau) in fit.noise.coloured.items()]
     if coloured:
-        yield f"Residuals last longer than noise and count as coloured: {named(coloured)}"
-    elif ADEQUATE < rms(fit.at.left) <= COLOURABLE:
-        yield "Residuals are not coloured noise"
+        yield f"Residuals last longer than white noise would, and every ± allows for it: {named(coloured)}"
     if fit.weighted:
         yield f"Means of readings that lie far off count less ({fit.weighted} of {len(fit.at.left)})"
 

@@ -24,6 +24,12 @@ HUBER, MOST_WEIGHTED = 4.0, 0.1
 """Robust deviations from which a cell counts less; if more cells than this share do, the model is wrong, not they."""
 COLOURABLE = 3.0
 """rms up to which residuals may be coloured noise; beyond, something is missing."""
+TINTED = 2.0
+"""Coloured over white 1σ of a sensor beyond which it is the model that is wrong."""
+LET_GO = 1.15
+"""By how much coloured noise may raise what is left in units of white noise."""
+LONG = 8.0
+"""Correlation times that a run has to hold at least."""
 MISFIT = 1.2
 """rms up to which residuals are what white noise leaves."""
 PERSISTENT = 1.5
@@ -65,7 +71,8 @@ def _with_sensor_colours(fit: Fit) -> Fit:
     if rms(fit.at.left) <= MISFIT:
         return fit
     found = colours(fit.at.problem.data, fit.at.predictions)
-    coloured = {name: (s, tau) for name, (_, s, tau) in found.items() if s}
+    sigma = {n: s for d in fit.at.problem.data for n, s in d.sigma.items()}
+    coloured = {n: (s, tau) for n, (_, s, tau) in found.items() if 0 < s < TINTED * sigma[n]}
     trial = _with_noise(fit, Noise(coloured=coloured)) if coloured else fit
     return trial if rms(trial.at.left) <= COLOURABLE else fit
 
@@ -87,10 +94,12 @@ def _refit(fit: Fit, data: Sequence[Measured], noise: Noise) -> Linearised:
 
 
 def _with_noise(fit: Fit, noise: Noise) -> Fit:
+    """The fit with other noise, unless that lets the readings go."""
     try:
-        return replace(fit, at=_refit(fit, fit.at.problem.data, noise), noise=noise)
+        trial = replace(fit, at=_refit(fit, fit.at.problem.data, noise), noise=noise)
     except LinAlgError:
         return fit
+    return trial if in_white(trial.at) < LET_GO * in_white(fit.at) else fit
 
 
 def _weighted(fit: Fit) -> Fit:
@@ -111,6 +120,13 @@ def _weighted(fit: Fit) -> Fit:
             first += len(known)
         fit = replace(fit, at=_refit(fit, data, fit.noise), weighted=int(out.sum()))
     return fit
+
+
+def in_white(at: Linearised) -> float:
+    """rms of what is left, in units of white noise only."""
+    z = [r / np.sqrt(d.variance) for r, d in zip(left_si(at), at.problem.data, strict=True)]
+    whole = np.concatenate(z)
+    return rms(whole[np.isfinite(whole)])
 
 
 # -- colour -----------------------------------------------------------------------------------------------------------
@@ -148,7 +164,7 @@ def _colour(data: Sequence[Measured], left: Sequence[Array], name: str) -> tuple
     longest = max(float(t[-1] - t[0]) for _, _, t, _ in pieces)
     none = sum(_log_likelihood(r, np.diag(v)) for r, v, _, _ in pieces)
     best, at = none + GAIN, None
-    for tau in TIMES[longest > TIMES]:
+    for tau in TIMES[longest > LONG * TIMES]:
         shapes = [averaged_ou(t, width, tau) for _, _, t, width in pieces]
         for s in SHARES * size:
             found = sum(

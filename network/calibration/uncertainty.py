@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from network.calibration.fitting import Linearised, linearise
+from network.calibration.parameters import centres
 from network.calibration.refining import MISFIT
 from network.calibration.starting import at_bound, rms
 from network.declare import Array
@@ -53,9 +54,10 @@ class Uncertainty:
 
     @property
     def prior_only(self) -> tuple[int, ...]:
-        """Numbers that the readings say nothing about."""
-        spread = [p.spread for p in self.at.problem.parameters]
-        return tuple(int(j) for j in np.flatnonzero(self.std > PRIOR_ONLY * np.array(spread)))
+        """Numbers that the readings say nothing about, and that stayed near their priors."""
+        spread = np.array([p.spread for p in self.at.problem.parameters])
+        stayed = np.abs(self.at.theta - centres(self.at.problem.parameters)) < spread
+        return tuple(int(j) for j in np.flatnonzero(stayed & (self.std > PRIOR_ONLY * spread)))
 
     @property
     def at_bound(self) -> tuple[int, ...]:
