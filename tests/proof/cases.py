@@ -21,7 +21,7 @@ from proof.assembly import Assembly, assemble
 from proof.effect import Effect, Setting
 from proof.layout import Layout
 from proof.observing import ROUGH, WHITE, Recording, observe, record
-from proof.plan import Choice, Slot, slots
+from proof.plan import Slot, slots
 from proof.programs import Program, four_programs
 from proof.sealed import seal_of, sealed
 from proof.strength import Bench, bench, seen, sized, warmth
@@ -83,7 +83,7 @@ def make_case(rng: Generator, slot: Slot) -> Case:
     programs = four_programs(rng, layout.top_speed, layout.reference)
     on = bench(layout, numbers, programs[:3])
     setting = Setting(layout, warmth(layout, numbers, programs[:3]), slot.truth == "hard", slot.truth != "lumped")
-    effects = [visible(rng, on, setting, choice) for choice in slot.effects]
+    effects = [visible(rng, on, setting, kind) for kind in slot.effects]
     recordings = recorded(rng, slot, numbers, programs, effects)
     believed = {path: value * wrong(rng, slot.what) for path, value in numbers.items()}
     return Case(machine_text(layout, believed), recordings, key_of(slot, effects, numbers, seen(on, effects)))
@@ -95,13 +95,11 @@ def wrong(rng: Generator, what: str) -> float:
     return float(np.exp(off))
 
 
-def visible(rng: Generator, on: Bench, setting: Setting, choice: Choice) -> Effect:
+def visible(rng: Generator, on: Bench, setting: Setting, kind: type[Effect]) -> Effect:
     """An effect at one of its sites that calibration cannot hide; the most visible of some tries."""
     found: list[tuple[float, Effect]] = []
-    fitting = [kind for kind in choice if kind.site in setting.layout.sites]
-    kind = fitting[int(rng.random() < 0.3) % len(fitting)]
+    sites = setting.layout.sites[kind.site]
     while len(found) < TRIES and not (found and found[-1][0] > VISIBLE):
-        sites = setting.layout.sites[kind.site]
         effect = sized(rng, on, kind.draw(setting, sites[int(rng.integers(len(sites)))], rng))
         found.append((seen(on, [effect])["after_calibration"], effect))
     return max(found, key=lambda pair: pair[0])[1]
@@ -117,7 +115,7 @@ def recorded(
     fed = rng.random() < 0.4
     files = {}
     for index, (file, program) in enumerate(zip(FILES, programs, strict=True)):
-        start = {name: layout.reference + 0.1 * float(rng.standard_normal()) for name in layout.parts}
+        start = {name: layout.reference + float(rng.uniform(-0.15, 0.15)) for name in layout.parts}
         build = concealed(layout, numbers, slot.truth != "lumped", program, effects, index)
         shown = observe(build, program, start, program.times())
         feed = idle_feed(rng, program) if fed else None

@@ -154,6 +154,6 @@ class RunIn(Effect):
 
 
 def stronger(effect: Effect, factor: float) -> Effect:
-    """The same effect at another strength, kept within its bounds."""
+    """The same effect at another strength, kept within its bounds; four digits, so that rounding errors do not show."""
     low, high = effect.bounds
-    return replace(effect, size=float(np.clip(effect.size * factor, low, high)))
+    return replace(effect, size=float(f"{np.clip(effect.size * factor, low, high):.4g}"))

@@ -25,7 +25,7 @@ TURNS = ("portal", "mill", "lathe", "mill", "portal", "grinder", "lathe")
 TRUTHS = ("lumped", "fine", "hard")
 
 Choice = tuple[type[Effect], ...]
-"""Effects that answer to the same kind: the first that the layout has a site for, or another one now and then."""
+"""Effects that answer to the same kind: the first that the layout has a site for, every fourth time the last."""
 
 SINGLES: Mapping[str, Choice] = {
     "heat_source": (HiddenSource,),
@@ -54,10 +54,10 @@ NULLS = {"wrong_numbers": "lumped", "coarse": "fine", "rough": "hard"}
 
 @dataclass(frozen=True)
 class Slot:
-    """One case to be made: its class, the effects to choose from, the truth and the machine."""
+    """One case to be made: its class, the effects to conceal, the truth and the machine."""
 
     what: str
-    effects: tuple[Choice, ...]
+    effects: tuple[type[Effect], ...]
     truth: str
     layout: Layout
 
@@ -72,9 +72,17 @@ def slots(count: int, rng: Generator, reserved: bool = True) -> list[Slot]:
     for turn, i in enumerate(order):
         what = classes[i]
         truth = NULLS.get(what) or TRUTHS[(list(SHARES).index(what) + seen[what]) % len(TRUTHS)]
-        plan.append(Slot(what, choices(what, seen[what]), truth, LAYOUTS[turns[turn % len(turns)]]))
+        layout = LAYOUTS[turns[turn % len(turns)]]
+        effects = tuple(chosen(choice, seen[what], layout) for choice in choices(what, seen[what]))
+        plan.append(Slot(what, effects, truth, layout))
         seen[what] += 1
     return plan
+
+
+def chosen(choice: Choice, nth: int, layout: Layout) -> type[Effect]:
+    """The effect for the nth case of a class on this machine."""
+    fitting = [effect for effect in choice if effect.site in layout.sites]
+    return fitting[-1 if nth % 4 == 3 else 0]
 
 
 def apportioned(count: int) -> list[str]:

@@ -92,7 +92,8 @@ def sized(rng: Generator, on: Bench, effect: Effect) -> Effect:
 def seen(on: Bench, effects: Sequence[Effect]) -> dict[str, float]:
     """Rms in units of noise before and after calibration, for the key."""
     change = on.change(effects)
-    return {"before_calibration": rms(change), "after_calibration": rms(on.remaining(change))}
+    left = on.remaining(change)
+    return {"before_calibration": round(rms(change), 3), "after_calibration": round(rms(left), 3)}
 
 
 def warmth(layout: Layout, numbers: Mapping[str, float], programs: Sequence[Program]) -> dict[str, float]:
