@@ -31,7 +31,7 @@ class Finding:
     def read(cls, told: Mapping[str, Any]) -> Finding:
         alike = [other if isinstance(other, str) else other["kind"] for other in told.get("indistinguishable") or ()]
         names = {name.partition("@")[0] for name in [*(told.get("places") or ()), *(told.get("channels") or ())]}
-        kind, confidence = told["kind"], float(told.get("confidence") or 0)
+        kind, confidence = str(told.get("kind")), float(told.get("confidence") or 0)
         return cls(kind, frozenset([kind, *alike]), frozenset(names), confidence)
 
     def is_a(self, kinds: Sequence[str]) -> bool:
