@@ -19,6 +19,7 @@ from network.calibration.evidence import OFFSET, Measured, Nuisance
 from network.calibration.noise import Noise, Whitener, slack_covariance, whitener
 from network.calibration.parameters import Parameter, centres
 from network.calibration.predictor import Model, Prediction
+from network.calibration.threads import on_one_thread
 from network.declare import Array
 from network.machine import Machine
 from network.refusal import Failed
@@ -215,6 +216,7 @@ class Linearised:
         return -0.5 * (self.cost + self.problem.log_determinant + float(volume))
 
 
+@on_one_thread
 def linearise(problem: Problem, theta: Array) -> Linearised:
     """The problem about θ. Raises Failed where a run runs away."""
     predictions = problem.model.predict(theta)
@@ -251,6 +253,7 @@ def residual_cost(about: Linearised, theta: Array) -> float:
     return about.beside(theta=theta, residual=r).cost if np.isfinite(r).all() else np.inf
 
 
+@on_one_thread
 def minimise(
     problem: Problem, theta: Array | None = None, steps: int = STEPS, tell: Callable[[float], None] | None = None
 ) -> Linearised:

@@ -16,6 +16,7 @@ from scipy.linalg import cholesky, solve_triangular
 
 from network.calibration.course import Push
 from network.calibration.evidence import Measured
+from network.calibration.ou import sampled_ou
 from network.calibration.predictor import Prediction
 from network.declare import Array
 
@@ -58,11 +59,18 @@ class Whitener:
 
     def __call__(self, values: Array) -> Array:
         """L⁻¹ applied to values over all cells (…, cells): (…, known cells)."""
-        own = values[..., self.known]
+        return self.again(values[..., self.known])
+
+    def again(self, own: Array) -> Array:
+        """L⁻¹ applied to values over the cells that hold samples (…, known cells)."""
         if self.root.ndim == 1:
             return np.asarray(own / self.root)
         flat = own.reshape(-1, own.shape[-1])
         return np.asarray(solve_triangular(self.root, flat.T, lower=True).T.reshape(own.shape))
+
+    def undone(self, values: Array) -> Array:
+        """L applied to whitened values (…, known cells)."""
+        return np.asarray(values * self.root if self.root.ndim == 1 else values @ self.root.T)
 
 
 def whitener(data: Measured, noise: Noise, slack: Array | None = None) -> Whitener:
@@ -78,15 +86,20 @@ def whitener(data: Measured, noise: Noise, slack: Array | None = None) -> Whiten
 
 def coloured(data: Measured, noise: Noise) -> Array:
     """Covariance of the cells' means by coloured sensor noise."""
-    cells, t = data.run.knots.cells, data.centres
+    cells = data.run.knots.cells
     matrix = np.zeros((len(data.means), len(data.means)))
-    width = cell_widths(data)
     for i, name in enumerate(data.run.channels):
         s, tau = noise.coloured.get(name, (0.0, 1.0))
         if s:
             own = slice(i * cells, (i + 1) * cells)
-            matrix[own, own] = s * s * averaged_ou(t, width, tau)
+            matrix[own, own] = s * s * of_channel(data, name, tau)
     return matrix
+
+
+def of_channel(data: Measured, name: str, tau: float) -> Array:
+    """Correlation of the cells' means of one channel under OU noise."""
+    knots, present = data.run.knots, data.run.present[name]
+    return sampled_ou(knots.samples[present], knots.cell_of[present], knots.cells, tau)
 
 
 def cell_widths(data: Measured) -> Array:
