@@ -33,7 +33,7 @@ from network.refusal import Complaints
 Progress = Callable[[float], None]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Calibration:
     """The outcome. machine: with value ± standard error for each number; original: as it was given; fit, known: the
     minimum and its uncertainty; before, after, before_holdout, after_holdout: residuals on the recordings calibrated on
@@ -87,6 +87,9 @@ class Calibration:
         from network.report.calibration_summary import summary
 
         return summary(self)
+
+    def __repr__(self) -> str:
+        return f"<calibration of {self.original.name}: rmse {self.after.rmse_in_noise:.3g} σ>"
 
     def __str__(self) -> str:
         from network.report.calibration_words import tell_calibration

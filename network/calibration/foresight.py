@@ -48,7 +48,7 @@ class Candidate:
         return float(-np.log(self.ratio).sum())
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Foresight:
     """What a schedule would tell. covariance: posterior of θ; bands: of the TCP before and after; candidates: further
     sensors, the best first."""
@@ -83,6 +83,9 @@ class Foresight:
         from network.report.foresight_words import summary
 
         return summary(self)
+
+    def __repr__(self) -> str:
+        return f"<what {self.schedule} would tell about {self.machine.name}>"
 
     def __str__(self) -> str:
         from network.report.foresight_words import tell_foresight

@@ -26,7 +26,7 @@ COLOURABLE = 3.0
 """rms up to which residuals may be coloured noise; beyond, something is missing."""
 TINTED = 2.0
 """Coloured over white 1σ of a sensor beyond which it is the model that is wrong."""
-LET_GO = 1.15
+LET_GO = 1.4
 """By how much coloured noise may raise what is left in units of white noise."""
 LONG = 8.0
 """Correlation times that a run has to hold at least."""

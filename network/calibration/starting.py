@@ -1,31 +1,31 @@
 """Where a fit begins: at the priors' centres, and elsewhere too where one beginning may not be enough.
 
-A relay's own numbers move its switchings, and a fit that begins a cycle off never finds back: those are searched on a
-grid. Wide priors, a number at its bound and a bad first fit are answered by further beginnings drawn from the priors.
+A relay's own numbers move its switchings, and a fit that begins a cycle off never finds back: those are searched
+first (`cycling`). Wide priors, a number at its bound and a bad first fit are answered by further beginnings drawn
+from the priors.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 
+from network.calibration.cycling import cycling, relay_numbers
 from network.calibration.fitting import Linearised, Problem, linearise, minimise, residual_cost
 from network.calibration.parameters import Parameter, centres
 from network.declare import Array
-from network.mechanisms.base import Relay
 from network.refusal import Failed
 
 WIDE = 0.7
 """A prior σ of the logarithm from which one beginning is not enough."""
 ADEQUATE = 1.5
 """rms of whitened residuals up to which a fit is taken for good."""
+BAD = 3.0
+"""rms of a first fit that asks for further beginnings."""
 DRAWN, KEPT, STEPS = 16, 3, 12
 """Beginnings drawn, those that are fitted, and steps of each but the best."""
-GRID, REACH = 150, 1.5
-"""Points of a relay's grid at most, and how many prior σ it reaches."""
 ALIKE, APART = 6.0, 3.0
 """Two minima fit alike if their J differ by less; they are two if a number differs by so many standard errors."""
 AT_BOUND = 1e-3
@@ -54,9 +54,11 @@ def at_bound(parameters: Sequence[Parameter], theta: Array) -> list[int]:
 def best_start(problem: Problem, rng: np.random.Generator, tell: Callable[[float], None]) -> Found:
     """The most probable θ from as many beginnings as the problem asks for. Raises Failed where every run runs away."""
     begin = centres(problem.parameters)
-    grid = relay_grid(problem, begin)
-    seeds = [begin, *(_best_of(problem, grid, KEPT) if len(grid) else [])]
+    seeds = [begin, *cycling(problem, begin)]
     found = _minima(problem, seeds, STEPS if len(seeds) > 1 else None)
+    if relay_numbers(problem) and found and rms(min(found, key=_cost).left) > ADEQUATE:
+        again = cycling(problem, min(found, key=_cost).theta)
+        found, seeds = found + _minima(problem, again, STEPS), seeds + again
     if not found or needs_more(problem, min(found, key=_cost)):
         drawn = np.array([drawn_from(problem.parameters, rng) for _ in range(DRAWN)])
         tell(0.3)
@@ -88,7 +90,7 @@ def _minima(problem: Problem, seeds: Sequence[Array], steps: int | None) -> list
 def needs_more(problem: Problem, at: Linearised) -> bool:
     """Whether one beginning may not have been enough."""
     wide = any(p.is_unknown or (p.is_log and p.spread > WIDE) for p in problem.parameters)
-    return wide or bool(at_bound(problem.parameters, at.theta)) or rms(at.left) > ADEQUATE
+    return wide or bool(at_bound(problem.parameters, at.theta)) or rms(at.left) > BAD
 
 
 def drawn_from(parameters: Sequence[Parameter], rng: np.random.Generator) -> Array:
@@ -121,26 +123,6 @@ def _best_of(problem: Problem, thetas: Array, count: int) -> list[Array]:
         if len(chosen) == count:
             break
     return chosen
-
-
-def relay_grid(problem: Problem, begin: Array) -> Array:
-    """All combinations of a relay's free numbers about their priors, others at the beginning: (points, parameters)."""
-    machine = problem.model.machine
-    relays = {f"sources.{name}" for name, entry in machine.sources.items() if isinstance(entry, Relay)}
-    mine = [j for j, p in enumerate(problem.parameters) if p.entry in relays]
-    if not mine:
-        return np.empty((0, len(begin)))
-    each = max(2, min(7, int(GRID ** (1 / len(mine)))))
-    axes = [_along(problem.parameters[j], each) for j in mine]
-    thetas = np.tile(begin, (each ** len(mine), 1))
-    thetas[:, mine] = list(product(*axes))
-    return thetas[:GRID]
-
-
-def _along(p: Parameter, count: int) -> Array:
-    share = (np.arange(count) + 0.5) / count * 2 - 1
-    reach = p.spread if p.is_unknown else REACH * p.spread
-    return np.clip(p.centre + share * reach, p.low, p.high)
 
 
 def _is_rival(other: Linearised, best: Linearised) -> bool:
