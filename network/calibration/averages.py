@@ -57,8 +57,10 @@ class Averages:
         weighed += values[..., K:] * self.right[self.set_of]
         return np.asarray(np.add.reduceat(weighed, self.starts, axis=-1))
 
-    def groups(self) -> Iterator[tuple[int, Indices]]:
+    def groups(self) -> Iterator[tuple[int, Indices | slice]]:
         """Each set of samples, and the channels that have it."""
+        if len(self.samples) == 1:
+            return iter([(0, slice(None))])
         return ((i, np.flatnonzero(self.set_of == i)) for i in range(len(self.samples)))
 
     def touched(self, first: int, last: int) -> tuple[slice, Indices]:
@@ -66,6 +68,12 @@ class Averages:
         begin = int(np.searchsorted(self.starts, first, side="right")) - 1
         end = int(np.searchsorted(self.starts, last))
         return slice(begin, end), np.maximum(self.starts[begin:end] - first, 0)
+
+    def split(self, cuts: Sequence[int]) -> tuple[Indices, Indices]:
+        """Where cells or pieces begin among the intervals from the first cut to the last, and the cell of each."""
+        inside = self.starts[(self.starts > cuts[0]) & (self.starts < cuts[-1])]
+        starts = np.union1d(inside, cuts[:-1]).astype(int)
+        return np.searchsorted(self.starts, starts, side="right") - 1, starts - cuts[0]
 
 
 def averages(knots: Knots, edges: Array, present: Sequence[Mask]) -> Averages:

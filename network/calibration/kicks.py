@@ -33,39 +33,47 @@ class Kicks:
         out[self.order] = values
         return out
 
-    def pieces(self) -> Iterator[tuple[Stretch, int, int, Array, Array]]:
-        """Stretch, first and last interval of every piece, modal states (active pushes, n) at its beginning, and how
-        they have decayed at the beginning of each of its intervals (k, n)."""
-        x = np.zeros((len(self.first), self.course.problem.order))
-        edges = self.course.problem.plan.edges
-        for s in self.course.stretches:
-            m = x @ s.modes.W.T
-            cuts = [s.first, *sorted(k for k in self.at if s.first < k < s.last), s.last]
-            begins = np.repeat(edges[cuts[:-1]], np.diff(np.array(cuts)))
-            decays = np.exp(np.multiply.outer(begins - edges[s.first : s.last], s.modes.rates))
-            for a, b in pairwise(cuts):
-                m = self._kicked(m, s, a)
-                active = int(np.searchsorted(self.first, a, side="right"))
-                if active:
-                    yield s, a, b, m[:active], decays[a - s.first : b - s.first]
-                    m[:active] *= np.exp(-s.modes.rates * (edges[b] - edges[a]))
-            x = np.real(m @ s.modes.V.T)
+    def pieces(self, s: Stretch, x: Array) -> Iterator[tuple[int, int, Array]]:
+        """First and last interval of every piece of a stretch, and modal states (active pushes, n) at its beginning;
+        x: modal states of all at the beginning of the stretch, carried to its end."""
+        for a, b in pairwise(self.cuts(s)):
+            self._kick(x, s, a)
+            active = int(np.searchsorted(self.first, a, side="right"))
+            if active:
+                yield a, b, x[:active]
+                x[:active] *= np.exp(-s.modes.rates * (self.edges[b] - self.edges[a]))
 
-    def _kicked(self, m: Array, s: Stretch, k: int) -> Array:
+    def cuts(self, s: Stretch) -> list[int]:
+        """Where the pieces of a stretch begin, and its end."""
+        return [s.first, *sorted(k for k in self.at if s.first < k < s.last), s.last]
+
+    def decays(self, s: Stretch) -> Array:
+        """How the modes have decayed since the beginning of their piece, at that of every interval (k, n)."""
+        cuts = np.array(self.cuts(s))
+        begins = np.repeat(self.edges[cuts[:-1]], np.diff(cuts))
+        return np.asarray(np.exp(np.multiply.outer(begins - self.edges[s.first : s.last], s.modes.rates)))
+
+    def _kick(self, m: Array, s: Stretch, k: int) -> None:
         if k in self.at:
             pushes, jumps = self.at[k]
             np.add.at(m, pushes, jumps @ s.modes.W.T)
-        return m
+
+    @property
+    def edges(self) -> Array:
+        return self.course.problem.plan.edges
 
     def states(self, intervals: Sequence[int]) -> Array:
         """States at the beginnings of some intervals, before the kicks there: (pushes, intervals, n)."""
         out = np.zeros((len(self.first), len(intervals), self.course.problem.order))
-        wanted = np.asarray(intervals)
-        for s, a, b, m, decay in self.pieces():
-            for j in np.flatnonzero((wanted > a) & (wanted <= b)):
-                k = int(wanted[j])
-                gone = decay[k - a] if k < b else decay[-1] * s.gain[b - 1 - s.first]
-                out[: len(m), j] = np.real((m * gone) @ s.modes.V.T)
+        wanted, x = np.asarray(intervals), np.zeros((len(self.first), self.course.problem.order))
+        for s in self.course.stretches:
+            m, decays = (x @ s.modes.W.T), self.decays(s)
+            for a, b, states in self.pieces(s, m):
+                for j in np.flatnonzero((wanted > a) & (wanted <= b)):
+                    k = int(wanted[j])
+                    gone = decays[k - s.first] if k < b else decays[b - 1 - s.first] * s.gain[b - 1 - s.first]
+                    out[: len(states), j] = np.real((states * gone) @ s.modes.V.T)
+            x = np.real(m @ s.modes.V.T)
         return self.in_order(out)
 
 

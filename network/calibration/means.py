@@ -110,16 +110,19 @@ class Means:
     def _by_kicks(self, pushes: Sequence[Push], sight: Sight) -> Array:
         kicks = Kicks(self.course, pushes)
         out = np.zeros((len(pushes), sight.count, self.over.cells))
-        which = {s.first: n for n, s in enumerate(self.course.stretches)}
-        for s, a, b, m, decay in kicks.pieces():
-            cells, starts = self.over.touched(a, b)
-            rows = sight.over[s.index] @ s.modes.V
-            for i, channels in self.over.groups():
-                E = self.factors[which[s.first]][i].E[a - s.first : b - s.first]
-                factor = np.add.reduceat(E * decay, starts, axis=0)
-                seen = rows[channels, None, :] * factor
-                read = np.real(m @ seen.reshape(-1, seen.shape[-1]).T)
-                out[: len(m), channels, cells] += read.reshape(len(m), len(channels), -1)
+        x = np.zeros((len(pushes), self.course.problem.order))
+        for s, factors in zip(self.course.stretches, self.factors, strict=True):
+            m, decays, rows = x @ s.modes.W.T, kicks.decays(s), sight.over[s.index] @ s.modes.V
+            cells, starts = self.over.split(kicks.cuts(s))
+            seen = [np.add.reduceat(f.E * decays, starts, axis=0) for f in factors]
+            for a, b, states in kicks.pieces(s, m):
+                first, last = np.searchsorted(starts, (a - s.first, b - s.first)).tolist()
+                for i, channels in self.over.groups():
+                    by_cell = rows[channels, None, :] * seen[i][first:last]
+                    read = np.real(states @ by_cell.reshape(-1, by_cell.shape[-1]).T)
+                    here = slice(cells[first], cells[last - 1] + 1)
+                    out[: len(states), channels, here] += read.reshape(len(states), len(by_cell), -1)
+            x = np.real(m @ s.modes.V.T)
         return kicks.in_order(out)
 
 

@@ -7,7 +7,6 @@ materials, sensors) is left to differences of whole runs.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -32,8 +31,13 @@ def inputs_at_ends(plan: Plan) -> dict[str, Array]:
     return {name: np.concatenate([begin[name], end[name]]) for name in begin}
 
 
-def push_of(parameter: Parameter, course: Course, theta: float) -> Push | None:
-    """The further heat for one unit of θ; None where the parameter acts otherwise than by heat."""
+Found = tuple[tuple[int, Indices], ...]
+"""Where an entry stands: groups of a network, and members of each."""
+
+
+def push_of(parameter: Parameter, course: Course, theta: float, known: Found | None = None) -> Push | None:
+    """The further heat for one unit of θ; None where the parameter acts otherwise than by heat. known: where it stands,
+    from `place_of`."""
     network = course.problem.plan.network
     section, _, name = parameter.entry.partition(".")
     slope = parameter.slope(parameter.value(theta))
@@ -41,10 +45,10 @@ def push_of(parameter: Parameter, course: Course, theta: float) -> Push | None:
         return _of_capacity(network, course, name, slope)
     if section not in ("links", "sources"):
         return None
-    found = list(_members(network, parameter.entry, parameter.attribute))
+    found = place_of(network, parameter) if known is None else known
     if not found:
         return None
-    parts = [_by_parameter(course, group, members, parameter.attribute) for group, members in found]
+    parts = [_by_parameter(course, network.groups[g], members, parameter.attribute) for g, members in found]
     return _pushed(network, slope, parts)
 
 
@@ -65,18 +69,16 @@ def acts_by_heat(p: Parameter, network: Network) -> bool:
     section, _, name = p.entry.partition(".")
     if section == "nodes":
         return p.attribute in CAPACITY_KEYS and name in network.parts
-    return section in ("links", "sources") and any(True for _ in _members(network, p.entry, p.attribute))
+    return section in ("links", "sources") and bool(place_of(network, p))
 
 
-def _members(network: Network, entry: str, attribute: str) -> Iterator[tuple[Flows | Heats[Source], Indices]]:
-    """The groups in which an entry stands, and where in them; nothing where the number also shapes the network."""
-    if entry not in network.mechanisms:
-        return
-    index = network.mechanisms.index(entry)
-    for group in network.groups:
-        members = np.flatnonzero(group.entry == index)
-        if len(members) and _is_stacked(group.law, attribute):
-            yield group, members
+def place_of(network: Network, p: Parameter) -> Found:
+    """The groups in which a number stands, and where in them; nothing where it also shapes the network."""
+    if p.entry not in network.mechanisms or p.entry.startswith("nodes."):
+        return ()
+    index = network.mechanisms.index(p.entry)
+    members = ((g, np.flatnonzero(group.entry == index)) for g, group in enumerate(network.groups))
+    return tuple((g, m) for g, m in members if len(m) and _is_stacked(network.groups[g].law, p.attribute))
 
 
 def _is_stacked(law: Declared, attribute: str) -> bool:
@@ -141,20 +143,30 @@ class Slots:
 
     def at(self, values: dict[str, float]) -> Network:
         """The network with other values (of all parameters)."""
-        capacity = self.network.capacity.copy()
-        groups: dict[int, Any] = {id(g): g for g in self.network.groups}
-        for p in self.parameters:
-            value = values[p.path]
+        capacity, groups = self.network.capacity.copy(), list(self.network.groups)
+        for p, found in self.places:
             if p.entry.startswith("nodes."):
                 part = self.network.parts[p.entry.removeprefix("nodes.")]
                 own = self.network.machine.nodes[p.entry.removeprefix("nodes.")]
-                more = value - float(own.__dict__[p.attribute] or 0.0)
+                more = values[p.path] - float(own.__dict__[p.attribute] or 0.0)
                 capacity[part] += more / (part.stop - part.start)
-                continue
-            for group, members in _members(self.network, p.entry, p.attribute):
-                law = groups[id(group)].law
-                array = law.__dict__[p.attribute].copy()
-                array[members] = value
-                groups[id(group)] = replace(groups[id(group)], law=law.replaced(**{p.attribute: array}))
-        exchanged: dict[str, Any] = {name: tuple(groups[id(g)] for g in getattr(self.network, name)) for name in GROUPS}
+            for g, members in found:
+                array = groups[g].law.__dict__[p.attribute].copy()
+                array[members] = values[p.path]
+                groups[g] = _with_law(groups[g], groups[g].law.replaced(**{p.attribute: array}))
+        left = iter(groups)
+        exchanged: dict[str, Any] = {name: tuple(next(left) for _ in getattr(self.network, name)) for name in GROUPS}
         return replace(self.network, capacity=capacity, **exchanged)
+
+    @cached_property
+    def places(self) -> tuple[tuple[Parameter, Found], ...]:
+        """Every parameter with where it stands."""
+        return tuple((p, place_of(self.network, p)) for p in self.parameters)
+
+
+def _with_law(group: Any, law: Declared) -> Any:
+    """The group under another law; what was laid out for its lumps stays."""
+    new = replace(group, law=law)
+    if "spread" in group.__dict__:
+        new.__dict__["spread"] = group.__dict__["spread"]
+    return new

@@ -134,7 +134,8 @@ class Model:
     def _pushes(self, theta: Array, prediction: Prediction) -> tuple[list[int], list[Push], Array | None]:
         """Parameters that act by heat, their pushes, and how they move the guards of relays."""
         course = prediction.course
-        found = [(j, push_of(p, course, float(theta[j]))) for j, p in enumerate(self.parameters)]
+        known = dict(self.slots.places)
+        found = [(j, push_of(p, course, float(theta[j]), known.get(p))) for j, p in enumerate(self.parameters)]
         by_heat, pushes = [j for j, p in found if p is not None], [p for _, p in found if p is not None]
         if not isinstance(course, SwitchedCourse):
             return by_heat, pushes, None

@@ -11,9 +11,9 @@ from network.calibration.noise import heat_answers, ou, part_spread, slack_knots
 from network.calibration.prediction import Prediction
 from network.declare import Array
 
-MOST_SHARE = 0.2
+MOST_SHARE = 0.12
 """Of the installed power: the largest slack that columns are kept for."""
-NEGLIGIBLE = 0.01
+NEGLIGIBLE = 0.04
 """Variance of a column over the white noise, at that slack, below which it is left out."""
 
 
