@@ -1,0 +1,153 @@
+"""What could be missing: every patch that the catalogue proposes for a machine, with the numbers that come along.
+
+No physics is named here. A kind declares its strength and shapes, where it could sit, and what it replaces; the rest
+follows from the patch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from network.calibration.parameters import Parameter, parameter
+from network.declare import Effect, registered
+from network.machine import Machine
+from network.mechanisms.base import Relay
+from network.proposals import bodies
+from network.quantities import ParamField
+from network.refusal import Refused
+from network.registry import sections
+from network.rooms import open_rooms
+from network.units import Number
+
+STRENGTH_SPREAD = 1.5
+"""Prior 1σ in the logarithm of a proposal's strength: engineering scale, a factor of 4.5 either way."""
+SHAPE_SPREAD = 1.0
+EXPONENT_SPREAD = 0.25
+"""The same for a bare number that has a default, like an exponent."""
+DEGREES = 3.0
+"""K: prior 1σ of a temperature that a proposal brings."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """One patch over a machine `base`. own: its strength (first) and shapes as free parameters; none where its strength
+    is a count and no number to be fitted."""
+
+    kind: type[Effect]
+    patch: Mapping[str, Any]
+    base: Machine
+    machine: Machine
+    own: tuple[Parameter, ...]
+
+    @property
+    def is_structural(self) -> bool:
+        return not self.own
+
+    @cached_property
+    def switches(self) -> bool:
+        """Whether it brings a relay, whose instants have to be searched for."""
+        entries = dict(self.machine.entries())
+        return any(isinstance(entries.get(path), Relay) for path, _ in bodies(self.patch))
+
+    @cached_property
+    def name(self) -> str:
+        """Kind and places, as a label."""
+        return f"{self.kind.kind} ({', '.join(self.places or self.channels)})"
+
+    @cached_property
+    def key(self) -> tuple[str, ...]:
+        """What tells it from the others of its machine."""
+        return (self.kind.kind, *self.places, *self.channels, *(p.path for p in self.own[:1]))
+
+    @property
+    def section(self) -> str:
+        return "sensors" if self.channels else self.kind.section
+
+    @cached_property
+    def channels(self) -> tuple[str, ...]:
+        """The channels it changes without touching the machine."""
+        return tuple(self.patch.get("sensors", {}))
+
+    @cached_property
+    def places(self) -> tuple[str, ...]:
+        """Where it sits: the axes it moves, then the nodes it names that were there before."""
+        if self.channels:
+            return ()
+        named = [n for _, body in bodies(self.patch) for n in _nodes_of(body)]
+        nodes = dict.fromkeys(n for n in (*named, *self.patch.get("nodes", {})) if n in self.base.nodes)
+        return (*(f"tcp.{axis}" for axis in self.patch.get("tcp", {})), *nodes)
+
+
+def _nodes_of(body: Mapping[str, Any]) -> Iterator[str]:
+    """Every word of an entry that may be the name of a node, without its range."""
+    for value in body.values():
+        words = value if isinstance(value, Mapping | list | tuple) else [value]
+        yield from (word.partition("@")[0] for word in words if isinstance(word, str))
+
+
+def kinds() -> Iterator[type[Effect]]:
+    """Every kind that can be missing."""
+    open_rooms()
+    for section in sections():
+        for kind in registered(section).values():
+            if issubclass(kind, Effect) and kind.strength:
+                yield kind
+
+
+def candidates(machine: Machine, known: Iterable[str]) -> tuple[Candidate, ...]:
+    """All that is proposed for a machine and can be computed with the inputs known."""
+    found = (c for kind in kinds() for patch in kind.proposes(machine) if (c := candidate(machine, kind, patch)))
+    have = {*known}
+    return tuple(c for c in found if have.issuperset(c.machine.inputs))
+
+
+def candidate(machine: Machine, kind: type[Effect], patch: Mapping[str, Any]) -> Candidate | None:
+    """A proposal laid over a machine; None where it does not fit together with what is there."""
+    try:
+        patched = machine.patched(patch, kind.kind)
+    except Refused:
+        return None
+    own = own_parameters(patched, kind, patch)
+    return Candidate(kind, patch, machine, patched, own)
+
+
+def own_parameters(machine: Machine, kind: type[Effect], patch: Mapping[str, Any]) -> tuple[Parameter, ...]:
+    """Strength and shapes of a patch, with priors of engineering size."""
+    strength = kind.fields[kind.strength]
+    if not isinstance(strength, ParamField):
+        return ()
+    fields = [strength, *(f for name in kind.shapes if isinstance(f := kind.fields[name], ParamField))]
+    paths = {f.attribute: kind.path_to(f.attribute, patch) for f in fields if _stands(kind, f, patch)}
+    return tuple(_own(machine, paths[f.attribute], f, f is strength) for f in fields if f.attribute in paths)
+
+
+def _stands(kind: type[Effect], field: ParamField, patch: Mapping[str, Any]) -> bool:
+    """Whether the patch has a place for the number."""
+    try:
+        kind.path_to(field.attribute, patch)
+    except StopIteration:
+        return False
+    return True
+
+
+def _own(machine: Machine, path: str, field: ParamField, is_strength: bool) -> Parameter:
+    value = _value(machine, path, field)
+    if field.unit == "degC":
+        return parameter(machine, path, Number(value, "normal", DEGREES))
+    if value <= 0:
+        return parameter(machine, path, Number(value, "normal", field.proposal()))
+    if is_strength:
+        return parameter(machine, path, Number(value, "log", STRENGTH_SPREAD))
+    has_default = isinstance(field.default, int | float)
+    return parameter(machine, path, Number(value, "log", EXPONENT_SPREAD if has_default else SHAPE_SPREAD))
+
+
+def _value(machine: Machine, path: str, field: ParamField) -> float:
+    """The number as the patch has it, its default, or a typical one."""
+    entry = dict(machine.entries())[path.rpartition(".")[0]]
+    own = next(name for name, f in entry.fields.items() if f.key == path.rpartition(".")[2])
+    value = entry.__dict__[own]
+    return float(value) if isinstance(value, int | float) else field.proposal()

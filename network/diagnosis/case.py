@@ -1,0 +1,137 @@
+"""A case: a machine, its recordings laid out for fits, and hypotheses about what is missing, each fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from network.calibration.colour import colours
+from network.calibration.evidence import Measured, measured
+from network.calibration.fitting import Linearised, Problem, chi_of, linearise, make_problem, minimise
+from network.calibration.noise import Noise
+from network.calibration.parameters import Parameter, at_values, centres, free_parameters, values_at
+from network.calibration.predictor import Prediction
+from network.declare import Array
+from network.diagnosis.candidates import Candidate
+from network.inputs import Start
+from network.machine import Machine
+from network.recording import Recording
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """Recordings of a machine. sigma: white 1σ of a sample by channel where it was told from residuals; noise: coloured
+    noise beside it."""
+
+    machine: Machine
+    recordings: tuple[Recording, ...]
+    start: Start | None = None
+    noise: Noise = field(default_factory=Noise)
+    sigma: Mapping[str, float] = field(default_factory=dict)
+
+    @cached_property
+    def drivers(self) -> tuple[str, ...]:
+        """Columns of all recordings that are no channel of the machine: inputs, and what may drive missing physics."""
+        shared = set.intersection(*(({*r.columns, *r.constants}) for r in self.recordings))
+        return tuple(sorted(shared - {*self.machine.sensors}))
+
+    def lay_out(self, machine: Machine) -> tuple[Measured, ...]:
+        """The recordings for fits of one machine (this one, refined or with something added)."""
+        data = (measured(machine, r, self.start, self._usable(r)) for r in self.recordings)
+        return tuple(replace(d, sigma={n: self.sigma.get(n, s) for n, s in d.sigma.items()}) for d in data)
+
+    def _usable(self, recording: Recording) -> list[str]:
+        """Drivers without gaps."""
+        full = lambda n: n in recording.constants or bool(np.isfinite(recording.columns[n].values).all())  # noqa: E731
+        return [n for n in self.drivers if full(n)]
+
+    def problem(self, machine: Machine, parameters: Sequence[Parameter], offsets: bool = True) -> Problem:
+        problem = make_problem(machine, parameters, self.lay_out(machine), self.noise)
+        return problem if offsets else replace(problem, offsets=())
+
+
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """A machine with what is supposed to be missing in it, fitted. found: the patches laid over it, in their order; own:
+    their numbers, which are free along with those of the file."""
+
+    case: Case
+    machine: Machine
+    found: tuple[Candidate, ...]
+    own: tuple[Parameter, ...]
+    fit: Linearised
+
+    @cached_property
+    def chi(self) -> float:
+        """Rms of the whitened residual."""
+        return chi_of(self.fit)
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        return values_at(self.fit.problem.parameters, self.fit.theta)
+
+    @cached_property
+    def numbers(self) -> Machine:
+        """The machine with its numbers as fitted."""
+        return at_values(self.machine, self.values)
+
+    @cached_property
+    def evidence(self) -> float:
+        """Log evidence under the noise of the case (Laplace)."""
+        return self.fit.log_evidence
+
+    @property
+    def predictions(self) -> tuple[Prediction, ...]:
+        return self.fit.predictions
+
+    @cached_property
+    def shift(self) -> Array:
+        """How far the numbers of the file moved, in prior σ."""
+        own = {p.path for p in self.own}
+        pairs = zip(self.fit.problem.parameters, self.fit.theta, strict=True)
+        return np.array([(x - p.centre) / p.spread for p, x in pairs if p.path not in own])
+
+    @property
+    def name(self) -> str:
+        return " + ".join(c.name for c in self.found) or "as it is"
+
+
+def suppose(
+    case: Case, machine: Machine, found: Sequence[Candidate] = (), own: Sequence[Parameter] = (),
+    start: Mapping[str, float] | None = None, offsets: bool = True, steps: int = 25,
+) -> Hypothesis:  # fmt: skip
+    """Fits a machine with the patches already in it; `start`: numbers by path to begin from."""
+    parameters = parameters_of(machine, own)
+    theta = centres(parameters)
+    for i, p in enumerate(parameters):
+        if start and p.path in start:
+            value = start[p.path]
+            theta[i] = np.log(value) if p.is_log and value > 0 else (theta[i] if p.is_log else value)
+    fit = minimise(case.problem(machine, parameters, offsets), theta, steps)
+    return Hypothesis(case, machine, tuple(found), tuple(own), fit)
+
+
+def parameters_of(machine: Machine, own: Sequence[Parameter]) -> tuple[Parameter, ...]:
+    """The uncertain numbers of the file and those of what is supposed."""
+    paths = {p.path for p in own}
+    return (*(p for p in free_parameters(machine) if p.path not in paths), *own)
+
+
+def renoised(case: Case, hypothesis: Hypothesis) -> Case:
+    """The case with the noise that the residuals of a hypothesis show over short lags."""
+    told = colours(hypothesis.fit.problem.data, hypothesis.predictions)
+    tinted = {n: (s, tau) for n, (_, s, tau) in told.items() if s > 0}
+    declared = hypothesis.fit.problem.data[0].declared
+    sigma = {n: white for n, (white, s, _) in told.items() if white > 0 and (s > 0 or white > declared.get(n, 0) * 1.15)}
+    return replace(case, noise=Noise(tinted), sigma=sigma)
+
+
+def rejudged(case: Case, hypothesis: Hypothesis) -> Hypothesis:
+    """The same hypothesis under another noise, numbers as they are."""
+    problem = case.problem(hypothesis.machine, hypothesis.fit.problem.parameters)
+    fit = linearise(problem, hypothesis.fit.theta)
+    fit = replace(fit, problem=replace(fit.problem, firm_eta=max(1.0, chi_of(fit))))
+    return replace(hypothesis, case=case, fit=fit)

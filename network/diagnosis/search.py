@@ -1,0 +1,169 @@
+"""The search for a relay: where it switches is not a smooth matter, so its numbers are drawn before they are fitted.
+
+Draws from the priors are run all at once and judged by their misfit with the other parameters adjusted linearly; the
+best ones set the next draws (the cross-entropy method, Rubinstein & Kroese 2004), and the best few are fitted in full.
+The first rounds look at the beginning of each run only, where a wrong period has not yet lost its step.
+The parameters about which all this happens come from a fit that allows any heat at the places in question.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from network.calibration.batch import means_of, serves
+from network.calibration.fitting import Linearised, linearise, minimise
+from network.calibration.noise import slack_covariance, whitener
+from network.calibration.parameters import Parameter, values_at
+from network.calibration.partials import Slots
+from network.checks import places_of
+from network.declare import Array
+from network.diagnosis.candidates import Candidate
+from network.diagnosis.case import Case, Hypothesis, suppose
+from network.diagnosis.screen import whitened
+from network.graph import build
+from network.mechanisms.base import Relay
+from network.refusal import Failed
+
+DRAWS, ELITE, STARTS = 300, 24, 3
+HORIZONS = (0.2, 0.2, 0.35, 0.35, 0.6, 0.6, 1.0, 1.0)
+"""Share of each run that a round looks at."""
+WIDER, LEAST = 1.5, 0.02
+"""How much wider than the best draws the next ones are, every other round; and the least, in prior σ."""
+MOST_SWITCHES = 25
+"""An hour, beyond which a draw is not looked at."""
+SLACK_SHARE, SLACK_TIME = 0.6, 900.0
+"""1σ of the heat allowed at the places in question over the installed heat, and its correlation time [s]."""
+
+
+@dataclass(frozen=True)
+class Draw:
+    """Numbers of a candidate and the misfit they leave, the others adjusted linearly."""
+
+    theta: Array
+    misfit: float
+
+
+def parts_about(candidate: Candidate) -> tuple[str, ...]:
+    """The parts that its switched heat enters; where it enters a node held until now, the parts linked to that."""
+    base = candidate.base
+    relays = (e for _, e in candidate.machine.entries() if isinstance(e, Relay))
+    into = {place.node for relay in relays for place, _ in relay.into}
+    own = [n for n in into if n in base.nodes and base.nodes[n].is_part]
+    if own:
+        return tuple(own)
+    pairs = [{place.node for _, place in places_of(link)} for link in base.links.values()]
+    return tuple(dict.fromkeys(n for pair in pairs for n in pair if base.nodes[n].is_part and pair & into))
+
+
+def freed(null: Hypothesis, parts: Sequence[str], power: float) -> Linearised:
+    """The null refitted with any heat allowed in some parts, under the noise of the case again."""
+    problem = null.fit.problem
+    noise = replace(null.case.noise, slack={p: SLACK_SHARE * power / len(parts) for p in parts}, ell=SLACK_TIME)
+    loose = []
+    for data, prediction in zip(problem.data, null.predictions, strict=True):
+        loose.append(whitener(data, noise, slack_covariance(prediction, data, noise)))
+    about = minimise(replace(problem, whiteners=tuple(loose)), None, 8)
+    return linearise(replace(problem, firm_theta=1.0, firm_eta=1.0), about.theta)
+
+
+def search(case: Case, null: Hypothesis, candidate: Candidate, power: float, seed: int) -> Hypothesis | None:
+    """The candidate at the best of its numbers; None where it cannot be searched or runs away."""
+    network = build(candidate.machine)
+    if not serves(network):
+        return None
+    about = freed(null, parts_about(candidate), power)
+    values = values_at(about.problem.parameters, about.theta)
+    draws = _drawn(about, candidate, values, seed)
+    best: Hypothesis | None = None
+    for draw in _apart(draws, candidate.own):
+        start = values | values_at(candidate.own, draw.theta)
+        try:
+            found = suppose(case, candidate.machine, (*null.found, candidate), (*null.own, *candidate.own), start, steps=14)
+        except Failed:
+            continue
+        if best is None or found.fit.cost < best.fit.cost:
+            best = found
+    return best
+
+
+def _drawn(about: Linearised, candidate: Candidate, values: dict[str, float], seed: int) -> list[Draw]:
+    """Rounds of draws, the best first."""
+    rng = np.random.default_rng(seed)
+    low, high = (np.array([getattr(p, s) for p in candidate.own]) for s in ("low", "high"))
+    centre, spread = (np.array([getattr(p, s) for p in candidate.own]) for s in ("centre", "spread"))
+    root = np.diag(spread)
+    kept: list[Draw] = []
+    for i, horizon in enumerate(HORIZONS):
+        theta = np.clip(centre + rng.standard_normal((DRAWS, len(centre))) @ root.T, low, high)
+        if kept:
+            theta[:ELITE] = [d.theta for d in kept]
+        kept = sorted(_judged(about, candidate, values, theta, horizon), key=lambda d: d.misfit)[:ELITE]
+        best = np.array([d.theta for d in kept])
+        wider = WIDER if i % 2 == 0 else 1.0
+        centre = best.mean(axis=0)
+        root = np.linalg.cholesky(wider**2 * np.cov(best.T).reshape(len(centre), -1) + np.diag(LEAST * spread) ** 2)
+    return kept
+
+
+def _judged(
+    about: Linearised, candidate: Candidate, values: dict[str, float], theta: Array, horizon: float
+) -> list[Draw]:
+    network = build(candidate.machine)
+    parameters = (*(p for p in about.problem.parameters if p.path in candidate.machine.uncertain), *candidate.own)
+    slots = Slots(network, parameters)
+    shared = {p.path: values[p.path] for p in parameters if p.path in values}
+    networks = [slots.at(shared | values_at(candidate.own, row)) for row in theta]
+    reference = candidate.machine.reference
+    new = {n for n, node in candidate.machine.nodes.items() if node.is_part and not _was_part(candidate, n)}
+    runs = [means_of(candidate.machine, networks, d.run, reference, new, horizon) for d in about.problem.data]
+    early = _early(about, horizon)
+    measured = np.concatenate([d.means for d in about.problem.data])
+    means = np.concatenate([m for m, _ in runs], axis=1)
+    residual = np.stack([whitened(about, np.where(early, measured - row, 0.0)) for row in means])
+    seen = whitened(about, early.astype(float)) > 0
+    misfit = _adjusted(about, residual, seen)
+    hours = sum(float(np.ptp(d.run.knots.samples)) for d in about.problem.data) * horizon / 3600
+    many = sum(switches for _, switches in runs) > MOST_SWITCHES * hours
+    own = np.array([[(x - p.centre) / p.spread for p, x in zip(candidate.own, row, strict=True)] for row in theta])
+    misfit = np.where(many, np.inf, misfit + np.sum(own**2, axis=1))
+    return [Draw(row, float(m)) for row, m in zip(theta, misfit, strict=True)]
+
+
+def _was_part(candidate: Candidate, name: str) -> bool:
+    return name in candidate.base.nodes and candidate.base.nodes[name].is_part
+
+
+def _early(about: Linearised, horizon: float) -> Array:
+    """Which cells of all runs end before the horizon."""
+    parts = []
+    for data in about.problem.data:
+        knots = data.run.knots
+        ends = knots.t[knots.cell_ends]
+        until = knots.t[0] + horizon * (knots.t[-1] - knots.t[0]) + 1e-6
+        parts.append(np.tile(ends <= until, len(data.run.channels)))
+    return np.concatenate(parts)
+
+
+def _adjusted(about: Linearised, residual: Array, seen: Array) -> Array:
+    """Misfits |r|² less what the parameters take up, within their priors, of the rows that are seen."""
+    mean, spread = about.problem.prior
+    n = about.free
+    slopes = about.slopes * seen
+    off = (mean - np.concatenate([about.theta, np.zeros(len(mean) - n)])) / spread**2
+    right = residual @ slopes.T + off
+    precision = slopes @ slopes.T + np.diag(spread**-2.0)
+    misfit = np.einsum("ij,ij->i", residual, residual) - np.einsum("ij,ij->i", right, np.linalg.solve(precision, right.T).T)
+    return np.where(np.isfinite(misfit), misfit, np.inf)
+
+
+def _apart(draws: Sequence[Draw], own: Sequence[Parameter]) -> list[Draw]:
+    """The best draws that are not nearly the same."""
+    chosen: list[Draw] = []
+    for draw in draws:
+        far = all(np.abs((draw.theta - c.theta) / [p.spread for p in own]).max() > 0.05 for c in chosen)
+        if far and np.isfinite(draw.misfit):
+            chosen.append(draw)
+    return chosen[:STARTS]
