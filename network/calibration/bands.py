@@ -52,10 +52,10 @@ def axis_channel(axis: str) -> str:
 
 
 def with_axes(machine: Machine) -> Machine:
-    """The machine with a probe on every axis, called like it, and nothing else that measures."""
+    """The machine with a further probe on every axis, called like it."""
     probes = {axis_channel(a): Sensor(axis_channel(a), measures=axis_channel(a), noise=Amount(1e-6, axis_unit(a)))
               for a in machine.tcp}  # fmt: skip
-    return replace(machine, sensors=probes)
+    return replace(machine, sensors={**machine.sensors, **probes})
 
 
 def run_of(machine: Machine, source: Recording | Scenario, start: Start | None) -> Run:
@@ -76,7 +76,7 @@ def bands(
     if not machine.tcp:
         return ()
     probed = with_axes(machine)
-    run = replace(run_of(machine, source, start), present={n: np.ones(1, bool) for n in probed.sensors})
+    run = replace(run_of(machine, source, start), present={axis_channel(a): np.ones(1, bool) for a in machine.tcp})
     model = Model(probed, parameters, [run])
     (prediction,) = model.predict(theta)
     (slopes,) = model.slopes(theta, [prediction])

@@ -108,18 +108,22 @@ def _foreseen(
     further = candidates(machine)
     told = information(replace(known, sensors={**machine.sensors, **further}), parameters, source, start)
     n, theta = len(parameters), centres(parameters)
-    prior = np.diag([p.spread**-2.0 for p in parameters])
-    own = prior + sum((told[name] for name in machine.sensors), np.zeros((n, n)))
-    before, covariance = inverse(prior), inverse(own)
+    prior = np.diag([*(p.spread**-2.0 for p in parameters), *[START**-2.0] * len(parts_of(machine))])
+    own = prior + sum((told[name] for name in machine.sensors), np.zeros(prior.shape))
+    before, covariance = (inverse(matrix)[:n, :n] for matrix in (prior, own))
     width = [bands(known, parameters, theta, C, source, start) for C in (before, covariance)]
     rated = []
     for name, sensor in further.items():
-        with_it = inverse(own + told[name])
+        with_it = inverse(own + told[name])[:n, :n]
         ratio = np.sqrt(np.diag(with_it) / np.diag(covariance))
         reached = bands(known, parameters, theta, with_it, source, start)
         rated.append(Candidate(str(sensor.measures), str(sensor.noise), ratio, {b.axis: b.largest for b in reached}))
     rated.sort(key=lambda c: -c.worth)
     return Foresight(machine, source.name, parameters, covariance, width[0], width[1], tuple(rated))
+
+
+def parts_of(machine: Machine) -> list[str]:
+    return [name for name, node in machine.nodes.items() if node.is_part]
 
 
 def inverse(matrix: Array) -> Array:
@@ -150,20 +154,18 @@ def _usual(machine: Machine, unit_text: str) -> Amount:
 def information(
     machine: Machine, parameters: Sequence[Parameter], source: Scenario | Recording, start: Start | None
 ) -> dict[str, Array]:
-    """What each channel tells about θ, its own constant error and the start known to their priors only: SᵀΣ⁻¹S."""
+    """What each channel tells about θ and the start of every part, its own constant error aside: SᵀΣ⁻¹S."""
     run = run_of(machine, source, start)
     model = Model(machine, parameters, [run])
     theta = centres(parameters)
     (prediction,) = model.predict(theta)
     slopes = prediction.means(model.slopes(theta, [prediction])[0])
-    parts = [name for name, node in machine.nodes.items() if node.is_part]
-    pushes = start_pushes(prediction.course, parts)
-    begin = prediction.means(prediction.changes(prediction.course.answers(pushes))) if pushes else np.empty((0, 0))
-    cells, told = run.knots.cells, {}
+    pushes = start_pushes(prediction.course, parts_of(machine))
+    begin = prediction.means(prediction.changes(prediction.course.answers(pushes)))
+    columns, cells, told = np.vstack([slopes, begin]), run.knots.cells, {}
     counts = np.maximum(np.bincount(run.knots.cell_of, minlength=cells), 1)
     for i, name in enumerate(run.channels):
         own, sensor = slice(i * cells, (i + 1) * cells), machine.sensors[name]
-        free = np.vstack([np.full((1, cells), OFFSET[sensor.unit]), START * begin[:, own]])
-        sigma = np.diag(sensor.sigma**2 / counts) + free.T @ free
-        told[name] = np.asarray(slopes[:, own] @ np.linalg.solve(sigma, slopes[:, own].T))
+        sigma = np.diag(sensor.sigma**2 / counts) + OFFSET[sensor.unit] ** 2
+        told[name] = np.asarray(columns[:, own] @ np.linalg.solve(sigma, columns[:, own].T))
     return told

@@ -7,12 +7,11 @@ powers of ten; each channel is compared with its simulation for a factor, and fo
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
 from network.calibration.fitting import Linearised, linearise
-from network.calibration.parameters import Parameter, centres
+from network.calibration.parameters import centres
 from network.calibration.starting import rms
 from network.comparison import ChannelResidual, Comparison
 from network.refusal import Failed, Refusal, Spot
@@ -23,8 +22,9 @@ HOPELESS = 20.0
 BETTER = 4.0
 """How many times a wrong unit has to lower what is left."""
 POWERS = (1, 2, 3, 4, 6)
-STRAIGHT = 0.95
-ZERO_CELSIUS = 273.15
+ALIKE = 0.95
+"""Correlation of the movements measured and simulated from which a factor means anything."""
+ZERO_CELSIUS, NEAR_ZERO = 273.15, 40.0
 
 
 def misread(at: Linearised, before: Comparison) -> Iterator[Refusal]:
@@ -38,55 +38,56 @@ def misread(at: Linearised, before: Comparison) -> Iterator[Refusal]:
 def _numbers(at: Linearised) -> Iterator[Refusal]:
     """The number that explains most of what no fit can, if it were a power of ten off."""
     problem = at.problem
-    file = problem.model.machine.file
-    tried = [(residual_of(at, p, j, power), p, power) for j, p in enumerate(problem.parameters) if p.is_log
-             for power in (*POWERS, *(-k for k in POWERS))]  # fmt: skip
-    best, p, power = min(tried, key=lambda item: item[0], default=(np.inf, None, 0))
+    tried = [(residual_of(at, j, 10.0**power), p, 10.0**power) for j, p in enumerate(problem.parameters)
+             if not p.is_unknown for power in (*POWERS, *(-k for k in POWERS))]  # fmt: skip
+    best, p, factor = min(tried, key=lambda item: item[0], default=(np.inf, None, 1.0))
     if p is None or best > at.cost / BETTER**2:
         return
-    there = show(p.value(p.centre + power * np.log(10)), p.field.unit)
-    readings = max(len(at.left), 1)
-    wrong = (f"{p.path} is {p.told(p.centre)}, and with {there} the recordings would be met to "
-             f"{np.sqrt(best / readings):.3g} σ instead of {rms(at.left):.3g} σ")  # fmt: skip
-    yield Refusal(Spot(file), wrong, "check its unit")
+    there, readings = show(factor * p.value(p.centre), p.field.unit), max(len(at.left), 1)
+    met = f"to {np.sqrt(best / readings):.3g} σ instead of {rms(at.left):.3g} σ"
+    wrong = f"{p.path} is {p.told(p.centre)}, and with {there} the recordings would be met {met}"
+    yield Refusal(Spot(problem.model.machine.file), wrong, "check its unit")
 
 
-def residual_of(at: Linearised, p: Parameter, j: int, power: int) -> float:
-    """J at the priors' centres with one number a power of ten off, that number's prior aside."""
-    problem = at.problem
-    moved = replace(p, centre=p.centre + power * np.log(10), low=-np.inf, high=np.inf)
-    if not p.field.low <= p.value(moved.centre) <= p.field.high:
+def residual_of(at: Linearised, j: int, factor: float) -> float:
+    """J at the priors' centres with one number off by a factor, that number's prior aside."""
+    p, theta = at.problem.parameters[j], centres(at.problem.parameters)
+    value = factor * p.value(p.centre)
+    if not p.field.low <= value <= p.field.high or not value:
         return float("inf")
-    theta = centres(problem.parameters)
-    theta[j] = moved.centre
+    theta[j] = np.log(value) if p.is_log else value
     try:
-        about = linearise(problem, theta)
+        about = linearise(at.problem, theta)
     except Failed:
         return float("inf")
     return about.cost - float(((theta[j] - p.centre) / p.spread) ** 2)
 
 
 def _channels(before: Comparison) -> Iterator[Refusal]:
+    """Channels that are off by themselves: in kelvin, or by a factor that others do not share."""
     for residual in before.recordings:
-        for channel in residual.channels.values():
-            told = _channel(channel)
+        factors = {name: power_of(channel) for name, channel in residual.channels.items() if channel.n > 1}
+        for name, power in factors.items():
+            told = _in_kelvin(residual.channels[name])
+            ordinary = any(other is not None and abs(other) < 1 for n, other in factors.items() if n != name)
+            if power is not None and abs(power) >= 2 and ordinary and residual.channels[name].unit != "degC":
+                told = f"{name} reads 1e{power} times what is simulated, in the same shape"
             if told:
                 yield Refusal(Spot(residual.recording.file), told, "check the unit in its header")
 
 
-def _channel(channel: ChannelResidual) -> str:
-    """What is strange about the size of a channel, '' if nothing is."""
+def _in_kelvin(channel: ChannelResidual) -> str:
+    shift = float(np.nanmedian(channel.residual))
+    if channel.unit != "degC" or abs(abs(shift) - ZERO_CELSIUS) > NEAR_ZERO:
+        return ""
+    return f"{channel.name} reads {shift:+.0f} K beside the simulation, as kelvin and degrees Celsius do"
+
+
+def power_of(channel: ChannelResidual) -> int | None:
+    """The power of ten by which a channel moves more than simulated; None where it moves otherwise."""
     good = channel.finite
-    measured, simulated = channel.measured[good], channel.simulated[good]
-    shift = float(np.median(measured - simulated))
-    if channel.unit == "degC" and abs(abs(shift) - ZERO_CELSIUS) < 40:
-        return f"{channel.name} reads {shift:+.0f} K beside the simulation, as kelvin and degrees Celsius do"
-    m, s = measured - measured[0], simulated - simulated[0]
-    if channel.unit == "degC" or not s.any() or not m.any():
-        return ""
-    factor = float(m @ s / (s @ s))
-    power = round(np.log10(abs(factor))) if factor else 0
-    like = abs(float(m @ s)) / np.sqrt(float(m @ m) * float(s @ s))
-    if abs(power) < 2 or like < STRAIGHT:
-        return ""
-    return f"{channel.name} reads 1e{power} times what is simulated, in the same shape"
+    m, s = (v[good] - v[good][0] for v in (channel.measured, channel.simulated))
+    if not s.any() or not m.any():
+        return None
+    like = float(m @ s) / np.sqrt(float(m @ m) * float(s @ s))
+    return round(float(np.log10(abs(m @ s) / (s @ s)))) if abs(like) > ALIKE else None
