@@ -29,6 +29,8 @@ CLOSE, CLOSE_SHARE = 1e-2, 1e-5
 """Decrease of J that no longer matters (J counts in squared σ), and as a share of J."""
 FAR = 3.0
 """Misfit χ from which a fit begins with narrowed priors."""
+NEAR = 0.02
+"""Distance in θ (logarithms, or prior 1σ) over which slopes count as the same."""
 DAMPING, LEAST_DAMPING, HARDER, SOFTER, HARDEST = 1e-3, 1e-7, 8.0, 0.05, 1e9
 
 
@@ -91,13 +93,18 @@ def _offsets(machine: Machine, data: Sequence[Measured]) -> list[Nuisance]:
 
 @dataclass(frozen=True, eq=False)
 class Linearised:
-    """The problem about θ. residual: whitened z − y(θ); slopes: whitened ∂y/∂(θ, η), (parameters + nuisances, rows)."""
+    """The problem about θ. residual: whitened z − y(θ); slopes: whitened ∂y/∂(θ, η), (parameters + nuisances, rows).
+
+    made_at, eta_made_at: θ at which the slopes by θ and by η were found, where that is not here.
+    """
 
     problem: Problem
     theta: Array
     predictions: tuple[Prediction, ...]
     residual: Array
     slopes: Array
+    made_at: Array | None = None
+    eta_made_at: Array | None = None
 
     @property
     def free(self) -> int:
@@ -123,6 +130,14 @@ class Linearised:
             total[:shared, own] = common @ mine.T
             total[own, :shared] = total[:shared, own].T
             total[own, own] = mine @ mine.T
+        return total
+
+    def renewed(self, normal: Array) -> Array:
+        """SᵀS from that of a point with the same slopes by η."""
+        n, total = self.free, normal.copy()
+        for i, row in enumerate(self.slopes[:n]):
+            total[i] = self.along(row)
+        total[:, :n] = total[:n].T
         return total
 
     def along(self, values: Array) -> Array:
@@ -203,6 +218,9 @@ class Linearised:
 
     def beside(self, **changes: Any) -> Linearised:
         """The same slopes with another θ, residual, or problem that differs in its priors only."""
+        if "theta" in changes:
+            own = {"made_at": self.made_at, "eta_made_at": self.eta_made_at}
+            changes |= {name: self.theta if at is None else at for name, at in own.items()}
         other = replace(self, **changes)
         kept = ("normal",) if "problem" in changes else ("normal", "precision", "_inner")
         other.__dict__.update({name: self.__dict__[name] for name in kept if name in self.__dict__})
@@ -219,17 +237,36 @@ class Linearised:
 @on_one_thread
 def linearise(problem: Problem, theta: Array) -> Linearised:
     """The problem about θ. Raises Failed where a run runs away."""
-    predictions = problem.model.predict(theta)
-    further = [d.pushes(p.course) for d, p in zip(problem.data, predictions, strict=True)]
-    means = problem.model.mean_slopes(theta, predictions, further)
+    return _with_slopes(problem, theta, problem.model.predict(theta))
+
+
+def _with_slopes(
+    problem: Problem, theta: Array, predictions: tuple[Prediction, ...], near: Linearised | None = None
+) -> Linearised:
+    """The problem about θ from its predictions; the slopes by η are those of `near`, if it is given."""
+    pushes = [d.pushes(p.course) for d, p in zip(problem.data, predictions, strict=True)] if near is None else None
+    means = problem.model.mean_slopes(theta, predictions, pushes)
     residual = np.concatenate(list(_residuals(problem, predictions)))
-    at = Linearised(problem, theta, predictions, residual, np.zeros((len(problem.prior[0]), len(residual))))
+    slopes = np.zeros((len(problem.prior[0]), len(residual)))
+    made_at = None if near is None else near.theta if near.eta_made_at is None else near.eta_made_at
+    at = Linearised(problem, theta, predictions, residual, slopes, None, made_at)
     shared = at.free + len(problem.offsets)
     for i, (rows, own) in enumerate(at.blocks):
         whitened = problem.whiteners[i](means[i])
-        at.slopes[: at.free, rows], at.slopes[own, rows] = whitened[: at.free], whitened[at.free :]
-        at.slopes[at.free : shared, rows] = problem.whiteners[i](_offset_columns(problem, problem.data[i]))
+        slopes[: at.free, rows] = whitened[: at.free]
+        if near is None:
+            slopes[own, rows] = whitened[at.free :]
+            slopes[at.free : shared, rows] = problem.whiteners[i](_offset_columns(problem, problem.data[i]))
+        else:
+            slopes[own, rows], slopes[at.free : shared, rows] = near.slopes[own, rows], near.slopes[at.free : shared, rows]
+    if near is not None:
+        at.__dict__["normal"] = at.renewed(near.normal)
     return at
+
+
+def _offset_columns(problem: Problem, data: Measured) -> Array:
+    names = np.repeat(data.run.channels, data.run.knots.cells)
+    return np.array([names == n.name for n in problem.offsets], float).reshape(len(problem.offsets), len(names))
 
 
 def _residuals(problem: Problem, predictions: Sequence[Prediction]) -> Iterator[Array]:
@@ -275,7 +312,7 @@ def minimise(
         at = _tempered(at, far)
         if done and not far and at.problem.firm_theta == 1.0 and (gain < CLOSE or k > 2):
             break
-    return at
+    return _completed(at)
 
 
 def chi_of(at: Linearised) -> float:
@@ -298,21 +335,43 @@ def _improved(at: Linearised, damping: float, low: Array, high: Array) -> tuple[
         expected = float(2 * step @ gradient - step @ precision @ step)
         if expected < CLOSE / 2 or float(np.abs(step).max(initial=0.0)) < 1e-9:
             return at, damping, max(expected, 0.0)
-        if not refused or residual_cost(at, at.theta + step) < at.cost:
-            new = _tried(at, at.theta + step)
-            if new is not None:
-                return new, max(damping * SOFTER, LEAST_DAMPING), at.cost - new.cost
-        refused, damping = True, max(damping * HARDER, DAMPING)
+        new = _tried(at, at.theta + step, refused)
+        if new is not None:
+            return new, max(damping * SOFTER, LEAST_DAMPING), at.cost - new.cost
+        if at.made_at is not None:
+            at = _with_slopes(at.problem, at.theta, at.predictions, at)
+        else:
+            refused, damping = True, max(damping * HARDER, DAMPING)
     return at, damping, 0.0
 
 
-def _tried(at: Linearised, theta: Array) -> Linearised | None:
-    """The problem about θ, if it is better there."""
+def _tried(at: Linearised, theta: Array, refused: bool) -> Linearised | None:
+    """The problem about θ, if it is better there. Slopes are found again where θ has moved far since they were, or at
+    once where no step was `refused` before."""
     try:
-        new = linearise(at.problem, theta)
+        predictions = at.problem.model.predict(theta)
     except Failed:
         return None
-    return new if np.isfinite(new.residual).all() and new.cost < at.cost else None
+    residual = np.concatenate(list(_residuals(at.problem, predictions)))
+    if not np.isfinite(residual).all():
+        return None
+    new = at.beside(theta=theta, residual=residual, predictions=predictions)
+    if not _is_near(new) and (not refused or new.cost < at.cost):
+        new = _with_slopes(at.problem, theta, predictions, at)
+    return new if new.cost < at.cost else None
+
+
+def _is_near(at: Linearised) -> bool:
+    """Whether slopes that were found elsewhere are good here."""
+    spreads = np.array([1.0 if p.is_log else p.spread for p in at.problem.parameters])
+    return at.made_at is None or bool((np.abs(at.theta - at.made_at) < NEAR * spreads).all())
+
+
+def _completed(at: Linearised) -> Linearised:
+    """With slopes by θ that are good here, and slopes by η from here."""
+    if at.eta_made_at is None and _is_near(at):
+        return at
+    return _with_slopes(at.problem, at.theta, at.predictions)
 
 
 def _step(at: Linearised, damping: float, low: Array, high: Array) -> Array:
