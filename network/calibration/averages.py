@@ -22,7 +22,7 @@ class Samples:
     def sums(self, values: Array, first: int, last: int) -> Array:
         """Sums over the samples of intervals first to last (excluded): values (samples there, ·) → (intervals, ·)."""
         own = self.within(first, last)
-        out = np.zeros((last - first, values.shape[1]))
+        out = np.zeros((last - first, values.shape[1]), values.dtype)
         k = self.interval[own]
         if len(k):
             starts = np.flatnonzero(np.append(True, np.diff(k) > 0))
