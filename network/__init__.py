@@ -15,6 +15,7 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from network.calibration.calibrating import calibrate as calibrate
     from network.comparison import compare as compare
+    from network.diagnosis.diagnosing import diagnose as diagnose
     from network.machine import Machine as Machine
     from network.recording import Recording as Recording
     from network.refusal import Failed as Failed
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 _HOME = {
     "Machine": "machine", "Scenario": "scenario", "Recording": "recording", "simulate": "simulation",
     "compare": "comparison", "calibrate": "calibration.calibrating", "sweep": "sweeping",
+    "diagnose": "diagnosis.diagnosing",
     "Refused": "refusal", "Failed": "refusal",
 }  # fmt: skip
 __all__ = [*_HOME, "__version__"]

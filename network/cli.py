@@ -13,6 +13,7 @@ import click
 
 from network import __version__
 from network.cli_calibrate import calibrate
+from network.cli_diagnose import diagnose, prove
 from network.options import (
     json_flag,
     machine_options,
@@ -37,6 +38,8 @@ def cli() -> None:
 
 
 cli.add_command(calibrate)
+cli.add_command(diagnose)
+cli.add_command(prove)
 
 
 @cli.command()

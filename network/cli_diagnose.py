@@ -1,0 +1,103 @@
+"""The commands `lptn diagnose` and `lptn prove`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from network.options import (
+    json_flag,
+    machine_options,
+    output_folder,
+    print_json,
+    read_machine,
+    read_recordings,
+    read_start,
+    start_option,
+    warn,
+)
+
+if TYPE_CHECKING:
+    from network.diagnosis.verdict import Diagnosis
+    from network.machine import Machine
+    from network.proving import Progress
+
+jobs_option = click.option(
+    "--jobs", type=click.IntRange(1), default=1, show_default=True, metavar="N", help="processes"
+)
+
+
+@click.command()
+@machine_options
+@click.argument("recordings", nargs=-1, required=True, type=click.Path())
+@click.option("--holdout", multiple=True, type=click.Path(), metavar="RECORDING", help="only predicted, never fitted")
+@output_folder("out")
+@jobs_option
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="of all that is drawn")
+@start_option
+@click.option("--no-plots", is_flag=True, help="no pictures")
+@json_flag
+def diagnose(
+    machine: str, recordings: Sequence[str], holdout: Sequence[str], output: str, jobs: int, seed: int,
+    start: str | None, no_plots: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
+) -> None:  # fmt: skip
+    """Where a MACHINE and RECORDINGS differ, which physics was left out, and whether adding it holds."""
+    from network.report.diagnosis_files import check_target, write_diagnosis
+
+    loaded = read_machine(machine, level, lumps, sets)
+    where = check_target(loaded, Path(output))
+    found = _diagnosed(loaded, recordings, holdout, start, seed, jobs)
+    written = write_diagnosis(found, where, pictures=not no_plots)
+    if as_json:
+        print_json(found.summary())
+    else:
+        click.echo(f"{found}\n\nWritten: {', '.join(map(str, written))}")
+    warn(map(str, loaded.warnings))
+
+
+def _diagnosed(
+    machine: Machine, recordings: Sequence[str], holdout: Sequence[str], start: str | None, seed: int, jobs: int
+) -> Diagnosis:
+    from network.diagnosis.diagnosing import diagnose as run
+    from network.diagnosis.intake import taken_in
+    from network.report.progress import share_bar
+
+    begins = read_start(start)
+    let_in = taken_in(machine, list(read_recordings(recordings)), list(read_recordings(holdout)), begins)
+    warn(let_in.warnings)
+    with share_bar(f"diagnosing {machine.name}") as tell:
+        return run(
+            machine, let_in.recordings, let_in.holdout, start=begins, seed=seed, jobs=jobs, progress=tell
+        )  # fmt: skip
+
+
+@click.command()
+@click.option("--cases", type=click.IntRange(1), default=40, show_default=True, metavar="N", help="how many")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="of what is concealed")
+@jobs_option
+@output_folder("out/proof")
+def prove(cases: int, seed: int, jobs: int, output: str) -> None:
+    """Conceals effects in machines of a separate truth, diagnoses each blind, then opens the keys and scores."""
+    from network.proving import prove as run
+
+    with _case_by_case(cases) as tell:
+        score = run(cases, seed, jobs, Path(output), tell)
+    click.echo(str(score))
+
+
+@contextmanager
+def _case_by_case(count: int) -> Iterator[Progress]:
+    """A bar, and a line on standard error for every case that ends."""
+    from network.report.progress import share_bar
+
+    with share_bar(f"proving on {count} cases") as share:
+
+        def tell(done: int, of: int, sentence: str) -> None:
+            click.echo(f"{done}/{of} {sentence}", err=True)
+            share(done / max(of, 1))
+
+        yield tell
