@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from network.calibration.fitting import Linearised
+from network.calibration.linearised import Linearised, Part
 from network.calibration.noise import Noise, slack_covariance, whitener
 from network.calibration.noise_search import BEGINNINGS, Search
 from network.calibration.threads import on_one_thread
@@ -37,8 +37,9 @@ def rewhitened(at: Linearised, noise: Noise) -> Linearised:
         slack = slack_covariance(prediction, data, noise) if any(noise.slack.values()) else None
         whiteners.append(whitener(data, noise, slack))
     problem = replace(at.problem, whiteners=tuple(whiteners))
-    slopes, residual = np.empty_like(at.slopes), np.empty_like(at.residual)
-    for (rows, _), old, new in zip(at.blocks, at.problem.whiteners, whiteners, strict=True):
-        slopes[:, rows] = new.again(old.undone(at.slopes[:, rows]))
+    parts, residual = [], np.empty_like(at.residual)
+    for (rows, _), part, old, new in zip(at.blocks, at.parts, at.problem.whiteners, whiteners, strict=True):
+        own = (new.again(old.undone(s)) for s in (part.by_theta, part.by_offset, part.by_own))
+        parts.append(Part(*own))
         residual[rows] = new.again(old.undone(at.residual[rows]))
-    return Linearised(problem, at.theta, at.predictions, residual, slopes)
+    return replace(at, problem=problem, residual=residual, parts=tuple(parts))

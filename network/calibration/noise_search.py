@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 
-from network.calibration.fitting import Linearised
+from network.calibration.linearised import Linearised
 from network.calibration.noise import Noise, of_channel
 from network.calibration.slack import installed_power, shares, slack_columns
 from network.declare import Array
@@ -93,12 +93,13 @@ class Search:
 
     def _blocks(self, name: str) -> Iterator[Block]:
         runs = zip(self.at.blocks, self.at.problem.data, self.at.problem.whiteners, self.slack, strict=True)
-        for i, ((rows, own), data, whiten, slack) in enumerate(runs):
+        for i, ((rows, _), data, whiten, slack) in enumerate(runs):
             if name not in data.run.channels:
                 continue
             cells, place = data.run.knots.cells, data.run.channels.index(name)
             mine = np.flatnonzero(data.known) // cells == place
-            slopes = np.concatenate([self.at.slopes[: self.shared, rows], self.at.slopes[own, rows]])
+            part = self.at.parts[i]
+            slopes = np.concatenate([part.by_theta, part.by_offset, part.by_own])
             fit = whiten.undone(np.vstack([slopes, self.at.residual[rows]]))[:, mine]
             columns = np.concatenate([fit[:-1], slack[:, data.known][:, mine], fit[-1:]])
             known = data.known[place * cells : (place + 1) * cells]
