@@ -107,11 +107,37 @@ def candidates(machine: Machine, known: Iterable[str]) -> tuple[Candidate, ...]:
 def candidate(machine: Machine, kind: type[Effect], patch: Mapping[str, Any]) -> Candidate | None:
     """A proposal laid over a machine; None where it does not fit together with what is there."""
     try:
+        patch = _spelled_out(machine, kind, patch)
         patched = machine.patched(patch, kind.kind)
     except Refused:
         return None
-    own = own_parameters(patched, kind, patch)
-    return Candidate(kind, patch, machine, patched, own)
+    return Candidate(kind, patch, machine, patched, own_parameters(patched, kind, patch))
+
+
+def _spelled_out(machine: Machine, kind: type[Effect], patch: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The patch with every number that will be fitted written down, also where it has a default."""
+    own = own_parameters(machine.patched(patch, kind.kind), kind, patch)
+    given = {f"{path}.{key}" for path, body in bodies(patch) for key in body}
+    for p in own:
+        if p.path not in given:
+            patch = _with(patch, p.path, p.field.write(p.value(p.centre)))
+    return patch
+
+
+def _with(patch: Mapping[str, Any], path: str, text: Any) -> Mapping[str, Any]:
+    """The patch with one more number in the entry at a path."""
+    entry, _, key = path.rpartition(".")
+
+    def laid(tree: Any, rest: str) -> Any:
+        if not rest:
+            return {**tree, key: text}
+        if isinstance(tree, list):
+            head, _, tail = rest.partition(".")
+            return [laid(e, tail) if i == int(head) else e for i, e in enumerate(tree)]
+        name = max((k for k in tree if rest == k or rest.startswith(f"{k}.")), key=len)
+        return {**tree, name: laid(tree[name], rest[len(name) + 1 :])}
+
+    return dict(laid(patch, entry))
 
 
 def own_parameters(machine: Machine, kind: type[Effect], patch: Mapping[str, Any]) -> tuple[Parameter, ...]:

@@ -95,6 +95,11 @@ class Hypothesis:
         return np.array([(x - p.centre) / p.spread for p, x in pairs if p.path not in own])
 
     @property
+    def root(self) -> Machine:
+        """The machine without what was found (as refined)."""
+        return self.found[0].base if self.found else self.machine
+
+    @property
     def name(self) -> str:
         return " + ".join(c.name for c in self.found) or "as it is"
 

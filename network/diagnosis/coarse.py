@@ -1,0 +1,39 @@
+"""The finding that a part needs more lumps: which parts, and what their finer structure changes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from network.calibration.fitting import linearise
+from network.calibration.parameters import centres
+from network.diagnosis.case import Hypothesis
+from network.diagnosis.directions import direction
+from network.diagnosis.refine import structural
+from network.diagnosis.screen import whitened
+from network.diagnosis.verdict import Finding
+from network.machine import Machine
+
+CLEAR = 0.3
+"""Share of the largest change that makes a part one of those meant."""
+
+
+def lumping_of(written: Hypothesis, now: Machine, threshold: float) -> Finding | None:
+    """The finding for a machine that was refined; None where nothing changes."""
+    fit = linearise(written.fit.problem, centres(written.fit.problem.parameters))
+    changes = {}
+    for c in structural(written.machine):
+        moved = direction(c, {}, fit.problem.data, fit.predictions)
+        if moved is not None and c.places:
+            changes[c] = float(np.linalg.norm(whitened(fit, moved)))
+    if not changes:
+        return None
+    largest = max(changes.values())
+    meant = sorted((c for c, size in changes.items() if size > CLEAR * largest), key=lambda c: -changes[c])
+    first = meant[0]
+    places = tuple(dict.fromkeys(n for c in meant for n in c.places))
+    tree = now.to_plain()["nodes"]
+    nodes = {name: tree[name] for name in now.nodes if tree.get(name) != written.machine.to_plain()["nodes"].get(name)}
+    said = "; ".join(first.kind.told(now, c.patch) for c in meant)
+    gain = float(largest**2 / 2)
+    return Finding(first.kind.kind, first.section, places, (), 0.95, {}, f"{said[:1].upper()}{said[1:]}.", {"nodes": nodes},
+                   gain, threshold)  # fmt: skip

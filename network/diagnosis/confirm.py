@@ -1,0 +1,153 @@
+"""Confirmation: candidates fitted in full with all parameters, relays searched for, and what wins kept or thrown out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from network.calibration.fitting import Linearised, chi_of, linearise
+from network.calibration.parameters import Parameter, centres, values_at
+from network.diagnosis.candidates import Candidate, candidates, own_parameters
+from network.diagnosis.case import Case, Hypothesis, suppose
+from network.diagnosis.screen import Score, screen
+from network.diagnosis.search import parts_about, search
+from network.diagnosis.together import spread
+from network.diagnosis.verdict import UnknownHeat
+from network.refusal import Failed
+
+SHORTLIST = 6
+"""Candidates refitted for each point they were screened about."""
+RELAYS = 3
+"""Switched candidates searched for."""
+ADEQUATE = 1.06
+"""Misfit χ up to which no relay is searched for."""
+
+Tell = Callable[[float], None] | None
+
+
+@dataclass(frozen=True)
+class _Trial:
+    """A candidate to be fitted, and the strength to begin from."""
+
+    candidate: Candidate
+    strength: float
+
+
+def nominal(fit: Linearised) -> Linearised:
+    """The problem about the priors' centres, with priors narrowed by the misfit there."""
+    at = linearise(fit.problem, centres(fit.problem.parameters))
+    chi = max(1.0, chi_of(at))
+    return replace(at, problem=replace(at.problem, firm_theta=chi, firm_eta=chi))
+
+
+def shortlist(current: Hypothesis, found: Sequence[Candidate]) -> list[_Trial]:
+    """The best of the screening about the fit and about the file's own numbers."""
+    about = nominal(current.fit)
+    values = [current.values, values_at(about.problem.parameters, about.theta)]
+    chosen: dict[tuple[str, ...], _Trial] = {}
+    for scores in screen([current.fit, about], found, values):
+        for s in _varied(scores):
+            chosen.setdefault(s.candidate.key, _Trial(s.candidate, _strength(s)))
+    return list(chosen.values())
+
+
+def _varied(scores: Sequence[Score]) -> list[Score]:
+    """The best scores, at most two of a kind."""
+    kept: list[Score] = []
+    for s in scores:
+        if s.gain > 1 and sum(k.candidate.kind is s.candidate.kind for k in kept) < 2:
+            kept.append(s)
+    return kept[:SHORTLIST]
+
+
+def _strength(s: Score) -> float:
+    first = s.candidate.own[0]
+    return float(np.clip(first.value(first.centre) * max(s.amplitude, 0.02), first.value(first.low), first.value(first.high)))
+
+
+def _fitted(case: Case, current: Hypothesis, trial: _Trial) -> Hypothesis | None:
+    """A trial fitted from the numbers of the file (its own from the screening) and, where that stays behind what is
+    there, from the current numbers."""
+    c = trial.candidate
+    own = {**{p.path: p.value(p.centre) for p in c.own}, c.own[0].path: trial.strength}
+    free = (*current.own, *c.own)
+    best: Hypothesis | None = None
+    for start in (values_at(current.own, _tail(current)) | own, current.values | own):
+        try:
+            fitted = suppose(case, c.machine, (*current.found, c), free, start)
+        except (Failed, np.linalg.LinAlgError):
+            continue
+        best = fitted if best is None or fitted.evidence > best.evidence else best
+        if best.chi < ADEQUATE:
+            break
+    return best
+
+
+def _tail(current: Hypothesis) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    return np.asarray(current.fit.theta[len(current.fit.theta) - len(current.own) :])
+
+
+def rivals(
+    case: Case, current: Hypothesis, located: Sequence[UnknownHeat], power: float, seed: int, jobs: int, tell: Tell = None
+) -> list[Hypothesis]:
+    """Everything worth a fit beside what is there, fitted, the best evidence first."""
+    found = [c for c in candidates(current.machine, case.drivers) if not c.is_structural]
+    trials = shortlist(current, found)
+    fits = spread(partial(_fitted, case, current), trials, jobs, tell)
+    done = [f for f in fits if f is not None]
+    if not any(f.chi < ADEQUATE for f in done):
+        switched = _likely_relays([c for c in found if c.switches], located)
+        fits = spread(partial(_searched, case, current, power, seed), switched, jobs, tell)
+        done += [f for f in fits if f is not None]
+    return sorted(done, key=lambda h: -h.evidence)
+
+
+def _searched(case: Case, current: Hypothesis, power: float, seed: int, candidate: Candidate) -> Hypothesis | None:
+    try:
+        return search(case, current, candidate, power, seed)
+    except (Failed, np.linalg.LinAlgError):
+        return None
+
+
+def _likely_relays(switched: Sequence[Candidate], located: Sequence[UnknownHeat]) -> list[Candidate]:
+    """Those at the places where unknown heat explains most."""
+    gain = {u.name: u.gain for u in located}
+    return sorted(switched, key=lambda c: -max((gain.get(n, 0.0) for n in parts_about(c)), default=0.0))[:RELAYS]
+
+
+def without(case: Case, best: Hypothesis, i: int) -> Hypothesis | None:
+    """The hypothesis with its i-th finding taken out again; None where the others cannot do without it."""
+    kept = [c for k, c in enumerate(best.found) if k != i]
+    return rebuilt(case, best, kept)
+
+
+def rebuilt(case: Case, best: Hypothesis, found: Sequence[Candidate]) -> Hypothesis | None:
+    """The findings laid over the machine one after the other, fitted from the numbers of another hypothesis."""
+    machine, own, laid = best.root, list[Parameter](), list[Candidate]()
+    for c in found:
+        patched = machine.patched(c.patch)
+        mine = own_parameters(patched, c.kind, c.patch)
+        laid.append(replace(c, base=machine, machine=patched, own=mine))
+        own, machine = [*own, *mine], patched
+    try:
+        return suppose(case, machine, laid, own, best.values)
+    except (Failed, np.linalg.LinAlgError):
+        return None
+
+
+def left_out(case: Case, hypothesis: Hypothesis, steps: int = 6) -> float:
+    """Rms in noise on runs that were left out of the fit, one after the other; NaN for a single run."""
+    if len(case.recordings) < 2:
+        return float("nan")
+    total, count = 0.0, 0
+    for i in range(len(case.recordings)):
+        rest = replace(case, recordings=tuple(r for k, r in enumerate(case.recordings) if k != i))
+        fit = suppose(rest, hypothesis.machine, hypothesis.found, hypothesis.own, hypothesis.values, steps=steps)
+        alone = replace(case, recordings=(case.recordings[i],))
+        seen = linearise(alone.problem(hypothesis.machine, fit.fit.problem.parameters), fit.fit.theta)
+        total, count = total + float(seen.left @ seen.left), count + len(seen.left)
+    return float(np.sqrt(total / max(count, 1)))
+

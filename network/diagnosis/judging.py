@@ -1,0 +1,233 @@
+"""From what a search found to what is said: verdict, confidence, rivals, the machine with its findings, the gain."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from network.calibration.fitting import chi_of
+from network.calibration.parameters import Parameter
+from network.calibration.patching import calibrated
+from network.comparison import compare
+from network.diagnosis.advise import experiments
+from network.diagnosis.candidates import Candidate
+from network.diagnosis.case import Hypothesis
+from network.diagnosis.coarse import lumping_of
+from network.diagnosis.verdict import UNKNOWN, Diagnosis, Finding, Fits, Quantity, Rival, UnknownHeat
+from network.machine import Machine
+from network.proposals import bodies
+from network.recording import Recording
+from network.units import show
+from network.yamlfile import plain
+
+if TYPE_CHECKING:
+    from network.diagnosis.diagnosing import Search
+
+TEMPERATURE = 4.0
+"""Nats that count as e to one in a confidence: evidence is sharper than models are right."""
+ALIKE = 6.0
+"""Nats within which two explanations cannot be told apart."""
+MOST_SURE = 0.99
+UNEXPLAINED = 1.5
+"""Misfit χ that no finding may leave and be called an explanation."""
+SHARE = 0.5
+"""Of the excess χ² − 1 that findings must take away to be told beside what stays unknown."""
+SHIFT = 2.0
+"""Prior σ from which a number counts as wrong."""
+STRAY = 2.0
+"""Standard deviations at which unknown heat counts."""
+
+
+def diagnosis_of(search: Search, holdout: Sequence[Recording], seed: int, seconds: float) -> Diagnosis:
+    """The diagnosis that a search amounts to."""
+    best = search.best
+    before, after = numbers_in(search.plain), numbers_in(best)
+    findings = list(_findings(search, after))
+    coarse = lumping_of(search.written, best.root, search.threshold) if best.root is not search.written.machine else None
+    findings, verdict = _weighed(search, findings, coarse)
+    fits = _fits(search, before, after, holdout)
+    channels = {n: x for n, x in _channels(fits).items()}
+    return Diagnosis(
+        search.case.machine, before, after, verdict, tuple(findings), channels, search.located[:8], fits,
+        tuple(_rivals(search.steps[0], search.null) if search.steps else ()), tuple(_notes(search)),
+        tuple(experiments(search)), _shifts(best), seed, seconds,
+    )  # fmt: skip
+
+
+def numbers_in(h: Hypothesis) -> Machine:
+    """The machine of a hypothesis with its numbers ± their standard errors."""
+    std = np.sqrt(np.diag(h.fit.covariance))[: len(h.fit.theta)] * max(1.0, h.chi)
+    return calibrated(h.machine, h.fit.problem.parameters, h.fit.theta, std)
+
+
+def _findings(search: Search, after: Machine) -> Iterator[Finding]:
+    for i, c in enumerate(search.best.found):
+        ranked = search.steps[min(i, len(search.steps) - 1)]
+        told = list(_rivals(ranked, search.null, c.key))
+        sure = _confidence(ranked, search.best.chi)
+        gain = search.gains[i] if i < len(search.gains) else 0.0
+        yield Finding(
+            c.kind.kind, c.section, c.places, c.channels, sure, _quantities(search.best, c),
+            _sentence(search.best, c, after), _patch(c, after), gain, search.threshold, windows_of(search.located),
+            tuple(r for r in told if r.confidence < 0.3 or r.gain < search.best.evidence)[:5],
+            tuple(_alike(ranked, c)),
+        )  # fmt: skip
+
+
+def _confidence(ranked: Sequence[Hypothesis], chi: float) -> float:
+    """Share of the evidence, softened, and less where the best does not explain everything."""
+    gains = np.array([h.evidence for h in _distinct(ranked)])
+    share = np.exp((gains - gains.max()) / (TEMPERATURE * max(1.0, ranked[0].chi) ** 2))
+    return float(min(MOST_SURE, share[0] / share.sum()) * min(1.0, (1.15 / chi) ** 2))
+
+
+def _distinct(ranked: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """The best of each kind and place."""
+    seen: dict[tuple[object, ...], Hypothesis] = {}
+    for h in ranked:
+        seen.setdefault((h.found[-1].kind.kind, frozenset(h.found[-1].places), h.found[-1].channels), h)
+    return list(seen.values())
+
+
+def _rivals(ranked: Sequence[Hypothesis], null: Hypothesis, but: tuple[str, ...] = ()) -> Iterator[Rival]:
+    distinct = _distinct(ranked)
+    gains = np.array([h.evidence for h in distinct])
+    share = np.exp((gains - gains.max()) / (TEMPERATURE * max(1.0, distinct[0].chi) ** 2))
+    for h, p in zip(distinct, share / share.sum(), strict=True):
+        c = h.found[-1]
+        if c.key != but:
+            yield Rival(c.kind.kind, c.places, c.channels, float(p), h.chi, h.evidence - null.evidence, _why_not(h, ranked[0]))
+
+
+def _why_not(h: Hypothesis, best: Hypothesis) -> str:
+    worse = best.evidence - h.evidence
+    if worse <= ALIKE:
+        return f"cannot be told apart from it: {worse:.1f} nats"
+    moved = float(np.abs(h.shift).max(initial=0.0))
+    strained = f", with a number of the file {moved:.0f} prior σ off" if moved > 3 else ""
+    return f"leaves {h.chi:.2f} instead of {best.chi:.2f} noise units{strained}"
+
+
+def _alike(ranked: Sequence[Hypothesis], c: Candidate) -> Iterator[Rival]:
+    """Other explanations within ALIKE nats of the best."""
+    for r in _rivals(ranked, ranked[0], c.key):
+        if -r.gain <= ALIKE:
+            yield r
+
+
+def _quantities(h: Hypothesis, c: Candidate) -> dict[str, Quantity]:
+    std = np.sqrt(np.diag(h.fit.covariance)) * max(1.0, h.chi)
+    index = {p.path: i for i, p in enumerate(h.fit.problem.parameters)}
+    return {p.path.rpartition(".")[2]: _quantity(p, float(h.fit.theta[index[p.path]]), float(std[index[p.path]]))
+            for p in c.own if p.path in index}  # fmt: skip
+
+
+def _quantity(p: Parameter, theta: float, spread: float) -> Quantity:
+    return Quantity(p.value(theta), p.std(theta, spread), p.field.unit)
+
+
+def _sentence(h: Hypothesis, c: Candidate, after: Machine) -> str:
+    """What is missing and how large it is, with its uncertainty."""
+    index = {p.path: i for i, p in enumerate(h.fit.problem.parameters)}
+    first = c.own[0]
+    spread = float(np.sqrt(np.diag(h.fit.covariance))[index[first.path]]) * max(1.0, h.chi)
+    std = show(first.std(float(h.fit.theta[index[first.path]]), spread), "K" if first.field.unit == "degC" else first.field.unit, 2)
+    told = c.kind.told(after, c.patch)
+    return f"{told[:1].upper()}{told[1:]} ({first.path.rpartition('.')[2].replace('_', ' ')} ± {std})."
+
+
+def _patch(c: Candidate, after: Machine) -> dict[str, Any]:
+    """The entries of a finding as they stand in the machine with its numbers."""
+    patch: dict[str, Any] = {}
+    for path, _ in bodies(c.patch):
+        if ".effects." in path:
+            continue
+        section, _, name = path.partition(".")
+        if section == "tcp":
+            axis, _, name = name.partition(".")
+            patch.setdefault(section, {}).setdefault(axis, {})[name] = plain(after.tree)[section][axis][name]
+        else:
+            patch.setdefault(section, {})[name] = plain(after.tree)[section][name]
+    return patch
+
+
+def _weighed(search: Search, findings: list[Finding], coarse: Finding | None) -> tuple[list[Finding], str]:
+    """Findings and verdict, after what stays unexplained."""
+    best, null = search.best, search.null
+    if best.chi > UNEXPLAINED and search.located:
+        excess = (best.chi**2 - 1) / max(null.chi**2 - 1, 1e-9)
+        kept = findings if excess < 1 - SHARE else []
+        return [*kept, *([coarse] if coarse else []), _unknown(search, kept)], "unexplained"
+    if findings:
+        only_sensors = all(f.channels for f in findings)
+        return [*findings, *([coarse] if coarse else [])], "sensor_fault" if only_sensors else "missing_physics"
+    if coarse:
+        return [coarse], "too_coarse"
+    wrong = any(abs(x) > SHIFT for x in _shifts(best).values()) or _was_off(search)
+    return [], "parameters_only" if wrong else "adequate"
+
+
+def _was_off(search: Search) -> bool:
+    """Whether the numbers of the file, as they stand, leave more than noise."""
+    from network.diagnosis.confirm import nominal
+
+    return chi_of(nominal(search.null.fit)) > UNEXPLAINED
+
+
+def _unknown(search: Search, kept: Sequence[Finding]) -> Finding:
+    """What no kind explains: its place, its shape and its size."""
+    from network.diagnosis.locate import locate
+
+    left = locate(search.best.fit, search.best.machine) if kept else search.located
+    top = left[0]
+    places = tuple(top.name.split(" to ")) if top.kind == "link" else (top.name,)
+    unit = "W" if top.kind != "channel" else "of its unit"
+    size = Quantity(top.rms, float(np.sqrt(np.mean(np.concatenate(top.std) ** 2))), "W" if top.kind != "channel" else "1")
+    what = f"an unknown heat of {top.rms:.3g} {unit} (rms)" if top.kind != "channel" else "an unknown offset"
+    sentence = f"{what[:1].upper()}{what[1:]} at {' and '.join(places)} that no kind of the catalogue explains."
+    is_channel = top.kind == "channel"
+    return Finding(
+        UNKNOWN, "sensors" if is_channel else "sources", () if is_channel else places, places if is_channel else (),
+        top.probability, {"heat": size}, sentence, {}, top.gain, search.threshold, windows_of(left),
+    )  # fmt: skip
+
+
+def windows_of(located: Sequence[UnknownHeat]) -> tuple[tuple[float, float], ...]:
+    """When the most probable unknown heat of the first recording differs from none."""
+    if not located:
+        return ()
+    t, away = located[0].t[0], np.abs(located[0].heat[0]) > STRAY * located[0].std[0]
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], away, [False]]).astype(int)))
+    return tuple((float(t[a]), float(t[b - 1])) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a > 1)
+
+
+def _fits(search: Search, before: Machine, after: Machine, holdout: Sequence[Recording]) -> Fits:
+    runs = search.case.recordings
+    held = (compare(before, holdout), compare(after, holdout)) if holdout else (None, None)
+    return Fits(compare(before, runs), compare(after, runs), *held)
+
+
+def _channels(fits: Fits) -> Mapping[str, float]:
+    """Channels by how far they were off before, the worst first."""
+    told: dict[str, float] = fits.summary()["train"]["before"]["channels"]
+    return dict(sorted(told.items(), key=lambda pair: -pair[1]))
+
+
+def _shifts(h: Hypothesis) -> dict[str, float]:
+    """How far the numbers of the file moved, in prior σ, the farthest first."""
+    own = {p.path for p in h.own}
+    names = [p.path for p in h.fit.problem.parameters if p.path not in own]
+    return dict(sorted(zip(names, h.shift.tolist(), strict=True), key=lambda pair: -abs(pair[1])))
+
+
+def _notes(search: Search) -> Iterator[str]:
+    """What the recordings are worth, as sentences."""
+    for data in search.best.fit.problem.data:
+        for name, channel in data.channels.items():
+            if channel.apart.any():
+                yield f"{data.recording.name}: {int(channel.apart.sum())} readings of {name} lie apart and were set aside."
+    tinted = [n for n, (s, _) in search.best.case.noise.coloured.items() if s]
+    if tinted:
+        yield f"The noise of {', '.join(tinted)} is coloured; evidence counts it as such."
