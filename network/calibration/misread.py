@@ -10,15 +10,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from network.calibration.fitting import Linearised, linearise
+from network.calibration.fitting import Linearised, residual_cost
 from network.calibration.parameters import centres
 from network.calibration.starting import rms
 from network.comparison import ChannelResidual, Comparison
-from network.refusal import Failed, Refusal, Spot
+from network.refusal import Refusal, Spot
 from network.units import show
 
-HOPELESS = 20.0
-"""rms of a fit from which a wrong unit is looked for."""
+HOPELESS, BENT = 20.0, 4.0
+"""rms of a fit, and prior σ that some number moved, from which a wrong unit is looked for."""
 BETTER = 4.0
 """How many times a wrong unit has to lower what is left."""
 POWERS = (1, 2, 3, 4, 6)
@@ -32,7 +32,8 @@ def misread(at: Linearised, before: Comparison) -> Iterator[Refusal]:
     if rms(at.left) < HOPELESS:
         return
     found = [*_channels(before)]
-    yield from found or _numbers(at)
+    moved = max(abs(x - p.centre) / p.spread for p, x in zip(at.problem.parameters, at.theta, strict=True))
+    yield from found or (_numbers(at) if moved > BENT else ())
 
 
 def _numbers(at: Linearised) -> Iterator[Refusal]:
@@ -56,11 +57,7 @@ def residual_of(at: Linearised, j: int, factor: float) -> float:
     if not p.field.low <= value <= p.field.high or not value:
         return float("inf")
     theta[j] = np.log(value) if p.is_log else value
-    try:
-        about = linearise(at.problem, theta)
-    except Failed:
-        return float("inf")
-    return about.cost - float(((theta[j] - p.centre) / p.spread) ** 2)
+    return residual_cost(at, theta) - float(((theta[j] - p.centre) / p.spread) ** 2)
 
 
 def _channels(before: Comparison) -> Iterator[Refusal]:

@@ -20,6 +20,8 @@ from network.declare import Array
 
 OFFSETS_FAR = 3.0
 """Prior σ beyond which offsets are no offsets any more."""
+FAR_OFF = 10.0
+"""rms that no offset could mend."""
 HUBER, MOST_WEIGHTED = 4.0, 0.1
 """Robust deviations from which a cell counts less; if more cells than this share do, the model is wrong, not they."""
 COLOURABLE = 3.0
@@ -81,6 +83,8 @@ def _with_offsets(problem: Problem, fit: Fit) -> Fit:
     """The fit with offsets where it is adequate and they stay offsets, else as it was."""
     if not problem.offsets:
         return fit
+    if rms(fit.at.left) > FAR_OFF:
+        return replace(fit, refused=True)
     at = minimise(replace(fit.at.problem, offsets=problem.offsets), fit.at.theta)
     far = np.abs(at.eta[: len(problem.offsets)]) / [n.spread for n in problem.offsets]
     if rms(at.left) < ADEQUATE and far.max() < OFFSETS_FAR:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import TYPE_CHECKING
@@ -64,15 +65,14 @@ def figures(c: Calibration) -> Iterator[tuple[str, Callable[[], Figure]]]:
     if c.before_holdout is not None and c.after_holdout is not None:
         sides.append(("holdout-", c.before_holdout, c.after_holdout))
     for prefix, before, after in sides:
-        stems = stems_of(after)
-        for stem, b, a in zip(stems, before.recordings, after.recordings, strict=True):
+        for stem, b, a in zip(stems_of(after), before.recordings, after.recordings, strict=True):
             title = f"{c.original.name}: {a.recording.name}, {'held out' if prefix else 'calibrated on'}"
-            yield f"{prefix}fit-{stem}.png", lambda b=b, a=a, title=title: fit_figure(b, a, title)  # type: ignore[misc]
-            yield f"{prefix}residual-{stem}.png", lambda b=b, a=a: residual_figure(b, a)  # type: ignore[misc]
+            yield f"{prefix}fit-{stem}.png", partial(fit_figure, b, a, title, large=bool(prefix))
+            yield f"{prefix}residual-{stem}.png", partial(residual_figure, b, a)
     if any(np.isfinite(c.shift)):
-        yield "shifts.png", lambda: _shifts(c)
+        yield "shifts.png", partial(_shifts, c)
     for band in c.bands[-1]:
-        yield f"band-{band.axis}.png", lambda band=band: _band(c, band)  # type: ignore[misc]
+        yield f"band-{band.axis}.png", partial(_band, c, band)
 
 
 def _shifts(c: Calibration) -> Figure:

@@ -93,5 +93,8 @@ def _bands(c: Calibration) -> Iterator[str]:
             if band.largest >= largest.get(band.axis, (-1.0, ""))[0]:
                 largest[band.axis] = band.largest, band.unit
     told = [f"{axis} to ±{digits(value, 2)} {pretty(unit_text)}" for axis, (value, unit_text) in largest.items()]
-    if told:
+    if told and c.known.misfit > 1:
+        yield f"By their own uncertainty these numbers leave the tool centre point along {joined(told)} at worst (1σ);"
+        yield "what is missing from the machine comes on top."
+    elif told:
         yield f"These numbers tell the tool centre point along {joined(told)} at worst (1σ)."
