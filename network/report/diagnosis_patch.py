@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from network.calibration.patching import difference_of
 from network.patch import load_tree
+from network.proposals import fresh
 from network.refusal import Refused
 from network.residuals.amounts import joined
 from network.yamlfile import Leaf, dump, load
@@ -32,7 +33,7 @@ def patch_text(d: Diagnosis, where: Path) -> str:
         return head + dump(d.after.to_plain())
     beside = os.path.relpath(Path(d.machine.file).resolve(), where.resolve())
     changed = difference_of(base, d.after.tree)
-    return head + dump({"extends": Path(beside).as_posix()}) + "".join(_sections(d, changed))
+    return head + _lines({"extends": Path(beside).as_posix()}) + "".join(_sections(d, changed))
 
 
 def _remarks(d: Diagnosis) -> Iterator[str]:
@@ -52,16 +53,17 @@ def _sections(d: Diagnosis, changed: Mapping[str, Any]) -> Iterator[str]:
     ours = {key: _part(key, entries, [f.patch.get(key) for f in d.findings]) for key, entries in changed.items()}
     for key in sorted(changed, key=lambda key: not ours[key]):
         rest = _without(changed[key], ours[key])
-        if ours[key]:
-            yield dump({key: ours[key]})
-            yield f"  {CALIBRATED}\n{_below(key, rest)}" if rest else ""
-        else:
-            yield f"{CALIBRATED}\n{dump({key: rest})}"
+        if not ours[key]:
+            yield f"{CALIBRATED}\n{_lines({key: rest})}"
+            continue
+        yield f"{key}:\n{_lines(ours[key], '  ')}"
+        yield f"  {CALIBRATED}\n{_lines(rest, '  ')}" if rest else ""
 
 
-def _below(key: str, rest: Any) -> str:
-    """Further entries of a section whose name is written already."""
-    return dump({key: {"": {}} | rest}).split("\n", 2)[2]
+def _lines(entries: Mapping[str, Any], indent: str = "") -> str:
+    """Entries, one below the other whatever they are."""
+    first = fresh("first", entries)
+    return textwrap.indent(dump({first: {}} | entries).split("\n", 1)[1], indent)
 
 
 def _part(key: str, entries: Any, patches: Sequence[Any]) -> dict[str, Any]:

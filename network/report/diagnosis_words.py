@@ -2,12 +2,100 @@
 
 from __future__ import annotations
 
+import textwrap
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from network.report.finding_words import (
+    alike_words,
+    evidence_words,
+    rivals_words,
+    sizes,
+    sure_words,
+    windows_words,
+)
+from network.report.heat_words import heat_words, suspects_of, where_words
+from network.report.moved_words import moved_words
+from network.report.table import digits, span, table
+from network.report.verdict_words import next_words, verdict_words
+
 if TYPE_CHECKING:
-    from network.diagnosis.verdict import Diagnosis
+    from network.comparison import Comparison
+    from network.diagnosis.verdict import Diagnosis, Experiment, Finding
+
+WIDTH = 110
 
 
 def tell_diagnosis(d: Diagnosis) -> str:
-    """Verdict, findings, advice."""
-    return "\n".join([d.verdict, *(f.sentence for f in d.findings), *d.notes])
+    """Verdict; findings with size, evidence and rivals; where; what moved back; fits before and after; advice."""
+    header, rows = fit_rows(d)
+    blocks = [
+        _verdict(d), *(_finding(d, i, f) for i, f in enumerate(d.findings, 1)), _paragraphs(where_lines(d)),
+        _paragraphs(moved_words(d)), "\n".join(table(header, rows, header[1:])), _paragraphs(d.notes),
+        _paragraphs(map(advice_words, d.advice)), _paragraphs([next_words(d)]),
+    ]  # fmt: skip
+    return "\n\n".join(block for block in blocks if block)
+
+
+def _verdict(d: Diagnosis) -> str:
+    head = f"{d.machine.name}: {d.verdict.replace('_', ' ')} ({span(d.seconds)}, seed {d.seed})"
+    return "\n".join([head, *textwrap.wrap(verdict_words(d), WIDTH)])
+
+
+def _finding(d: Diagnosis, number: int, finding: Finding) -> str:
+    numbered = len(d.findings) > 1
+    first = f"{number}. " if numbered else "  "
+    lines = textwrap.wrap(finding.sentence, WIDTH, initial_indent=first, subsequent_indent="   " if numbered else "  ")
+    rows = [
+        ("size", "; ".join(f"{name} {size}" for name, size in sizes(finding))), ("sure", sure_words(finding)),
+        ("evidence", " ".join([evidence_words(finding), windows_words(d, finding)])),
+        ("alike", alike_words(finding)), *(("or", told) for told in rivals_words(finding)),
+    ]  # fmt: skip
+    for name, told in rows:
+        start = f"   {name:<9} "
+        lines += textwrap.wrap(told, WIDTH, initial_indent=start, subsequent_indent=" " * len(start))
+    return "\n".join(lines)
+
+
+def where_lines(d: Diagnosis) -> list[str]:
+    """Where it differed, and how; nothing where nothing is missing."""
+    if not d.findings:
+        return []
+    return [heat_words(d, u) for u in suspects_of(d, 1)] + [line for line in [where_words(d)] if line]
+
+
+def fit_rows(d: Diagnosis) -> tuple[list[str], list[list[str]]]:
+    """Header and rows: rms residual of every channel in noise units, before and after."""
+    sides = [("fitted", d.fits.train_before, d.fits.train_after)]
+    if d.fits.holdout_before is not None and d.fits.holdout_after is not None:
+        sides.append(("held out", d.fits.holdout_before, d.fits.holdout_after))
+    header = ["rmse [σ]", *(f"{name}, {when}" for name, _, _ in sides for when in ("before", "after"))]
+    each = [(by_channel(before), by_channel(after)) for _, before, after in sides]
+    names = dict.fromkeys(name for pair in each for side in pair for name in side)
+    rows = [[name, *(_sigma(side.get(name)) for pair in each for side in pair)] for name in names]
+    rows.append(["all channels", *(_sigma(c.rmse_in_noise) for _, before, after in sides for c in (before, after))])
+    return header, rows
+
+
+def by_channel(comparison: Comparison) -> dict[str, float]:
+    """Rms residual of every channel over all recordings, in noise units."""
+    from network.calibration.calibrating import pooled_channels
+
+    return {name: told["rmse_in_noise"] for name, told in pooled_channels(comparison).items()}
+
+
+def _sigma(value: float | None) -> str:
+    return "–" if value is None else digits(value, 3)
+
+
+def advice_words(experiment: Experiment) -> str:
+    """A run, what it would separate, how clearly and how fast."""
+    text = " ".join(experiment.text.split()).rstrip(".")
+    if not experiment.separates:
+        return f"{text}."
+    apart = f"{digits(experiment.sigma, 2)} σ in {span(3600 * experiment.hours)}"
+    return f"{text}. It would tell {' from '.join(experiment.separates)} by {apart}."
+
+
+def _paragraphs(sentences: Iterable[str]) -> str:
+    return "\n".join(line for sentence in sentences for line in textwrap.wrap(sentence, WIDTH))

@@ -1,0 +1,132 @@
+"""Heat that nothing in the machine accounts for, in words: when, where, how much, whether in bursts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from network.declare import Array
+from network.report.lines import clock
+from network.report.table import digits
+from network.residuals.amounts import amount
+from network.trajectory import axis_unit
+
+if TYPE_CHECKING:
+    from network.diagnosis.verdict import Diagnosis, UnknownHeat
+
+CLEAR = 2.0
+"""Standard deviations from which unknown heat counts."""
+HOURS = 6 * 3600.0
+"""s: shorter recordings are told in minutes."""
+FEWEST, FULLEST = 3, 0.75
+"""Bursts are at least so many, and fill at most this share of the time."""
+BOTH = 0.25
+"""Share of the squared heat of the other sign from which both signs are told."""
+
+
+@dataclass(frozen=True)
+class Course:
+    """What stands out of an unknown heat. first, last: when [s]; mean: between them; low, high: its ends; bursts: how
+    many there are, each of about `level`; 0 where it is no matter of bursts."""
+
+    first: float
+    last: float
+    mean: float
+    low: float
+    high: float
+    bursts: int
+    level: float
+    is_one_way: bool
+
+
+def course(t: Array, heat: Array, std: Array) -> Course | None:
+    """Of one recording; None where nothing stands out."""
+    clear = np.abs(heat) > CLEAR * std
+    if not clear.any():
+        return None
+    weight = np.where(clear, heat, 0.0)
+    sign = 1.0 if np.sum(weight * np.abs(weight)) > 0 else -1.0
+    other = float(np.sum(np.minimum(sign * weight, 0) ** 2) / np.sum(weight**2))
+    first, last = np.flatnonzero(clear)[[0, -1]]
+    inside = slice(first, last + 1)
+    bursts, level = _bursts(sign * heat[inside])
+    return Course(
+        float(t[first]), float(t[last]), float(np.mean(heat[inside])), float(heat[inside].min()),
+        float(heat[inside].max()), bursts, sign * level, other < BOTH,
+    )  # fmt: skip
+
+
+def _bursts(heat: Array) -> tuple[int, float]:
+    """How many stretches lie above half of the top, and what they reach; (0, 0) for one stretch or nearly always."""
+    on = heat > np.quantile(heat, 0.9) / 2
+    count = int(np.sum(np.diff(np.concatenate([[False], on]).astype(int)) == 1))
+    if count < FEWEST or float(on.mean()) > FULLEST:
+        return 0, 0.0
+    return count, float(np.median(heat[on]))
+
+
+def heat_words(d: Diagnosis, u: UnknownHeat) -> str:
+    """The sentence about a place, on the recording where most is unaccounted for."""
+    at = max(range(len(u.t)), key=lambda i: float(np.sum(u.heat[i] ** 2)))
+    seen = course(u.t[at], u.heat[at], u.std[at])
+    if seen is None:
+        return f"At {u.name} nothing stands out of its uncertainty at any time."
+    name = Path(d.fits.train_before.recordings[at].recording.file).name
+    return f"{when(seen.first, seen.last, u.t[at])} of {name} {_what(d, u, seen)}{_in_bursts(d, u, seen)}."
+
+
+def when(first: float, last: float, t: Array) -> str:
+    if last - first > 0.95 * float(t[-1] - t[0]):
+        return "Throughout"
+    name, length = ("min", 60.0) if float(t[-1] - t[0]) < HOURS else clock(t)
+    if first == last:
+        return f"At {first / length:.3g} {name}"
+    return f"Between {first / length:.3g} and {last / length:.3g} {name}"
+
+
+def _what(d: Diagnosis, u: UnknownHeat, seen: Course) -> str:
+    """Who gets how much more or less than the model has it."""
+    if not seen.is_one_way:
+        low, high = _size(d, u, seen.low), _size(d, u, seen.high)
+        verb = {"node": "gets", "link": "passes on"}.get(u.kind, "reads")
+        ways = ("less", "more") if u.kind != "channel" else ("lower", "higher")
+        return f"{u.name} {verb} between {low} {ways[0]} and {high} {ways[1]} than the model has it"
+    size = f"on average {_size(d, u, seen.mean)}"
+    less = seen.mean < 0
+    if u.kind == "node":
+        return f"{u.name} gets {size} {'less' if less else 'more'} heat than the model gives it"
+    if u.kind == "link":
+        return f"{size} {'less' if less else 'more'} flow from {u.name} than in the model"
+    return f"{u.name} reads {size} {'lower' if less else 'higher'} than the model"
+
+
+def _in_bursts(d: Diagnosis, u: UnknownHeat, seen: Course) -> str:
+    return f", in {seen.bursts} bursts of about {_size(d, u, seen.level)}" if seen.bursts and seen.is_one_way else ""
+
+
+def _size(d: Diagnosis, u: UnknownHeat, value: float) -> str:
+    return amount(value, unit_of(d, u), 2)
+
+
+def unit_of(d: Diagnosis, u: UnknownHeat) -> str:
+    """W, or the unit of the channel (of an axis)."""
+    if u.kind != "channel":
+        return "W"
+    sensor = d.machine.sensors.get(u.name)
+    return sensor.unit if sensor else axis_unit(u.name.removeprefix("tcp."))
+
+
+def suspects_of(d: Diagnosis, most: int = 3) -> tuple[UnknownHeat, ...]:
+    """The places to tell about: where something was found, then the most probable."""
+    seats = {seat for f in d.findings for seat in (*f.places, *f.channels)}
+    ranked = sorted(d.located, key=lambda u: (u.name not in seats, -u.probability))
+    return tuple(ranked[:most])
+
+
+def where_words(d: Diagnosis) -> str:
+    """Places with their probabilities, as far as they count."""
+    named = [f"{u.name} {digits(100 * u.probability, 2)} %" for u in d.located[:4] if u.probability > 0.02]
+    return f"From unknown heat alone, before anything was added: {', '.join(named)}." if named else ""
