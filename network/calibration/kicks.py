@@ -36,12 +36,16 @@ class Kicks:
     def pieces(self, s: Stretch, x: Array) -> Iterator[tuple[int, int, Array]]:
         """First and last interval of every piece of a stretch, and modal states (active pushes, n) at its beginning;
         x: modal states of all at the beginning of the stretch, carried to its end."""
-        for a, b in pairwise(self.cuts(s)):
-            self._kick(x, s, a)
-            active = int(np.searchsorted(self.first, a, side="right"))
-            if active:
-                yield a, b, x[:active]
-                x[:active] *= np.exp(-s.modes.rates * (self.edges[b] - self.edges[a]))
+        cuts = self.cuts(s)
+        active = np.searchsorted(self.first, cuts[:-1], side="right").tolist()
+        decays = np.exp(np.multiply.outer(-np.diff(self.edges[cuts]), s.modes.rates))
+        for (a, b), count, decay in zip(pairwise(cuts), active, decays, strict=True):
+            if a in self.at:
+                pushes, jumps = self.at[a]
+                np.add.at(x, pushes, jumps @ s.modes.W.T)
+            if count:
+                yield a, b, x[:count]
+                x[:count] *= decay
 
     def cuts(self, s: Stretch) -> list[int]:
         """Where the pieces of a stretch begin, and its end."""
@@ -52,11 +56,6 @@ class Kicks:
         cuts = np.array(self.cuts(s))
         begins = np.repeat(self.edges[cuts[:-1]], np.diff(cuts))
         return np.asarray(np.exp(np.multiply.outer(begins - self.edges[s.first : s.last], s.modes.rates)))
-
-    def _kick(self, m: Array, s: Stretch, k: int) -> None:
-        if k in self.at:
-            pushes, jumps = self.at[k]
-            np.add.at(m, pushes, jumps @ s.modes.W.T)
 
     @property
     def edges(self) -> Array:

@@ -7,7 +7,7 @@ only. Modes are averaged before they are read, which is the lesser work.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,9 +16,12 @@ import numpy as np
 from network.calibration.averages import Averages, Samples
 from network.calibration.course import Course
 from network.calibration.kicks import Kicks
+from network.calibration.series import Cells, cells_of, compiled
 from network.calibration.sight import Sight
 from network.calibration.stretches import Push, Stretch
 from network.declare import Array, Indices
+
+Modal = Callable[[Sequence[Push], int, Indices, Array], tuple[list[Array], Array]]
 
 SLOW = 1e-3
 """λ h below which the factors come from a series, for their differences would cancel."""
@@ -69,35 +72,75 @@ class Means:
     def answered(self, pushes: Sequence[Push], sight: Sight) -> Array:
         """Means over cells of what is in sight, for resolved pushes: (pushes, count, cells)."""
         out = np.zeros((len(pushes), sight.count, self.over.cells))
-        heats = [i for i, push in enumerate(pushes) if push.is_heat]
-        for some in self.course.portions(len(heats)):
-            mine = heats[some]
-            out[mine] = self._by_heat([pushes[i] for i in mine], sight)
+        single = [i for i, push in enumerate(pushes) if push.series == 1]
+        many = [i for i, push in enumerate(pushes) if push.series > 1]
+        for heats, modal in ((single, self._series), (many, self._forced)):
+            for some in self.course.portions(len(heats)):
+                mine = heats[some]
+                out[_sliced(mine)] = self._by_heat([pushes[i] for i in mine], sight, modal)
         kicked = [i for i, push in enumerate(pushes) if push.kicks]
         if kicked:
-            out[kicked] += self._by_kicks([pushes[i] for i in kicked], sight)
+            out[_sliced(kicked)] += self._by_kicks([pushes[i] for i in kicked], sight)
         return out
 
-    def _by_heat(self, pushes: Sequence[Push], sight: Sight) -> Array:
+    def _by_heat(self, pushes: Sequence[Push], sight: Sight, modal: Modal) -> Array:
         out = np.zeros((self.over.cells, len(pushes), sight.count))
         x = np.zeros((len(pushes), self.course.problem.order))
-        for s, factors in zip(self.course.stretches, self.factors, strict=True):
-            p0, p1 = s.forced(pushes)
-            m, end = s.heated(p0, p1, x @ s.modes.W.T)
-            x = np.real(end @ s.modes.V.T)
+        for index, s in enumerate(self.course.stretches):
             cells, starts = self.over.touched(s.first, s.last)
             rows = (sight.over[s.index] @ s.modes.V).T
-            last = len(factors) - 1
+            means, end = modal(pushes, index, starts, x @ s.modes.W.T)
+            x = np.real(end @ s.modes.V.T)
             for i, channels in self.over.groups():
-                f = factors[i]
-                weighed = [_scaled(f.E, m, i == last), _scaled(f.F0, p0, i == last), _scaled(f.F1, p1, i == last)]
-                weighed[0] += weighed[1]
-                weighed[0] += weighed[2]
-                means = np.add.reduceat(weighed[0], starts, axis=0)
-                out[cells][..., channels] += np.real(means @ rows[:, channels])
+                out[cells][..., channels] += np.real(means[i] @ rows[:, channels])
                 if sight.sees_heat:
                     out[cells][..., channels] += self._direct(s, i, pushes, sight, starts)[..., channels]
         return out.transpose(1, 2, 0)
+
+    def _series(self, pushes: Sequence[Push], index: int, starts: Indices, x: Array) -> tuple[list[Array], Array]:
+        """Means of the modes (cells, pushes, n) for each set of samples, and modal states after a stretch, for pushes of
+        one series."""
+        s = self.course.stretches[index]
+        fast = compiled() if s.modes.is_real else None
+        if fast is None and self.cells[index][0] is None:
+            return self._forced(pushes, index, starts, x)
+        q0, q1 = (np.hstack([q[s.first : s.last] for q in side]) for side in
+                  ([p.q0 for p in pushes], [p.q1 for p in pushes]))  # fmt: skip
+        by, means = np.concatenate([push.into(s.heat) for push in pushes]), []
+        which = np.repeat(np.arange(len(starts)), np.diff(np.append(starts, s.last - s.first)))
+        for i, f in enumerate(self.factors[index]):
+            if fast is not None:
+                out, end = np.zeros((len(starts), *x.shape)), x.copy()
+                fast(which, q0, q1, by, s.gain, s.c0, s.c1, f.E, f.F0, f.F1, end, out)
+            else:
+                cells = self.cells[index][i]
+                assert cells is not None
+                out, end = cells.followed(q0, q1, by, x)
+            means.append(out)
+        return means, end
+
+    @cached_property
+    def cells(self) -> tuple[tuple[Cells | None, ...], ...]:
+        """Of every stretch, for each set of samples: what the cells do to series."""
+        found = []
+        for s, factors in zip(self.course.stretches, self.factors, strict=True):
+            starts = self.over.touched(s.first, s.last)[1]
+            found.append(tuple(cells_of(starts, s.gain, s.c0, s.c1, f.E, f.F0, f.F1) for f in factors))
+        return tuple(found)
+
+    def _forced(self, pushes: Sequence[Push], index: int, starts: Indices, x: Array) -> tuple[list[Array], Array]:
+        """The same for any pushes."""
+        s, factors = self.course.stretches[index], self.factors[index]
+        p0, p1 = s.forced(pushes)
+        m, end = s.heated(p0, p1, x)
+        means = []
+        for i, f in enumerate(factors):
+            is_last = i == len(factors) - 1
+            weighed = _scaled(f.E, m, is_last)
+            weighed += _scaled(f.F0, p0, is_last)
+            weighed += _scaled(f.F1, p1, is_last)
+            means.append(np.add.reduceat(weighed, starts, axis=0))
+        return means, end
 
     def _direct(self, s: Stretch, i: int, pushes: Sequence[Push], sight: Sight, starts: Indices) -> Array:
         here, parts = slice(s.first, s.last), []
@@ -109,21 +152,26 @@ class Means:
 
     def _by_kicks(self, pushes: Sequence[Push], sight: Sight) -> Array:
         kicks = Kicks(self.course, pushes)
-        out = np.zeros((len(pushes), sight.count, self.over.cells))
+        out = np.zeros((len(pushes), self.over.cells, sight.count))
         x = np.zeros((len(pushes), self.course.problem.order))
         for s, factors in zip(self.course.stretches, self.factors, strict=True):
             m, decays, rows = x @ s.modes.W.T, kicks.decays(s), sight.over[s.index] @ s.modes.V
             cells, starts = self.over.split(kicks.cuts(s))
-            seen = [np.add.reduceat(f.E * decays, starts, axis=0) for f in factors]
+            seen = np.empty((len(starts), sight.count, m.shape[1]), np.result_type(rows, decays))
+            for i, channels in self.over.groups():
+                seen[:, channels] = np.add.reduceat(factors[i].E * decays, starts, axis=0)[:, None] * rows[channels]
             for a, b, states in kicks.pieces(s, m):
-                first, last = np.searchsorted(starts, (a - s.first, b - s.first)).tolist()
-                for i, channels in self.over.groups():
-                    by_cell = rows[channels, None, :] * seen[i][first:last]
-                    read = np.real(states @ by_cell.reshape(-1, by_cell.shape[-1]).T)
-                    here = slice(cells[first], cells[last - 1] + 1)
-                    out[: len(states), channels, here] += read.reshape(len(states), len(by_cell), -1)
+                first, last = starts.searchsorted((a - s.first, b - s.first)).tolist()
+                read = np.real(states @ seen[first:last].reshape(-1, m.shape[1]).T)
+                out[: len(states), cells[first] : cells[last - 1] + 1] += read.reshape(len(states), last - first, -1)
             x = np.real(m @ s.modes.V.T)
-        return kicks.in_order(out)
+        return kicks.in_order(out).transpose(0, 2, 1)
+
+
+def _sliced(indices: list[int]) -> slice | list[int]:
+    """A slice where indices follow each other, which is quicker."""
+    follow = indices[-1] - indices[0] == len(indices) - 1
+    return slice(indices[0], indices[-1] + 1) if follow else indices
 
 
 def _scaled(factor: Array, values: Array, in_place: bool) -> Array:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
@@ -59,7 +60,11 @@ class Whitener:
 
     def __call__(self, values: Array) -> Array:
         """L⁻¹ applied to values over all cells (…, cells): (…, known cells)."""
-        return self.again(values[..., self.known])
+        return self.again(values if self._all_known else values[..., self.known])
+
+    @cached_property
+    def _all_known(self) -> bool:
+        return bool(np.all(self.known)) and self.known.dtype == bool
 
     def again(self, own: Array) -> Array:
         """L⁻¹ applied to values over the cells that hold samples (…, known cells)."""

@@ -25,6 +25,8 @@ __all__ = ["Model", "Prediction", "Run", "channels_of", "edge_pushes", "plan_of"
 
 DIFFERENCE = 1e-4
 """Step in θ for parameters that act otherwise than by heat."""
+SAME = 1e-6
+"""s: how far an instant may lie beside its edge."""
 SHOWN = ("tcp.", "sensors.")
 """Entries whose numbers only change what is seen of a run, or a state that sees it."""
 
@@ -124,6 +126,9 @@ class Model:
             if guards is not None:
                 guards = np.concatenate([guards, np.zeros((len(further), guards.shape[1]))])
             answers = prediction.answered([*pushes, *further], guards)
+            if not others:
+                out.append(answers)
+                continue
             slopes = np.empty((len(self.parameters) + len(further), answers.shape[1]))
             slopes[by_heat], slopes[len(self.parameters) :] = answers[: len(pushes)], answers[len(pushes) :]
             for j, values in others.items():
@@ -228,6 +233,6 @@ def edge_pushes(course: Course, instants: Array) -> list[Push]:
     dx0, dx1 = course.rates
     pushes = []
     for t in instants:
-        k = int(np.argmin(np.abs(plan.edges - t)))
+        k = int(np.searchsorted(plan.edges, t - SAME))
         pushes.append(kick(course, (k, dx1[k - 1] - dx0[k])))
     return pushes

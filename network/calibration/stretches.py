@@ -32,8 +32,12 @@ class Push:
     spread: Array | None = None
 
     @property
+    def series(self) -> int:
+        return int(self.q0.shape[1])
+
+    @property
     def is_heat(self) -> bool:
-        return bool(self.q0.shape[1])
+        return self.series > 0
 
     def into(self, by_lump: Array) -> Array:
         """Rows for its series from columns for all lumps (·, N): (r, ·)."""
