@@ -6,7 +6,7 @@ the file counts as there even if its entry is faulty.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from network import materials
@@ -30,6 +30,10 @@ Entry = TypeVar("Entry", bound=Declared)
 Kind = TypeVar("Kind", bound="Machine")
 ROLES = ("spindle", "beam")
 COLDEST, HOTTEST = -100.0, 300.0
+MOST_REMEMBERED = 5000
+_READ: dict[tuple[str, str, int], tuple[Tree, Any]] = {}
+"""Entries by section, name and piece of tree (kept, so that its id stays its own): patching a machine reads only what
+the patch brings."""
 
 
 class MachineReader:
@@ -99,13 +103,30 @@ class MachineReader:
     def _plain(self, cls: type[Entry]) -> dict[str, Entry]:
         branch = section(self.tree, cls.section)
         self._check_names(cls.section, branch)
-        read = {name: cls.read(name, child, self.complaints) for name, child in branch.items.items()}
+        read = {name: self._once(cls.section, name, child, lambda n, c, own: cls.read(n, c, own))
+                for name, child in branch.items.items()}  # fmt: skip
         return {name: entry for name, entry in read.items() if entry is not None}
+
+    def _once(self, where: str, name: str, child: Tree, read: Callable[[str, Tree, Complaints], Any]) -> Any:
+        """The entry of a piece of tree; one that stands in an earlier machine, too, is read only once."""
+        known = _READ.get((where, name, id(child)))
+        if known is not None:
+            return known[1]
+        own = Complaints()
+        entry = read(name, child, own)
+        self.complaints.refusals.extend(own.refusals)
+        self.complaints.warnings.extend(own.warnings)
+        if entry is not None and not (own.refusals or own.warnings):
+            _READ[where, name, id(child)] = (child, entry)
+            if len(_READ) > MOST_REMEMBERED:
+                _READ.clear()
+        return entry
 
     def _kinds(self, of: str) -> dict[str, Declared]:
         branch, known = section(self.tree, of), kinds(of)
         self._check_names(of, branch)
-        read = {n: read_kind(known, f"{of}.{n}", child, self.complaints) for n, child in branch.items.items()}
+        read = {n: self._once(of, n, child, lambda n, c, own: read_kind(known, f"{of}.{n}", c, own))
+                for n, child in branch.items.items()}  # fmt: skip
         return {name: entry for name, entry in read.items() if entry is not None}
 
     def _tcp(self) -> dict[str, dict[str, Expansion]]:
@@ -123,7 +144,8 @@ class MachineReader:
 
     def _expansion(self, axis: str, name: str, tree: Tree) -> Expansion | None:
         known = cast("dict[str, type[Expansion]]", kinds("tcp"))
-        entry = read_kind(known, f"tcp.{axis}.{name}", tree, self.complaints)
+        where = f"tcp.{axis}.{name}"
+        entry = self._once(f"tcp.{axis}", name, tree, lambda n, c, own: read_kind(known, where, c, own))
         if entry is not None and axis not in entry.axes:
             wrong = f"tcp.{axis}.{name}: {entry.kind} does not act on {axis}"
             self.complaints.refuse(entry.spot_of("kind"), wrong, "it acts on " + ", ".join(entry.axes))

@@ -97,9 +97,11 @@ def kinds() -> Iterator[type[Effect]]:
                 yield kind
 
 
-def candidates(machine: Machine, known: Iterable[str]) -> tuple[Candidate, ...]:
-    """All that is proposed for a machine and can be computed with the inputs known."""
-    found = (c for kind in kinds() for patch in kind.proposes(machine) if (c := candidate(machine, kind, patch)))
+def candidates(machine: Machine, known: Iterable[str], structural: bool = False) -> tuple[Candidate, ...]:
+    """All that is proposed for a machine and can be computed with the inputs known: what has a strength to be fitted,
+    or what is structural."""
+    wanted = [k for k in kinds() if isinstance(k.fields[k.strength], ParamField) != structural]
+    found = (c for kind in wanted for patch in kind.proposes(machine) if (c := candidate(machine, kind, patch)))
     have = {*known}
     return tuple(c for c in found if have.issuperset(c.machine.inputs))
 
@@ -107,20 +109,22 @@ def candidates(machine: Machine, known: Iterable[str]) -> tuple[Candidate, ...]:
 def candidate(machine: Machine, kind: type[Effect], patch: Mapping[str, Any]) -> Candidate | None:
     """A proposal laid over a machine; None where it does not fit together with what is there."""
     try:
-        patch = _spelled_out(machine, kind, patch)
+        patch = _spelled_out(kind, patch)
         patched = machine.patched(patch, kind.kind)
     except Refused:
         return None
     return Candidate(kind, patch, machine, patched, own_parameters(patched, kind, patch))
 
 
-def _spelled_out(machine: Machine, kind: type[Effect], patch: Mapping[str, Any]) -> Mapping[str, Any]:
+def _spelled_out(kind: type[Effect], patch: Mapping[str, Any]) -> Mapping[str, Any]:
     """The patch with every number that will be fitted written down, also where it has a default."""
-    own = own_parameters(machine.patched(patch, kind.kind), kind, patch)
     given = {f"{path}.{key}" for path, body in bodies(patch) for key in body}
-    for p in own:
-        if p.path not in given:
-            patch = _with(patch, p.path, p.field.write(p.value(p.centre)))
+    for field in (kind.fields[name] for name in (kind.strength, *kind.shapes)):
+        if isinstance(field, ParamField) and _stands(kind, field, patch):
+            path = kind.path_to(field.attribute, patch)
+            if path not in given:
+                value = field.initial
+                patch = _with(patch, path, field.write(field.proposal() if value is None else value))
     return patch
 
 

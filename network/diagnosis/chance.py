@@ -12,9 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from network.diagnosis.candidates import Candidate
-from network.diagnosis.case import Hypothesis
-from network.diagnosis.screen import screen
+from network.diagnosis.screen import Score
 
 DRAWS = 2000
 QUANTILE = 0.99
@@ -24,9 +22,8 @@ LEAST = 12.0
 """Nats below which no finding is told: what straight lines between knots and like trifles may add up to."""
 
 
-def threshold_of(null: Hypothesis, found: Sequence[Candidate], seed: int) -> float:
-    """The gain in log evidence that chance does not reach."""
-    scores = screen([null.fit], found, [null.values])[0]
+def threshold_of(scores: Sequence[Score], seed: int) -> float:
+    """The gain in log evidence that chance does not reach, from the scores of all candidates about the null."""
     if not scores:
         return LEAST
     lean = np.stack([s.lean / s.detectable for s in scores])

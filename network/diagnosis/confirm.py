@@ -10,7 +10,7 @@ import numpy as np
 
 from network.calibration.fitting import Linearised, chi_of, linearise
 from network.calibration.parameters import Parameter, centres, values_at
-from network.diagnosis.candidates import Candidate, candidates, own_parameters
+from network.diagnosis.candidates import Candidate, own_parameters
 from network.diagnosis.case import Case, Hypothesis, suppose
 from network.diagnosis.screen import Score, screen
 from network.diagnosis.search import parts_about, search
@@ -43,14 +43,13 @@ def nominal(fit: Linearised) -> Linearised:
     return replace(at, problem=replace(at.problem, firm_theta=chi, firm_eta=chi))
 
 
-def shortlist(current: Hypothesis, found: Sequence[Candidate]) -> list[_Trial]:
-    """The best of the screening about the fit and about the file's own numbers."""
+def shortlist(current: Hypothesis, found: Sequence[Candidate], scores: Sequence[Score]) -> list[_Trial]:
+    """The best of the screening about the fit (scores) and about the file's own numbers."""
     about = nominal(current.fit)
-    values = [current.values, values_at(about.problem.parameters, about.theta)]
+    values = values_at(about.problem.parameters, about.theta)
     chosen: dict[tuple[str, ...], _Trial] = {}
-    for scores in screen([current.fit, about], found, values):
-        for s in _varied(scores):
-            chosen.setdefault(s.candidate.key, _Trial(s.candidate, _strength(s)))
+    for s in (*_varied(scores), *_varied(screen(about, found, values))):
+        chosen.setdefault(s.candidate.key, _Trial(s.candidate, _strength(s)))
     return list(chosen.values())
 
 
@@ -81,7 +80,7 @@ def _fitted(case: Case, current: Hypothesis, trial: _Trial) -> Hypothesis | None
         except (Failed, np.linalg.LinAlgError):
             continue
         best = fitted if best is None or fitted.evidence > best.evidence else best
-        if best.chi < ADEQUATE:
+        if best.evidence > current.evidence:
             break
     return best
 
@@ -91,11 +90,12 @@ def _tail(current: Hypothesis) -> np.ndarray[tuple[int, ...], np.dtype[np.float6
 
 
 def rivals(
-    case: Case, current: Hypothesis, located: Sequence[UnknownHeat], power: float, seed: int, jobs: int, tell: Tell = None
-) -> list[Hypothesis]:
-    """Everything worth a fit beside what is there, fitted, the best evidence first."""
-    found = [c for c in candidates(current.machine, case.drivers) if not c.is_structural]
-    trials = shortlist(current, found)
+    case: Case, current: Hypothesis, found: Sequence[Candidate], scores: Sequence[Score],
+    located: Sequence[UnknownHeat], power: float, seed: int, jobs: int, tell: Tell = None,
+) -> list[Hypothesis]:  # fmt: skip
+    """Everything worth a fit beside what is there, fitted, the best evidence first. found, scores: what is proposed for
+    the current machine, and its screening about the current fit."""
+    trials = shortlist(current, found, scores)
     fits = spread(partial(_fitted, case, current), trials, jobs, tell)
     done = [f for f in fits if f is not None]
     if not any(f.chi < ADEQUATE for f in done):

@@ -14,13 +14,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from network.calibration.slack import installed_power
-from network.diagnosis.candidates import Candidate, candidates
+from network.diagnosis.candidates import candidates
 from network.diagnosis.case import Case, Hypothesis, rejudged, renoised, suppose
-from network.diagnosis.chance import threshold_of
+from network.diagnosis.chance import LEAST, threshold_of
 from network.diagnosis.confirm import left_out, rebuilt, rivals, without
 from network.diagnosis.judging import diagnosis_of
 from network.diagnosis.locate import locate
 from network.diagnosis.refine import refined
+from network.diagnosis.screen import screen
 from network.diagnosis.verdict import Diagnosis, UnknownHeat
 from network.inputs import Start
 from network.machine import Machine
@@ -78,7 +79,7 @@ def _searched(case: Case, seed: int, jobs: int, tell: Callable[[float], None]) -
     located = locate(null.fit, null.machine)
     found = [_followed(track, located, seed, jobs, tell) for track in (tracks if null.chi > FULL else [null])]
     winner, steps, gains, threshold = max(found, key=lambda f: f[0].evidence)
-    plain = suppose(replace(case, noise=type(case.noise)(), sigma={}), null.machine, offsets=False)
+    plain = suppose(replace(case, noise=type(case.noise)(), sigma={}), case.machine, offsets=False)
     return Search(case, written, plain, null, winner, steps, gains, located, threshold)
 
 
@@ -96,10 +97,14 @@ def _followed(
     """Forward, step by step, from one null; then the first finding beside the others, then each taken out."""
     case, current = null.case, null
     steps: list[tuple[Hypothesis, ...]] = []
-    threshold = threshold_of(null, _all(null), seed)
+    threshold = LEAST
     while current.chi > FULL and len(current.found) < MOST_FINDINGS:
+        proposed = candidates(current.machine, case.drivers)
+        scores = screen(current.fit, proposed, current.values)
+        threshold = threshold if steps else threshold_of(scores, seed)
+        where = located if not steps else locate(current.fit, current.machine)
         power = installed_power(current.predictions)
-        ranked = rivals(case, current, located if not steps else locate(current.fit, current.machine), power, seed, jobs)
+        ranked = rivals(case, current, proposed, scores, where, power, seed, jobs)
         if not ranked or not _is_gain(current, ranked[0], threshold):
             break
         case = renoised(case, ranked[0])
@@ -117,10 +122,6 @@ def _followed(
         current, steps = before, []
     gains = _gains(case, current)
     return current, tuple(steps), gains, threshold
-
-
-def _all(null: Hypothesis) -> tuple[Candidate, ...]:
-    return candidates(null.machine, null.case.drivers)
 
 
 def _is_gain(before: Hypothesis, after: Hypothesis, threshold: float) -> bool:

@@ -43,9 +43,11 @@ STRAY = 2.0
 def diagnosis_of(search: Search, holdout: Sequence[Recording], seed: int, seconds: float) -> Diagnosis:
     """The diagnosis that a search amounts to."""
     best = search.best
-    before, after = numbers_in(search.plain), numbers_in(best)
+    is_finer = best.root.to_plain() != search.written.machine.to_plain()
+    before = numbers_in(search.plain)
+    after = before if best is search.written or not (best.found or is_finer) else numbers_in(best)
     findings = list(_findings(search, after))
-    coarse = lumping_of(search.written, best.root, search.threshold) if best.root is not search.written.machine else None
+    coarse = lumping_of(search.written, best.root, search.threshold) if is_finer else None
     findings, verdict = _weighed(search, findings, coarse)
     fits = _fits(search, before, after, holdout)
     channels = {n: x for n, x in _channels(fits).items()}

@@ -26,7 +26,7 @@ def finer(machine: Machine) -> Mapping[str, Any] | None:
 
 
 def structural(machine: Machine) -> list[Candidate]:
-    return [c for c in candidates(machine, machine.inputs) if c.is_structural]
+    return list(candidates(machine, machine.inputs, structural=True))
 
 
 def refined(case: Case, written: Hypothesis) -> list[Hypothesis]:

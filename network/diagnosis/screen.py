@@ -37,28 +37,46 @@ class Score:
 
 
 def whitened(fit: Linearised, means: Array) -> Array:
-    """A change of the cells' means of all runs, whitened."""
+    """Changes of the cells' means of all runs (…, cells), whitened."""
     cuts = np.cumsum([len(d.means) for d in fit.problem.data])[:-1]
-    parts = np.split(means, cuts)
-    return np.concatenate([w(x) for w, x in zip(fit.problem.whiteners, parts, strict=True)])
+    parts = np.split(means, cuts, axis=-1)
+    return np.concatenate([w(x) for w, x in zip(fit.problem.whiteners, parts, strict=True)], axis=-1)
 
 
 def lean(fit: Linearised, d: Array) -> Array:
-    """M d."""
-    return np.asarray(d - fit.slopes.T @ np.linalg.solve(fit.precision, fit.slopes @ d))
+    """M d, for one or many (…, rows)."""
+    return np.asarray(d - np.linalg.solve(fit.precision, fit.slopes @ d.T).T @ fit.slopes)
 
 
-def score(fit: Linearised, candidate: Candidate, values: Mapping[str, float], scale: float = 1.0) -> Score | None:
-    """The score of one candidate about a fit; None where it changes nothing that can be seen."""
+def screen(fit: Linearised, found: Sequence[Candidate], values: Mapping[str, float]) -> list[Score]:
+    """Scores of the candidates that a linear answer can be had for, about a fit at these numbers; best first."""
+    tried = [(c, scale) for c in found if not (c.is_structural or c.switches) for scale in _scales(c)]
+    changes = [_change(fit, c, values, scale) for c, scale in tried]
+    kept = [(c, scale, d) for (c, scale), d in zip(tried, changes, strict=True) if d is not None]
+    if not kept:
+        return []
+    D = whitened(fit, np.array([d for _, _, d in kept]))
+    M_D = lean(fit, D)
+    scores: dict[tuple[str, ...], Score] = {}
+    for (c, scale, _), d, M_d in zip(kept, D, M_D, strict=True):
+        score = _score(fit, c, scale, d, M_d)
+        if score is not None and (c.key not in scores or score.gain > scores[c.key].gain):
+            scores[c.key] = score
+    return sorted(scores.values(), key=lambda s: -s.gain)
+
+
+def _change(fit: Linearised, candidate: Candidate, values: Mapping[str, float], scale: float) -> Array | None:
+    """What a candidate changes at a multiple of its typical strength."""
     own = {p.path: p.value(p.centre) for p in candidate.own}
     if scale != 1.0:
         first = candidate.own[0]
         own[first.path] = float(np.clip(own[first.path] * scale, first.value(first.low), first.value(first.high)))
     change = direction(candidate, {**values, **own}, fit.problem.data, fit.predictions)
-    if change is None or not np.isfinite(change).all():
-        return None
-    d = whitened(fit, change)
-    M_d = lean(fit, d)
+    return change if change is not None and np.isfinite(change).all() else None
+
+
+def _score(fit: Linearised, candidate: Candidate, scale: float, d: Array, M_d: Array) -> Score | None:
+    """None where it changes nothing that can be seen."""
     kappa, g = float(d @ M_d), float(M_d @ fit.left)
     if kappa <= 1e-6:
         return None
@@ -67,26 +85,8 @@ def score(fit: Linearised, candidate: Candidate, values: Mapping[str, float], sc
     return Score(candidate, (a * g - a * a * kappa / 2) / chi2, a * scale, np.sqrt(kappa), M_d)
 
 
-def screen(
-    fits: Sequence[Linearised], found: Sequence[Candidate], values: Sequence[Mapping[str, float]]
-) -> list[list[Score]]:
-    """Scores of all candidates about each of some fits, best first."""
-    return [sorted(_scores(fit, found, v), key=lambda s: -s.gain) for fit, v in zip(fits, values, strict=True)]
-
-
-def _scores(fit: Linearised, found: Sequence[Candidate], values: Mapping[str, float]) -> list[Score]:
-    scores = []
-    for candidate in found:
-        if candidate.is_structural or candidate.switches:
-            continue
-        scales = SCALES if _is_bent(candidate) else (1.0,)
-        own = [s for scale in scales if (s := score(fit, candidate, values, scale))]
-        if own:
-            scores.append(max(own, key=lambda s: s.gain))
-    return scores
-
-
-def _is_bent(candidate: Candidate) -> bool:
-    """Whether it brings states of its own, so that its answer is not proportional to its strength."""
+def _scales(candidate: Candidate) -> tuple[float, ...]:
+    """More than one where it brings states of its own, so that its answer is not proportional to its strength."""
     brings_parts = bool(candidate.patch.get("nodes"))
-    return brings_parts or any(e.has_state for n in candidate.channels for e in candidate.machine.sensors[n].effects)
+    bent = any(e.has_state for n in candidate.channels for e in candidate.machine.sensors[n].effects)
+    return SCALES if brings_parts or bent else (1.0,)
