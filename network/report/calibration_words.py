@@ -39,7 +39,7 @@ def _numbers(c: Calibration) -> str:
     rows = []
     for j, p in enumerate(c.parameters):
         low, high = (_bare(p, p.value(x)) for x in c.known.interval(j))
-        moved = f"{c.shift[j]:+.1f}" if np.isfinite(c.shift[j]) else "–"
+        moved = f"{round(float(c.shift[j]), 1) + 0.0:+.1f}" if np.isfinite(c.shift[j]) else "–"
         rows.append([p.path, before(p), _value(c, j), f"{low} … {high}", moved, _remark(c, j)])
     return "\n".join(table(header, rows, ["moved [σ]"]))
 

@@ -16,6 +16,7 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"
 import numpy as np
 from bench.cases import chain_machine, speed_steps
 from bench.peers import expm_reference, split_solve_ivp
+from bench.recordings_table import main as tell_recordings
 from rich.console import Console
 from rich.table import Table
 
@@ -86,6 +87,7 @@ def main() -> None:
     linear_rows(table)
     process_rows(table)
     Console(width=140).print(table)
+    tell_recordings()
 
 
 if __name__ == "__main__":
