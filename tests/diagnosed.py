@@ -29,15 +29,15 @@ def saved(folder: Path, **sections: Mapping[str, Any]) -> Machine:
     return Machine.load(path)
 
 
-def rival(kind: str, place: str, confidence: float, chi: float, gain: float, why_not: str = AGAINST) -> Rival:
-    return Rival(kind, (place,), (), confidence, chi, gain, why_not)
+def rival(kind: str, places: str, confidence: float, chi: float, gain: float, why_not: str = AGAINST) -> Rival:
+    return Rival(kind, tuple(places.split()), (), confidence, chi, gain, why_not)
 
 
 def finding(**changed: Any) -> Finding:
     usual = Finding(
         "convection", "links", ("body", "air"), (), 0.93, {"conductance": Quantity(6.1, 0.2, "W/K")},
         "Body loses heat to air over 6.1 W/K that is not in the file.", PATCH, 412.3, 9.3, ((2400.0, 6600.0),),
-        (rival("radiation", "body", 0.05, 1.3, 300.0), rival("windage", "motor", 0.01, 3.4, 90.0)),
+        (rival("radiation", "body air", 0.05, 1.3, 300.0), rival("windage", "motor", 0.01, 3.4, 90.0)),
     )  # fmt: skip
     return replace(usual, **changed)
 
@@ -48,7 +48,8 @@ def unknown_heat(name: str, kind: str, probability: float, runs: int, size: floa
     first = np.where((t > 2400) & (t < 9000) & (np.sin(t / 300) > 0), size, 0.0)
     heat = (first, *(np.zeros(len(t)) for _ in range(runs - 1)))
     std = tuple(np.full(len(t), abs(size) / 10) for _ in range(runs))
-    return UnknownHeat(name, kind, probability, float(np.sqrt(np.mean(first**2))), 200 * probability, (t,) * runs, heat, std)
+    rms = float(np.sqrt(np.mean(first**2)))
+    return UnknownHeat(name, kind, probability, rms, 200 * probability, (t,) * runs, heat, std)
 
 
 def fits_of(before: Machine, after: Machine, holdout: bool = True) -> Fits:
@@ -74,7 +75,7 @@ def diagnosed(folder: Path, verdict: str = "missing_physics", holdout: bool = Tr
     usual: dict[str, Any] = {
         "machine": machine, "before": before, "after": after, "verdict": verdict, "findings": (finding(),),
         "channels": {"T_body": 12.0, "T_motor": 2.0, "dz": 1.1}, "located": located, "fits": fits,
-        "tried": (rival("convection", "body", 0.93, 1.02, 412.3), *finding().alternatives),
+        "tried": (rival("convection", "body air", 0.93, 1.02, 412.3), *finding().alternatives),
         "notes": ("train1: 3 readings of T_body lie apart and were set aside.",),
         "advice": (Experiment("Stop the spindle and let it cool for 40 min", ("convection", "radiation"), 6.1, 0.7),),
         "shifts": {"links.skin.conductance": 0.1}, "seed": 0, "seconds": 12.4,

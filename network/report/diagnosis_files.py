@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 from network.output import as_json, folder
 from network.refusal import Spot, refuse
 from network.report.diagnosis_patch import FILE, is_part_of, patch_text
+from network.report.diagnosis_pictures import Picture, pictures_of
+from network.report.page import Shown, page
 
 if TYPE_CHECKING:
     from network.diagnosis.verdict import Diagnosis
@@ -52,10 +54,18 @@ def write_diagnosis(d: Diagnosis, where: Path, pictures: bool = True) -> list[Pa
 
 def _fill(d: Diagnosis, beside: Path, where: Path, pictures: bool) -> None:
     """Makes every file; `where` is where they are going to stand."""
-    text = patch_text(d, where)
-    texts = {FILE: text, "diagnosis.json": as_json(tidy(d.summary()))}
+    drawn = [_drawn(picture, beside) for picture in pictures_of(d)] if pictures else []
+    patch = patch_text(d, where)
+    texts = {FILE: patch, "diagnosis.json": as_json(tidy(d.summary())), "report.html": page(d, drawn, patch, where)}
     for name, content in texts.items():
         (beside / name).write_text(content, encoding="utf-8", newline="\n")
+
+
+def _drawn(picture: Picture, beside: Path) -> Shown:
+    from network.report.canvas import save
+
+    path = save(picture.draw(), beside / picture.name)
+    return Shown(picture.name, picture.place, picture.caption, path.read_bytes())
 
 
 def tidy(value: Any) -> Any:

@@ -63,7 +63,7 @@ def _sections(d: Diagnosis, changed: Mapping[str, Any]) -> Iterator[str]:
 def _lines(entries: Mapping[str, Any], indent: str = "") -> str:
     """Entries, one below the other whatever they are."""
     first = fresh("first", entries)
-    return textwrap.indent(dump({first: {}} | entries).split("\n", 1)[1], indent)
+    return textwrap.indent(dump({first: {}, **entries}).split("\n", 1)[1], indent)
 
 
 def _part(key: str, entries: Any, patches: Sequence[Any]) -> dict[str, Any]:

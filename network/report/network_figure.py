@@ -55,7 +55,11 @@ STREAM = 0.3
 def network_figure(machine: Machine, trajectory: Trajectory | None = None) -> Figure:
     """Parts as circles, held nodes as squares at the rim, junctions as dots; links as wide as their conductance or,
     with a trajectory, as their mean heat flow, with its direction and its number."""
-    picture = _Picture(machine, trajectory)
+    return drawn(Picture(machine, trajectory), *_headings(machine, trajectory))
+
+
+def drawn(picture: Picture, title: str, below: str) -> Figure:
+    """The figure of a picture, with its title."""
     left, right, bottom, top = picture.extent()
     figure = new_figure((top - bottom + HEAD + FOOT) / 72)
     axes = figure.add_axes((0, 0, 1, 1))
@@ -63,7 +67,7 @@ def network_figure(machine: Machine, trajectory: Trajectory | None = None) -> Fi
     axes.set(xlim=(middle - WIDTH * 36, middle + WIDTH * 36), ylim=(bottom - FOOT, top + HEAD))
     axes.axis("off")
     picture.draw(axes)
-    write_title(figure, *_headings(machine, trajectory))
+    write_title(figure, title, below)
     return figure
 
 
@@ -79,7 +83,7 @@ def _span(seconds: float) -> str:
     return f"{seconds / length:.3g} {name}"
 
 
-class _Picture:
+class Picture:
     """Sizes, places and lines of one picture."""
 
     def __init__(self, machine: Machine, run: Trajectory | None) -> None:
@@ -119,11 +123,11 @@ class _Picture:
                 self._draw_watch(axes, name, note.watches)
         pairs = sorted(zip(self.strokes, self.curves, strict=True), key=lambda pair: -abs(pair[0].value or 0))
         for stroke, curve in pairs:
-            self._draw_stroke(axes, stroke, curve, largest[stroke.unit])
+            self.draw_stroke(axes, stroke, curve, largest[stroke.unit])
         for stroke, curve in pairs:
             self._label(axes, stroke, curve)
         for symbol in self.placing.at:
-            self._draw_node(axes, symbol)
+            self.draw_node(axes, symbol)
             self._draw_text(axes, symbol)
         used = {note.mark for at in self.notes.values() for note in at}
         streams = any(stroke.stream for stroke in self.strokes)
@@ -148,7 +152,7 @@ class _Picture:
         (left, bottom), (right, top) = points.min(axis=0), points.max(axis=0)
         return float(left), float(right), float(bottom), float(top)
 
-    def _draw_stroke(self, axes: Axes, stroke: Stroke, curve: Array, largest: float) -> None:
+    def draw_stroke(self, axes: Axes, stroke: Stroke, curve: Array, largest: float) -> None:
         held = any(self.machine.nodes[name].is_held for name in (stroke.a, stroke.b))
         colour = COLOURS["stream" if stroke.stream else "loss" if held else "link"]
         size = STREAM if stroke.stream else abs(stroke.value or 0.0) / largest
@@ -184,7 +188,7 @@ class _Picture:
             bbox=BACKING, zorder=3, gid=f"link:{name}",
         )  # fmt: skip
 
-    def _draw_node(self, axes: Axes, symbol: str) -> None:
+    def draw_node(self, axes: Axes, symbol: str) -> None:
         from matplotlib.patches import Circle, Rectangle
 
         name, (x, y) = owner(symbol), self.placing.at[symbol]

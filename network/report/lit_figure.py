@@ -1,0 +1,94 @@
+"""A network with what was found lit: the parts it sits at, the links and entries it brings."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from network.declare import Array
+from network.proposals import bodies
+from network.report.canvas import PALETTE, literal
+from network.report.network_figure import Picture, drawn
+from network.report.strokes import Stroke
+from network.report.symbols import BACKING, owner
+from network.residuals.amounts import joined
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from network.diagnosis.verdict import Diagnosis
+    from network.machine import Machine
+
+LIGHT = PALETTE[4]
+EDGE_LIGHT = PALETTE[1]
+WIDER = 8.0
+"""Breadth of the light beside a line [pt]."""
+
+
+class LitPicture(Picture):
+    """A picture with some nodes and links lit. lit: paths as in a file, like 'nodes.bed'."""
+
+    def __init__(self, machine: Machine, lit: Collection[str]) -> None:
+        super().__init__(machine, None)
+        self.lit = lit
+
+    def draw_stroke(self, axes: Axes, stroke: Stroke, curve: Array, largest: float) -> None:
+        if f"links.{stroke.name}" in self.lit:
+            size = abs(stroke.value or 0.0) / largest
+            start, end = self._ends(stroke)
+            whole = np.concatenate([[start], curve, [end]])
+            axes.plot(*whole.T, color=LIGHT, linewidth=WIDER + 4.5 * size, solid_capstyle="round", zorder=0.6)
+        super().draw_stroke(axes, stroke, curve, largest)
+
+    def draw_node(self, axes: Axes, symbol: str) -> None:
+        before = len(axes.patches)
+        super().draw_node(axes, symbol)
+        if f"nodes.{owner(symbol)}" in self.lit:
+            for patch in axes.patches[before:]:
+                patch.set(facecolor=LIGHT, edgecolor=EDGE_LIGHT, linewidth=2.5)
+
+
+def lit_figure(d: Diagnosis) -> Figure:
+    """The machine with its findings in it; what they are about is lit in orange."""
+    lit = lit_paths(d)
+    seats = [path.partition(".")[2] for path in lit if path.startswith("nodes.")]
+    also = [seat for f in d.findings for seat in (*f.places, *f.channels) if seat not in d.after.nodes]
+    where = joined(list(dict.fromkeys([*seats, *also]))) or "nothing"
+    picture = LitPicture(d.after, lit)
+    figure = drawn(picture, f"{d.machine.name}: what was found, and where", f"lit in orange: {where}")
+    _name_axes(d, figure)
+    return figure
+
+
+def lit_paths(d: Diagnosis) -> list[str]:
+    """Parts of the findings (what is held is lit only where nothing else is), and the links they bring."""
+    nodes = d.after.nodes
+    paths: list[str] = []
+    for finding in d.findings:
+        own = [n for n in (*finding.places, *_sensed(d, finding.channels)) if n in nodes]
+        own = [n for n in own if not nodes[n].is_held] or own
+        new = [path for path, _ in bodies(finding.patch) if path.startswith(("links.", "nodes."))]
+        paths += [f"nodes.{n}" for n in own] + [path for path in new if _is_new(d, path)]
+    return list(dict.fromkeys(paths))
+
+
+def _is_new(d: Diagnosis, path: str) -> bool:
+    """Whether a link was changed or a node added."""
+    section, _, name = path.partition(".")
+    return section == "links" or name not in d.machine.nodes
+
+
+def _sensed(d: Diagnosis, channels: Collection[str]) -> list[str]:
+    places = [d.after.sensors[name].place for name in channels if name in d.after.sensors]
+    return [place.node for place in places if place is not None]
+
+
+def _name_axes(d: Diagnosis, figure: Figure) -> None:
+    """The axes of the tool centre point that a finding moves: they are no part of the network."""
+    axes = [p for f in d.findings for p in f.places if p.startswith("tcp.")]
+    if axes:
+        told = f"moves {joined(list(dict.fromkeys(axes)))}"
+        figure.text(0.985, 0.975, literal(told), ha="right", va="top", fontsize=9, color=PALETTE[1], bbox=BACKING)

@@ -1,0 +1,110 @@
+"""A diagnosis as one page: report.html, with everything in it."""
+
+from __future__ import annotations
+
+import base64
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from network.report.diagnosis_patch import FILE
+from network.report.diagnosis_words import advice_words, fit_rows, where_lines
+from network.report.finding_words import (
+    alike_words,
+    evidence_words,
+    name_of,
+    rival_name,
+    sizes,
+    sure_words,
+    windows_words,
+)
+from network.report.moved_words import moved, moved_words
+from network.report.table import digits, span
+from network.report.verdict_words import next_words, seats_of, verdict_words
+from network.residuals.amounts import joined
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
+
+    from network.diagnosis.verdict import Diagnosis, Finding, Rival
+
+TEMPLATE = "diagnosis.html.j2"
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A picture of the page. place: the section it stands in (found, where, fits); png: the file's bytes."""
+
+    name: str
+    place: str
+    caption: str
+    png: bytes
+
+
+def page(d: Diagnosis, pictures: Sequence[Shown], patch: str, where: Path) -> str:
+    """The page of a diagnosis whose files stand in the folder `where`."""
+    from jinja2 import Environment, PackageLoader
+
+    loader = PackageLoader("network.report")
+    rooms = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    told = _verdict(d) | _tables(d) | {"patch": patch, "patch_name": FILE, "commands": commands(d, where)}
+    return rooms.get_template(TEMPLATE).render(told, pictures=pictures, shown=shown)
+
+
+def shown(picture: Shown) -> Markup:
+    """The picture inside the page: no file beside it is needed."""
+    from markupsafe import Markup
+
+    data = base64.b64encode(picture.png).decode("ascii")
+    image = Markup('<img src="data:image/png;base64,{}" alt="{}">').format(data, picture.caption)
+    return Markup("<figure>{}<figcaption>{}</figcaption></figure>\n").format(image, picture.caption)
+
+
+def _verdict(d: Diagnosis) -> dict[str, Any]:
+    return {
+        "machine": d.machine.name, "verdict": name_of(d.verdict), "meaning": verdict_words(d), "next": next_words(d),
+        "basis": basis(d), "findings": [_finding(d, f) for f in d.findings], "where": where_lines(d),
+    }  # fmt: skip
+
+
+def _tables(d: Diagnosis) -> dict[str, Any]:
+    header, rows = fit_rows(d)
+    return {
+        "fit_header": header, "fit_rows": rows, "numbers": moved(d), "moved": list(moved_words(d)),
+        "notes": d.notes, "advice": [advice_words(e) for e in d.advice],
+    }  # fmt: skip
+
+
+def basis(d: Diagnosis) -> str:
+    """On what it rests: which recordings, which seed, how long it took."""
+    fitted = joined([Path(r.recording.file).name for r in d.fits.train_after.recordings])
+    told = f"Fitted on {fitted}"
+    if d.fits.holdout_after is not None:
+        told += f"; judged on {joined([Path(r.recording.file).name for r in d.fits.holdout_after.recordings])}"
+    return f"{told}. Machine file {Path(d.machine.file).name}, seed {d.seed}, {span(d.seconds)}."
+
+
+def _finding(d: Diagnosis, finding: Finding) -> Mapping[str, Any]:
+    seats = seats_of(d, finding)
+    return {
+        "title": f"{name_of(finding.kind)}{f' at {joined(list(seats))}' if seats else ''}",
+        "sentence": finding.sentence, "sure": sure_words(finding), "sizes": sizes(finding),
+        "evidence": " ".join(filter(None, [evidence_words(finding), windows_words(d, finding)])),
+        "alike": alike_words(finding), "rivals": [_rival(r) for r in finding.alternatives],
+    }  # fmt: skip
+
+
+def _rival(rival: Rival) -> Mapping[str, str]:
+    return {
+        "name": rival_name(rival), "confidence": f"{100 * rival.confidence:.0f} %", "leaves": digits(rival.chi, 3),
+        "gain": f"{rival.gain:.0f}", "why_not": rival.why_not,
+    }  # fmt: skip
+
+
+def commands(d: Diagnosis, where: Path) -> list[str]:
+    """Command lines that use the patched machine."""
+    machine = shlex.quote((where / FILE).as_posix())
+    files = [shlex.quote(r.recording.file) for r in d.fits.train_after.recordings]
+    return [f"lptn compare {machine} {' '.join(files)}", f"lptn simulate {machine} {files[0]}"]
