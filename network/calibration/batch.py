@@ -127,8 +127,7 @@ def _joined_law(groups: Sequence[Heats[Relay]]) -> Relay:
 def _means(machine: Machine, plan: Plan, x: Array, outputs: Readouts, run: Run, network: Network) -> Array:
     T = np.empty((*x.shape[:2], network.size))
     T[:, :, network.free] = x[:, :, : len(network.free)]
-    held = plan.held_at(plan.left)
-    T[:-1, :, network.bound], T[-1, :, network.bound] = held[:, None], plan.held_at(plan.right)[-1]
+    T[:, :, network.bound] = np.vstack([plan.held_at(plan.left), plan.held_at(plan.right)[-1:]])[:, None]
     u = {n: np.append(plan.left[n], plan.right[n][-1]) for n in plan.left}
     within = run.knots.samples <= plan.edges[-1] + 1e-6
     matrices = [cell_matrix(run.knots, plan.edges, run.present[n] & within) for n in run.channels]

@@ -113,7 +113,7 @@ class SwitchedCourse(Course):
     def by_guard(self, parameter: Parameter, theta: float) -> Array:
         """∂g/∂θ at every event; the pause of a relay counts as a guard that comes later."""
         network, out = self.problem.plan.network, np.zeros(len(self.events))
-        if parameter.entry not in network.mechanisms:
+        if not self.events or parameter.entry not in network.mechanisms:
             return out
         index, slope = network.mechanisms.index(parameter.entry), parameter.slope(parameter.value(theta))
         rates = self._guard_rates

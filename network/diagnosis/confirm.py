@@ -100,14 +100,17 @@ def rivals(
     done = [f for f in fits if f is not None]
     if not any(f.chi < ADEQUATE for f in done):
         switched = _likely_relays([c for c in found if c.switches], located)
-        fits = spread(partial(_searched, case, current, power, seed), switched, jobs, tell)
+        beat = min((f.fit.cost for f in done), default=current.fit.cost)
+        fits = spread(partial(_searched, case, current, power, seed, beat), switched, jobs, tell)
         done += [f for f in fits if f is not None]
     return sorted(done, key=lambda h: -h.evidence)
 
 
-def _searched(case: Case, current: Hypothesis, power: float, seed: int, candidate: Candidate) -> Hypothesis | None:
+def _searched(
+    case: Case, current: Hypothesis, power: float, seed: int, beat: float, candidate: Candidate
+) -> Hypothesis | None:
     try:
-        return search(case, current, candidate, power, seed)
+        return search(case, current, candidate, power, seed, beat)
     except (Failed, np.linalg.LinAlgError):
         return None
 

@@ -32,6 +32,10 @@ HORIZONS = (0.2, 0.2, 0.35, 0.35, 0.6, 0.6, 1.0, 1.0)
 """Share of each run that a round looks at."""
 WIDER, LEAST = 1.5, 0.02
 """How much wider than the best draws the next ones are, every other round; and the least, in prior σ."""
+NEAR = 1.6
+"""Cost of the best draw over a rival's, up to which it is fitted in full."""
+GOOD = 1.03
+"""Misfit χ at which no further draw is fitted."""
 MOST_SWITCHES = 25
 """An hour, beyond which a draw is not looked at."""
 SLACK_SHARE, SLACK_TIME = 0.6, 900.0
@@ -69,14 +73,19 @@ def freed(null: Hypothesis, parts: Sequence[str], power: float) -> Linearised:
     return linearise(replace(problem, firm_theta=1.0, firm_eta=1.0), about.theta)
 
 
-def search(case: Case, null: Hypothesis, candidate: Candidate, power: float, seed: int) -> Hypothesis | None:
-    """The candidate at the best of its numbers; None where it cannot be searched or runs away."""
+def search(
+    case: Case, null: Hypothesis, candidate: Candidate, power: float, seed: int, beat: float = np.inf
+) -> Hypothesis | None:
+    """The candidate at the best of its numbers; None where it cannot be searched, or no draw comes near the cost J of a
+    rival that is to be beaten."""
     network = build(candidate.machine)
     if not serves(network):
         return None
     about = freed(null, parts_about(candidate), power)
     values = values_at(about.problem.parameters, about.theta)
     draws = _drawn(about, candidate, values, seed)
+    if not draws or draws[0].misfit > NEAR * beat:
+        return None
     best: Hypothesis | None = None
     for draw in _apart(draws, candidate.own):
         start = values | values_at(candidate.own, draw.theta)
@@ -86,6 +95,8 @@ def search(case: Case, null: Hypothesis, candidate: Candidate, power: float, see
             continue
         if best is None or found.fit.cost < best.fit.cost:
             best = found
+        if best.chi < GOOD:
+            break
     return best
 
 
