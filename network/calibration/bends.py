@@ -1,29 +1,29 @@
-"""Answers of a network that is not linear in temperature: those of its windows' straight laws, and the rest as heat.
+"""Answers of a network that is not linear in temperature: those of its straight laws, and the rest as heat.
 
-What a law's slope at an instant lies beside that of its window gives a further heat as the temperature it reads moves;
-that heat is answered in turn, and so on: δ ← answer to B(t) δ, whose sum converges as the windows are narrow.
+What a law's slope lies beside the one in the matrix gives a further heat as the temperature it reads moves: h = B(t) y.
+Over an interval it runs straight as other heats do, so its value at the end follows from a small linear system,
+(1 − G B₁) y₁ = z, G what a heat at the end does to the readings there: exact, step by step, for all pushes at once.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from network.calibration.course import Course, Push
+from network.calibration.bent_laws import Group, Slopes
+from network.calibration.course import Course
 from network.calibration.sight import Sight, sight_of
+from network.calibration.stretches import Push, Stretch
 from network.declare import Array, Indices
-from network.graph import Flows, Heats, Network
-from network.mechanisms.base import Source
-from network.refusal import Failed
+from network.graph import Flows, Network
 
-ROUNDS, CLOSE = 30, 1e-4
-"""Rounds at most, and the share of an answer that may be missing."""
 LEAST = 1e-9
 """W/K: bends below it are none."""
 
-Off = Sequence[tuple[Flows | Heats[Source], tuple[Array, ...]]]
+Off = Sequence[tuple[Group, Slopes]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,12 +40,14 @@ class Bends:
     slopes: Array
     spread: Array
 
-    def heat(self, seen: Array) -> Array:
-        """Series (pushes, series, 2 K) from changes of what is read (pushes, r, 2 K)."""
-        h = np.zeros((len(seen), len(self.spread), seen.shape[2]))
+    @cached_property
+    def matrices(self) -> tuple[Array, Array]:
+        """B just after and just before the edges of every interval (K, series, r)."""
+        K = self.slopes.shape[1] // 2
+        B = np.zeros((2 * K, len(self.spread), len(self.rows)))
         for read, into, slope in zip(self.reads, self.into, self.slopes, strict=True):
-            h[:, into] += slope * seen[:, read]
-        return h
+            B[:, into, read] += slope
+        return B[:K], B[K:]
 
 
 def bends_of(network: Network, off: Off) -> Bends:
@@ -70,7 +72,7 @@ def bends_of(network: Network, off: Off) -> Bends:
     )  # fmt: skip
 
 
-def _rows(network: Network, group: Flows | Heats[Source], m: int) -> list[Array]:
+def _rows(network: Network, group: Group, m: int) -> list[Array]:
     """What one member reads, without held lumps."""
     if isinstance(group, Flows):
         unit = np.eye(network.size)
@@ -91,28 +93,67 @@ class BentCourse(Course):
         if self.bends is None or not len(self.bends.spread):
             return pushes
         sight = sight_of(self.problem, self.bends.rows)
-        return [p for some in self.portions(len(pushes)) for p in self._settled(pushes[some], sight, self.bends)]
+        steppings = [_Stepping(s, sight, self.bends) for s in self.stretches]
+        parts = (self._settled(pushes[some], steppings, self.bends) for some in self.portions(len(pushes)))
+        return [push for part in parts for push in part]
 
-    def _settled(self, pushes: Sequence[Push], sight: Sight, bends: Bends) -> list[Push]:
-        K, lumps = len(self.x0), np.flatnonzero(bends.spread.any(axis=0))
-        seen = self.ends(pushes, sight)
-        size = np.maximum(np.abs(seen).max(axis=(1, 2)), 1e-300)
-        total = np.zeros((len(pushes), len(bends.spread), 2 * K))
-        for _ in range(ROUNDS):
-            h = bends.heat(seen)
-            total += h
-            seen = self.ends([Push(lumps, q[:, :K].T, q[:, K:].T, (), bends.spread[:, lumps]) for q in h], sight)
-            if (np.abs(seen).max(axis=(1, 2)) < CLOSE * size).all():
-                return [_joined(p, q, lumps, bends.spread[:, lumps]) for p, q in zip(pushes, total, strict=True)]
-        raise Failed("the answers of the network to a change of its numbers do not settle: a heat source may run away")
+    def _settled(self, pushes: Sequence[Push], steppings: list[_Stepping], bends: Bends) -> list[Push]:
+        lumps, K = np.flatnonzero(bends.spread.any(axis=0)), len(self.x0)
+        h0, h1 = (np.empty((K, len(pushes), len(bends.spread))) for _ in range(2))
+        x = np.zeros((len(pushes), self.problem.order))
+        for s, stepping in zip(self.stretches, steppings, strict=True):
+            here = slice(s.first, s.last)
+            end = stepping.along(pushes, x @ s.modes.W.T, h0[here], h1[here])
+            x = np.real(end @ s.modes.V.T)
+        return [_joined(p, h0[:, i], h1[:, i], lumps, bends.spread[:, lumps]) for i, p in enumerate(pushes)]
 
 
-def _joined(push: Push, series: Array, lumps: Indices, spread: Array) -> Push:
-    """A push with further series (·, 2 K)."""
-    K, both = len(push.q0), np.union1d(push.lumps, lumps)
+class _Stepping:
+    """What every interval of a stretch does to readings and to the heat of bends."""
+
+    def __init__(self, s: Stretch, sight: Sight, bends: Bends) -> None:
+        self.s, self.B0, self.B1 = s, *(B[s.first : s.last] for B in bends.matrices)
+        self.read, self.into = (sight.over[s.index] @ s.modes.V).T, (s.heat @ bends.spread.T).T
+        at_once = sight.direct[s.index] @ bends.spread.T
+        self.sight, one = sight, np.eye(sight.count)
+        G = np.real((self.read.T * s.c1[:, None, :]) @ self.into.T) + at_once
+        self.before = np.linalg.inv(one - at_once @ self.B0) if at_once.any() else None
+        self.after = np.linalg.inv(one - G @ self.B1)
+
+    def along(self, pushes: Sequence[Push], m: Array, h0: Array, h1: Array) -> Array:
+        """Fills the heats just after and before the edges (k, pushes, series); modal states after the last interval."""
+        s, added = self.s, self.s.added(*self.s.forced(pushes))
+        kicks: dict[int, list[tuple[int, Array]]] = {}
+        for k, i, jump in s.kicks(pushes):
+            kicks.setdefault(k, []).append((i, jump))
+        direct = self._direct(pushes)
+        for k in range(len(added)):
+            for i, jump in kicks.get(k, ()):
+                m[i] += jump
+            y = np.real(m @ self.read) + direct[0][k]
+            h0[k] = (y if self.before is None else y @ self.before[k].T) @ self.B0[k].T
+            m = s.gain[k] * m + added[k] + s.c0[k] * (h0[k] @ self.into)
+            h1[k] = (np.real(m @ self.read) + direct[1][k]) @ self.after[k].T @ self.B1[k].T
+            m = m + s.c1[k] * (h1[k] @ self.into)
+        return m
+
+    def _direct(self, pushes: Sequence[Push]) -> tuple[Array, Array]:
+        """What is seen at once of the pushes themselves (k, pushes, r)."""
+        s, by = self.s, self.sight.direct[self.s.index]
+        if not self.sight.sees_heat:
+            none = np.zeros((s.last - s.first, 1, 1))
+            return none, none
+        sides = ([(q[s.first : s.last] @ p.into(by)) for p, q in zip(pushes, side, strict=True)]
+                 for side in ([p.q0 for p in pushes], [p.q1 for p in pushes]))  # fmt: skip
+        first, last = (np.stack(side, axis=1) for side in sides)
+        return first, last
+
+
+def _joined(push: Push, h0: Array, h1: Array, lumps: Indices, spread: Array) -> Push:
+    """A push with further series (K, ·)."""
+    both = np.union1d(push.lumps, lumps)
     own = np.eye(len(push.lumps)) if push.spread is None else push.spread
     into = np.zeros((len(own) + len(spread), len(both)))
     into[: len(own), np.searchsorted(both, push.lumps)] = own
     into[len(own) :, np.searchsorted(both, lumps)] = spread
-    heat = [np.hstack([q, s.T]) for q, s in ((push.q0, series[:, :K]), (push.q1, series[:, K:]))]
-    return Push(both, heat[0], heat[1], push.kicks, into)
+    return Push(both, np.hstack([push.q0, h0]), np.hstack([push.q1, h1]), push.kicks, into)

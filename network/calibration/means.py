@@ -98,8 +98,8 @@ class Means:
         return out.transpose(1, 2, 0)
 
     def _series(self, pushes: Sequence[Push], index: int, starts: Indices, x: Array) -> tuple[list[Array], Array]:
-        """Means of the modes (cells, pushes, n) for each set of samples, and modal states after a stretch, for pushes of
-        one series."""
+        """Means of the modes (cells, pushes, n) for each set of samples, and modal states after a stretch, for pushes
+        of one series."""
         s = self.course.stretches[index]
         fast = compiled() if s.modes.is_real else None
         if fast is None and self.cells[index][0] is None:

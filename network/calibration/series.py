@@ -1,7 +1,7 @@
 """Pushes of one series of heat each: followed from cell to cell, with what its intervals do worked out beforehand.
 
-Within a cell the intervals k bring Σ A₀ q₀ + A₁ q₁ into the modes at its end, and Σ B₀ q₀ + B₁ q₁ into their mean beside
-what the state at its beginning gives: factors of interval and rate that all pushes share.
+Within a cell the intervals k bring Σ A₀ q₀ + A₁ q₁ into the modes at its end, and Σ B₀ q₀ + B₁ q₁ into their mean
+beside what the state at its beginning gives: factors of interval and rate that all pushes share.
 """
 
 from __future__ import annotations
@@ -52,7 +52,8 @@ def cells_of(starts: Indices, gain: Array, c0: Array, c1: Array, E: Array, F0: A
     index = np.where(place < counts[:, None], starts[:, None] + place, len(gain))
     keep = np.vstack([gain, np.ones(gain.shape[1])])[index]
     c0, c1, E, F0, F1 = (np.vstack([f, np.zeros(f.shape[1])])[index] for f in (c0, c1, E, F0, F1))
-    A, B = np.empty((len(starts), 2 * r, gain.shape[1]), gain.dtype), np.empty((len(starts), 2 * r, gain.shape[1]), E.dtype)
+    shape = len(starts), 2 * r, gain.shape[1]
+    A, B = np.empty(shape, gain.dtype), np.empty(shape, E.dtype)
     later, mean = np.ones_like(keep[:, 0]), np.zeros_like(E[:, 0])
     for j in range(r - 1, -1, -1):
         A[:, j], A[:, r + j] = c0[:, j] * later, c1[:, j] * later

@@ -62,8 +62,8 @@ class Stretch:
     def moved(self, pushes: Sequence[Push], start: Array) -> tuple[Array, Array, Array]:
         """Modal states of pushes (k, pushes, n) just after the beginnings and just before the ends of the intervals,
         and after the last, from modal states (pushes, n)."""
-        own = self._added(*self.forced(pushes)).astype(start.dtype, copy=False)
-        jumps = list(self._kicks(pushes))
+        own = self.added(*self.forced(pushes)).astype(start.dtype, copy=False)
+        jumps = list(self.kicks(pushes))
         for k, i, jump in jumps:
             if k:
                 own[k - 1, i] += jump
@@ -78,9 +78,9 @@ class Stretch:
 
     def heated(self, p0: Array, p1: Array, start: Array) -> tuple[Array, Array]:
         """Modal states at the beginnings, and after the last, under forcings at both ends (k, pushes, n)."""
-        return recur(self.gain, self._added(p0, p1).astype(start.dtype, copy=False), start)
+        return recur(self.gain, self.added(p0, p1).astype(start.dtype, copy=False), start)
 
-    def _added(self, p0: Array, p1: Array) -> Array:
+    def added(self, p0: Array, p1: Array) -> Array:
         """What the forcing of every interval adds to its modes: (k, pushes, n)."""
         own = self.c0[:, None] * p0
         own += self.c1[:, None] * p1
@@ -99,7 +99,7 @@ class Stretch:
                 first[:, i], last[:, i] = push.q0[here] @ by, push.q1[here] @ by
         return first, last
 
-    def _kicks(self, pushes: Sequence[Push]) -> Iterator[tuple[int, int, Array]]:
+    def kicks(self, pushes: Sequence[Push]) -> Iterator[tuple[int, int, Array]]:
         """Kicks within: interval of the stretch, push, jump of the modes."""
         for i, push in enumerate(pushes):
             for k, jump in push.kicks:

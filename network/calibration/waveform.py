@@ -1,50 +1,77 @@
 """Networks that are not linear in temperature, as linear ones with a heat that is corrected until it agrees.
 
-In windows of time the heat balance is linearised about the run itself; what the straight law leaves out is a heat over
-time, taken from the run before: T ← answer to K_w T + [Q(T_before) − K_w T_before]. Each round shrinks the error by the
-ratio of what a slope varies within its window to the conductances around it. Source: waveform relaxation (Picard
-iteration on whole courses), Burrage, Parallel and Sequential Methods for ODEs (1995), ch. 7; unverified.
+In windows of time the heat balance is linearised; what the straight laws leave out is a heat over time that follows
+the run: T ← answer to K_w T + [Q(T_before) − K_w T_before]. Each round shrinks the error by the ratio of the slopes left
+out to the conductances around them. Sources that read temperatures are first left out of K_w, which stays symmetric and
+the same in all windows then; where that is too slow, everything goes in. Only the lumps that bent laws touch are
+followed from round to round. Source: waveform relaxation (Picard iteration on whole courses), Burrage, Parallel and
+Sequential Methods for ODEs (1995), ch. 7; unverified.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from network.balance import heat_balance, jacobian
-from network.calibration.bends import Bends, BentCourse, bends_of
+from network.calibration.bends import BentCourse, bends_of
+from network.calibration.bent_laws import (
+    Group,
+    Slopes,
+    among,
+    bent_groups,
+    heat_along,
+    heat_of,
+    slopes_of_group,
+    spread_of,
+    touched,
+    windows,
+)
 from network.calibration.course import Course, solve
 from network.calibration.partials import inputs_at_ends
+from network.calibration.sight import sight_of
+from network.calibration.stretches import Push
 from network.channels import Readouts
 from network.declare import Array, Indices
-from network.graph import Flows, Heats, Network
-from network.mechanisms.base import Source
+from network.graph import Flows
 from network.refusal import Failed
 from network.solvers.linear import Forcing, LinearProblem, Regime, reduce, regime_from
 from network.solvers.modal import Modes
 from network.solvers.plan import Plan
 
-BEND = 0.15
-"""Of a slope's largest value: how far it may move within a window."""
-ROUNDS, CLOSE = 60, 2e-6
+ROUNDS, CLOSE = 25, 2e-6
 """Rounds at most, and the change [K] at which a run agrees with itself."""
-MOST_WINDOWS = 60
+TIMES = 4
+"""How often windows are laid anew before a run is given up."""
 
 
 def course_of(
     plan: Plan, readouts: Readouts, guess: tuple[Array, Array] | None = None, known: dict[bytes, Modes] | None = None
 ) -> Course:
     """The run of a plan without relays, or whose relay modes are known; `guess`: temperatures at both ends of the
-    intervals from a run nearby. Raises Failed where the rounds do not come together."""
+    intervals from a run nearby; `known`: modes found before. Raises Failed where the rounds do not come together."""
     if plan.network.is_affine():
         return solve(reduce(plan, readouts), known)
-    return _Rounds(plan, readouts, guess).course()
+    known = {} if known is None else known
+    rounds = _Rounds(plan, readouts, guess, known, sources_too=False)
+    found = rounds.course(1)
+    if found is None:
+        rounds = _Rounds(plan, readouts, guess, known, sources_too=True)
+        found = rounds.course(TIMES)
+    if found is None:
+        off = f"still {rounds.change:.2g} K off"
+        raise Failed(f"the run does not come to agree with itself ({off}): a heat source may run away")
+    return found
 
 
 class _Rounds:
-    def __init__(self, plan: Plan, readouts: Readouts, guess: tuple[Array, Array] | None) -> None:
-        self.plan, self.readouts, self.network = plan, readouts, plan.network
-        self.u = inputs_at_ends(plan)
-        K = len(plan.steps)
+    def __init__(
+        self, plan: Plan, readouts: Readouts, guess: tuple[Array, Array] | None, known: dict[bytes, Modes],
+        sources_too: bool,
+    ) -> None:  # fmt: skip
+        self.plan, self.readouts, self.network, self.known = plan, readouts, plan.network, known
+        self.u, K = inputs_at_ends(plan), len(plan.steps)
         self.held = plan.held_at(plan.left), plan.held_at(plan.right)
         if guess is not None and len(guess[0]) == K:
             self.T = np.concatenate(guess)
@@ -54,40 +81,105 @@ class _Rounds:
         self.modes = np.zeros((2 * K, sum(r.into.shape[1] for r in self.network.relays)))
         if plan.modes is not None:
             self.modes = np.concatenate([plan.modes] * 2)
+        self.bent = bent_groups(self.network)
+        out = [] if sources_too else [g for g in self.bent if not isinstance(g, Flows)]
+        self.inside = [g for g in self.bent if not any(g is other for other in out)]
+        self.straight = replace(self.network, heats=tuple(h for h in self.network.heats if not among(h, out)))
+        self.touched, self.change = touched(self.network, self.bent), np.inf
 
-    def course(self) -> Course:
-        change = np.inf
-        for k in range(ROUNDS):
-            if k < 3 or k % 6 == 0:
-                bent = bent_slopes(self.network, self.T, self.u)
-                of = _windows(bent, len(self.plan.steps))
-                regimes = [self._regime(np.flatnonzero(of == w)) for w in range(int(of.max()) + 1)]
-            course = solve(self._problem(regimes, of))
-            T = np.concatenate(course.T)
-            before, change = change, float(np.abs(T - self.T).max())
-            if not np.isfinite(change) or change > 1e6:
-                break
-            self.T = T if change < before or k < 3 else (T + self.T) / 2
-            if change < CLOSE and k:
-                return BentCourse(course.problem, course.modes, course.x0, course.x1, self._bends(of))
-        off = f"still {change:.2g} K off"
-        raise Failed(f"the run does not come to agree with itself ({off}): a heat source may run away")
+    def course(self, times: int) -> Course | None:
+        """The run; None where it does not settle."""
+        for _ in range(times):
+            of = windows([slopes_of_group(g, self.T, self.u) for g in self.inside], len(self.plan.steps))
+            middles = [self._middle(np.flatnonzero(of == w)) for w in range(int(of.max()) + 1)]
+            regimes = [regime_from(self.network, jacobian(self.straight, *at), self.readouts) for at in middles]
+            reference = [self._reference(g, of, middles) for g in self.bent]
+            heat = self._beside(regimes, of)
+            course = solve(self._problem(regimes, of, heat), self.known)
+            if self._settle(course, reference, heat):
+                course = solve(self._problem(regimes, of, heat), self.known)
+                heat += self._bulge(course, reference)
+                bulged = solve(self._problem(regimes, of, heat), self.known)
+                if not self._settle(bulged, reference, heat):
+                    continue
+                course = solve(self._problem(regimes, of, heat), self.known)
+                self.T = np.concatenate(course.T)
+                now = (slopes_of_group(g, self.T, self.u) for g in self.bent)
+                off = [(g, tuple(s - r for s, r in zip(own, ref, strict=True)))
+                       for g, own, ref in zip(self.bent, now, reference, strict=True)]  # fmt: skip
+                return BentCourse(course.problem, course.modes, course.x0, course.x1, bends_of(self.network, off))
+        return None
 
-    def _regime(self, mine: Indices) -> Regime:
-        """The balance linearised at the middle of a window."""
+    def _settle(self, course: Course, reference: list[Slopes], heat: Array) -> bool:
+        """Corrects the heat, in place, until the touched lumps stay where they are; whether they do."""
+        K, spread = len(self.plan.steps), np.vstack([spread_of(g) for g in self.bent])
+        lumps = np.flatnonzero(spread.any(axis=0))
+        sight = sight_of(course.problem, np.eye(self.network.size)[self.touched])
+        before, T = [self._heats(g) for g in self.bent], np.concatenate(course.T)
+        self.T, moved, last = T, T - self.T, np.inf
+        for _ in range(ROUNDS):
+            now = [self._heats(g) for g in self.bent]
+            more = np.hstack([n - b - heat_along(g, r, moved) for g, n, b, r in
+                              zip(self.bent, now, before, reference, strict=True)])  # fmt: skip
+            heat += more @ np.where(np.isinf(self.network.capacity), 0.0, spread)
+            push = Push(lumps, more[:K], more[K:], (), spread[:, lumps])
+            moved = np.zeros_like(T)
+            moved[:, self.touched] = course.ends([push], sight)[0].T
+            self.change, before = float(np.abs(moved).max()), now
+            if not np.isfinite(self.change) or self.change > max(0.9 * last, 1e3):
+                return False
+            self.T, last = self.T + moved, self.change
+            if self.change < CLOSE:
+                return True
+        return False
+
+    def _bulge(self, course: Course, reference: list[Slopes]) -> Array:
+        """What bent laws give in the middle of an interval beside a straight line between its ends, as a heat with the
+        same integral (2 K, N): temperatures go by cubics, from their rates at both ends."""
+        K, free, network = len(self.plan.steps), self.network.free, self.network
+        (T0, T1), (d0, d1) = course.T, (rate[:, : len(free)] for rate in course.rates)
+        middle = (T0 + T1) / 2
+        middle[:, free] += self.plan.steps[:, None] / 8 * (d0 - d1)
+        u = {name: (values[:K] + values[K:]) / 2 for name, values in self.u.items()}
+        total = np.zeros((K, network.size))
+        for group, slopes in zip(self.bent, reference, strict=True):
+            q0, q1 = (heat_of(group, T, {n: v[at] for n, v in self.u.items()})
+                      for T, at in ((T0, slice(K)), (T1, slice(K, None))))  # fmt: skip
+            off = 2 * heat_of(group, middle, u) - q0 - q1
+            off -= heat_along(group, tuple(s[: len(off)] for s in slopes), 2 * middle - T0 - T1)
+            total += off / 3 @ np.where(np.isinf(network.capacity), 0.0, spread_of(group))
+        return np.concatenate([total, total])
+
+    def _heats(self, group: Group) -> Array:
+        return heat_of(group, self.T, self.u)
+
+    def _middle(self, mine: Indices) -> tuple[Array, dict[str, Array], Array]:
+        """Temperatures, inputs and relay modes for which a window is linearised."""
         both = np.concatenate([mine, mine + len(self.plan.steps)])
-        T = self.T[both].mean(axis=0)
         u = {name: values[mine[len(mine) // 2], 0] for name, values in self.u.items()}
-        return regime_from(self.network, jacobian(self.network, T, u, self.modes[mine[0]]), self.readouts)
+        return self.T[both].mean(axis=0), u, self.modes[mine[0]]
 
-    def _problem(self, regimes: list[Regime], of: Indices) -> LinearProblem:
-        plan, network, K = self.plan, self.network, len(self.plan.steps)
-        heat = heat_balance(network, self.T, self.u, self.modes).into
+    def _reference(self, group: Group, of: Indices, middles: list[tuple[Array, dict[str, Array], Array]]) -> Slopes:
+        """The slopes of a group that are in the windows' matrices, at both ends of the intervals."""
+        if not among(group, self.inside):
+            count = 2 if isinstance(group, Flows) else len(group.reads)
+            return tuple(np.zeros((1, len(group.entry))) for _ in range(count))
+        each = [slopes_of_group(group, T[None], {n: np.atleast_1d(v) for n, v in u.items()}) for T, u, _ in middles]
+        both = np.concatenate([of, of])
+        return tuple(np.concatenate([slopes[i] for slopes in each])[both] for i in range(len(each[0])))
+
+    def _beside(self, regimes: list[Regime], of: Indices) -> Array:
+        """Heat into all lumps beside what the windows' matrices give, at the temperatures assumed (2 K, N)."""
+        heat = heat_balance(self.network, self.T, self.u, self.modes).into
         for w, regime in enumerate(regimes):
             mine = np.flatnonzero(of == w)
-            for at in (mine, mine + K):
+            for at in (mine, mine + len(of)):
                 heat[at] -= self.T[at] @ regime.K.T
-        heat[:, network.bound] = 0.0
+        heat[:, self.network.bound] = 0.0
+        return heat
+
+    def _problem(self, regimes: list[Regime], of: Indices, heat: Array) -> LinearProblem:
+        plan, network, K = self.plan, self.network, len(self.plan.steps)
         n = len(network.free) + self.readouts.states
         f0, f1 = np.empty((K, n)), np.empty((K, n))
         for w, regime in enumerate(regimes):
@@ -103,60 +195,3 @@ class _Rounds:
             x0[len(network.free) :] = self.readouts.start_states(T)
         scale = np.concatenate([np.sqrt(network.capacity[network.free]), np.ones(self.readouts.states)])
         return LinearProblem(plan, self.readouts, tuple(regimes), of, forcing, f0, f1, x0, scale)
-
-    def _bends(self, of: Indices) -> Bends:
-        """Slopes at both ends less those at which the windows were linearised."""
-        now = bent_slopes(self.network, self.T, self.u)
-        off = [(g, tuple(s - self._in_windows(g, i, of, s) for i, s in enumerate(slopes))) for g, slopes in now]
-        return bends_of(self.network, off)
-
-    def _in_windows(self, group: Flows | Heats[Source], i: int, of: Indices, like: Array) -> Array:
-        """The slopes by reading i at the middle of every window, laid out over the ends of the intervals."""
-        K, out = len(of), np.empty_like(like)
-        for w in range(int(of.max()) + 1):
-            mine = np.flatnonzero(of == w)
-            T = self.T[np.concatenate([mine, mine + K])].mean(axis=0)
-            u = {name: values[mine[len(mine) // 2]] for name, values in self.u.items()}
-            slope = _slopes(group, T[None], u)[i]
-            out[mine], out[mine + K] = slope, slope
-        return out
-
-
-def _slopes(group: Flows | Heats[Source], T: Array, u: dict[str, Array]) -> tuple[Array, ...]:
-    """Slopes of a group at many instants, each (instants, members)."""
-    if isinstance(group, Flows):
-        slopes: tuple[Array, ...] = group.law.slopes(T[:, group.a], T[:, group.b], u)
-    else:
-        slopes = group.law.slopes(u, *(T @ R.T for R in group.reads))
-    return tuple(np.broadcast_to(s, (len(T), len(group.entry))) for s in slopes)
-
-
-def bent_slopes(
-    network: Network, T: Array, u: dict[str, Array]
-) -> list[tuple[Flows | Heats[Source], tuple[Array, ...]]]:
-    """The slopes of all laws that are not the same in the whole run: bent ones, and those that follow an input."""
-    groups = [g for g in network.groups if not g.law.is_affine() or g.law.needs()]
-    with_slopes = [g for g in groups if isinstance(g, Flows) or g.reads]
-    return [(g, _slopes(g, T, u)) for g in with_slopes]
-
-
-def _windows(bent: list[tuple[Flows | Heats[Source], tuple[Array, ...]]], K: int) -> Indices:
-    """The window of each interval: a new one begins where a slope has moved by more than BEND of its largest."""
-    parts = [slope for _, slopes in bent for slope in slopes]
-    if not parts:
-        return np.zeros(K, int)
-    both = np.hstack(parts)
-    middle = (both[:K] + both[K:]) / 2
-    size = np.maximum(np.abs(middle).max(axis=0), 1e-30)
-    relative = middle / size
-    bend = BEND
-    while True:
-        of, start = np.empty(K, int), relative[0]
-        w = 0
-        for k in range(K):
-            if np.abs(relative[k] - start).max() > bend:
-                w, start = w + 1, relative[k]
-            of[k] = w
-        if w < MOST_WINDOWS:
-            return of
-        bend *= 1.5
