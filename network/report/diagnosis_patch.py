@@ -51,13 +51,12 @@ def commented(sentence: str) -> list[str]:
 def _sections(d: Diagnosis, changed: Mapping[str, Any]) -> Iterator[str]:
     """Sections with a part of a finding first, and in each of them the finding's entries first."""
     ours = {key: _part(key, entries, [f.patch.get(key) for f in d.findings]) for key, entries in changed.items()}
-    for key in sorted(changed, key=lambda key: not ours[key]):
+    for key in (key for key in changed if ours[key]):
         rest = _without(changed[key], ours[key])
-        if not ours[key]:
-            yield f"{CALIBRATED}\n{_lines({key: rest})}"
-            continue
         yield f"{key}:\n{_lines(ours[key], '  ')}"
         yield f"  {CALIBRATED}\n{_lines(rest, '  ')}" if rest else ""
+    others = {key: entries for key, entries in changed.items() if not ours[key]}
+    yield f"{CALIBRATED}\n{_lines(others)}" if others else ""
 
 
 def _lines(entries: Mapping[str, Any], indent: str = "") -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from network.report.canvas import pretty
@@ -52,7 +53,7 @@ def evidence_words(finding: Finding) -> str:
         return "Without it the machine cannot be fitted at all."
     times = finding.gain / finding.threshold if finding.threshold > 0 else math.inf
     told = f"It adds {_nats(finding.gain)} nats of log evidence, where chance reaches {_nats(finding.threshold)}"
-    return f"{told}: {times:.0f} times as much." if 2 <= times < 1e6 else f"{told}."
+    return f"{told}: {times:.0f} times as much." if 2 <= times < 200 else f"{told}."
 
 
 def _nats(value: float) -> str:
@@ -66,8 +67,9 @@ def windows_words(d: Diagnosis, finding: Finding) -> str:
     longest = sorted(finding.windows, key=lambda w: w[0] - w[1])[:MOST_WINDOWS]
     t = d.fits.train_before.recordings[0].trajectory.t
     told = [when(first, last, t) for first, last in sorted(longest)]
-    words = [text[:1].lower() + text[1:] for text in told]
-    return f"It showed most {joined(words)}{' and at other times' if len(finding.windows) > MOST_WINDOWS else ''}."
+    words = joined([text[:1].lower() + text[1:] for text in told])
+    more = ", and at other times" if len(finding.windows) > MOST_WINDOWS else ""
+    return f"It showed most {words} of {Path(d.fits.train_before.recordings[0].recording.file).name}{more}."
 
 
 def rival_name(rival: Rival) -> str:
@@ -80,7 +82,11 @@ def rivals_words(finding: Finding) -> Iterator[str]:
     """What else was fitted, and what speaks against each."""
     for rival in finding.alternatives[:MOST_RIVALS]:
         against = " ".join(rival.why_not.split()).rstrip(".")
-        yield f"{rival_name(rival)}, {100 * rival.confidence:.0f} %: {against}"
+        yield f"{rival_name(rival)}, {percent(rival.confidence)}: {against}"
+
+
+def percent(share: float) -> str:
+    return "below 1 %" if share < 0.01 else f"{100 * share:.0f} %"
 
 
 def alike_words(finding: Finding) -> str:

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 COLOURS = (PALETTE[1], PALETTE[0], PALETTE[2])
 MOST_PLACES, MOST_RUNS, MOST_INPUTS = 3, 4, 3
-ROW, INPUT, GAP, BETWEEN = 1.35, 0.62, 0.42, 0.2
+ROW, INPUT, GAP, BETWEEN = 1.35, 0.62, 0.42, 0.3
 """Heights of a place and of an input, gaps below and beside [in]."""
 LEFT, TOP, BOTTOM = 0.8, 0.82, 0.3
 
@@ -62,8 +62,8 @@ def heat_figure(d: Diagnosis) -> Figure:
     for row, place in enumerate(places):
         headline(panels[0][row], _told(d, place))
         label_y(panels[0][row], "offset" if place.kind == "channel" else "heat", _unit(d, place))
-    title = f"{d.machine.name}: heat that would be needed for simulation and recordings to agree"
-    write_title(figure, title, "before anything was added; shaded ±2 standard deviations")
+    told = "what each place would need for simulation and recordings to agree, before anything was added"
+    write_title(figure, f"{d.machine.name}: unknown heat", f"{told}; shaded ±2 standard deviations")
     return figure
 
 

@@ -27,6 +27,10 @@ BOTH = 0.25
 """Share of the squared heat of the other sign from which both signs are told."""
 
 
+COUNTS = 0.02
+"""Probability from which a place is told."""
+
+
 @dataclass(frozen=True)
 class Course:
     """What stands out of an unknown heat. first, last: when [s]; mean: between them; low, high: its ends; bursts: how
@@ -91,9 +95,10 @@ def _what(d: Diagnosis, u: UnknownHeat, seen: Course) -> str:
     """Who gets how much more or less than the model has it."""
     if not seen.is_one_way:
         low, high = _size(d, u, seen.low), _size(d, u, seen.high)
-        verb = {"node": "gets", "link": "passes on"}.get(u.kind, "reads")
-        ways = ("less", "more") if u.kind != "channel" else ("lower", "higher")
-        return f"{u.name} {verb} between {low} {ways[0]} and {high} {ways[1]} than the model has it"
+        if u.kind == "channel":
+            return f"{u.name} reads up to {low} lower and up to {high} higher than the model"
+        who = f"{u.name} gets" if u.kind == "node" else f"from {u.name} flow"
+        return f"{who} up to {low} less and up to {high} more heat than in the model, by turns"
     size = f"on average {_size(d, u, seen.mean)}"
     less = seen.mean < 0
     if u.kind == "node":
@@ -123,10 +128,11 @@ def suspects_of(d: Diagnosis, most: int = 3) -> tuple[UnknownHeat, ...]:
     """The places to tell about: where something was found, then the most probable."""
     seats = {seat for f in d.findings for seat in (*f.places, *f.channels)}
     ranked = sorted(d.located, key=lambda u: (u.name not in seats, -u.probability))
-    return tuple(ranked[:most])
+    counting = [u for u in ranked if u.name in seats or u.probability > COUNTS]
+    return tuple((counting or ranked)[:most])
 
 
 def where_words(d: Diagnosis) -> str:
     """Places with their probabilities, as far as they count."""
-    named = [f"{u.name} {digits(100 * u.probability, 2)} %" for u in d.located[:4] if u.probability > 0.02]
+    named = [f"{u.name} {digits(100 * u.probability, 2)} %" for u in d.located[:4] if u.probability > COUNTS]
     return f"From unknown heat alone, before anything was added: {', '.join(named)}." if named else ""

@@ -15,6 +15,7 @@ from network.report.finding_words import (
     alike_words,
     evidence_words,
     name_of,
+    percent,
     rival_name,
     sizes,
     sure_words,
@@ -98,7 +99,7 @@ def _finding(d: Diagnosis, finding: Finding) -> Mapping[str, Any]:
 
 def _rival(rival: Rival) -> Mapping[str, str]:
     return {
-        "name": rival_name(rival), "confidence": f"{100 * rival.confidence:.0f} %", "leaves": digits(rival.chi, 3),
+        "name": rival_name(rival), "confidence": percent(rival.confidence), "leaves": digits(rival.chi, 3),
         "gain": f"{rival.gain:.0f}", "why_not": rival.why_not,
     }  # fmt: skip
 

@@ -1,0 +1,296 @@
+"""What a diagnosis leaves: words, files, page and pictures, from diagnoses made by hand."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from diagnosed import diagnosed, finding, rival, saved, unknown_heat
+from matplotlib.figure import Figure
+
+from network import Machine, compare
+from network.diagnosis.verdict import UNKNOWN, VERDICTS, Diagnosis, Quantity
+from network.refusal import Refused
+from network.report.candidates_figure import candidates_figure
+from network.report.diagnosis_files import check_target, tidy, write_diagnosis
+from network.report.finding_words import plus_minus
+from network.report.heat_figure import heat_figure
+from network.report.heat_words import course
+from network.report.lit_figure import lit_figure, lit_paths
+from network.report.moved_words import moved
+
+DESIGN = {
+    "findings": {"kind", "section", "places", "channels", "confidence", "parameters", "alternatives",
+                 "indistinguishable", "sentence", "patch", "evidence"},
+    "evidence": {"delta_log_evidence", "threshold", "windows"},
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
+    return diagnosed(tmp_path_factory.mktemp("machine"))
+
+
+@pytest.fixture(scope="module")
+def folder(found: Diagnosis, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    where = tmp_path_factory.mktemp("out")
+    write_diagnosis(found, where)
+    return where
+
+
+def flat(text: str) -> str:
+    return " ".join(text.split())
+
+
+# -- words ----------------------------------------------------------------------------------------------------------
+def test_the_words_tell_what_where_how_sure_and_against_what(found: Diagnosis) -> None:
+    told = flat(str(found))
+    assert "test lacks one effect that its recordings show at body." in told
+    assert "conductance 6.10 ± 0.20 W/K" in told and "probable, 93 %" in told
+    assert "It adds 412 nats of log evidence, where chance reaches 9.3: 44 times as much." in told
+    assert "radiation (body, air), 5 %: leaves 3.4 instead of 1.02 noise units" in told
+    assert "links.skin.conductance from +2.5 to +0.0" in told
+    assert "body 81 %, motor to body 12 %" in told
+    assert "train1: 3 readings of T_body lie apart" in told
+    assert "It would tell convection from radiation by 6.1 σ in 42 min." in told
+    before, after = found.fits.train_before.rmse_in_noise, found.fits.train_after.rmse_in_noise
+    assert f"falls from {before:.1f} to {after:.3f} noise units" in told
+    assert "on holdout.csv, never used in a fit" in told
+
+
+def test_unknown_heat_is_told_with_its_sign_its_time_and_its_bursts(found: Diagnosis) -> None:
+    told = flat(str(found))
+    right = "of train1.csv body gets on average 155 W less heat than the model gives it, in 4 bursts of about 310 W."
+    assert f"Between 45 and 140 min {right}" in told
+
+
+def test_a_course_that_never_leaves_its_uncertainty_is_none() -> None:
+    t = np.linspace(0, 3600, 20)
+    assert course(t, np.full(20, 5.0), np.full(20, 4.0)) is None
+    steady = course(t, np.full(20, 50.0), np.full(20, 4.0))
+    assert steady is not None and steady.bursts == 0 and steady.mean == pytest.approx(50)
+    swings = course(t, 50 * np.sin(t / 300), np.full(20, 4.0))
+    assert swings is not None and not swings.is_one_way
+
+
+@pytest.mark.parametrize(("kind", "name", "told"), [
+    ("link", "motor to body", "46 W more flow from motor to body than in the model"),
+    ("channel", "T_body", "T_body reads on average 0.30 K higher than the model"),
+])  # fmt: skip
+def test_unknown_heat_of_links_and_channels(found: Diagnosis, kind: str, name: str, told: str) -> None:
+    heat = unknown_heat(name, kind, 0.9, 2, 0.6 if kind == "channel" else 92.0)
+    assert told in flat(str(replace(found, located=(heat,))))
+
+
+@pytest.mark.parametrize(("verdict", "findings", "words"), [
+    ("adequate", (), "is what noise leaves. No physics is missing that these recordings would show."),
+    ("parameters_only", (), "Only numbers of test were wrong."),
+    ("too_coarse", ("lumping",), "test is cut too coarsely at body. With more lumps there"),
+    ("missing_physics", ("convection", "windage"), "test lacks two effects that its recordings show at body"),
+    ("sensor_fault", ("sensor_lag",), "Not test but what is read off it is at fault: T_body."),
+    ("unexplained", (UNKNOWN,), "differ at body, and nothing in the catalogue explains it: after all that was tried"),
+])  # fmt: skip
+def test_every_verdict_says_plainly_what_it_means(
+    found: Diagnosis, verdict: str, findings: tuple[str, ...], words: str
+) -> None:
+    several = tuple(
+        finding(kind=kind, patch={}, parameters={}, places=() if "sensor" in kind else ("body",),
+                channels=("T_body",) if "sensor" in kind else ())
+        for kind in findings
+    )  # fmt: skip
+    told = flat(str(replace(found, verdict=verdict, findings=several)))
+    assert words in told and ("before anything was added" in told) == bool(findings)
+    assert verdict in VERDICTS
+
+
+def test_what_cannot_be_told_apart_is_told(found: Diagnosis) -> None:
+    alike = finding(indistinguishable=(rival("radiation", "body", 0.4, 1.0, 410.0),))
+    assert "These recordings cannot tell it from radiation (body)." in flat(str(replace(found, findings=(alike,))))
+
+
+@pytest.mark.parametrize(("quantity", "told"), [
+    (Quantity(790.0, 31.0, "W"), "790 ± 31 W"), (Quantity(0.79, 0.031, "1"), "0.790 ± 0.031"),
+    (Quantity(21.4, 0.12, "degC"), "21.40 ± 0.12 °C"), (Quantity(0.7, 0.08, "K"), "0.700 ± 0.080 K"),
+    (Quantity(5.2e4, 4e3, "kJ/K"), "52.0 ± 4.0 kJ/K"), (Quantity(3.0, 0.0, "1"), "3.000"),
+])  # fmt: skip
+def test_a_size_is_told_to_two_digits_of_its_error(quantity: Quantity, told: str) -> None:
+    assert plus_minus(quantity) == told
+
+
+def test_numbers_that_the_findings_replace_are_left_out_of_the_shifts(found: Diagnosis) -> None:
+    assert next(m.path for m in moved(found)) == "links.skin.conductance"
+    gone = replace(found, after=found.after.patched({"links": {"skin": None}}))
+    assert "links.skin.conductance" not in [m.path for m in moved(gone)]
+
+
+# -- files ----------------------------------------------------------------------------------------------------------
+def test_one_yaml_one_json_one_page_and_pictures(folder: Path) -> None:
+    assert sorted(p.name for p in folder.iterdir()) == [
+        "candidates.png", "diagnosis.json", "fit-train1.png", "fit-train2.png", "heat.png", "holdout-fit-holdout.png",
+        "machine.diagnosed.yaml", "network.png", "report.html",
+    ]  # fmt: skip
+
+
+def test_the_json_has_the_keys_of_the_contract(folder: Path) -> None:
+    told = json.loads((folder / "diagnosis.json").read_text())
+    assert {"verdict", "findings", "located", "fit", "advice", "machine", "seconds"} <= set(told)
+    assert DESIGN["findings"] <= set(told["findings"][0])
+    assert DESIGN["evidence"] == set(told["findings"][0]["evidence"])
+    assert told["findings"][0]["parameters"]["conductance"] == {"value": 6.1, "std": 0.2, "unit": "W/K"}
+    assert set(told["findings"][0]["alternatives"][0]) >= {"kind", "places", "confidence"}
+    assert set(told["located"]["nodes"][0]) == {"name", "probability", "heat_rms"}
+    assert set(told["fit"]["holdout"]["before"]) >= {"rmse_in_noise", "channels"}
+    assert set(told["advice"][0]) == {"experiment", "separates", "sigma", "hours"}
+    assert told["machine"] == "machine.diagnosed.yaml"
+
+
+def test_without_a_recording_held_out_it_is_null(tmp_path: Path) -> None:
+    d = diagnosed(tmp_path, holdout=False)
+    write_diagnosis(d, tmp_path / "out", pictures=False)
+    assert json.loads((tmp_path / "out" / "diagnosis.json").read_text())["fit"]["holdout"] is None
+    assert "held out" not in str(d) + (tmp_path / "out" / "report.html").read_text()
+
+
+def test_the_patch_reads_back_and_reproduces_the_residual(tmp_path: Path) -> None:
+    d = diagnosed(tmp_path)
+    write_diagnosis(d, tmp_path / "out", pictures=False)
+    text = (tmp_path / "out" / "machine.diagnosed.yaml").read_text()
+    assert text.startswith("# Body loses heat to air over 6.1 W/K that is not in the file.\n")
+    order = [text.index(word) for word in ("extends: ../blocks.yaml", "wet side", "# calibrated", "skin:")]
+    assert order == sorted(order)
+    machine = Machine.load(tmp_path / "out" / "machine.diagnosed.yaml")
+    assert machine.to_plain() == d.after.to_plain()
+    for residual in d.fits.train_after.recordings:
+        again = compare(machine, residual.recording)
+        assert again.rmse_in_noise == pytest.approx(residual.rmse_in_noise, rel=1e-9)
+
+
+def test_a_patch_holds_axes_removals_and_what_options_changed(tmp_path: Path) -> None:
+    saved(tmp_path)
+    machine = Machine.load(tmp_path / "blocks.yaml", sets=["links.fins.conductance=5 W/K"])
+    leans = {"kind": "stretching", "of": "motor", "length": "80 mm", "expansion": "1.1e-5 1/K", "direction": -1}
+    grows = {**machine.to_plain()["tcp"]["z"]["grows"], "length": "310 mm ± 1 %"}
+    patch = {"tcp": {"z": {"leans": leans}}, "links": {"flange": None}}
+    after = machine.patched(patch).patched({"tcp": {"z": {"grows": grows}}})
+    found = finding(kind="stretching", section="tcp", places=("tcp.z", "motor"), patch=patch)
+    d = diagnosed(tmp_path, machine=machine, after=after, findings=(found,))
+    write_diagnosis(d, tmp_path / "out", pictures=False)
+    again = Machine.load(tmp_path / "out" / "machine.diagnosed.yaml")
+    assert again.to_plain() == after.to_plain() and "flange" not in again.links
+    text = (tmp_path / "out" / "machine.diagnosed.yaml").read_text()
+    assert text.index("leans") < text.index("grows") and text.index("flange: null") < text.index("fins")
+
+
+def test_a_machine_whose_file_is_gone_is_written_whole(tmp_path: Path) -> None:
+    d = diagnosed(tmp_path)
+    (tmp_path / "blocks.yaml").unlink()
+    write_diagnosis(d, tmp_path / "out", pictures=False)
+    again = Machine.load(tmp_path / "out" / "machine.diagnosed.yaml")
+    assert again.to_plain() == d.after.to_plain()
+
+
+def test_nothing_is_left_when_it_is_stopped(
+    found: Diagnosis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import network.report.canvas as canvas
+
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(canvas, "save", stop)
+    with pytest.raises(KeyboardInterrupt):
+        write_diagnosis(found, tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_that_holds_what_the_machine_is_made_of_is_refused(tmp_path: Path) -> None:
+    write_diagnosis(diagnosed(tmp_path), tmp_path / "out", pictures=False)
+    machine = Machine.load(tmp_path / "out" / "machine.diagnosed.yaml")
+    with pytest.raises(Refused, match="a file the machine is made of; give another -o"):
+        check_target(machine, tmp_path / "out")
+    assert check_target(machine, tmp_path / "other") == tmp_path / "other"
+    with pytest.raises(Refused, match="cannot be a folder"):
+        check_target(machine, tmp_path / "blocks.yaml")
+
+
+def test_what_json_does_not_know_is_made_plain() -> None:
+    odd: dict[str, Any] = {"a": np.float64("inf"), "b": [np.int64(3), np.bool_(True)], "c": np.array([1.0, np.nan])}
+    assert tidy(odd) == {"a": None, "b": [3, True], "c": [1.0, None]}
+
+
+# -- page -----------------------------------------------------------------------------------------------------------
+class Links(HTMLParser):
+    """Every address a page names, and tags that were not closed."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.addresses: list[str] = []
+        self.open: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.addresses += [value or "" for name, value in attrs if name in ("src", "href")]
+        if tag not in ("meta", "img", "br"):
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+def test_the_page_needs_nothing_beside_it(folder: Path) -> None:
+    text = (folder / "report.html").read_text(encoding="utf-8")
+    links = Links()
+    links.feed(text)
+    assert not links.open and len(links.addresses) == 6
+    assert all(address.startswith("data:image/png;base64,") for address in links.addresses)
+    assert "http" not in re.sub("base64,[A-Za-z0-9+/=]*", "", text) and "<script" not in text
+    for told in ("What was found", "412 nats", "radiation (body", "Before and after", "lptn compare", "wet side"):
+        assert told in text
+
+
+def test_names_are_text_on_the_page(tmp_path: Path) -> None:
+    d = diagnosed(tmp_path, notes=("<b>bold</b> & more",), findings=())
+    write_diagnosis(d, tmp_path / "out", pictures=False)
+    text = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "&lt;b&gt;bold&lt;/b&gt; &amp; more" in text and "What was found" not in text
+
+
+# -- pictures -------------------------------------------------------------------------------------------------------
+def words_of(figure: Figure) -> str:
+    texts = [*figure.texts, *(t for axes in figure.axes for t in (*axes.texts, axes.xaxis.label, axes.yaxis.label))]
+    return " | ".join(t.get_text() for t in texts)
+
+
+def test_the_suspect_is_lit(found: Diagnosis) -> None:
+    assert lit_paths(found) == ["nodes.body", "links.wet side"]
+    assert "lit in orange: body" in words_of(lit_figure(found))
+    moves = replace(found, findings=(finding(places=("tcp.z", "motor"), patch={}),))
+    assert "moves tcp.z" in words_of(lit_figure(moves))
+    reads = replace(found, findings=(finding(places=(), channels=("T_motor",), patch={}),))
+    assert lit_paths(reads) == ["nodes.motor"]
+
+
+def test_unknown_heat_is_drawn_for_every_recording_with_its_inputs(found: Diagnosis) -> None:
+    figure = heat_figure(found)
+    told = words_of(figure)
+    assert len(figure.axes) == 2 * 4
+    for word in ("train1.csv", "train2.csv", "heat into body", "offset of T_body", "speed [rpm]", "heat [W]", "[K]"):
+        assert word in told
+    line = figure.axes[0].lines[-1]
+    assert np.min(line.get_ydata()) == pytest.approx(-310.0)
+
+
+def test_rivals_are_ranked_and_the_found_one_stands_out(found: Diagnosis) -> None:
+    figure = candidates_figure(found)
+    gains = figure.axes[0]
+    assert [patch.get_width() for patch in gains.patches] == [412.3, 300.0, 90.0]
+    assert len({patch.get_facecolor() for patch in gains.patches}) == 2
+    names = [t.get_text() for t in gains.get_yticklabels()]
+    assert names == ["convection (body, air)", "radiation (body, air)", "windage (motor)"]
+    many = replace(found, tried=tuple(rival("convection", f"n{i}", 0.1, 1 + i, 50.0 - i) for i in range(40)))
+    assert "the best 16 of 40" in words_of(candidates_figure(many))
