@@ -93,7 +93,7 @@ def test_unknown_heat_of_links_and_channels(found: Diagnosis, kind: str, name: s
     ("parameters_only", (), "Only numbers of test were wrong."),
     ("too_coarse", ("lumping",), "test is cut too coarsely at body. With more lumps there"),
     ("missing_physics", ("convection", "windage"), "test lacks two effects that its recordings show at body"),
-    ("sensor_fault", ("sensor_lag",), "Not test but what is read off it is at fault: T_body."),
+    ("sensor_fault", ("sensor_lag",), "The physics of test holds; T_body does not read true."),
     ("unexplained", (UNKNOWN,), "differ at body, and nothing in the catalogue explains it: after all that was tried"),
 ])  # fmt: skip
 def test_every_verdict_says_plainly_what_it_means(

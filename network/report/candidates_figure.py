@@ -50,8 +50,9 @@ def candidates_figure(d: Diagnosis) -> Figure:
     _draw_gains(gains, rivals, colours, _threshold(d))
     _draw_leaves(leaves, rivals, colours)
     _finish(gains, leaves, names)
+    first = " for the first finding" if len(d.findings) > 1 else ""
     cut = f"; the best {MOST} of {len(d.tried)}" if len(d.tried) > MOST else ""
-    write_title(figure, f"{d.machine.name}: explanations that were fitted", f"blue: what was found{cut}")
+    write_title(figure, f"{d.machine.name}: explanations that were fitted{first}", f"blue: what was found{cut}")
     return figure
 
 

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from network.diagnosis.verdict import Diagnosis, Experiment, Finding
 
 WIDTH = 110
+BEFORE = "  before: as written, its numbers calibrated"
 
 
 def tell_diagnosis(d: Diagnosis) -> str:
@@ -31,7 +32,7 @@ def tell_diagnosis(d: Diagnosis) -> str:
     header, rows = fit_rows(d)
     blocks = [
         _verdict(d), *(_finding(d, i, f) for i, f in enumerate(d.findings, 1)), _paragraphs(where_lines(d)),
-        _paragraphs(moved_words(d)), "\n".join(table(header, rows, header[1:])), _paragraphs(d.notes),
+        _paragraphs(moved_words(d)), "\n".join([*table(header, rows, header[1:]), BEFORE]), _paragraphs(d.notes),
         _paragraphs(map(advice_words, d.advice)), _paragraphs([next_words(d)]),
     ]  # fmt: skip
     return "\n\n".join(block for block in blocks if block)

@@ -66,10 +66,11 @@ def windows_words(d: Diagnosis, finding: Finding) -> str:
         return ""
     longest = sorted(finding.windows, key=lambda w: w[0] - w[1])[:MOST_WINDOWS]
     t = d.fits.train_before.recordings[0].trajectory.t
-    told = [when(first, last, t) for first, last in sorted(longest)]
-    words = joined([text[:1].lower() + text[1:] for text in told])
-    more = ", and at other times" if len(finding.windows) > MOST_WINDOWS else ""
-    return f"It showed most {words} of {Path(d.fits.train_before.recordings[0].recording.file).name}{more}."
+    name = Path(d.fits.train_before.recordings[0].recording.file).name
+    told = [when(first, last, t, name) for first, last in sorted(longest)]
+    words = [text[:1].lower() + text[1:] for text in told]
+    short = [text.removesuffix(f" of {name}") for text in words[:-1]] + words[-1:]
+    return f"It showed most {joined(short)}{', and at other times' if len(finding.windows) > MOST_WINDOWS else ''}."
 
 
 def rival_name(rival: Rival) -> str:

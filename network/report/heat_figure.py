@@ -27,6 +27,7 @@ from network.report.canvas import (
     size_of,
     write_title,
 )
+from network.report.finding_words import percent
 from network.report.heat_words import suspects_of, unit_of
 from network.report.lines import clock, outline, set_clock
 from network.report.run_figure import is_speed
@@ -142,7 +143,7 @@ def _told(d: Diagnosis, u: UnknownHeat) -> str:
     what = {"node": "heat into", "link": "heat from", "channel": "offset of"}[u.kind]
     size = u.rms / gap_unit(_unit(d, u)).scale
     told = f"{what} {name_text(u.name)}: rms {size:.3g} {pretty(gap_unit(_unit(d, u)).text)}"
-    return f"{told}, probability {100 * u.probability:.0f} %"
+    return f"{told}, probability {percent(u.probability)}"
 
 
 def _unit(d: Diagnosis, u: UnknownHeat) -> str:

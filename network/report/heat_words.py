@@ -79,16 +79,17 @@ def heat_words(d: Diagnosis, u: UnknownHeat) -> str:
     if seen is None:
         return f"At {u.name} nothing stands out of its uncertainty at any time."
     name = Path(d.fits.train_before.recordings[at].recording.file).name
-    return f"{when(seen.first, seen.last, u.t[at])} of {name} {_what(d, u, seen)}{_in_bursts(d, u, seen)}."
+    return f"{when(seen.first, seen.last, u.t[at], name)} {_what(d, u, seen)}{_in_bursts(d, u, seen)}."
 
 
-def when(first: float, last: float, t: Array) -> str:
+def when(first: float, last: float, t: Array, of: str) -> str:
+    """The time between two instants of a recording, which has the times t."""
     if last - first > 0.95 * float(t[-1] - t[0]):
-        return "Throughout"
+        return f"Throughout {of}"
     name, length = ("min", 60.0) if float(t[-1] - t[0]) < HOURS else clock(t)
     if first == last:
-        return f"At {first / length:.3g} {name}"
-    return f"Between {first / length:.3g} and {last / length:.3g} {name}"
+        return f"At {first / length:.3g} {name} of {of}"
+    return f"Between {first / length:.3g} and {last / length:.3g} {name} of {of}"
 
 
 def _what(d: Diagnosis, u: UnknownHeat, seen: Course) -> str:
@@ -126,13 +127,22 @@ def unit_of(d: Diagnosis, u: UnknownHeat) -> str:
 
 def suspects_of(d: Diagnosis, most: int = 3) -> tuple[UnknownHeat, ...]:
     """The places to tell about: where something was found, then the most probable."""
-    seats = {seat for f in d.findings for seat in (*f.places, *f.channels)}
+    seats = _seats(d)
     ranked = sorted(d.located, key=lambda u: (u.name not in seats, -u.probability))
     counting = [u for u in ranked if u.name in seats or u.probability > COUNTS]
     return tuple((counting or ranked)[:most])
 
 
+def _seats(d: Diagnosis) -> set[str]:
+    """Parts and channels of the findings; for an axis, the channels that read it."""
+    seats = {seat for f in d.findings for seat in (*f.places, *f.channels)}
+    return seats | {name for name, sensor in d.machine.sensors.items() if f"tcp.{sensor.axis}" in seats}
+
+
 def where_words(d: Diagnosis) -> str:
     """Places with their probabilities, as far as they count."""
     named = [f"{u.name} {digits(100 * u.probability, 2)} %" for u in d.located[:4] if u.probability > COUNTS]
-    return f"From unknown heat alone, before anything was added: {', '.join(named)}." if named else ""
+    if not named:
+        return ""
+    told = f"From unknown heat alone, before anything was added: {', '.join(named)}."
+    return told if {*d.located[0].name.split(" to ")} & _seats(d) else f"{told} The findings, fitted in full, overrule it."

@@ -77,6 +77,10 @@ def moved_words(d: Diagnosis) -> Iterator[str]:
         told = [f"{m.path} from {_sigmas(m.shift_before)} to {_sigmas(m.shift_after)}" for m in back[:MOST]]
         more = [f"{len(back) - MOST} more"] if len(back) > MOST else []
         yield f"Numbers that calibration alone had bent come back to the file (prior σ): {joined([*told, *more])}."
+    elif d.verdict == "parameters_only":
+        told = [f"{m.path} ({m.file} → {m.after}, {_sigmas(m.shift_after)} σ)" for m in numbers[:MOST]]
+        yield f"Numbers that moved most from the file (in prior σ): {joined(told)}."
+        return
     far = [f"{m.path} ({m.file} → {m.after}, {_sigmas(m.shift_after)} σ)" for m in numbers if m.is_far]
     if far:
         yield f"Still far from the file: {joined(far[:MOST])}{' …' if len(far) > MOST else ''}."

@@ -23,7 +23,7 @@ from network.report.finding_words import (
 )
 from network.report.moved_words import moved, moved_words
 from network.report.table import digits, span
-from network.report.verdict_words import next_words, seats_of, verdict_words
+from network.report.verdict_words import next_words, seat_words, verdict_words
 from network.residuals.amounts import joined
 
 if TYPE_CHECKING:
@@ -88,9 +88,9 @@ def basis(d: Diagnosis) -> str:
 
 
 def _finding(d: Diagnosis, finding: Finding) -> Mapping[str, Any]:
-    seats = seats_of(d, finding)
+    seats = seat_words(d, finding)
     return {
-        "title": f"{name_of(finding.kind)}{f' at {joined(list(seats))}' if seats else ''}",
+        "title": f"{name_of(finding.kind)}{f' at {seats}' if seats else ''}",
         "sentence": finding.sentence, "sure": sure_words(finding), "sizes": sizes(finding),
         "evidence": " ".join(filter(None, [evidence_words(finding), windows_words(d, finding)])),
         "alike": alike_words(finding), "rivals": [_rival(r) for r in finding.alternatives],

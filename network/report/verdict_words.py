@@ -20,13 +20,13 @@ MEANING = {
     "too_coarse": "{machine} is cut too coarsely{where}. With more lumps there {falls}; nothing else is missing that "
     "these recordings would show.",
     "missing_physics": "{machine} lacks {count} that its recordings show{where}. With {it} in, {falls}.",
-    "sensor_fault": "Not {machine} but what is read off it is at fault: {channels}. With that counted in, {falls}.",
+    "sensor_fault": "The physics of {machine} holds; {channels} does not read true. With that counted in, {falls}.",
     "unexplained": "{machine} and its recordings differ{where}, and nothing in the catalogue explains it: after all "
     "that was tried, {left} is left.",
 }
 NEXT = {
     "adequate": "Use the machine with its numbers as calibrated. What these recordings cannot show is not ruled out.",
-    "parameters_only": "Use the calibrated numbers, and look up those that moved far from the file: a wrong drawing, "
+    "parameters_only": "Use the calibrated numbers, and look up any that moved far from the file: a wrong drawing, "
     "material or unit shows there.",
     "too_coarse": "Keep the finer parts. Judge what else may be missing only with them.",
     "missing_physics": "Look at the machine for it. If it is there, keep the patch; its numbers come with their "
@@ -75,8 +75,16 @@ def _count(d: Diagnosis) -> str:
 
 
 def _where(d: Diagnosis) -> str:
-    seats = list(dict.fromkeys(seat for f in d.findings for seat in seats_of(d, f)))
-    return f" at {joined(seats)}" if seats else ""
+    seats = list(dict.fromkeys(seat_words(d, f) for f in d.findings))
+    return f" at {', and at '.join(seats)}" if all(seats) and seats else ""
+
+
+def seat_words(d: Diagnosis, finding: Finding) -> str:
+    """Where a finding sits; an axis of the tool centre point behind the parts that move it."""
+    seats = seats_of(d, finding)
+    axes = [seat for seat in seats if seat.startswith("tcp.")]
+    parts = [seat for seat in seats if seat not in axes]
+    return f"{joined(parts)} ({joined(axes)})" if parts and axes else joined(parts or axes)
 
 
 def seats_of(d: Diagnosis, finding: Finding) -> tuple[str, ...]:
