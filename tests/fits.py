@@ -12,7 +12,7 @@ from network import Machine
 from network.calibration.evidence import measured
 from network.calibration.fitting import Problem, make_problem
 from network.calibration.parameters import free_parameters
-from network.inputs import Schedule, Signal, constant, held
+from network.inputs import Schedule, Signal, Start, constant, held
 from network.recording import Column, Recording
 from network.simulation import simulate
 
@@ -73,7 +73,7 @@ def recorded(
         noise = machine.sensors[name].sigma * draw.standard_normal(len(t)) if seed is not None else 0.0
         columns[name] = Column(name, machine.sensors[name].unit, values + noise + (more or {}).get(name, 0.0))
     inputs = {n: Column(n, s.unit, s.at(t)) for n, s in schedule.signals.items()}
-    return Recording("run", "test", t, columns | inputs)
+    return Recording("run", "test", t, columns | inputs, start=Start(others=20.0))
 
 
 def problem_of(machine: Machine, *recordings: Recording) -> Problem:

@@ -7,7 +7,7 @@ answer to a small further heat is exact as well; what is approximate is the stra
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,13 +16,16 @@ from network.calibration.sight import Sight, sight_of
 from network.calibration.stretches import Push, Stretch, stretches
 from network.channels import Readouts
 from network.declare import Array, Indices
-from network.solvers.linear import LinearProblem
+from network.solvers.linear import LinearProblem, Regime
 from network.solvers.modal import Modes, modes_of
 
 __all__ = ["Course", "Push", "kick", "solve"]
 
 AT_ONCE = 400_000
 """Numbers in the modal states of pushes that are answered together, so that they stay in the cache."""
+
+TOO_ALIKE, NUDGE = 1e8, 1e-7
+"""Condition of the modes from which rounding would be felt, and the relative change of rates that separates them."""
 
 
 def kick(course: Course, *kicks: tuple[int, Array]) -> Push:
@@ -161,7 +164,7 @@ def solve(problem: LinearProblem, known: dict[bytes, Modes] | None = None) -> Co
     for regime in problem.regimes:
         key = regime.A.tobytes()
         if key not in known:
-            known[key] = modes_of(regime, problem.scale)
+            known[key] = separate_modes(regime, problem.scale)
         modes.append(known[key])
     K, n = problem.f0.shape
     course = Course(problem, tuple(modes), np.empty((K, n)), np.empty((K, n)))
@@ -174,6 +177,15 @@ def solve(problem: LinearProblem, known: dict[bytes, Modes] | None = None) -> Co
         x = np.real(V @ end)
         course.x1[s.first : s.last - 1], course.x1[s.last - 1] = course.x0[s.first + 1 : s.last], x
     return course
+
+
+def separate_modes(regime: Regime, scale: Array) -> Modes:
+    """The modes of a regime; where some are too much alike (equal cells of a stream), of one that differs by NUDGE."""
+    modes = modes_of(regime, scale)
+    if modes.condition < TOO_ALIKE:
+        return modes
+    signs = np.random.default_rng(0).choice([-1.0, 1.0], regime.A.shape)
+    return modes_of(replace(regime, A=regime.A + NUDGE * np.abs(np.diag(regime.A))[:, None] * signs), scale)
 
 
 def _marched(s: Stretch, push: Array, start: Array) -> tuple[Array, Array]:

@@ -72,7 +72,8 @@ class Measured:
 
     def pushes(self, course: Course) -> list[Push]:
         """What the starts, then the edges do to a run."""
-        return [*start_pushes(course, [n.name for n in self.starts]), *edge_pushes(course, self.run.knots.jumps)]
+        jumps = edge_pushes(course, self.run.knots.jumps) if self.edges else []
+        return [*start_pushes(course, [n.name for n in self.starts]), *jumps]
 
     def columns(self, prediction: Prediction) -> Array:
         """∂(means)/∂(starts, then edges)."""

@@ -1,9 +1,9 @@
 """Networks that are not linear in temperature, as linear ones with a heat that is corrected until it agrees.
 
 In windows of time the heat balance is linearised; what the straight laws leave out is a heat over time that follows
-the run: T ← answer to K_w T + [Q(T_before) − K_w T_before]. Each round shrinks the error by the ratio of the slopes left
-out to the conductances around them. Sources that read temperatures are first left out of K_w, which stays symmetric and
-the same in all windows then; where that is too slow, everything goes in. Only the lumps that bent laws touch are
+the run: T ← answer to K_w T + [Q(T_before) − K_w T_before]. Each round shrinks the error by the ratio of the slopes
+left out to the conductances around them. Sources that read temperatures are first left out of K_w, which stays symmetric
+and the same in all windows then; where that is too slow, everything goes in. Only the lumps that bent laws touch are
 followed from round to round. Source: waveform relaxation (Picard iteration on whole courses), Burrage, Parallel and
 Sequential Methods for ODEs (1995), ch. 7; unverified.
 """

@@ -1,0 +1,143 @@
+"""Runs on knots against exact ones, their recursions against loops, and the noise-free agreement of every path."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from fit_networks import machines, ramped
+from fits import USUAL, problem_of, recorded, speeds, two_blocks
+
+from network.calibration import knots as knots_module
+from network.calibration import recursion, series
+from network.calibration.averages import averages
+from network.calibration.evidence import measured
+from network.calibration.knots import cell_matrix, make_knots, on_knots
+from network.calibration.parameters import centres
+from network.calibration.predictor import Model, Run
+from network.calibration.waveform import course_of
+from network.channels import readouts
+from network.inputs import linear
+from network.simulation import simulate
+
+NAMES = list(machines())
+PART_OF_NOISE = {"stream": 0.01}
+"""Largest error of a cell's mean over its own noise; equal cells of a stream are computed as if a little unequal."""
+
+
+@pytest.fixture(scope="module")
+def every():
+    return machines()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_means_over_cells_are_those_of_the_exact_run_at_all_samples(name, every):
+    machine = every[name]
+    for schedule, part in ((speeds(*USUAL), 1e-3), (ramped(), 5e-3)):
+        problem = problem_of(machine, recorded(machine, schedule, None))
+        data, run = problem.data[0], problem.model.predict(centres(problem.parameters))[0]
+        off = np.abs(data.means - run.cells)[data.known] / np.sqrt(data.variance[data.known])
+        assert off.max() < max(part, PART_OF_NOISE.get(name, 0.0))
+
+
+@pytest.mark.parametrize("name", ["linear", "bent", "relay"])
+def test_gaps_and_samples_left_out_stay_out_of_the_means(name, every):
+    machine, schedule = every[name], speeds(*USUAL)
+    recording = recorded(machine, schedule, None)
+    recording.columns["T_body"].values[100:160] = np.nan
+    recording.columns["dz"].values[[300, 302, 700]] = np.nan
+    problem = problem_of(machine, recording)
+    data, run = problem.data[0], problem.model.predict(centres(problem.parameters))[0]
+    assert (np.abs(data.means - run.cells) / np.sqrt(data.variance))[data.known].max() < 1e-3
+
+
+def test_bent_networks_agree_with_the_rosenbrock_method_at_the_knots(every):
+    machine, schedule = every["bent"], speeds(*USUAL)
+    problem = problem_of(machine, recorded(machine, schedule, None))
+    course, run = problem.model.predict(centres(problem.parameters))[0].course, problem.data[0].run
+    exact = simulate(machine, replace(schedule, t=run.knots.t), method="rosenbrock", rtol=1e-9, parts=False)
+    motor = course.T[0][:, course.problem.plan.network.parts["motor"].start]
+    assert np.abs(motor - exact.sensors["T_motor"][:-1]).max() < 2e-5
+
+
+def test_a_runaway_is_told_as_such(every):
+    from network.refusal import Failed
+
+    grows = {"kind": "preload_friction", "into": {"motor": 1}, "torque": "900 N mm", "growth": "0.5 1/K",
+             "inner": "motor", "outer": "body"}  # fmt: skip
+    machine = two_blocks(sources={"rub": grows})
+    problem = problem_of(machine, recorded(two_blocks(), speeds(*USUAL), None))
+    network = Model(machine, (), [problem.data[0].run])
+    with pytest.raises(Failed):
+        network.predict(np.empty(0))
+
+
+def test_what_straight_heats_cost_falls_with_the_square_of_the_distance_of_knots(every):
+    schedule, machine, slopes = speeds(*USUAL), every["linear"], []
+    problem = problem_of(machine, recorded(machine, schedule, None))
+    data, theta = problem.data[0], centres(problem.parameters)
+    for growth, longest in ((0.01, 10.0), (0.05, 60.0), (0.1, 120.0), (0.2, 240.0), (0.4, 480.0)):
+        knots = make_knots(schedule, growth, longest)
+        run = Run("run", on_knots(schedule, knots), knots, data.run.start, data.run.present)
+        model = Model(machine, problem.parameters, [run])
+        at = model.predict(theta)
+        jumps = np.searchsorted(at[0].course.problem.plan.edges, knots.jumps - 1e-6)
+        slopes.append(model.slopes(theta, at)[0][:, :, jumps])
+    errors = np.array([np.abs(s - slopes[0])[:4].max() for s in slopes[1:]])
+    assert (errors[1:] / errors[:-1] > 3.5).all()
+
+
+def test_sums_over_samples_are_those_of_the_matrix(every):
+    schedule = speeds(*USUAL)
+    knots = make_knots(schedule)
+    present = np.random.default_rng(0).random(len(schedule.t)) > 0.3
+    matrix = cell_matrix(knots, knots.t, present)
+    values = np.random.default_rng(1).standard_normal((3, 2 * (len(knots.t) - 1)))
+    over = averages(knots, knots.t, [present, np.ones_like(present), present])
+    assert np.abs(over.of(values)[0] - matrix @ values[0]).max() < 1e-12
+    assert np.abs(over.of(values)[2] - matrix @ values[2]).max() < 1e-12
+
+
+@pytest.mark.parametrize("count", [1, 2, 7, 100])
+def test_recursions_by_blocks_are_those_of_a_loop(count):
+    draw = np.random.default_rng(count)
+    for kind in (float, complex):
+        gain = draw.random((count, 5)).astype(kind) * (np.exp(0.3j) if kind is complex else 1)
+        push, x = draw.standard_normal((count, 3, 5)).astype(kind), draw.standard_normal((3, 5)).astype(kind)
+        states, end = recursion.by_blocks(gain, push.copy(), x)
+        for k in range(count):
+            assert np.abs(states[k] - x).max() < 1e-12
+            x = gain[k] * x + push[k]
+        assert np.abs(end - x).max() < 1e-12
+
+
+def test_machine_code_gives_what_arrays_give(every, monkeypatch):
+    pytest.importorskip("numba")
+    problem = problem_of(every["bar"], recorded(every["bar"], speeds(*USUAL), 1))
+    theta, found = centres(problem.parameters), []
+    for without in (False, True):
+        if without:
+            monkeypatch.setattr(recursion, "compiled", lambda: None)
+            monkeypatch.setattr("network.calibration.means.compiled", lambda: None)
+        predictions = problem.model.predict(theta)
+        pushes = [problem.data[0].pushes(predictions[0].course)]
+        found.append((predictions[0].cells, problem.model.mean_slopes(theta, predictions, pushes)[0]))
+    assert series.compiled() is not None
+    for a, b in zip(*found, strict=True):
+        assert np.abs(a - b).max() < 1e-9 * np.abs(a).max()
+
+
+def test_held_inputs_are_left_with_their_jumps_and_noisy_ones_are_smoothed():
+    t = np.arange(0.0, 14401.0, 10.0)
+    noisy = linear("ambient", "degC", t, 20 + 0.1 * np.random.default_rng(0).standard_normal(len(t)))
+    schedule = speeds(*USUAL, ambient=noisy)
+    machine = two_blocks()
+    recording = recorded(machine, schedule, None)
+    run = measured(machine, recording).run
+    assert len(run.schedule.signals["speed"].t) == len(USUAL)
+    assert np.abs(run.schedule.signals["ambient"].at(t) - 20).std() < 0.06
+    assert knots_module.LONGEST >= 60
+    plan = Model(machine, (), [run]).predict(np.empty(0))[0].course.problem.plan
+    assert len(plan.steps) == len(run.knots.t) - 1
+    assert course_of(plan, readouts(plan.network, parts=False)).x0.shape[1] == 2

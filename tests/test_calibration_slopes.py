@@ -1,0 +1,126 @@
+"""Slopes by every parameter against differences of runs, and what a fit makes of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from fit_networks import STEEL, machines
+from fits import ANOTHER, USUAL, problem_of, recorded, speeds, two_blocks
+
+from network.calibration.fitting import linearise, minimise
+from network.calibration.parameters import centres
+from network.calibration.predictor import edge_pushes, start_pushes
+
+SHARE = 5e-3
+"""How far slopes may lie from differences: heats run straight between knots."""
+
+
+def more_machines():
+    grows = {"kind": "stretching", "of": "body@0..0.5", "length": "200 mm ± 10 %", "direction": 1}
+    geometry = two_blocks(nodes={"body": {**STEEL, "length": "400 mm ± 5 %"}}, tcp={"z": {"grows": grows}})
+    material = {"material": "stock", "length": "400 mm", "area": "60 cm^2", "lumps": 3}
+    stock = {"density": "7800 kg/m^3", "specific_heat": "460 J/(kg K) ± 10 %",
+             "conductivity": "45 W/(m K) ± 20 %", "expansion": "1.1e-5 1/K"}  # fmt: skip
+    made = two_blocks(nodes={"body": material}, materials={"stock": stock})
+    return machines() | {"geometry": geometry, "material": made}
+
+
+MACHINES = more_machines()
+
+
+@pytest.mark.parametrize("name", list(MACHINES))
+def test_slopes_by_every_parameter_are_those_of_differences(name):
+    machine = MACHINES[name]
+    problem = problem_of(machine, recorded(machine, speeds(*USUAL), None))
+    data, theta = problem.data[0], centres(problem.parameters)
+    predictions = problem.model.predict(theta)
+    slopes = problem.model.mean_slopes(theta, predictions)[0]
+    whole = predictions[0].means(problem.model.slopes(theta, predictions)[0])
+    weight = np.where(data.known, data.variance**-0.5, 0.0)
+    for j, p in enumerate(problem.parameters):
+        step = 1e-5 * (1 if p.is_log else p.spread)
+        ends = []
+        for sign in (1, -1):
+            there = theta.copy()
+            there[j] += sign * step
+            ends.append(problem.model.predict(there)[0].cells)
+        difference = (ends[0] - ends[1]) / (2 * step) * weight
+        size = max(np.linalg.norm(difference), 1.0)
+        assert np.linalg.norm(slopes[j] * weight - difference) < SHARE * size, p.path
+        assert np.linalg.norm(whole[j] * weight - difference) < 0.02 * size, p.path
+
+
+@pytest.mark.parametrize("name", ["linear", "massless", "bent", "relay", "zeroed"])
+def test_answers_to_another_start_are_those_of_runs_that_start_so(name):
+    machine = MACHINES[name]
+    problem = problem_of(machine, recorded(machine, speeds(*USUAL), None))
+    theta, run = centres(problem.parameters), problem.data[0].run
+    at = problem.model.predict(theta)[0]
+    column = at.answered(start_pushes(at.course, ["body"]))[0]
+    step = 1e-4
+    there, back = (problem.model.predict(theta, [{**run.start, "body": run.start["body"] + s}])[0].cells
+                   for s in (step, -step))  # fmt: skip
+    assert np.abs((there - back) / (2 * step) - column).max() < 2e-3 * np.abs(column).max()
+
+
+def test_answers_to_a_later_jump_are_those_of_runs_that_jump_later():
+    machine, late = two_blocks(), 1.0
+    steps = [(t + (late / 3600 if 0 < t < 1 else 0.0), rpm) for t, rpm in USUAL]
+    problem = problem_of(machine, recorded(machine, speeds(*USUAL), None))
+    at, data = problem.model.predict(centres(problem.parameters))[0], problem.data[0]
+    column = at.answered(edge_pushes(at.course, data.run.knots.jumps))[0]
+    there = recorded(machine, speeds(*steps), None)
+    here = recorded(machine, speeds(*USUAL), None)
+    cells, counts = data.run.knots.cell_of, np.bincount(data.run.knots.cell_of)
+    moved = there.columns["T_motor"].values - here.columns["T_motor"].values
+    means = np.bincount(cells, moved) / counts
+    own = column[: len(means)]
+    after = int(np.argmax(own != 0))  # the sample at the jump itself comes before the later one
+    assert after > 0
+    assert np.abs(means - own)[:after].max() == 0
+    assert np.abs(means - own)[after + 1 :].max() < 0.02 * np.abs(own).max()
+
+
+@pytest.mark.parametrize("name", ["linear", "bar", "lag", "fan", "bent", "delayed relay", "geometry"])
+def test_a_fit_finds_what_the_recordings_were_made_with(name):
+    machine = MACHINES[name]
+    problem = problem_of(machine, *(recorded(machine, speeds(*s), None) for s in (USUAL, ANOTHER)))
+    problem = replace(problem, data=tuple(replace(d, edges=()) for d in problem.data))
+    draw, far = np.random.default_rng(3), 0.02 if "relay" in name else 0.5
+    spreads = np.array([p.spread for p in problem.parameters])
+    at = minimise(problem, centres(problem.parameters) + far * spreads * draw.standard_normal(len(spreads)))
+    error = (at.theta - centres(problem.parameters)) / np.sqrt(np.diag(at.covariance)[: at.free])
+    assert np.abs(error).max() < 0.3
+
+
+def test_repeats_scatter_as_the_covariance_says():
+    machine, scaled = two_blocks(), []
+    for seed in range(60):
+        problem = problem_of(machine, recorded(machine, speeds(*USUAL), seed))
+        problem = replace(problem, offsets=(), data=tuple(replace(d, edges=()) for d in problem.data))
+        at = minimise(problem)
+        scaled.append((at.theta - centres(problem.parameters)) / np.sqrt(np.diag(at.covariance)[: at.free]))
+    spread = np.std(scaled, axis=0)
+    # about the priors' centres the posterior scatters less than its width where a prior counts
+    assert (spread < 1.3).all()
+    well_told = np.sqrt(np.diag(at.covariance)[: at.free]) < 0.1 * np.array([p.spread for p in problem.parameters])
+    assert well_told.sum() >= 4
+    assert (spread[well_told] > 0.7).all()
+
+
+def test_the_linearised_gradient_is_that_of_the_cost():
+    machine = two_blocks()
+    problem = problem_of(machine, recorded(machine, speeds(*USUAL), 5))
+    theta = centres(problem.parameters) + 0.02
+    at = linearise(problem, theta)
+    _, gradient = at.reduced
+    for j in range(len(theta)):
+        costs = []
+        for step in (1e-4, -1e-4):
+            there = theta.copy()
+            there[j] += step
+            costs.append(linearise(problem, there).cost)
+        by_difference = -0.5 * (costs[0] - costs[1]) / 2e-4
+        assert by_difference == pytest.approx(gradient[j], rel=0.02, abs=0.02 * np.abs(gradient).max())
