@@ -118,7 +118,7 @@ class Model:
         self, theta: Array, predictions: Sequence[Prediction], also: Sequence[Sequence[Push]] | None = None
     ) -> list[Array]:
         """∂(cells' means)/∂θ of every run, below them its answers to further pushes: (parameters + pushes, ·) each."""
-        others = self._others(theta, predictions)
+        others = self._others(theta, predictions, cells=True)
         out = []
         for r, prediction in enumerate(predictions):
             by_heat, pushes, guards = self._pushes(theta, prediction)
@@ -132,7 +132,7 @@ class Model:
             slopes = np.empty((len(self.parameters) + len(further), answers.shape[1]))
             slopes[by_heat], slopes[len(self.parameters) :] = answers[: len(pushes)], answers[len(pushes) :]
             for j, values in others.items():
-                slopes[j] = prediction.means(values[r])
+                slopes[j] = values[r]
             out.append(slopes)
         return out
 
@@ -147,14 +147,15 @@ class Model:
         guards = [course.by_guard(self.parameters[j], float(theta[j])) for j in by_heat]
         return by_heat, pushes, np.array(guards).reshape(len(pushes), len(course.events))
 
-    def _others(self, theta: Array, predictions: Sequence[Prediction]) -> dict[int, list[Array]]:
-        """∂(channels)/∂θ_j, run by run, of parameters that act otherwise than by heat."""
+    def _others(self, theta: Array, predictions: Sequence[Prediction], cells: bool = False) -> dict[int, list[Array]]:
+        """∂(channels)/∂θ_j, or of their cells' means, run by run, of parameters that act otherwise than by heat."""
         network = predictions[0].course.problem.plan.network
-        return {j: self._differences(theta, j, predictions) for j, p in enumerate(self.parameters)
+        return {j: self._differences(theta, j, predictions, cells) for j, p in enumerate(self.parameters)
                 if not acts_by_heat(p, network)}  # fmt: skip
 
-    def _differences(self, theta: Array, j: int, predictions: Sequence[Prediction]) -> list[Array]:
-        """∂(channels)/∂θ_j by a difference of whole runs."""
+    def _differences(self, theta: Array, j: int, predictions: Sequence[Prediction], cells: bool) -> list[Array]:
+        """∂(channels)/∂θ_j by a difference of whole runs; means over cells are the same cells where relays switch at
+        other times, values at the edges are not."""
         p = self.parameters[j]
         step = DIFFERENCE if theta[j] + DIFFERENCE <= p.high else -DIFFERENCE
         if not p.is_log:
@@ -163,9 +164,12 @@ class Model:
         there[j] += step
         if p.entry.startswith("tcp."):
             value = {p.path: p.value(float(there[j]))}
-            return [(q.read(at_values(q.machine, value), q.course.readings) - q.values) / step for q in predictions]
+            read = [(q.read(at_values(q.machine, value), q.course.readings) - q.values) / step for q in predictions]
+            return [q.means(v) for q, v in zip(predictions, read, strict=True)] if cells else read
         machine, network = self.at(there)
         moved = self._run(machine, network, [self._start_of(q) for q in predictions])
+        if cells:
+            return [(m.cells - q.cells) / step for m, q in zip(moved, predictions, strict=True)]
         return [(_onto(m, q) - q.values) / step for m, q in zip(moved, predictions, strict=True)]
 
     @staticmethod
