@@ -165,9 +165,9 @@ def ou(knots: Array, ell: float) -> Array:
     return np.exp(-np.abs(knots[:, None] - knots[None, :]) / ell)
 
 
-def slack_covariance(prediction: Prediction, data: Measured, noise: Noise) -> Array:
-    """Covariance of the cells' means by slack heat at every part."""
-    knots = slack_knots(data)
+def slack_covariance(prediction: Prediction, data: Measured, noise: Noise, step: float = SLACK_STEP) -> Array:
+    """Covariance of the cells' means by slack heat at every part, straight between instants `step` [s] apart."""
+    knots = slack_knots(data, step)
     K = ou(knots, noise.ell)
     matrix = np.zeros((len(data.means), len(data.means)))
     for part, q in noise.slack.items():
