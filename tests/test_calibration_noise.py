@@ -53,7 +53,7 @@ def test_misplaced_heat_is_found_at_its_size():
         for name in ("motor", "body")
     })  # fmt: skip
     ratios = []
-    for seed in range(3):
+    for seed in range(2):
         runs = []
         for i, steps in enumerate((USUAL, ANOTHER)):
             schedule = speeds(*steps)
