@@ -79,6 +79,16 @@ def test_a_course_that_never_leaves_its_uncertainty_is_none() -> None:
     assert swings is not None and not swings.is_one_way
 
 
+def test_it_is_told_when_the_map_of_unknown_heat_points_elsewhere(found: Diagnosis) -> None:
+    assert "overrule" not in flat(str(found))
+    assert "overrule it" in flat(str(replace(found, findings=(finding(places=("motor",)),))))
+    reads = finding(places=("tcp.z", "motor"))
+    probe = unknown_heat("dz", "channel", 0.9, 2, 2e-6)
+    told = flat(str(replace(found, findings=(reads,), located=(probe, *found.located))))
+    assert "overrule" not in told and "dz reads on average 1.0 µm higher than the model" in told
+    assert "show at motor (tcp.z)." in told
+
+
 @pytest.mark.parametrize(("kind", "name", "told"), [
     ("link", "motor to body", "46 W more flow from motor to body than in the model"),
     ("channel", "T_body", "T_body reads on average 0.30 K higher than the model"),

@@ -145,4 +145,5 @@ def where_words(d: Diagnosis) -> str:
     if not named:
         return ""
     told = f"From unknown heat alone, before anything was added: {', '.join(named)}."
-    return told if {*d.located[0].name.split(" to ")} & _seats(d) else f"{told} The findings, fitted in full, overrule it."
+    agrees = {*d.located[0].name.split(" to ")} & _seats(d)
+    return told if agrees else f"{told} The findings, fitted in full, overrule it."
