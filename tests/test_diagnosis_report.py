@@ -15,16 +15,19 @@ from diagnosed import diagnosed, finding, rival, saved, unknown_heat
 from matplotlib.figure import Figure
 
 from network import Machine, compare
+from network.diagnosis.candidates import candidates
 from network.diagnosis.verdict import UNKNOWN, VERDICTS, Diagnosis, Quantity
 from network.refusal import Refused
 from network.report.candidates_figure import candidates_figure
 from network.report.diagnosis_files import check_target, tidy, write_diagnosis
+from network.report.diagnosis_patch import patch_text
 from network.report.finding_words import plus_minus
 from network.report.heat_figure import heat_figure
 from network.report.heat_words import course
 from network.report.lit_figure import lit_figure, lit_paths
 from network.report.moved_words import moved
 
+ROOT = Path(__file__).parent.parent
 DESIGN = {
     "findings": {"kind", "section", "places", "channels", "confidence", "parameters", "alternatives",
                  "indistinguishable", "sentence", "patch", "evidence"},
@@ -195,6 +198,18 @@ def test_a_patch_holds_axes_removals_and_what_options_changed(tmp_path: Path) ->
     assert again.to_plain() == after.to_plain() and "flange" not in again.links
     text = (tmp_path / "out" / "machine.diagnosed.yaml").read_text()
     assert text.index("leans") < text.index("grows") and text.index("flange: null") < text.index("fins")
+
+
+def test_whatever_the_catalogue_proposes_reads_back(found: Diagnosis, tmp_path: Path) -> None:
+    machine = Machine.load(ROOT / "machines" / "chilled_spindle.yaml")
+    first = {c.kind: c for c in candidates(machine, {*machine.inputs, "speed", "feed"})}
+    assert len(first) > 15
+    for c in first.values():
+        several = replace(found, machine=machine, after=c.machine, findings=(finding(kind=c.kind.kind, patch=c.patch),))
+        path = tmp_path / "machine.diagnosed.yaml"
+        path.write_text(patch_text(several, tmp_path), encoding="utf-8")
+        assert Machine.load(path).to_plain() == c.machine.to_plain(), c.name
+        assert "extends:" in path.read_text(encoding="utf-8")
 
 
 def test_a_machine_whose_file_is_gone_is_written_whole(tmp_path: Path) -> None:
