@@ -27,9 +27,13 @@ MOST_STEPS = 1500
 
 
 @dataclass(frozen=True)
-class _Draws:
-    """Matrices of every draw: (M, n, n) each; own: what the relay adds to dx/dt while on (M, n)."""
+class Draws:
+    """Many networks that differ in numbers only, stepped alike. Matrices of every draw: (M, n, n) each; own: what the
+    relay adds to dx/dt while on (M, n)."""
 
+    networks: tuple[Network, ...]
+    outputs: Readouts
+    step: float
     E: Array
     G0: Array
     G1: Array
@@ -45,35 +49,34 @@ def serves(network: Network) -> bool:
     return one and held and network.is_affine()
 
 
-def grid(run: Run, horizon: float) -> Array:
-    """Even steps over the first part of a run."""
+def step_of(run: Run) -> float:
+    """Length of the even steps of a run [s]."""
     t = run.knots.samples
-    count = min(len(t) - 1, MOST_STEPS)
-    step = float(t[-1] - t[0]) / count
-    return float(t[0]) + step * np.arange(max(2, round(horizon * count)) + 1)
+    return float(t[-1] - t[0]) / min(len(t) - 1, MOST_STEPS)
 
 
 def means_of(
-    machine: Machine, networks: Sequence[Network], run: Run, start: float, new: Container[str], horizon: float = 1.0
+    machine: Machine, draws: Draws, run: Run, start: float, new: Container[str], horizon: float = 1.0
 ) -> tuple[Array, Array]:
-    """Means over the cells of a run for every network (draws, channels · cells), those behind the horizon 0, and how
+    """Means over the cells of a run for every draw (draws, channels · cells), those behind the horizon 0, and how
     often each relay switched. start: of `new` parts, about which the run says nothing [°C]; horizon: share of the run
     that is computed."""
-    edges = grid(run, horizon)
-    outputs = readouts(networks[0], parts=False)
+    t, network = run.knots.samples, draws.networks[0]
+    count = max(2, round(horizon * float(t[-1] - t[0]) / draws.step))
+    edges = float(t[0]) + draws.step * np.arange(count + 1)
     left, right = spans(run.schedule, edges)
-    T0 = np.full(networks[0].size, start)
-    for name, part in networks[0].parts.items():
+    T0 = np.full(network.size, start)
+    for name, part in network.parts.items():
         T0[part] = run.start.get(name, start) if name not in new else start
-    plan = Plan(networks[0], edges, edges, left, right, T0, "modal", "")
-    x, switches = _march(plan, networks, outputs)
-    return _means(machine, plan, x, outputs, run, networks[0]), switches
+    plan = Plan(network, edges, edges, left, right, T0, "modal", "")
+    x, switches = _march(plan, draws)
+    return _means(machine, plan, x, draws.outputs, run, network), switches
 
 
-def _march(plan: Plan, networks: Sequence[Network], outputs: Readouts) -> tuple[Array, Array]:
+def _march(plan: Plan, draws: Draws) -> tuple[Array, Array]:
     """States of all draws at all edges (K + 1, draws, n), and their switchings."""
-    network, K = networks[0], len(plan.steps)
-    draws = _matrices(plan, networks, outputs)
+    networks, outputs, K = draws.networks, draws.outputs, len(plan.steps)
+    network = networks[0]
     (h0, h1), ends = (plan.held_at(plan.left), plan.held_at(plan.right)), plan.just_inside
     off = np.zeros(1)
     q0, q1 = (affine_heat(network, u, off, K) for u in ends)
@@ -99,9 +102,10 @@ def _march(plan: Plan, networks: Sequence[Network], outputs: Readouts) -> tuple[
     return x, switches
 
 
-def _matrices(plan: Plan, networks: Sequence[Network], outputs: Readouts) -> _Draws:
-    u = {name: values[0] for name, values in plan.left.items()}
-    h, parts = float(plan.steps[0]), []
+def draws_of(networks: Sequence[Network], run: Run) -> Draws:
+    """Networks made ready for runs with the steps of this one."""
+    h, outputs, parts = step_of(run), readouts(networks[0], parts=False), []
+    u = {name: signal.start[0] for name, signal in run.schedule.signals.items()} | {"time": np.zeros(())}
     for network in networks:
         regime = regime_from(network, affine_matrix(network, u, np.zeros(1)), outputs)
         scale = np.concatenate([np.sqrt(network.capacity[network.free]), np.ones(outputs.states)])
@@ -109,11 +113,11 @@ def _matrices(plan: Plan, networks: Sequence[Network], outputs: Readouts) -> _Dr
         one, two, _ = phi(-modes.rates * h)
         decay, c0, c1 = np.exp(-modes.rates * h), h * (one - two), h * two
         group = network.relays[0]
-        heat = source_series(group, {n: v[:1, None] for n, v in plan.left.items()}, None, 1)[0]
+        heat = source_series(group, {n: np.reshape(v, (1, 1)) for n, v in u.items()}, None, 1)[0]
         matrices = [np.real(modes.V * c @ modes.W) for c in (decay, c0, c1)]
         parts.append((*matrices, regime.F_heat @ (group.into @ heat), group.reads[0][0] @ regime.P, regime))
     E, G0, G1, own, watch = (np.stack([p[i] for p in parts]) for i in range(5))
-    return _Draws(E, G0, G1, own, watch, tuple(p[5] for p in parts))
+    return Draws(tuple(networks), outputs, h, E, G0, G1, own, watch, tuple(p[5] for p in parts))
 
 
 def _joined_law(groups: Sequence[Heats[Relay]]) -> Relay:

@@ -24,6 +24,8 @@ from network.units import Number
 
 STRENGTH_SPREAD = 1.5
 """Prior 1σ in the logarithm of a proposal's strength: engineering scale, a factor of 4.5 either way."""
+SIGNED_SPREAD = 3.0
+"""The same for a number that may be negative, in multiples of its typical size."""
 SHAPE_SPREAD = 1.0
 EXPONENT_SPREAD = 0.25
 """The same for a bare number that has a default, like an exponent."""
@@ -167,8 +169,8 @@ def _own(machine: Machine, path: str, field: ParamField, is_strength: bool) -> P
     value = _value(machine, path, field)
     if field.unit == "degC":
         return parameter(machine, path, Number(value, "normal", DEGREES))
-    if value <= 0:
-        return parameter(machine, path, Number(value, "normal", field.proposal()))
+    if value <= 0 or field.may_be_negative:
+        return parameter(machine, path, Number(value, "normal", SIGNED_SPREAD * max(abs(value), abs(field.proposal()))))
     if is_strength:
         return parameter(machine, path, Number(value, "log", STRENGTH_SPREAD))
     has_default = isinstance(field.default, int | float)

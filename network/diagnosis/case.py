@@ -15,10 +15,11 @@ from network.calibration.noise import Noise
 from network.calibration.parameters import Parameter, at_values, centres, free_parameters, values_at
 from network.calibration.predictor import Prediction
 from network.declare import Array
-from network.diagnosis.candidates import Candidate
+from network.diagnosis.candidates import Candidate, candidate
 from network.inputs import Start
 from network.machine import Machine
 from network.recording import Recording
+from network.refusal import Failed
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +46,8 @@ class Case:
 
     def _usable(self, recording: Recording) -> list[str]:
         """Drivers without gaps."""
-        full = lambda n: n in recording.constants or bool(np.isfinite(recording.columns[n].values).all())  # noqa: E731
-        return [n for n in self.drivers if full(n)]
+        gaps = {n for n, c in recording.columns.items() if not np.isfinite(c.values).all()}
+        return [n for n in self.drivers if n in recording.constants or n not in gaps]
 
     def problem(self, machine: Machine, parameters: Sequence[Parameter], offsets: bool = True) -> Problem:
         problem = make_problem(machine, parameters, self.lay_out(machine), self.noise)
@@ -117,6 +118,23 @@ def suppose(
             theta[i] = np.log(value) if p.is_log and value > 0 else (theta[i] if p.is_log else value)
     fit = minimise(case.problem(machine, parameters, offsets), theta, steps)
     return Hypothesis(case, machine, tuple(found), tuple(own), fit)
+
+
+def relaid(
+    case: Case, machine: Machine, found: Sequence[Candidate], values: Mapping[str, float]
+) -> Hypothesis | None:
+    """Findings laid over a machine one after the other, fitted from some numbers; None where they do not fit."""
+    own, laid = list[Parameter](), list[Candidate]()
+    for c in found:
+        again = candidate(machine, c.kind, c.patch)
+        if again is None:
+            return None
+        laid.append(again)
+        own, machine = [*own, *again.own], again.machine
+    try:
+        return suppose(case, machine, laid, own, values)
+    except (Failed, np.linalg.LinAlgError):
+        return None
 
 
 def parameters_of(machine: Machine, own: Sequence[Parameter]) -> tuple[Parameter, ...]:

@@ -9,9 +9,9 @@ from functools import partial
 import numpy as np
 
 from network.calibration.fitting import Linearised, chi_of, linearise
-from network.calibration.parameters import Parameter, centres, values_at
-from network.diagnosis.candidates import Candidate, own_parameters
-from network.diagnosis.case import Case, Hypothesis, suppose
+from network.calibration.parameters import centres, values_at
+from network.diagnosis.candidates import Candidate
+from network.diagnosis.case import Case, Hypothesis, relaid, suppose
 from network.diagnosis.screen import Score, screen
 from network.diagnosis.search import parts_about, search
 from network.diagnosis.together import spread
@@ -20,6 +20,8 @@ from network.refusal import Failed
 
 SHORTLIST = 6
 """Candidates refitted for each point they were screened about."""
+FIRST_STEPS, FINALISTS = 9, 3
+"""Steps of the first fit of a candidate, and how many of them are then fitted to the end."""
 RELAYS = 3
 """Switched candidates searched for."""
 ADEQUATE = 1.06
@@ -76,7 +78,7 @@ def _fitted(case: Case, current: Hypothesis, trial: _Trial) -> Hypothesis | None
     best: Hypothesis | None = None
     for start in (values_at(current.own, _tail(current)) | own, current.values | own):
         try:
-            fitted = suppose(case, c.machine, (*current.found, c), free, start)
+            fitted = suppose(case, c.machine, (*current.found, c), free, start, steps=FIRST_STEPS)
         except (Failed, np.linalg.LinAlgError):
             continue
         best = fitted if best is None or fitted.evidence > best.evidence else best
@@ -97,13 +99,23 @@ def rivals(
     the current machine, and its screening about the current fit."""
     trials = shortlist(current, found, scores)
     fits = spread(partial(_fitted, case, current), trials, jobs, tell)
-    done = [f for f in fits if f is not None]
+    done = _finished(case, [f for f in fits if f is not None], jobs)
     if not any(f.chi < ADEQUATE for f in done):
         switched = _likely_relays([c for c in found if c.switches], located)
         beat = min((f.fit.cost for f in done), default=current.fit.cost)
         fits = spread(partial(_searched, case, current, power, seed, beat), switched, jobs, tell)
         done += [f for f in fits if f is not None]
     return sorted(done, key=lambda h: -h.evidence)
+
+
+def _finished(case: Case, done: Sequence[Hypothesis], jobs: int) -> list[Hypothesis]:
+    """The most likely ones fitted to the end; of the others it is enough to know how far behind they are."""
+    ranked = sorted(done, key=lambda h: -h.evidence)
+    return [*spread(partial(_to_the_end, case), ranked[:FINALISTS], jobs, None), *ranked[FINALISTS:]]
+
+
+def _to_the_end(case: Case, h: Hypothesis) -> Hypothesis:
+    return suppose(case, h.machine, h.found, h.own, h.values) if h.chi > ADEQUATE else h
 
 
 def _searched(
@@ -128,17 +140,8 @@ def without(case: Case, best: Hypothesis, i: int) -> Hypothesis | None:
 
 
 def rebuilt(case: Case, best: Hypothesis, found: Sequence[Candidate]) -> Hypothesis | None:
-    """The findings laid over the machine one after the other, fitted from the numbers of another hypothesis."""
-    machine, own, laid = best.root, list[Parameter](), list[Candidate]()
-    for c in found:
-        patched = machine.patched(c.patch)
-        mine = own_parameters(patched, c.kind, c.patch)
-        laid.append(replace(c, base=machine, machine=patched, own=mine))
-        own, machine = [*own, *mine], patched
-    try:
-        return suppose(case, machine, laid, own, best.values)
-    except (Failed, np.linalg.LinAlgError):
-        return None
+    """Other findings laid over the same machine, fitted from the numbers of a hypothesis."""
+    return relaid(case, best.root, found, best.values)
 
 
 def left_out(case: Case, hypothesis: Hypothesis, steps: int = 6) -> float:

@@ -17,7 +17,7 @@ from network.calibration.slack import installed_power
 from network.diagnosis.candidates import candidates
 from network.diagnosis.case import Case, Hypothesis, rejudged, renoised, suppose
 from network.diagnosis.chance import LEAST, threshold_of
-from network.diagnosis.confirm import left_out, rebuilt, rivals, without
+from network.diagnosis.confirm import ADEQUATE, left_out, rebuilt, rivals, without
 from network.diagnosis.judging import diagnosis_of
 from network.diagnosis.locate import locate
 from network.diagnosis.refine import refined
@@ -77,7 +77,11 @@ def _searched(case: Case, seed: int, jobs: int, tell: Callable[[float], None]) -
     tracks = [rejudged(case, h) for h in _tracks(levels, best)]
     null = max(tracks, key=lambda h: h.evidence)
     located = locate(null.fit, null.machine)
-    found = [_followed(track, located, seed, jobs, tell) for track in (tracks if null.chi > FULL else [null])]
+    found: list[Found] = []
+    for track in sorted(tracks, key=lambda h: -h.evidence):
+        found.append(_followed(track, located, seed, jobs, tell))
+        if found[-1][0].chi < ADEQUATE:
+            break
     winner, steps, gains, threshold = max(found, key=lambda f: f[0].evidence)
     plain = suppose(replace(case, noise=type(case.noise)(), sigma={}), case.machine, offsets=False)
     return Search(case, written, plain, null, winner, steps, gains, located, threshold)

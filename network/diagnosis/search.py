@@ -8,12 +8,12 @@ The parameters about which all this happens come from a fit that allows any heat
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from network.calibration.batch import means_of, serves
+from network.calibration.batch import Draws, draws_of, means_of, serves, step_of
 from network.calibration.fitting import Linearised, linearise, minimise
 from network.calibration.noise import slack_covariance, whitener
 from network.calibration.parameters import Parameter, values_at
@@ -21,17 +21,20 @@ from network.calibration.partials import Slots
 from network.checks import places_of
 from network.declare import Array
 from network.diagnosis.candidates import Candidate
-from network.diagnosis.case import Case, Hypothesis, suppose
+from network.diagnosis.candidates import candidate as other_candidate
+from network.diagnosis.case import Case, Hypothesis, relaid, suppose
 from network.diagnosis.screen import whitened
 from network.graph import build
 from network.mechanisms.base import Relay
 from network.refusal import Failed
 
-DRAWS, ELITE, STARTS = 300, 24, 3
-HORIZONS = (0.2, 0.2, 0.35, 0.35, 0.6, 0.6, 1.0, 1.0)
+DRAWS, ELITE, STARTS = 400, 40, 3
+HORIZONS = (0.35, 0.35, 0.5, 0.5, 0.75, 1.0, 1.0)
 """Share of each run that a round looks at."""
 WIDER, LEAST = 1.5, 0.02
 """How much wider than the best draws the next ones are, every other round; and the least, in prior σ."""
+STEPS, POLISHES, NEARBY = 14, 2, 0.2
+"""Steps of a fit from a draw; how often it is drawn again around the best, and how near, in prior σ."""
 NEAR = 1.6
 """Cost of the best draw over a rival's, up to which it is fitted in full."""
 GOOD = 1.03
@@ -77,37 +80,78 @@ def search(
     case: Case, null: Hypothesis, candidate: Candidate, power: float, seed: int, beat: float = np.inf
 ) -> Hypothesis | None:
     """The candidate at the best of its numbers; None where it cannot be searched, or no draw comes near the cost J of a
-    rival that is to be beaten."""
-    network = build(candidate.machine)
-    if not serves(network):
+    rival that is to be beaten. A refined machine is searched as it was written: relays do not need its lumps."""
+    rough, small = _rough(case, null, candidate)
+    if rough is None or small is None or not serves(build(small.machine)):
         return None
-    about = freed(null, parts_about(candidate), power)
-    values = values_at(about.problem.parameters, about.theta)
-    draws = _drawn(about, candidate, values, seed)
+    about = freed(rough, parts_about(small), power)
+    draws = _drawn(about, small, _values(about), seed)
     if not draws or draws[0].misfit > NEAR * beat:
         return None
-    best: Hypothesis | None = None
-    for draw in _apart(draws, candidate.own):
-        start = values | values_at(candidate.own, draw.theta)
-        try:
-            found = suppose(case, candidate.machine, (*null.found, candidate), (*null.own, *candidate.own), start, steps=14)
-        except Failed:
-            continue
-        if best is None or found.fit.cost < best.fit.cost:
-            best = found
-        if best.chi < GOOD:
+    fits = [_fitted(case, null, candidate, _values(about), draw) for draw in _apart(draws, small.own)]
+    best = min((f for f in fits if f is not None), key=lambda f: f.fit.cost, default=None)
+    for i in range(POLISHES):
+        if best is None or best.chi < GOOD:
             break
+        better = _polished(case, null, candidate, rough, small, best, seed + i)
+        if better is None or better.fit.cost > best.fit.cost - 1:
+            break
+        best = better
     return best
 
 
-def _drawn(about: Linearised, candidate: Candidate, values: dict[str, float], seed: int) -> list[Draw]:
-    """Rounds of draws, the best first."""
+def _values(about: Linearised) -> dict[str, float]:
+    return values_at(about.problem.parameters, about.theta)
+
+
+def _fitted(
+    case: Case, null: Hypothesis, candidate: Candidate, values: Mapping[str, float], draw: Draw
+) -> Hypothesis | None:
+    """The candidate fitted from a draw; None where it runs away."""
+    start = {**values, **values_at(candidate.own, draw.theta)}
+    try:
+        return suppose(case, candidate.machine, (*null.found, candidate), (*null.own, *candidate.own), start, steps=STEPS)
+    except (Failed, np.linalg.LinAlgError):
+        return None
+
+
+def _polished(
+    case: Case, null: Hypothesis, candidate: Candidate, rough: Hypothesis, small: Candidate, best: Hypothesis, seed: int
+) -> Hypothesis | None:
+    """Drawn again around a fit, about the parameters that it found, and fitted from the best."""
+    theta = np.array([p.centre if p.path not in best.values else _theta(p, best.values[p.path])
+                      for p in rough.fit.problem.parameters])  # fmt: skip
+    about = linearise(replace(rough.fit.problem, firm_theta=1.0, firm_eta=1.0), theta)
+    centre = np.array([_theta(p, best.values[q.path]) for p, q in zip(small.own, candidate.own, strict=True)])
+    draws = _drawn(about, small, _values(about), seed, centre, NEARBY)
+    return _fitted(case, null, candidate, best.values, draws[0]) if draws else None
+
+
+def _theta(p: Parameter, value: float) -> float:
+    return float(np.log(value)) if p.is_log else value
+
+
+def _rough(case: Case, null: Hypothesis, candidate: Candidate) -> tuple[Hypothesis | None, Candidate | None]:
+    """The null and the candidate on the machine as it was written."""
+    if null.root.to_plain() == case.machine.to_plain():
+        return null, candidate
+    rough = relaid(case, case.machine, null.found, null.values)
+    return rough, rough and other_candidate(rough.machine, candidate.kind, candidate.patch)
+
+
+def _drawn(
+    about: Linearised, candidate: Candidate, values: dict[str, float], seed: int, centre: Array | None = None,
+    share: float = 1.0,
+) -> list[Draw]:  # fmt: skip
+    """Rounds of draws, the best first: from the priors with a growing horizon, or near a centre (share of the priors'
+    spread) with the whole runs in view."""
     rng = np.random.default_rng(seed)
     low, high = (np.array([getattr(p, s) for p in candidate.own]) for s in ("low", "high"))
-    centre, spread = (np.array([getattr(p, s) for p in candidate.own]) for s in ("centre", "spread"))
-    root = np.diag(spread)
+    first, spread = (np.array([getattr(p, s) for p in candidate.own]) for s in ("centre", "spread"))
+    horizons = HORIZONS if centre is None else (1.0, 1.0)
+    centre, root = first if centre is None else centre, np.diag(share * spread)
     kept: list[Draw] = []
-    for i, horizon in enumerate(HORIZONS):
+    for i, horizon in enumerate(horizons):
         theta = np.clip(centre + rng.standard_normal((DRAWS, len(centre))) @ root.T, low, high)
         if kept:
             theta[:ELITE] = [d.theta for d in kept]
@@ -129,7 +173,12 @@ def _judged(
     networks = [slots.at(shared | values_at(candidate.own, row)) for row in theta]
     reference = candidate.machine.reference
     new = {n for n, node in candidate.machine.nodes.items() if node.is_part and not _was_part(candidate, n)}
-    runs = [means_of(candidate.machine, networks, d.run, reference, new, horizon) for d in about.problem.data]
+    steps: dict[float, Draws] = {}
+    runs = []
+    for d in about.problem.data:
+        h = round(step_of(d.run), 6)
+        draws = steps[h] if h in steps else steps.setdefault(h, draws_of(networks, d.run))
+        runs.append(means_of(candidate.machine, draws, d.run, reference, new, horizon))
     early = _early(about, horizon)
     measured = np.concatenate([d.means for d in about.problem.data])
     means = np.concatenate([m for m, _ in runs], axis=1)

@@ -1,0 +1,115 @@
+"""Diagnosis on small machines whose recordings lack or hold one effect, made with the simulator itself."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from build import RPM, machine
+
+from network.diagnosis.candidates import candidates, kinds
+from network.diagnosis.diagnosing import diagnose
+from network.diagnosis.verdict import Diagnosis
+from network.inputs import Schedule, Start, held, linear
+from network.machine import Machine
+from network.recording import Column, Recording
+from network.simulation import simulate
+
+NODES = {
+    "spindle": {"heat_capacity": "8 kJ/K"}, "housing": {"heat_capacity": "30 kJ/K"},
+    "column": {"heat_capacity": "90 kJ/K"}, "air": {"temperature": "ambient"},
+}  # fmt: skip
+LINKS = {
+    "bearing": {"kind": "conduction", "between": ["spindle", "housing"], "conductance": "30 W/K ± 30 %"},
+    "flange": {"kind": "conduction", "between": ["housing", "column"], "conductance": "40 W/K ± 30 %"},
+    "housing skin": {"kind": "convection", "between": ["housing", "air"], "conductance": "6 W/K ± 30 %"},
+    "column skin": {"kind": "convection", "between": ["column", "air"], "conductance": "12 W/K ± 30 %"},
+}
+SOURCES = {
+    "friction": {"kind": "bearing_friction", "into": {"spindle": 0.5, "housing": 0.5}, "torque": "500 N mm ± 30 %"}
+}
+SENSORS = {f"T_{n}": {"measures": n, "noise": "0.05 K"} for n in ("spindle", "housing", "column")}
+MINUTES = 150
+
+
+def plant(**more: Any) -> Machine:
+    sections = {"links": LINKS, "sources": SOURCES, "sensors": SENSORS}
+    return machine(NODES, **{s: {**sections[s], **more.get(s, {})} for s in sections})
+
+
+def recorded(truth: Machine, speeds: tuple[float, ...], seed: int) -> Recording:
+    """One run of a machine: equal times at some speeds [rpm], with its sensors' noise."""
+    t = np.arange(0, MINUTES * 60.0 + 1, 20.0)
+    steps = np.linspace(0, t[-1], len(speeds) + 1)[:-1] // 20 * 20
+    ambient = 20 + np.sin(2 * np.pi * t / 9000)
+    signals = [held("speed", "rpm", steps, np.array(speeds) * RPM), linear("ambient", "degC", t, ambient)]
+    schedule = Schedule("made", "made", t, {s.name: s for s in signals}, Start(others=20.0))
+    run = simulate(truth, schedule, noise_seed=seed)
+    columns = {n: Column(n, "degC", v) for n, v in run.sensors.items()}
+    columns |= {n: Column(n, schedule.signals[n].unit, v) for n, v in run.inputs.items()}
+    return Recording(f"run {seed}", f"run{seed}.csv", t, columns)
+
+
+LADDERS = ((0, 3000, 6000, 2000), (5000, 0, 8000, 4000))
+HELD_OUT = (2000, 7000, 0)
+
+
+@cache
+def found(name: str) -> Diagnosis:
+    truth = plant(**CONCEALED[name])
+    runs = [recorded(truth, ladder, i) for i, ladder in enumerate(LADDERS)]
+    return diagnose(plant(), runs, [recorded(truth, HELD_OUT, 9)], seed=1)
+
+
+CONCEALED: dict[str, dict[str, Any]] = {
+    "nothing": {"links": {"flange": {**LINKS["flange"], "conductance": "52 W/K"}}},
+    "source": {"sources": {"pump": {"kind": "heat_source", "into": {"column": 1}, "power": "60 W"}}},
+    "fan": {"links": {"housing skin": {"kind": "forced_convection", "between": ["housing", "air"],
+                                       "conductance": "6 W/K", "gain": 5, "reference_speed": "8000 rpm"}}},
+    "slow": {"sensors": {"T_housing": {**SENSORS["T_housing"], "effects": [{"kind": "sensor_lag", "lag": "400 s"}]}}},
+}  # fmt: skip
+
+
+def test_nothing_missing_is_said_so() -> None:
+    d = found("nothing")
+    assert d.verdict == "parameters_only" and not d.findings
+    assert d.fits.holdout_after is not None and d.fits.holdout_after.rmse_in_noise < 1.1
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "where", "verdict"),
+    [
+        ("source", "heat_source", "column", "missing_physics"),
+        ("fan", "forced_convection", "housing", "missing_physics"),
+        ("slow", "sensor_lag", "T_housing", "sensor_fault"),
+    ],
+)
+def test_the_concealed_effect_is_named_at_its_place(name: str, kind: str, where: str, verdict: str) -> None:
+    d = found(name)
+    assert d.verdict == verdict
+    assert d.findings[0].kind == kind and where in (*d.findings[0].places, *d.findings[0].channels)
+    assert d.findings[0].gain > d.findings[0].threshold
+    held = d.fits.holdout_before, d.fits.holdout_after
+    assert held[0] is not None and held[1] is not None
+    assert held[1].rmse_in_noise < 1.1 < held[0].rmse_in_noise
+
+
+def test_strength_is_recovered_within_its_uncertainty() -> None:
+    power = found("source").findings[0].parameters["power"]
+    assert abs(power.value - 60) < 4 * power.std
+    lag = found("slow").findings[0].parameters["lag"]
+    assert abs(lag.value - 400) < 4 * lag.std
+
+
+def test_the_same_seed_gives_the_same_diagnosis() -> None:
+    again = found.__wrapped__("source")
+    first, second = (d.summary() | {"seconds": 0} for d in (found("source"), again))
+    assert first == second
+
+
+def test_every_kind_with_a_strength_is_proposed_from_its_declaration() -> None:
+    proposed = {c.kind for c in candidates(plant(), ("speed", "ambient", "feed"))}
+    assert proposed <= set(kinds()) and len(proposed) > 10
+    assert all(c.own and c.own[0].path for c in candidates(plant(), ("speed", "ambient")))
