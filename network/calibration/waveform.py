@@ -2,10 +2,11 @@
 
 In windows of time the heat balance is linearised; what the straight laws leave out is a heat over time that follows
 the run: T ← answer to K_w T + [Q(T_before) − K_w T_before]. Each round shrinks the error by the ratio of the slopes
-left out to the conductances around them. Sources that read temperatures are first left out of K_w, which stays symmetric
-and the same in all windows then; where that is too slow, everything goes in. Only the lumps that bent laws touch are
-followed from round to round. Source: waveform relaxation (Picard iteration on whole courses), Burrage, Parallel and
-Sequential Methods for ODEs (1995), ch. 7; unverified.
+left out to the conductances around them. Sources that read temperatures are first left out of K_w, which stays
+symmetric and the same in all windows then; where that is too slow, everything goes in; where a first guess is too far
+off, one is made step by step. Only the lumps that bent laws touch are followed from round to round. Source: waveform
+relaxation (Picard iteration on whole courses), Burrage, Parallel and Sequential Methods for ODEs (1995), ch. 7;
+unverified.
 """
 
 from __future__ import annotations
@@ -36,12 +37,17 @@ from network.channels import Readouts
 from network.declare import Array, Indices
 from network.graph import Flows
 from network.refusal import Failed
+from network.solvers import rosenbrock
 from network.solvers.linear import Forcing, LinearProblem, Regime, reduce, regime_from
 from network.solvers.modal import Modes
 from network.solvers.plan import Plan
 
 ROUNDS, CLOSE = 25, 2e-6
 """Rounds at most, and the change [K] at which a run agrees with itself."""
+ROUGHLY = 1e-4
+"""Tolerance of the steps that give a guess."""
+COLDEST, HOTTEST = -200.0, 1500.0
+"""°C between which laws are linearised, however far off the rounds may be."""
 TIMES = 4
 """How often windows are laid anew before a run is given up."""
 
@@ -60,9 +66,21 @@ def course_of(
         rounds = _Rounds(plan, readouts, guess, known, sources_too=True)
         found = rounds.course(TIMES)
     if found is None:
+        rounds = _Rounds(plan, readouts, stepped(plan), known, sources_too=True)
+        found = rounds.course(TIMES)
+    if found is None:
         off = f"still {rounds.change:.2g} K off"
         raise Failed(f"the run does not come to agree with itself ({off}): a heat source may run away")
     return found
+
+
+def stepped(plan: Plan) -> tuple[Array, Array]:
+    """Temperatures at both ends of the intervals from a step by step solution: a guess where none from afar will do.
+    Raises Failed where the run does run away."""
+    size = plan.network.size
+    lumps = Readouts(np.eye(size), {}, (), np.zeros((0, size)), np.zeros((0, 0)), np.zeros(0))
+    y = rosenbrock.solve(replace(plan, t=plan.edges), lumps, ROUGHLY).y
+    return y[:, :-1].T.copy(), y[:, 1:].T.copy()
 
 
 class _Rounds:
@@ -90,6 +108,7 @@ class _Rounds:
     def course(self, times: int) -> Course | None:
         """The run; None where it does not settle."""
         for _ in range(times):
+            self.T = np.clip(np.nan_to_num(self.T, nan=self.network.machine.reference), COLDEST, HOTTEST)
             of = windows([slopes_of_group(g, self.T, self.u) for g in self.inside], len(self.plan.steps))
             middles = [self._middle(np.flatnonzero(of == w)) for w in range(int(of.max()) + 1)]
             regimes = [regime_from(self.network, jacobian(self.straight, *at), self.readouts) for at in middles]
