@@ -15,6 +15,9 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import numpy as np
 from bench.cases import chain_machine, speed_steps
+from bench.coverage import main as tell_coverage
+from bench.fit_peers import main as tell_peers
+from bench.fit_rows import main as tell_fits
 from bench.peers import expm_reference, split_solve_ivp
 from bench.recordings_table import main as tell_recordings
 from rich.console import Console
@@ -87,7 +90,8 @@ def main() -> None:
     linear_rows(table)
     process_rows(table)
     Console(width=140).print(table)
-    tell_recordings()
+    for tell in (tell_fits, tell_peers, tell_coverage, tell_recordings):
+        tell()
 
 
 if __name__ == "__main__":

@@ -1,0 +1,85 @@
+"""Do intervals of 95 % hold the truth? Machines drawn from their own priors, recorded by other code, and fitted.
+
+`python -m bench.coverage [machines]`, or with the others by `make bench`.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from unittest.mock import patch
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+from proof.drawn import Drawn, drawn_machine
+from proof.programs import Program
+from rich.console import Console
+from rich.table import Table
+
+from network import Machine, Recording
+from network.calibration.evidence import measured
+from network.calibration.fitting import make_problem, minimise
+from network.calibration.parameters import free_parameters
+
+MACHINES, INSIDE = 200, 1.96
+
+
+@dataclass
+class Count:
+    """Deviations from the truth in standard errors."""
+
+    z: list[float] = field(default_factory=list)
+
+    def row(self, name: str) -> tuple[str, str, str, str]:
+        z = np.array(self.z)
+        return name, f"{len(z)}", f"{100 * np.mean(np.abs(z) < INSIDE):.1f} %", f"{np.sqrt(np.mean(z**2)):.3f}"
+
+
+def loaded(drawn: Drawn) -> tuple[Machine, list[Recording]]:
+    """The machine and its recordings, through files."""
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "machine.yaml").write_text(drawn.machine)
+        recordings = []
+        for i, recording in enumerate(drawn.recordings):
+            (Path(folder) / f"run{i}.csv").write_text(recording.text())
+            recordings.append(Recording.load(Path(folder) / f"run{i}.csv"))
+        return Machine.load(Path(folder) / "machine.yaml"), recordings
+
+
+def deviations(drawn: Drawn, edges_known: bool) -> list[float]:
+    machine, recordings = loaded(drawn)
+    data = [measured(machine, r) for r in recordings]
+    if edges_known:
+        data = [replace(d, edges=()) for d in data]
+    at = minimise(make_problem(machine, free_parameters(machine), data))
+    errors = np.sqrt(np.diag(at.covariance)[: at.free])
+    true = [drawn.true[p.path] for p in at.problem.parameters]
+    theta = [np.log(x) if p.is_log else x for p, x in zip(at.problem.parameters, true, strict=True)]
+    return ((at.theta - theta) / errors).tolist()
+
+
+def between_samples(program: Program) -> Program:
+    """Edges where they fall."""
+    return replace(program, mean=round(program.mean, 2), waves=())
+
+
+def main(machines: int = MACHINES) -> None:
+    table = Table(title=f"{machines} machines drawn from their priors: true numbers inside the 95 % interval (93–97 %)")
+    for heading in ("instants of the jumps", "numbers", "inside", "rms deviation in standard errors"):
+        table.add_column(heading, justify="right")
+    known, free = Count(), Count()
+    for seed in range(machines):
+        known.z += deviations(drawn_machine(np.random.default_rng(seed)), edges_known=True)
+        with patch("proof.drawn.snapped", between_samples):
+            free.z += deviations(drawn_machine(np.random.default_rng(seed)), edges_known=False)
+    table.add_row(*known.row("on samples, and known to be"))
+    table.add_row(*free.row("anywhere between samples, estimated"))
+    Console(width=140).print(table)
+
+
+if __name__ == "__main__":
+    main(*(int(word) for word in sys.argv[1:2]))
