@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from measured import ROOT, blocks, changed, recorded, steps
 
-from network import Machine, Recording, calibrate
+from network import Machine, Recording, Scenario, calibrate
 from network.calibration.calibrating import Calibration
 from network.calibration.fitting import residual_cost
 from network.calibration.uncertainty import profile
@@ -214,3 +214,18 @@ def test_innocent_machines_reach_their_noise_on_what_was_held_out(
                        for names in (("train1", "train2", "train3"), ("holdout",)))  # fmt: skip
     found = calibrate(machine, train, held_out)
     assert found.after_holdout is not None and found.after_holdout.rmse_in_noise < least
+
+
+def test_a_start_that_first_readings_do_not_tell_is_found() -> None:
+    """An inner part begins 4 K warmer than what is sensed would have it."""
+    nodes = {"core": {"heat_capacity": "2 kJ/K"}}
+    links = {"inside": {"kind": "conduction", "between": ["core", "hot"], "conductance": "1 W/K"}}
+    machine = blocks(nodes=nodes, links=links)
+    true = truth().patched({"nodes": nodes, "links": links})
+    begin = {"core": "30 degC", "hot": "28 degC", "cold": "25 degC"}
+    scenario = Scenario.of("begun", "80 min", {"ambient": "22 degC", "level": "0"}, output="5 s", start=begin)
+    found = calibrate(machine, recorded(true, scenario))
+    told = found.summary()["fit"]["train"]["after_with_start"]
+    assert told["rmse_in_noise"] < 1.1 < 1.3 < found.after.rmse_in_noise
+    assert float(told["recordings"][0]["start"]["core"].split()[0]) == pytest.approx(30, abs=0.7)
+    assert "With the starts that the fit found" in said(found)

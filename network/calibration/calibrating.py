@@ -13,15 +13,16 @@ from threadpoolctl import threadpool_limits
 
 from network.calibration.admission import admitted, check_apart, check_parameters
 from network.calibration.bands import Band, bands
+from network.calibration.beginnings import begun
 from network.calibration.evidence import Measured
 from network.calibration.fitting import make_problem
-from network.calibration.judging import sentences, shift, told_holdout
+from network.calibration.judging import sentences, shift, told_holdout, told_starts
 from network.calibration.misread import misread
 from network.calibration.noise import Noise
 from network.calibration.parameters import Parameter, at_values, centres, free_parameters, values_at
 from network.calibration.patching import calibrated
 from network.calibration.refining import Fit, refined
-from network.calibration.starting import best_start
+from network.calibration.starting import best_start, rms
 from network.calibration.uncertainty import Uncertainty, uncertainty
 from network.comparison import Comparison, compare, pooled
 from network.declare import Array
@@ -37,7 +38,8 @@ Progress = Callable[[float], None]
 class Calibration:
     """The outcome. machine: with value ± standard error for each number; original: as it was given; fit, known: the
     minimum and its uncertainty; before, after, before_holdout, after_holdout: residuals on the recordings calibrated on
-    and on those held out (None without), `before` with unknown numbers at their priors' centres; bands: of the tool
+    and on those held out (None without), `before` with unknown numbers at their priors' centres; begun, begun_holdout:
+    those after with each start estimated; bands: of the tool
     centre point, by recording; warnings: what was wrong with the input; sentences: what the result means."""
 
     machine: Machine
@@ -49,6 +51,8 @@ class Calibration:
     after: Comparison
     before_holdout: Comparison | None
     after_holdout: Comparison | None
+    begun: Comparison | None
+    begun_holdout: Comparison | None
     bands: tuple[tuple[Band, ...], ...]
     warnings: tuple[str, ...]
     sentences: tuple[str, ...]
@@ -140,9 +144,13 @@ def _calibrated(
         bands(machine, parameters, fit.at.theta, known.theta_covariance, r, start) for r in (*train, *held_out)
     )
     after, after_holdout = compare(result, train, start=start), _compared(result, held_out, start)
+    own, misfit = (result, machine, parameters, fit.at.theta), max(1.0, rms(fit.at.left))
+    started, started_holdout = (begun(*own, some, start, misfit) for some in (train, held_out))
     told = [*told_holdout(before_holdout, after_holdout, after), *sentences(found, fit, known)]
+    told += told_starts(after, started)
     return Calibration(
-        result, machine, parameters, fit, known, before, after, before_holdout, after_holdout, areas, let_in.warnings,
+        result, machine, parameters, fit, known, before, after, before_holdout, after_holdout, started,
+        started_holdout, areas, let_in.warnings,
         tuple(told), found.tried, seed, time.perf_counter() - began,
     )  # fmt: skip
 

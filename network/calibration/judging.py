@@ -21,6 +21,8 @@ WELL = 0.05
 """Standard error of the logarithm up to which a number is called well determined."""
 WORSE, AGAIN = 1.02, 1.5
 """Held-out residuals over those before, and over those calibrated on, that are told."""
+BEGUN = 0.9
+"""Share of the residual that estimated starts have to leave at most, to be told."""
 MOST_PAIRS, MOST_NAMED = 6, 8
 
 
@@ -57,6 +59,16 @@ def told_holdout(before: Comparison | None, after: Comparison | None, train: Com
             f"Held out, the machine is further off {there}: something moves there that these recordings do not show"
         ]
     return []
+
+
+def told_starts(after: Comparison, begun: Comparison | None) -> list[str]:
+    """Where it matters that parts began elsewhere than first readings tell."""
+    if begun is None or begun.rmse_in_noise > BEGUN * after.rmse_in_noise:
+        return []
+    now, then = digits(after.rmse_in_noise, 3), digits(begun.rmse_in_noise, 3)
+    return [
+        f"With the starts that the fit found (in calibration.json, for --start) {then} σ are left instead of {now} σ"
+    ]
 
 
 def sentences(found: Found, fit: Fit, known: Uncertainty) -> list[str]:
