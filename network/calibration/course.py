@@ -72,6 +72,11 @@ class Course:
         return {name: np.concatenate([begin[name], end[name]]) for name in begin}
 
     @cached_property
+    def derived(self) -> dict[tuple[int, str], Array]:
+        """Derivatives of heats by their numbers along this run, as they are found: by group and number."""
+        return {}
+
+    @cached_property
     def rates(self) -> tuple[Array, Array]:
         """dx/dt just after and just before the edges (K, n)."""
         dx0, dx1 = self.problem.f0.copy(), self.problem.f1.copy()

@@ -48,7 +48,7 @@ def push_of(parameter: Parameter, course: Course, theta: float, known: Found | N
     found = place_of(network, parameter) if known is None else known
     if not found:
         return None
-    parts = [_by_parameter(course, network.groups[g], members, parameter.attribute) for g, members in found]
+    parts = [_by_parameter(course, g, members, parameter.attribute) for g, members in found]
     return _pushed(network, slope, parts)
 
 
@@ -88,27 +88,24 @@ def _is_stacked(law: Declared, attribute: str) -> bool:
     )
 
 
-def _restricted(law: Declared, members: Indices, **exchanged: Array) -> Declared:
-    """The law of some members only."""
-    arrays = {n: law.__dict__[n] for n in (*law.params(), *law.derived)}
-    own = {n: a[members] for n, a in arrays.items() if isinstance(a, np.ndarray) and a.ndim == 1}
-    return law.replaced(**own).replaced(**exchanged)
+def _by_parameter(course: Course, g: int, members: Indices, attribute: str) -> tuple[Array, Array]:
+    """∂heat/∂value of members of a group (2 K, members), and what each brings into the lumps (members, N)."""
+    group = course.problem.plan.network.groups[g]
+    if (g, attribute) not in course.derived:
+        course.derived[g, attribute] = _derivatives(course, group, attribute)
+    into = group.spread[members] if isinstance(group, Flows) else group.into[:, members].T
+    return course.derived[g, attribute][:, members], into
 
 
-def _by_parameter(
-    course: Course, group: Flows | Heats[Source], members: Indices, attribute: str
-) -> tuple[Array, Array]:  # fmt: skip
-    """∂heat/∂value of the members (2 K, members), and what each brings into the lumps (members, N)."""
+def _derivatives(course: Course, group: Flows | Heats[Source], attribute: str) -> Array:
+    """∂heat/∂value of all members of a group, each by its own number: one imaginary step for all at once."""
     T, u = course.T_ends, course.inputs
-    stepped = group.law.__dict__[attribute][members] + 1j * STEP
-    law = _restricted(group.law, members, **{attribute: stepped})
+    law: Any = group.law.replaced(**{attribute: group.law.__dict__[attribute] + 1j * STEP})
     if isinstance(group, Flows):
-        Q = law.heat_flow(T[:, group.a[members]], T[:, group.b[members]], u)  # type: ignore[attr-defined]
-        return np.imag(Q) / STEP * group.w[members], group.spread[members]
-    readings = [T @ R[members].T for R in group.reads]
-    q = np.imag(law.heat(u, *readings) * np.ones((len(T), len(members)))) / STEP  # type: ignore[attr-defined]
+        return np.asarray(np.imag(law.heat_flow(T[:, group.a], T[:, group.b], u)) / STEP * group.w)
+    q = law.heat(u, *(T @ R.T for R in group.reads)) * np.ones((len(T), len(group.entry)))
     modes = relay_modes(course.problem.plan, group)
-    return (q if modes is None else q * modes[:, members]), group.into[:, members].T
+    return np.asarray(np.imag(q if modes is None else q * modes) / STEP)
 
 
 def relay_modes(plan: Plan, group: Heats[Source]) -> Array | None:

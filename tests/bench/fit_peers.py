@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from importlib.util import find_spec
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -64,7 +65,8 @@ def simulated_rows(table: Table) -> None:
         table.add_row(name, f"{time.perf_counter() - began:.3g} s", f"{error:.2f} % of the numbers")
 
     residual = residual_of(machine, free, recording, schedule)
-    told("lptn, data laid out and fitted", lambda: by_lptn(machine, free, recording))
+    told("lptn, with starts, jumps and offsets uncertain", lambda: by_lptn(machine, free, recording, False))
+    told("lptn, all but the numbers known", lambda: by_lptn(machine, free, recording, True))
     told("scipy least_squares on solve_ivp", lambda: least_squares(residual, centres(free), x_scale=0.3).x)
     if find_spec("lmfit"):
         told("lmfit (leastsq) on solve_ivp", lambda: by_lmfit(residual, free))
@@ -72,8 +74,11 @@ def simulated_rows(table: Table) -> None:
         table.add_row("lmfit", "not installed", "pip install '.[bench]'")
 
 
-def by_lptn(machine: Machine, free: tuple[Parameter, ...], recording: Recording) -> np.ndarray:
-    return minimise(make_problem(machine, free, laid_out(machine, [recording]))).theta
+def by_lptn(machine: Machine, free: tuple[Parameter, ...], recording: Recording, rest_known: bool) -> np.ndarray:
+    problem = make_problem(machine, free, laid_out(machine, [recording]))
+    if rest_known:
+        problem = replace(problem, offsets=(), data=tuple(replace(d, starts=(), edges=()) for d in problem.data))
+    return minimise(problem).theta
 
 
 def by_lmfit(residual: Callable, free: tuple[Parameter, ...]) -> np.ndarray:
