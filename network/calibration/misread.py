@@ -17,8 +17,8 @@ from network.comparison import ChannelResidual, Comparison
 from network.refusal import Refusal, Spot
 from network.units import show
 
-HOPELESS, BENT = 20.0, 4.0
-"""rms of a fit, and prior σ that some number moved, from which a wrong unit is looked for."""
+HOPELESS, HARDLY = 20.0, 3.0
+"""rms of a fit from which a wrong unit is looked for, and times that the fit lowered it at most."""
 BETTER = 4.0
 """How many times a wrong unit has to lower what is left."""
 POWERS = (1, 2, 3, 4, 6)
@@ -32,8 +32,8 @@ def misread(at: Linearised, before: Comparison) -> Iterator[Refusal]:
     if rms(at.left) < HOPELESS:
         return
     found = [*_channels(before)]
-    moved = max(abs(x - p.centre) / p.spread for p, x in zip(at.problem.parameters, at.theta, strict=True))
-    yield from found or (_numbers(at) if moved > BENT else ())
+    hardly = at.cost > residual_cost(at, centres(at.problem.parameters)) / HARDLY**2
+    yield from found or (_numbers(at) if hardly else ())
 
 
 def _numbers(at: Linearised) -> Iterator[Refusal]:
