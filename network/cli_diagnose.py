@@ -63,16 +63,12 @@ def _diagnosed(
     machine: Machine, recordings: Sequence[str], holdout: Sequence[str], start: str | None, seed: int, jobs: int
 ) -> Diagnosis:
     from network.diagnosis.diagnosing import diagnose as run
-    from network.diagnosis.intake import taken_in
     from network.report.progress import share_bar
 
     begins = read_start(start)
-    let_in = taken_in(machine, list(read_recordings(recordings)), list(read_recordings(holdout)), begins)
-    warn(let_in.warnings)
+    runs, held_out = list(read_recordings(recordings)), list(read_recordings(holdout))
     with share_bar(f"diagnosing {machine.name}") as tell:
-        return run(
-            machine, let_in.recordings, let_in.holdout, start=begins, seed=seed, jobs=jobs, progress=tell
-        )  # fmt: skip
+        return run(machine, runs, held_out, start=begins, seed=seed, jobs=jobs, progress=tell)
 
 
 @click.command()

@@ -145,7 +145,8 @@ class MachineReader:
     def _expansion(self, axis: str, name: str, tree: Tree) -> Expansion | None:
         known = cast("dict[str, type[Expansion]]", kinds("tcp"))
         where = f"tcp.{axis}.{name}"
-        entry = self._once(f"tcp.{axis}", name, tree, lambda n, c, own: read_kind(known, where, c, own))
+        read: Expansion | None = self._once(f"tcp.{axis}", name, tree, lambda n, c, own: read_kind(known, where, c, own))
+        entry = read
         if entry is not None and axis not in entry.axes:
             wrong = f"tcp.{axis}.{name}: {entry.kind} does not act on {axis}"
             self.complaints.refuse(entry.spot_of("kind"), wrong, "it acts on " + ", ".join(entry.axes))

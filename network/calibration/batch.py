@@ -63,7 +63,7 @@ def means_of(
     that is computed."""
     t, network = run.knots.samples, draws.networks[0]
     count = max(2, round(horizon * float(t[-1] - t[0]) / draws.step))
-    edges = float(t[0]) + draws.step * np.arange(count + 1)
+    edges = np.asarray(float(t[0]) + draws.step * np.arange(count + 1), float)
     left, right = spans(run.schedule, edges)
     T0 = np.full(network.size, start)
     for name, part in network.parts.items():

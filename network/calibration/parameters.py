@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -14,6 +15,8 @@ from network.quantities import ParamField
 from network.refusal import Spot, likely, refuse
 from network.units import Number, show
 
+SECTIONS = ("materials", "nodes", "links", "sources", "sensors")
+Named: TypeAlias = dict[str, dict[str, Any]]
 WIDEST = 8.0
 """Prior σ that a number with ± may move at most: beyond, its file is wrong and not its value."""
 
@@ -94,19 +97,20 @@ def free_parameters(machine: Machine) -> tuple[Parameter, ...]:
 
 def at_values(machine: Machine, values: Mapping[str, float]) -> Machine:
     """The machine with numbers exchanged, by path; entries that look at others look again."""
-    from dataclasses import replace
-
     changed: dict[str, dict[str, float]] = {}
     entries = dict(machine.entries())
     for path, value in values.items():
         entry_path, _, key = path.rpartition(".")
         fields = {f.key: f.attribute for f in entries[entry_path].params().values()}
         changed.setdefault(entry_path, {})[fields[key]] = value
-    parts = {name: {**getattr(machine, name)} for name in ("materials", "nodes", "links", "sources", "sensors")}
-    tcp = {axis: {**own} for axis, own in machine.tcp.items()}
+    parts: Named = {name: {**getattr(machine, name)} for name in SECTIONS}
+    tcp: Named = {axis: {**own} for axis, own in machine.tcp.items()}
     for path, exchanged in changed.items():
         _exchange(parts, tcp, path, exchanged)
-    new = replace(machine, **parts, tcp=tcp)
+    new = replace(
+        machine, materials=parts["materials"], nodes=parts["nodes"], links=parts["links"], sources=parts["sources"],
+        sensors=parts["sensors"], tcp=tcp,
+    )  # fmt: skip
     if any(path.startswith(("nodes.", "materials.")) for path in changed):
         for name, entry in parts["nodes"].items():
             parts["nodes"][name] = entry.resolved(new)
@@ -115,27 +119,25 @@ def at_values(machine: Machine, values: Mapping[str, float]) -> Machine:
     return new
 
 
-def _exchange(
-    parts: dict[str, dict[str, object]], tcp: dict[str, dict[str, object]], path: str, values: Mapping[str, float]
-) -> None:
+def _exchange(parts: Named, tcp: Named, path: str, values: Mapping[str, float]) -> None:
     """Puts numbers into the entry at a path, inside another one too (melting ranges, effects of sensors)."""
     section, _, rest = path.partition(".")
     if section == "tcp":
         axis, _, name = rest.partition(".")
-        tcp[axis][name] = tcp[axis][name].replaced(**values)  # type: ignore[attr-defined]
+        tcp[axis][name] = tcp[axis][name].replaced(**values)
         return
     named = parts[section]
     if rest in named:
-        named[rest] = named[rest].replaced(**values)  # type: ignore[attr-defined]
+        named[rest] = named[rest].replaced(**values)
     elif rest.endswith(".melts"):
         node = named[name := rest.removesuffix(".melts")]
-        named[name] = node.replaced(melts=node.melts.replaced(**values))  # type: ignore[attr-defined]
+        named[name] = node.replaced(melts=node.melts.replaced(**values))
     else:
         name, _, index = rest.rpartition(".effects.")
         sensor = named[name]
-        effects = list(sensor.effects)  # type: ignore[attr-defined]
+        effects = list(sensor.effects)
         effects[int(index)] = effects[int(index)].replaced(**values)
-        named[name] = sensor.replaced(effects=tuple(effects))  # type: ignore[attr-defined]
+        named[name] = sensor.replaced(effects=tuple(effects))
 
 
 def centres(parameters: Sequence[Parameter]) -> Array:

@@ -22,16 +22,21 @@ from network.recording import Recording
 from network.refusal import Failed
 
 
+LOUDER = 1.15
+"""White noise over the declared from which the file is not believed."""
+
+
 @dataclass(frozen=True, eq=False)
 class Case:
     """Recordings of a machine. sigma: white 1σ of a sample by channel where it was told from residuals; noise: coloured
-    noise beside it."""
+    noise beside it; horizon: share of each run, from its beginning, that is compared."""
 
     machine: Machine
     recordings: tuple[Recording, ...]
     start: Start | None = None
     noise: Noise = field(default_factory=Noise)
     sigma: Mapping[str, float] = field(default_factory=dict)
+    horizon: float = 1.0
 
     @cached_property
     def drivers(self) -> tuple[str, ...]:
@@ -42,7 +47,8 @@ class Case:
     def lay_out(self, machine: Machine) -> tuple[Measured, ...]:
         """The recordings for fits of one machine (this one, refined or with something added)."""
         data = (measured(machine, r, self.start, self._usable(r)) for r in self.recordings)
-        return tuple(replace(d, sigma={n: self.sigma.get(n, s) for n, s in d.sigma.items()}) for d in data)
+        told = (replace(d, sigma={n: self.sigma.get(n, s) for n, s in d.sigma.items()}) for d in data)
+        return tuple(told if self.horizon == 1.0 else (_until(d, self.horizon) for d in told))
 
     def _usable(self, recording: Recording) -> list[str]:
         """Drivers without gaps."""
@@ -54,10 +60,23 @@ class Case:
         return problem if offsets else replace(problem, offsets=())
 
 
+def early(data: Measured, horizon: float) -> Array:
+    """Which cells of a run end before a share of its length."""
+    knots = data.run.knots
+    until = knots.t[0] + horizon * (knots.t[-1] - knots.t[0]) + 1e-6
+    return np.tile(knots.t[knots.cell_ends] <= until, len(data.run.channels))
+
+
+def _until(data: Measured, horizon: float) -> Measured:
+    return replace(data, counts=np.where(early(data, horizon), data.counts, 0.0))
+
+
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
-    """A machine with what is supposed to be missing in it, fitted. found: the patches laid over it, in their order; own:
-    their numbers, which are free along with those of the file."""
+    """A machine with what is supposed to be missing in it, fitted.
+
+    found: the patches laid over it, in their order; own: their numbers, free along with those of the file.
+    """
 
     case: Case
     machine: Machine
@@ -148,7 +167,8 @@ def renoised(case: Case, hypothesis: Hypothesis) -> Case:
     told = colours(hypothesis.fit.problem.data, hypothesis.predictions)
     tinted = {n: (s, tau) for n, (_, s, tau) in told.items() if s > 0}
     declared = hypothesis.fit.problem.data[0].declared
-    sigma = {n: white for n, (white, s, _) in told.items() if white > 0 and (s > 0 or white > declared.get(n, 0) * 1.15)}
+    more = {n: s > 0 or white > LOUDER * declared.get(n, 0) for n, (white, s, _) in told.items()}
+    sigma = {n: white for n, (white, _, _) in told.items() if white > 0 and more[n]}
     return replace(case, noise=Noise(tinted), sigma=sigma)
 
 

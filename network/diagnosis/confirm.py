@@ -22,7 +22,7 @@ SHORTLIST = 6
 """Candidates refitted for each point they were screened about."""
 FIRST_STEPS, FINALISTS = 9, 3
 """Steps of the first fit of a candidate, and how many of them are then fitted to the end."""
-RELAYS = 3
+RELAYS = 2
 """Switched candidates searched for."""
 ADEQUATE = 1.06
 """Misfit χ up to which no relay is searched for."""

@@ -18,6 +18,7 @@ from network.diagnosis.candidates import candidates
 from network.diagnosis.case import Case, Hypothesis, rejudged, renoised, suppose
 from network.diagnosis.chance import LEAST, threshold_of
 from network.diagnosis.confirm import ADEQUATE, left_out, rebuilt, rivals, without
+from network.diagnosis.intake import taken_in
 from network.diagnosis.judging import diagnosis_of
 from network.diagnosis.locate import locate
 from network.diagnosis.refine import refined
@@ -63,8 +64,9 @@ def diagnose(
     """
     began, tell = time.perf_counter(), progress or (lambda share: None)
     runs = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
-    found = _searched(Case(machine, runs, start), seed, jobs, tell)
-    return diagnosis_of(found, tuple(holdout), seed, time.perf_counter() - began)
+    let_in = taken_in(machine, runs, tuple(holdout), start)
+    found = _searched(Case(machine, let_in.recordings, start), seed, jobs, tell)
+    return diagnosis_of(found, let_in.holdout, let_in.warnings, seed, time.perf_counter() - began)
 
 
 def _searched(case: Case, seed: int, jobs: int, tell: Callable[[float], None]) -> Search:

@@ -40,7 +40,9 @@ STRAY = 2.0
 """Standard deviations at which unknown heat counts."""
 
 
-def diagnosis_of(search: Search, holdout: Sequence[Recording], seed: int, seconds: float) -> Diagnosis:
+def diagnosis_of(
+    search: Search, holdout: Sequence[Recording], warnings: Sequence[str], seed: int, seconds: float
+) -> Diagnosis:
     """The diagnosis that a search amounts to."""
     best = search.best
     is_finer = best.root.to_plain() != search.written.machine.to_plain()
@@ -53,7 +55,7 @@ def diagnosis_of(search: Search, holdout: Sequence[Recording], seed: int, second
     channels = {n: x for n, x in _channels(fits).items()}
     return Diagnosis(
         search.case.machine, before, after, verdict, tuple(findings), channels, search.located[:8], fits,
-        tuple(_rivals(search.steps[0], search.null) if search.steps else ()), tuple(_notes(search)),
+        tuple(_rivals(search.steps[0], search.null) if search.steps else ()), (*warnings, *_notes(search)),
         tuple(experiments(search)), _shifts(best), seed, seconds,
     )  # fmt: skip
 
@@ -99,7 +101,7 @@ def _rivals(ranked: Sequence[Hypothesis], null: Hypothesis, but: tuple[str, ...]
     share = np.exp((gains - gains.max()) / (TEMPERATURE * max(1.0, distinct[0].chi) ** 2))
     for h, p in zip(distinct, share / share.sum(), strict=True):
         c = h.found[-1]
-        if c.key != but:
+        if c.key != but and h.evidence > null.evidence - ALIKE:
             yield Rival(c.kind.kind, c.places, c.channels, float(p), h.chi, h.evidence - null.evidence, _why_not(h, ranked[0]))
 
 

@@ -131,4 +131,5 @@ def _posterior(H: Array, g: Array, K: Array) -> tuple[float, Array, Array]:
     f = np.linalg.solve(A, K @ g)
     _, volume = np.linalg.slogdet(A)
     covariance = np.linalg.solve(A, K)
-    return 0.5 * float(g @ f) - 0.5 * float(volume), f, np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    return 0.5 * float(g @ f) - 0.5 * float(volume), np.asarray(f), np.asarray(std)

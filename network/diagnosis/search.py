@@ -19,22 +19,25 @@ from network.calibration.noise import slack_covariance, whitener
 from network.calibration.parameters import Parameter, values_at
 from network.calibration.partials import Slots
 from network.checks import places_of
-from network.declare import Array
+from network.declare import Array, Mask
 from network.diagnosis.candidates import Candidate
 from network.diagnosis.candidates import candidate as other_candidate
-from network.diagnosis.case import Case, Hypothesis, relaid, suppose
+from network.diagnosis.case import Case, Hypothesis, early, relaid, suppose
 from network.diagnosis.screen import whitened
 from network.graph import build
 from network.mechanisms.base import Relay
 from network.refusal import Failed
 
-DRAWS, ELITE, STARTS = 400, 40, 3
-HORIZONS = (0.35, 0.35, 0.5, 0.5, 0.75, 1.0, 1.0)
+DRAWS, ELITE, STARTS, APART = 400, 40, 2, 0.3
+"""Draws of a round, how many set the next ones, how many are fitted, and how far these are apart in prior σ."""
+HORIZONS = (0.35, 0.35, 0.45, 0.45)
 """Share of each run that a round looks at."""
 WIDER, LEAST = 1.5, 0.02
 """How much wider than the best draws the next ones are, every other round; and the least, in prior σ."""
-STEPS, POLISHES, NEARBY = 14, 2, 0.2
-"""Steps of a fit from a draw; how often it is drawn again around the best, and how near, in prior σ."""
+LADDER = ((0.45, 8), (0.65, 6), (1.0, 12))
+"""Shares of each run that a fit is extended to, and its steps there."""
+ATTEMPTS = 2
+"""How often it is drawn anew where no fit explains everything."""
 NEAR = 1.6
 """Cost of the best draw over a rival's, up to which it is fitted in full."""
 GOOD = 1.03
@@ -85,18 +88,16 @@ def search(
     if rough is None or small is None or not serves(build(small.machine)):
         return None
     about = freed(rough, parts_about(small), power)
-    draws = _drawn(about, small, _values(about), seed)
-    if not draws or draws[0].misfit > NEAR * beat:
-        return None
-    fits = [_fitted(case, null, candidate, _values(about), draw) for draw in _apart(draws, small.own)]
-    best = min((f for f in fits if f is not None), key=lambda f: f.fit.cost, default=None)
-    for i in range(POLISHES):
-        if best is None or best.chi < GOOD:
+    best: Hypothesis | None = None
+    for attempt in range(ATTEMPTS):
+        draws = _drawn(about, small, _values(about), seed + attempt)
+        if not draws or draws[0].misfit > NEAR * beat:
             break
-        better = _polished(case, null, candidate, rough, small, best, seed + i)
-        if better is None or better.fit.cost > best.fit.cost - 1:
-            break
-        best = better
+        for draw in _apart(draws, small.own):
+            fitted = _fitted(case, null, candidate, _values(about), draw)
+            best = min((f for f in (best, fitted) if f is not None), key=lambda f: f.fit.cost, default=None)
+            if best is not None and best.chi < GOOD:
+                return best
     return best
 
 
@@ -107,28 +108,17 @@ def _values(about: Linearised) -> dict[str, float]:
 def _fitted(
     case: Case, null: Hypothesis, candidate: Candidate, values: Mapping[str, float], draw: Draw
 ) -> Hypothesis | None:
-    """The candidate fitted from a draw; None where it runs away."""
+    """The candidate fitted from a draw, to ever more of each run, so that it keeps its step; None where it runs away."""
     start = {**values, **values_at(candidate.own, draw.theta)}
+    found, own = (*null.found, candidate), (*null.own, *candidate.own)
+    fitted = None
     try:
-        return suppose(case, candidate.machine, (*null.found, candidate), (*null.own, *candidate.own), start, steps=STEPS)
+        for horizon, steps in LADDER:
+            fitted = suppose(replace(case, horizon=horizon), candidate.machine, found, own, start, steps=steps)
+            start = fitted.values
     except (Failed, np.linalg.LinAlgError):
         return None
-
-
-def _polished(
-    case: Case, null: Hypothesis, candidate: Candidate, rough: Hypothesis, small: Candidate, best: Hypothesis, seed: int
-) -> Hypothesis | None:
-    """Drawn again around a fit, about the parameters that it found, and fitted from the best."""
-    theta = np.array([p.centre if p.path not in best.values else _theta(p, best.values[p.path])
-                      for p in rough.fit.problem.parameters])  # fmt: skip
-    about = linearise(replace(rough.fit.problem, firm_theta=1.0, firm_eta=1.0), theta)
-    centre = np.array([_theta(p, best.values[q.path]) for p, q in zip(small.own, candidate.own, strict=True)])
-    draws = _drawn(about, small, _values(about), seed, centre, NEARBY)
-    return _fitted(case, null, candidate, best.values, draws[0]) if draws else None
-
-
-def _theta(p: Parameter, value: float) -> float:
-    return float(np.log(value)) if p.is_log else value
+    return fitted and replace(fitted, case=case)
 
 
 def _rough(case: Case, null: Hypothesis, candidate: Candidate) -> tuple[Hypothesis | None, Candidate | None]:
@@ -136,31 +126,31 @@ def _rough(case: Case, null: Hypothesis, candidate: Candidate) -> tuple[Hypothes
     if null.root.to_plain() == case.machine.to_plain():
         return null, candidate
     rough = relaid(case, case.machine, null.found, null.values)
-    return rough, rough and other_candidate(rough.machine, candidate.kind, candidate.patch)
+    if rough is None:
+        return None, None
+    return rough, other_candidate(rough.machine, candidate.kind, candidate.patch)
 
 
-def _drawn(
-    about: Linearised, candidate: Candidate, values: dict[str, float], seed: int, centre: Array | None = None,
-    share: float = 1.0,
-) -> list[Draw]:  # fmt: skip
-    """Rounds of draws, the best first: from the priors with a growing horizon, or near a centre (share of the priors'
-    spread) with the whole runs in view."""
+def _drawn(about: Linearised, candidate: Candidate, values: dict[str, float], seed: int) -> list[Draw]:
+    """Rounds of draws from the priors with a growing horizon, the best first."""
     rng = np.random.default_rng(seed)
     low, high = (np.array([getattr(p, s) for p in candidate.own]) for s in ("low", "high"))
-    first, spread = (np.array([getattr(p, s) for p in candidate.own]) for s in ("centre", "spread"))
-    horizons = HORIZONS if centre is None else (1.0, 1.0)
-    centre, root = first if centre is None else centre, np.diag(share * spread)
+    centre, spread = (np.array([getattr(p, s) for p in candidate.own]) for s in ("centre", "spread"))
+    root = np.diag(spread)
     kept: list[Draw] = []
-    for i, horizon in enumerate(horizons):
+    pool: list[Draw] = []
+    for i, horizon in enumerate(HORIZONS):
         theta = np.clip(centre + rng.standard_normal((DRAWS, len(centre))) @ root.T, low, high)
         if kept:
             theta[:ELITE] = [d.theta for d in kept]
-        kept = sorted(_judged(about, candidate, values, theta, horizon), key=lambda d: d.misfit)[:ELITE]
+        kept = sorted(_judged(about, candidate, values, theta, horizon), key=lambda d: d.misfit)
+        pool += kept if horizon == HORIZONS[-1] else []
+        kept = kept[:ELITE]
         best = np.array([d.theta for d in kept])
         wider = WIDER if i % 2 == 0 else 1.0
         centre = best.mean(axis=0)
         root = np.linalg.cholesky(wider**2 * np.cov(best.T).reshape(len(centre), -1) + np.diag(LEAST * spread) ** 2)
-    return kept
+    return sorted(pool, key=lambda d: d.misfit)
 
 
 def _judged(
@@ -179,11 +169,11 @@ def _judged(
         h = round(step_of(d.run), 6)
         draws = steps[h] if h in steps else steps.setdefault(h, draws_of(networks, d.run))
         runs.append(means_of(candidate.machine, draws, d.run, reference, new, horizon))
-    early = _early(about, horizon)
+    seen_early = np.concatenate([early(d, horizon) for d in about.problem.data])
     measured = np.concatenate([d.means for d in about.problem.data])
     means = np.concatenate([m for m, _ in runs], axis=1)
-    residual = np.stack([whitened(about, np.where(early, measured - row, 0.0)) for row in means])
-    seen = whitened(about, early.astype(float)) > 0
+    residual = np.stack([whitened(about, np.where(seen_early, measured - row, 0.0)) for row in means])
+    seen = whitened(about, seen_early.astype(float)) > 0
     misfit = _adjusted(about, residual, seen)
     hours = sum(float(np.ptp(d.run.knots.samples)) for d in about.problem.data) * horizon / 3600
     many = sum(switches for _, switches in runs) > MOST_SWITCHES * hours
@@ -196,18 +186,7 @@ def _was_part(candidate: Candidate, name: str) -> bool:
     return name in candidate.base.nodes and candidate.base.nodes[name].is_part
 
 
-def _early(about: Linearised, horizon: float) -> Array:
-    """Which cells of all runs end before the horizon."""
-    parts = []
-    for data in about.problem.data:
-        knots = data.run.knots
-        ends = knots.t[knots.cell_ends]
-        until = knots.t[0] + horizon * (knots.t[-1] - knots.t[0]) + 1e-6
-        parts.append(np.tile(ends <= until, len(data.run.channels)))
-    return np.concatenate(parts)
-
-
-def _adjusted(about: Linearised, residual: Array, seen: Array) -> Array:
+def _adjusted(about: Linearised, residual: Array, seen: Mask) -> Array:
     """Misfits |r|² less what the parameters take up, within their priors, of the rows that are seen."""
     mean, spread = about.problem.prior
     n = about.free
@@ -223,7 +202,7 @@ def _apart(draws: Sequence[Draw], own: Sequence[Parameter]) -> list[Draw]:
     """The best draws that are not nearly the same."""
     chosen: list[Draw] = []
     for draw in draws:
-        far = all(np.abs((draw.theta - c.theta) / [p.spread for p in own]).max() > 0.05 for c in chosen)
+        far = all(np.abs((draw.theta - c.theta) / [p.spread for p in own]).max() > APART for c in chosen)
         if far and np.isfinite(draw.misfit):
             chosen.append(draw)
     return chosen[:STARTS]

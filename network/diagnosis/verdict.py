@@ -27,7 +27,8 @@ class Quantity:
         from network.units import difference, unit
 
         of = unit(self.unit)
-        return {"value": of.from_si(self.value), "std": self.std / difference(of).scale, "unit": self.unit}
+        shown = difference(of) if self.unit == "K" else of
+        return {"value": shown.from_si(self.value), "std": self.std / difference(of).scale, "unit": self.unit}
 
 
 @dataclass(frozen=True)
