@@ -124,3 +124,24 @@ def test_the_linearised_gradient_is_that_of_the_cost():
             costs.append(linearise(problem, there).cost)
         by_difference = -0.5 * (costs[0] - costs[1]) / 2e-4
         assert by_difference == pytest.approx(gradient[j], rel=0.02, abs=0.02 * np.abs(gradient).max())
+
+
+def test_folding_the_runs_gives_what_the_whole_matrix_gives():
+    machine = two_blocks()
+    problem = problem_of(machine, *(recorded(machine, speeds(*s), 1) for s in (USUAL, ANOTHER)))
+    at = linearise(problem, centres(problem.parameters) + 0.03)
+    n, (mean, spread) = at.free, problem.prior
+    assert np.abs(at.normal - at.slopes @ at.slopes.T).max() < 1e-9 * np.abs(at.normal).max()
+    own = np.linalg.solve(at.precision[n:, n:], np.column_stack([at.precision[n:, :n], at.gradient[n:]]))
+    precision, gradient = at.reduced
+    assert np.allclose(precision, at.precision[:n, :n] - at.precision[:n, n:] @ own[:, :n])
+    assert np.allclose(gradient, at.gradient[:n] - at.precision[:n, n:] @ own[:, n])
+    assert np.allclose(at.eta, mean[n:] + own[:, n])
+    deviation = (np.concatenate([at.theta, at.eta]) - mean) / spread
+    assert at.cost == pytest.approx(at.left @ at.left + deviation @ deviation)
+    assert at.misfit == pytest.approx(at.left @ at.left)
+    _, volume = np.linalg.slogdet(at.precision * np.outer(spread, spread))
+    assert at.log_evidence == pytest.approx(-0.5 * (at.cost + problem.log_determinant + volume))
+    rows = np.random.default_rng(0).standard_normal(len(at.residual))
+    whole = np.eye(len(rows)) + (at.slopes.T * spread**2) @ at.slopes
+    assert np.allclose(whole @ at.unexplained(rows), rows, atol=1e-5)

@@ -57,7 +57,7 @@ def minimise(
 
 def chi_of(at: Linearised) -> float:
     """Rms of the whitened residual: 1 where the model is right and the noise as stated."""
-    return float(np.sqrt(np.mean(at.left**2))) if len(at.left) else 0.0
+    return float(np.sqrt(at.misfit / len(at.residual))) if len(at.residual) else 0.0
 
 
 def _tempered(at: Linearised, far: bool) -> Linearised:

@@ -11,28 +11,14 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 
+from network.calibration.arrow import Folded, Part, folded
 from network.calibration.evidence import Measured
 from network.calibration.predictor import Prediction
 from network.calibration.problem import Problem
 from network.calibration.threads import on_one_thread
 from network.declare import Array
 from network.refusal import Failed
-
-
-@dataclass(frozen=True, eq=False)
-class Part:
-    """Whitened slopes of one run over its rows: by θ, by the offsets, and by its own nuisances."""
-
-    by_theta: Array
-    by_offset: Array
-    by_own: Array
-
-    @cached_property
-    def by_eta(self) -> tuple[Array, Array, Array]:
-        """Products of offsets and own nuisances: among the first, across, among the second."""
-        return self.by_offset @ self.by_offset.T, self.by_offset @ self.by_own.T, self.by_own @ self.by_own.T
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,17 +66,10 @@ class Linearised:
     @cached_property
     def normal(self) -> Array:
         """SᵀS without the prior."""
-        n, k = self.free, self._shared
-        total = np.zeros((len(self.problem.prior[0]),) * 2)
+        k, total = self._shared, np.zeros((len(self.problem.prior[0]),) * 2)
         for (_, own), part in zip(self.blocks, self.parts, strict=True):
-            offsets, across, among = part.by_eta
-            total[:n, :n] += part.by_theta @ part.by_theta.T
-            total[:n, n:k] += part.by_theta @ part.by_offset.T
-            total[:n, own] = part.by_theta @ part.by_own.T
-            total[n:k, n:k] += offsets
-            total[n:k, own], total[own, own] = across, among
-        upper = np.triu_indices(len(total), 1)
-        total.T[upper] = total[upper]
+            total[:k, :k] += part.shared
+            total[own, :k], total[:k, own], total[own, own] = part.across, part.across.T, part.by_eta[2]
         return total
 
     def along(self, values: Array) -> Array:
@@ -127,9 +106,9 @@ class Linearised:
     def gradient(self) -> Array:
         """−½ ∂J/∂(θ, η) at θ and η = η₀."""
         mean, spread = self.problem.prior
-        own = np.zeros(len(mean))
-        own[: self.free] = (mean[: self.free] - self.theta) / spread[: self.free] ** 2
-        return np.asarray(self.along(self._at_mean) + own)
+        total = self._toward.copy()
+        total[: self.free] += (mean[: self.free] - self.theta) / spread[: self.free] ** 2
+        return total
 
     @cached_property
     def _at_mean(self) -> Array:
@@ -137,19 +116,23 @@ class Linearised:
         return np.asarray(self.residual - self.moved_by(self.problem.prior[0][self.free :]))
 
     @cached_property
-    def _inner(self) -> tuple[Array, bool]:
-        """Factor of the nuisances' own precision."""
-        return cho_factor(self.precision[self.free :, self.free :], check_finite=False)  # type: ignore[no-any-return]
+    def _toward(self) -> Array:
+        return self.along(self._at_mean)
 
     @cached_property
+    def folded(self) -> Folded:
+        """The precision with the runs' own nuisances folded in."""
+        return folded(self.free, self.parts, self.problem.prior[1] ** -2.0)
+
+    @cached_property
+    def _solved(self) -> tuple[Array, float, Array, Array]:
+        k = self._shared
+        return self.folded.solved(self.gradient[:k], [self.gradient[own] for _, own in self.blocks])
+
+    @property
     def reduced(self) -> tuple[Array, Array]:
         """Precision and −½ gradient of J in θ alone, with the nuisances at their most probable all along."""
-        n = self.free
-        if len(self.gradient) == n:
-            return self.precision, self.gradient
-        across = self.precision[n:, :n]
-        solved = cho_solve(self._inner, np.column_stack([across, self.gradient[n:]]), check_finite=False)
-        return self.precision[:n, :n] - across.T @ solved[:, :n], self.gradient[:n] - across.T @ solved[:, n]
+        return self._solved[2:]
 
     @cached_property
     def covariance(self) -> Array:
@@ -159,11 +142,7 @@ class Linearised:
     @cached_property
     def eta(self) -> Array:
         """Most probable nuisances at this θ."""
-        mean, _ = self.problem.prior
-        if len(mean) == self.free:
-            return np.empty(0)
-        ahead = self.along(self._at_mean)[self.free :]
-        return np.asarray(mean[self.free :] + cho_solve(self._inner, ahead, check_finite=False))
+        return np.asarray(self.problem.prior[0][self.free :] + self._solved[0])
 
     @cached_property
     def left(self) -> Array:
@@ -173,26 +152,31 @@ class Linearised:
     @cached_property
     def cost(self) -> float:
         """J at this θ, least over η."""
+        mean, spread = (p[: self.free] for p in self.problem.prior)
+        return float(self._at_mean @ self._at_mean - self._solved[1] + np.sum(((self.theta - mean) / spread) ** 2))
+
+    @cached_property
+    def misfit(self) -> float:
+        """|left|², from the normal equations."""
         mean, spread = self.problem.prior
         at = np.concatenate([self.theta, self.eta])
-        return float(self.left @ self.left + np.sum(((at - mean) / spread) ** 2))
+        return max(self.cost - float(np.sum(((at - mean) / spread) ** 2)), 0.0)
 
     def beside(self, **changes: Any) -> Linearised:
-        """The same slopes with another θ, residual, or problem that differs in its priors only."""
+        """The same slopes with another θ, residual, or problem that differs in its priors' widths only."""
         if "theta" in changes:
             own = {"made_at": self.made_at, "eta_made_at": self.eta_made_at}
             changes |= {name: self.theta if at is None else at for name, at in own.items()}
         other = replace(self, **changes)
-        kept = ("normal",) if "problem" in changes else ("normal", "precision", "_inner")
+        kept = ("normal", "_at_mean", "_toward") if "problem" in changes else ("normal", "precision", "folded")
         other.__dict__.update({name: self.__dict__[name] for name in kept if name in self.__dict__})
         return other
 
     @property
     def log_evidence(self) -> float:
         """Log of the probability of the recordings, parameters integrated out (Laplace), but for a constant."""
-        _, spread = self.problem.prior
-        _, volume = np.linalg.slogdet(self.precision * np.outer(spread, spread))
-        return -0.5 * (self.cost + self.problem.log_determinant + float(volume))
+        volume = self.folded.log_determinant + 2 * float(np.log(self.problem.prior[1]).sum())
+        return -0.5 * (self.cost + self.problem.log_determinant + volume)
 
 
 @on_one_thread

@@ -10,7 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from network.calibration.linearised import Linearised, Part
+from network.calibration.arrow import Part
+from network.calibration.linearised import Linearised
 from network.calibration.noise import Noise, slack_covariance, whitener
 from network.calibration.noise_search import BEGINNINGS, Search
 from network.calibration.threads import on_one_thread

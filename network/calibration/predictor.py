@@ -43,6 +43,7 @@ class Model:
         self._guess: dict[int, tuple[Array, Array]] = {}
         self._plans: dict[int, tuple[object, Plan]] = {}
         self._linear: dict[int, Slopes] = {}
+        self._last: dict[int, Prediction] = {}
 
     def at(self, theta: Array) -> tuple[Machine, Network]:
         """Machine and network at θ."""
@@ -84,7 +85,11 @@ class Model:
         return made
 
     def _remember(self, i: int, made: Prediction) -> None:
-        """Slopes that are the same at all instants and readings stay so at other θ."""
+        """Slopes that are the same at all instants and readings stay so at other θ, averages so at the same edges."""
+        before = self._last.get(i)
+        if before is not None and before.course.problem.plan.edges is made.course.problem.plan.edges:
+            made.__dict__.update({n: v for n, v in before.__dict__.items() if n == "averages"})
+        self._last[i] = made
         if i not in self._linear and made.machine is self.machine:
             slopes = made.slopes
             if slopes is not None and slopes.is_straight and slopes.is_constant:
