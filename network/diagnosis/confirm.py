@@ -18,8 +18,10 @@ from network.diagnosis.together import spread
 from network.diagnosis.verdict import UnknownHeat
 from network.refusal import Failed
 
-SHORTLIST = 6
+SHORTLIST = 8
 """Candidates refitted for each point they were screened about."""
+LARGE = 40
+"""Lumps from which candidates are screened about the fit only."""
 FIRST_STEPS, FINALISTS = 9, 3
 """Steps of the first fit of a candidate, and how many of them are then fitted to the end."""
 RELAYS = 2
@@ -47,19 +49,19 @@ def nominal(fit: Linearised) -> Linearised:
 
 def shortlist(current: Hypothesis, found: Sequence[Candidate], scores: Sequence[Score]) -> list[_Trial]:
     """The best of the screening about the fit (scores) and about the file's own numbers."""
-    about = nominal(current.fit)
-    values = values_at(about.problem.parameters, about.theta)
-    chosen: dict[tuple[str, ...], _Trial] = {}
-    for s in (*_varied(scores), *_varied(screen(about, found, values))):
-        chosen.setdefault(s.candidate.key, _Trial(s.candidate, _strength(s)))
+    chosen = {s.candidate.key: _Trial(s.candidate, _strength(s)) for s in reversed(_varied(scores))}
+    if sum(node.lumps for node in current.machine.nodes.values()) < LARGE:
+        about = nominal(current.fit)
+        for s in _varied(screen(about, found, values_at(about.problem.parameters, about.theta))):
+            chosen.setdefault(s.candidate.key, _Trial(s.candidate, _strength(s)))
     return list(chosen.values())
 
 
 def _varied(scores: Sequence[Score]) -> list[Score]:
-    """The best scores, at most two of a kind."""
+    """The best scores, at most three of a kind."""
     kept: list[Score] = []
     for s in scores:
-        if s.gain > 1 and sum(k.candidate.kind is s.candidate.kind for k in kept) < 2:
+        if s.gain > 1 and sum(k.candidate.kind is s.candidate.kind for k in kept) < 3:
             kept.append(s)
     return kept[:SHORTLIST]
 

@@ -21,7 +21,7 @@ from network.diagnosis.confirm import ADEQUATE, left_out, rebuilt, rivals, witho
 from network.diagnosis.intake import taken_in
 from network.diagnosis.judging import diagnosis_of
 from network.diagnosis.locate import locate
-from network.diagnosis.refine import refined
+from network.diagnosis.refine import refined, settled
 from network.diagnosis.screen import screen
 from network.diagnosis.verdict import Diagnosis, UnknownHeat
 from network.inputs import Start
@@ -29,7 +29,7 @@ from network.machine import Machine
 from network.recording import Recording
 
 MOST_FINDINGS = 3
-FULL = 1.03
+FULL = 1.06
 """Misfit χ below which nothing more is looked for."""
 WORTH = 0.015
 """Share of the misfit χ that a finding must take away."""
@@ -118,7 +118,7 @@ def _followed(
         if not _is_gain(rejudged(case, current), ranked[0], threshold):
             break
         steps.append(tuple(ranked))
-        current = ranked[0]
+        current = settled(case, ranked[0])
         tell(0.15 + 0.25 * len(steps))
     if len(steps) > 1:
         current = _reranked(case, current, steps)

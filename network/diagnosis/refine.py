@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from network.diagnosis.candidates import Candidate, candidates
-from network.diagnosis.case import Case, Hypothesis, suppose
+from network.diagnosis.case import Case, Hypothesis, relaid, suppose
 from network.machine import Machine
 
 ROUNDS = 3
@@ -14,6 +14,8 @@ GAIN = 20.0
 """Log evidence that a finer structure must add to be looked at further."""
 ENOUGH = 1.02
 """Misfit χ at which it is fine enough."""
+FAR = 1.6
+"""Misfit χ that lumps alone will not mend: what is missing is looked for first, and the lumps again with it."""
 
 
 def finer(machine: Machine) -> Mapping[str, Any] | None:
@@ -39,6 +41,18 @@ def refined(case: Case, written: Hypothesis) -> list[Hypothesis]:
         best = max(levels, key=lambda h: h.evidence)
         finer_one = suppose(case, machine, start=best.values if best is not written else None)
         levels.append(finer_one)
-        if finer_one.evidence < best.evidence + GAIN:
+        if finer_one.evidence < best.evidence + GAIN or finer_one.chi > FAR:
             break
     return levels
+
+
+def settled(case: Case, best: Hypothesis) -> Hypothesis:
+    """A hypothesis on ever finer lumps, while that helps."""
+    for _ in range(ROUNDS):
+        if best.chi < ENOUGH or not best.found or (patch := finer(best.root)) is None:
+            break
+        finer_one = relaid(case, best.root.patched(patch), best.found, best.values)
+        if finer_one is None or finer_one.evidence < best.evidence + GAIN:
+            break
+        best = finer_one
+    return best
