@@ -17,8 +17,8 @@ CLEAR = 0.3
 """Share of the largest change that makes a part one of those meant."""
 
 
-def lumping_of(written: Hypothesis, now: Machine, threshold: float) -> Finding | None:
-    """The finding for a machine that was refined; None where nothing changes."""
+def lumping_of(written: Hypothesis, now: Machine, gain: float, threshold: float) -> Finding | None:
+    """The finding for a machine that was refined, with the evidence that gained; None where nothing changes."""
     fit = linearise(written.fit.problem, centres(written.fit.problem.parameters))
     changes = {}
     for c in structural(written.machine):
@@ -34,6 +34,5 @@ def lumping_of(written: Hypothesis, now: Machine, threshold: float) -> Finding |
     tree = now.to_plain()["nodes"]
     nodes = {name: tree[name] for name in now.nodes if tree.get(name) != written.machine.to_plain()["nodes"].get(name)}
     said = "; ".join(first.kind.told(now, c.patch) for c in meant)
-    gain = float(largest**2 / 2)
     return Finding(first.kind.kind, first.section, places, (), 0.95, {}, f"{said[:1].upper()}{said[1:]}.", {"nodes": nodes},
                    gain, threshold)  # fmt: skip

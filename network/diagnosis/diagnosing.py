@@ -21,7 +21,7 @@ from network.diagnosis.confirm import ADEQUATE, left_out, rebuilt, rivals, witho
 from network.diagnosis.intake import taken_in
 from network.diagnosis.judging import diagnosis_of
 from network.diagnosis.locate import locate
-from network.diagnosis.refine import refined, settled
+from network.diagnosis.refine import FAR, refined, settled
 from network.diagnosis.screen import screen
 from network.diagnosis.verdict import Diagnosis, UnknownHeat
 from network.inputs import Start
@@ -77,6 +77,9 @@ def _searched(case: Case, seed: int, jobs: int, tell: Callable[[float], None]) -
     best = max(levels, key=lambda h: h.evidence)
     case = renoised(case, best)
     tracks = [rejudged(case, h) for h in _tracks(levels, best)]
+    as_written = rejudged(case, written)
+    if best is not written and tracks[0].chi < FAR:
+        tracks[0] = settled(case, tracks[0])
     null = max(tracks, key=lambda h: h.evidence)
     located = locate(null.fit, null.machine)
     found: list[Found] = []
@@ -84,9 +87,9 @@ def _searched(case: Case, seed: int, jobs: int, tell: Callable[[float], None]) -
         found.append(_followed(track, located, seed, jobs, tell))
         if found[-1][0].chi < ADEQUATE:
             break
-    winner, steps, gains, threshold = max(found, key=lambda f: f[0].evidence)
+    winner, steps, gains, threshold = max(found, key=lambda f: rejudged(case, f[0]).evidence)
     plain = suppose(replace(case, noise=type(case.noise)(), sigma={}), case.machine, offsets=False)
-    return Search(case, written, plain, null, winner, steps, gains, located, threshold)
+    return Search(case, as_written, plain, null, winner, steps, gains, located, threshold)
 
 
 def _tracks(levels: Sequence[Hypothesis], best: Hypothesis) -> list[Hypothesis]:

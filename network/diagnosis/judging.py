@@ -49,7 +49,7 @@ def diagnosis_of(
     before = numbers_in(search.plain)
     after = before if best is search.written or not (best.found or is_finer) else numbers_in(best)
     findings = list(_findings(search, after))
-    coarse = lumping_of(search.written, best.root, search.threshold) if is_finer else None
+    coarse = lumping_of(search.written, best.root, search.null.evidence - search.written.evidence, search.threshold) if is_finer else None
     findings, verdict = _weighed(search, findings, coarse)
     fits = _fits(search, before, after, holdout)
     channels = {n: x for n, x in _channels(fits).items()}

@@ -49,7 +49,7 @@ def refined(case: Case, written: Hypothesis) -> list[Hypothesis]:
 def settled(case: Case, best: Hypothesis) -> Hypothesis:
     """A hypothesis on ever finer lumps, while that helps."""
     for _ in range(ROUNDS):
-        if best.chi < ENOUGH or not best.found or (patch := finer(best.root)) is None:
+        if (best.found and best.chi < ENOUGH) or (patch := finer(best.root)) is None:
             break
         finer_one = relaid(case, best.root.patched(patch), best.found, best.values)
         if finer_one is None or finer_one.evidence < best.evidence + GAIN:

@@ -36,6 +36,8 @@ WIDER, LEAST = 1.5, 0.02
 """How much wider than the best draws the next ones are, every other round; and the least, in prior σ."""
 LADDER = ((0.45, 8), (0.65, 6), (1.0, 12))
 """Shares of each run that a fit is extended to, and its steps there."""
+HOPELESS = 1.6
+"""Misfit χ over the beginning of the runs at which a draw is given up."""
 ATTEMPTS = 2
 """How often it is drawn anew where no fit explains everything."""
 NEAR = 1.6
@@ -98,6 +100,8 @@ def search(
             best = min((f for f in (best, fitted) if f is not None), key=lambda f: f.fit.cost, default=None)
             if best is not None and best.chi < GOOD:
                 return best
+        if best is None or best.fit.cost > beat:
+            break
     return best
 
 
@@ -116,6 +120,8 @@ def _fitted(
         for horizon, steps in LADDER:
             fitted = suppose(replace(case, horizon=horizon), candidate.machine, found, own, start, steps=steps)
             start = fitted.values
+            if fitted.chi > HOPELESS:
+                return None
     except (Failed, np.linalg.LinAlgError):
         return None
     return fitted and replace(fitted, case=case)
