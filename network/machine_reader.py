@@ -145,8 +145,9 @@ class MachineReader:
     def _expansion(self, axis: str, name: str, tree: Tree) -> Expansion | None:
         known = cast("dict[str, type[Expansion]]", kinds("tcp"))
         where = f"tcp.{axis}.{name}"
-        read: Expansion | None = self._once(f"tcp.{axis}", name, tree, lambda n, c, own: read_kind(known, where, c, own))
-        entry = read
+        entry: Expansion | None = self._once(
+            f"tcp.{axis}", name, tree, lambda n, c, own: read_kind(known, where, c, own)
+        )
         if entry is not None and axis not in entry.axes:
             wrong = f"tcp.{axis}.{name}: {entry.kind} does not act on {axis}"
             self.complaints.refuse(entry.spot_of("kind"), wrong, "it acts on " + ", ".join(entry.axes))

@@ -69,7 +69,8 @@ def _empty(folder: Path) -> Path:
 def diagnose(case: Path, seed: int, limit: float = LIMIT) -> tuple[float, str]:
     """Seconds, and how it ended; an answer that came after an error or too late is taken away again."""
     began = time.monotonic()
-    arguments = ("diagnose", "machine.yaml", *TRAIN, "--holdout", HELD_OUT, "-o", "out", "--seed", str(seed))
+    options = ("--holdout", HELD_OUT, "-o", "out", "--no-plots", "--jobs", "1", "--seed", str(seed))
+    arguments = ("diagnose", "machine.yaml", *TRAIN, *options)
     with (case / "log.txt").open("w", encoding="utf-8") as log:
         ended = _ended([*COMMAND, *arguments], case, log, limit)
     if ended != "answered":

@@ -1,7 +1,7 @@
 """Coloured noise of sensors, told from how residuals differ over short lags, whatever slow error the model still has.
 
-Structure function D(l) = mean (e(t + l) − e(t))² = 2 σ_w² + 2 σ_c² (1 − e^(−l/τ)) + b l²: white noise of the samples, an OU
-process of variance σ_c² and correlation time τ, and the slow drift of a model that is not right yet. Source: Rytov,
+Structure function D(l) = mean (e(t + l) − e(t))² = 2 σ_w² + 2 σ_c² (1 − e^(−l/τ)) + b l²: white noise, an
+OU process of variance σ_c² and correlation time τ, and the slow drift of a model that is not right yet. Source: Rytov,
 Kravtsov & Tatarskii, Principles of Statistical Radiophysics 1 (1987), on structure functions; unverified.
 """
 

@@ -1,4 +1,4 @@
-"""What a recording is worth before anything is fitted: its own noise, readings that lie apart, channels that stand still.
+"""What a recording is worth before a fit: its own noise, readings that lie apart, channels that stand still.
 
 None of this needs a model: neighbours in time tell what a sample's noise is, and which sample does not belong.
 """
@@ -59,8 +59,8 @@ def look_at(name: str, values: Array, declared: float) -> Channel:
 def noise_of(values: Array) -> float:
     """1σ of a sample from second differences, which a steady rise leaves at zero: Var(y₋ − 2y + y₊) = 6 σ².
 
-    The larger of the median (which outliers leave alone) and, where readings are quantised and the median is 0, the mean
-    of what is not far out.
+    By the median, which outliers leave alone, and where readings are quantised and it is 0, by the mean of what is not
+    far out.
     """
     if len(values) < 5:
         return 0.0

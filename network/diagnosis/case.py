@@ -21,7 +21,6 @@ from network.machine import Machine
 from network.recording import Recording
 from network.refusal import Failed
 
-
 LOUDER = 1.15
 """White noise over the declared from which the file is not believed."""
 

@@ -13,6 +13,7 @@ from network.diagnosis.screen import whitened
 from network.diagnosis.verdict import Finding
 from network.machine import Machine
 
+SURE = 0.95
 CLEAR = 0.3
 """Share of the largest change that makes a part one of those meant."""
 
@@ -34,5 +35,5 @@ def lumping_of(written: Hypothesis, now: Machine, gain: float, threshold: float)
     tree = now.to_plain()["nodes"]
     nodes = {name: tree[name] for name in now.nodes if tree.get(name) != written.machine.to_plain()["nodes"].get(name)}
     said = "; ".join(first.kind.told(now, c.patch) for c in meant)
-    return Finding(first.kind.kind, first.section, places, (), 0.95, {}, f"{said[:1].upper()}{said[1:]}.", {"nodes": nodes},
-                   gain, threshold)  # fmt: skip
+    said = f"{said[:1].upper()}{said[1:]}."
+    return Finding(first.kind.kind, first.section, places, (), SURE, {}, said, {"nodes": nodes}, gain, threshold)

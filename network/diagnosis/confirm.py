@@ -1,4 +1,4 @@
-"""Confirmation: candidates fitted in full with all parameters, relays searched for, and what wins kept or thrown out."""
+"""Confirmation: candidates fitted in full with all parameters, relays searched for, runs left out and predicted."""
 
 from __future__ import annotations
 
@@ -69,7 +69,8 @@ def _varied(scores: Sequence[Score]) -> list[Score]:
 
 def _strength(s: Score) -> float:
     first = s.candidate.own[0]
-    return float(np.clip(first.value(first.centre) * max(s.amplitude, 0.02), first.value(first.low), first.value(first.high)))
+    wanted = first.value(first.centre) * max(s.amplitude, 0.02)
+    return float(np.clip(wanted, first.value(first.low), first.value(first.high)))
 
 
 def _fitted(case: Case, current: Hypothesis, trial: _Trial) -> Hypothesis | None:

@@ -39,8 +39,8 @@ HOLDS = 1.02
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """What a diagnosis tried on its way: the machine as written and calibrated, the best, all rivals of each step, where
-    it differed, and the gain that chance reaches."""
+    """What a diagnosis tried on its way: the machine as written and calibrated, the best, all rivals of each step,
+    where it differed, and the gain that chance reaches."""
 
     case: Case
     written: Hypothesis

@@ -49,12 +49,12 @@ def diagnosis_of(
     before = numbers_in(search.plain)
     after = before if best is search.written or not (best.found or is_finer) else numbers_in(best)
     findings = list(_findings(search, after))
-    coarse = lumping_of(search.written, best.root, search.null.evidence - search.written.evidence, search.threshold) if is_finer else None
+    finer_gain = search.null.evidence - search.written.evidence
+    coarse = lumping_of(search.written, best.root, finer_gain, search.threshold) if is_finer else None
     findings, verdict = _weighed(search, findings, coarse)
     fits = _fits(search, before, after, holdout)
-    channels = {n: x for n, x in _channels(fits).items()}
     return Diagnosis(
-        search.case.machine, before, after, verdict, tuple(findings), channels, search.located[:8], fits,
+        search.case.machine, before, after, verdict, tuple(findings), _channels(fits), search.located[:8], fits,
         tuple(_rivals(search.steps[0], search.null) if search.steps else ()), (*warnings, *_notes(search)),
         tuple(experiments(search)), _shifts(best), seed, seconds,
     )  # fmt: skip
@@ -102,7 +102,8 @@ def _rivals(ranked: Sequence[Hypothesis], null: Hypothesis, but: tuple[str, ...]
     for h, p in zip(distinct, share / share.sum(), strict=True):
         c = h.found[-1]
         if c.key != but and h.evidence > null.evidence - ALIKE:
-            yield Rival(c.kind.kind, c.places, c.channels, float(p), h.chi, h.evidence - null.evidence, _why_not(h, ranked[0]))
+            gain, why_not = h.evidence - null.evidence, _why_not(h, ranked[0])
+            yield Rival(c.kind.kind, c.places, c.channels, float(p), h.chi, gain, why_not)
 
 
 def _why_not(h: Hypothesis, best: Hypothesis) -> str:
@@ -137,7 +138,8 @@ def _sentence(h: Hypothesis, c: Candidate, after: Machine) -> str:
     index = {p.path: i for i, p in enumerate(h.fit.problem.parameters)}
     first = c.own[0]
     spread = float(np.sqrt(np.diag(h.fit.covariance))[index[first.path]]) * max(1.0, h.chi)
-    std = show(first.std(float(h.fit.theta[index[first.path]]), spread), "K" if first.field.unit == "degC" else first.field.unit, 2)
+    unit = "K" if first.field.unit == "degC" else first.field.unit
+    std = show(first.std(float(h.fit.theta[index[first.path]]), spread), unit, 2)
     told = c.kind.told(after, c.patch)
     return f"{told[:1].upper()}{told[1:]} ({first.path.rpartition('.')[2].replace('_', ' ')} ± {std})."
 
@@ -188,7 +190,8 @@ def _unknown(search: Search, kept: Sequence[Finding]) -> Finding:
     top = left[0]
     places = tuple(top.name.split(" to ")) if top.kind == "link" else (top.name,)
     unit = "W" if top.kind != "channel" else "of its unit"
-    size = Quantity(top.rms, float(np.sqrt(np.mean(np.concatenate(top.std) ** 2))), "W" if top.kind != "channel" else "1")
+    std = float(np.sqrt(np.mean(np.concatenate(top.std) ** 2)))
+    size = Quantity(top.rms, std, "W" if top.kind != "channel" else "1")
     what = f"an unknown heat of {top.rms:.3g} {unit} (rms)" if top.kind != "channel" else "an unknown offset"
     sentence = f"{what[:1].upper()}{what[1:]} at {' and '.join(places)} that no kind of the catalogue explains."
     is_channel = top.kind == "channel"
@@ -231,7 +234,8 @@ def _notes(search: Search) -> Iterator[str]:
     for data in search.best.fit.problem.data:
         for name, channel in data.channels.items():
             if channel.apart.any():
-                yield f"{data.recording.name}: {int(channel.apart.sum())} readings of {name} lie apart and were set aside."
+                count = int(channel.apart.sum())
+                yield f"{data.recording.name}: {count} readings of {name} lie apart and were set aside."
     tinted = [n for n, (s, _) in search.best.case.noise.coloured.items() if s]
     if tinted:
         yield f"The noise of {', '.join(tinted)} is coloured; evidence counts it as such."

@@ -2,14 +2,14 @@
 
 Heat f(t) ~ OU(σ, ℓ), straight between knots, enters at one place; with its answers G (whitened) and the parameters free
 again (lean: M as in the screening) its log evidence over no such heat is
-½ (gᵀ B gᵀ − log |I + K GᵀMG|), g = GᵀM r, B = (K⁻¹ + GᵀMG)⁻¹, K = σ² e^(−|t − t'|/ℓ), taken at the best σ and ℓ tried; f is
+½ (gᵀ B g − log |I + K GᵀMG|), g = GᵀM r, B = (K⁻¹ + GᵀMG)⁻¹, K = σ² e^(−|t − t'|/ℓ), at the best σ and ℓ tried; f is
 what B g says. Source: latent force models, Alvarez, Luengo & Lawrence, IEEE Trans. PAMI 35 (2013) 2693; unverified.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -29,7 +29,7 @@ SIZES = (1.0, 4.0, 16.0, 64.0)
 KNOTS = 900.0
 """s: distance of the knots of the unknown heat."""
 FLATTER = 0.15
-"""Share of a gain in log evidence that counts towards the probability of a place: the map alone is right in 30 of 54."""
+"""Share of a gain in log evidence that counts towards the probability of a place: the map alone is often wrong."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def locate(fit: Linearised, machine: Machine) -> tuple[UnknownHeat, ...]:
     gains = np.array([u.gain for u in found])
     share = np.exp(FLATTER * (gains - gains.max()))
     share /= share.sum()
-    told = [UnknownHeat(u.name, u.kind, float(p), u.rms, u.gain, u.t, u.heat, u.std) for u, p in zip(found, share, strict=True)]
+    told = [replace(u, probability=float(p)) for u, p in zip(found, share, strict=True)]
     return tuple(sorted(told, key=lambda u: -u.probability))
 
 
@@ -57,7 +57,8 @@ def _places(fit: Linearised, machine: Machine, knots: list[Array]) -> Iterator[_
         if node.is_part:
             yield _Place(name, "node", _answers(fit, knots, lambda p, n=name: part_spread(p, n)))
     for a, b in machine.joined_parts():
-        yield _Place(f"{a} to {b}", "link", _answers(fit, knots, lambda p, a=a, b=b: part_spread(p, b) - part_spread(p, a)))
+        answers = _answers(fit, knots, lambda p, a=a, b=b: part_spread(p, b) - part_spread(p, a))
+        yield _Place(f"{a} to {b}", "link", answers)
     for name in dict.fromkeys(n for d in fit.problem.data for n in d.run.channels):
         yield _Place(name, "channel", _offsets(fit, knots, name))
 
@@ -113,7 +114,8 @@ def _explained(fit: Linearised, place: _Place, knots: list[Array]) -> UnknownHea
     gain, f, std = best
     cuts = np.cumsum([len(t) for t in knots])[:-1]
     rms = float(np.sqrt(np.mean(f**2)))
-    return UnknownHeat(place.name, place.kind, 0.0, rms, gain, tuple(knots), tuple(np.split(f, cuts)), tuple(np.split(std, cuts)))
+    heat, spread = tuple(np.split(f, cuts)), tuple(np.split(std, cuts))
+    return UnknownHeat(place.name, place.kind, 0.0, rms, gain, tuple(knots), heat, spread)
 
 
 def _correlation(knots: list[Array], ell: float) -> Array:

@@ -112,7 +112,7 @@ def _values(about: Linearised) -> dict[str, float]:
 def _fitted(
     case: Case, null: Hypothesis, candidate: Candidate, values: Mapping[str, float], draw: Draw
 ) -> Hypothesis | None:
-    """The candidate fitted from a draw, to ever more of each run, so that it keeps its step; None where it runs away."""
+    """The candidate fitted from a draw, to ever more of each run, so that it keeps step; None where it runs away."""
     start = {**values, **values_at(candidate.own, draw.theta)}
     found, own = (*null.found, candidate), (*null.own, *candidate.own)
     fitted = None
@@ -200,7 +200,8 @@ def _adjusted(about: Linearised, residual: Array, seen: Mask) -> Array:
     off = (mean - np.concatenate([about.theta, np.zeros(len(mean) - n)])) / spread**2
     right = residual @ slopes.T + off
     precision = slopes @ slopes.T + np.diag(spread**-2.0)
-    misfit = np.einsum("ij,ij->i", residual, residual) - np.einsum("ij,ij->i", right, np.linalg.solve(precision, right.T).T)
+    taken = np.linalg.solve(precision, right.T).T
+    misfit = np.einsum("ij,ij->i", residual, residual) - np.einsum("ij,ij->i", right, taken)
     return np.where(np.isfinite(misfit), misfit, np.inf)
 
 

@@ -11,7 +11,9 @@ Item = TypeVar("Item")
 _WORK: list[tuple[Callable[[Any], Any], Sequence[Any]]] = []
 
 
-def spread(work: Callable[[Any], Item], items: Sequence[Any], jobs: int, tell: Callable[[float], None] | None) -> list[Item]:
+def spread(
+    work: Callable[[Any], Item], items: Sequence[Any], jobs: int, tell: Callable[[float], None] | None
+) -> list[Item]:
     """work(item) for every item, in their order; `tell` is told the share that is done."""
     say = tell or (lambda share: None)
     if jobs < 2 or len(items) < 2 or "fork" not in multiprocessing.get_all_start_methods():
