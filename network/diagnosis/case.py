@@ -85,8 +85,11 @@ class Hypothesis:
 
     @cached_property
     def chi(self) -> float:
-        """Rms of the whitened residual."""
-        return chi_of(self.fit)
+        """Rms of the whitened residual, with what starts, jumps and offsets were strained by to get there."""
+        mean, spread = (x[self.fit.free :] for x in self.fit.problem.prior)
+        strain = float(np.sum(((self.fit.eta - mean) / spread) ** 2)) - len(mean)
+        rows = len(self.fit.left)
+        return float(np.sqrt((self.fit.left @ self.fit.left + max(strain, 0.0)) / max(rows, 1)))
 
     @cached_property
     def values(self) -> dict[str, float]:
