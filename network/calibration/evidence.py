@@ -9,7 +9,7 @@ import numpy as np
 
 from network.calibration.course import Course, Push
 from network.calibration.hygiene import Channel, look_at
-from network.calibration.knots import make_knots, on_knots
+from network.calibration.knots import Knots, make_knots, on_knots
 from network.calibration.predictor import Prediction, Run, edge_pushes, start_pushes
 from network.declare import Array
 from network.graph import build
@@ -25,6 +25,8 @@ START = 0.3
 """K: prior 1σ of a part's temperature at the start, where a reading or a cold machine tells it."""
 START_SHARE = 0.5
 """Of the spread of the first readings, in addition, for parts without a sensor."""
+LONE, MOST_JUMPS = 3.0, 40
+"""Samples from the next jump at which one stands alone; more of them than this in a run are an input that flutters."""
 EDGE = 12**-0.5
 """1σ of an instant that lies anywhere in an interval, in its length."""
 
@@ -72,7 +74,7 @@ class Measured:
 
     def pushes(self, course: Course) -> list[Push]:
         """What the starts, then the edges do to a run."""
-        jumps = edge_pushes(course, self.run.knots.jumps) if self.edges else []
+        jumps = edge_pushes(course, lone_jumps(self.run.knots)) if self.edges else []
         return [*start_pushes(course, [n.name for n in self.starts]), *jumps]
 
     def columns(self, prediction: Prediction) -> Array:
@@ -121,9 +123,20 @@ def _starts(machine: Machine, parts: Mapping[str, float], recording: Recording) 
         yield Nuisance(name, 0.0, START if name in sensed else START + START_SHARE * spread)
 
 
+def lone_jumps(knots: Knots) -> Array:
+    """Jumps whose instant can be told: in a ramp of many steps it is not the instants that are uncertain."""
+    t = knots.jumps
+    if len(t) < 2:
+        return t
+    gap = np.diff(np.concatenate([[-np.inf], t, [np.inf]]))
+    interval = float(np.median(np.diff(knots.samples)))
+    lone = t[np.minimum(gap[:-1], gap[1:]) > LONE * interval]
+    return lone if len(lone) <= MOST_JUMPS else lone[:0]
+
+
 def _edges(run: Run, samples: Array) -> Iterator[Nuisance]:
     """How much later than recorded an input jumped: at most a sample earlier."""
-    for t in run.knots.jumps:
+    for t in lone_jumps(run.knots):
         k = int(np.searchsorted(samples, t - 1e-6))
         h = float(samples[k] - samples[k - 1]) if k else 0.0
         yield Nuisance(f"jump at {t:.6g} s", -h / 2, max(h * EDGE, 1e-3))
