@@ -10,6 +10,7 @@ import numpy as np
 
 from network.comparison import compare
 from network.csvtable import write_csv
+from network.demo_missing import tell_missing
 from network.machine import Machine
 from network.output import folder, write_run
 from network.recording import Recording
@@ -38,6 +39,8 @@ def tell_demo(output: str | Path) -> Iterator[str]:
     yield from _simplification(machine, scenario, where)
     yield from _heat_quantity()
     yield from _recording(machine_file, scenario, where)
+    yield from _chapter("5  What is missing?")
+    yield from tell_missing(where)
 
 
 def _chapter(title: str) -> Iterator[str]:
