@@ -392,7 +392,7 @@ def test_answers_are_read_beside_their_cases(made: Path) -> None:
 DIAGNOSE = """
 import json, pathlib, sys, time
 assert sys.argv[1:] == "diagnose machine.yaml train1.csv train2.csv train3.csv \\
---holdout holdout.csv -o out --seed 5".split()
+--holdout holdout.csv -o out --no-plots --jobs 1 --seed 5".split()
 name = pathlib.Path.cwd().name
 pathlib.Path("out").mkdir()
 pathlib.Path("out/diagnosis.json").write_text(json.dumps({"verdict": "adequate", "findings": []}))

@@ -40,7 +40,7 @@ HOPELESS = 1.6
 """Misfit χ over the beginning of the runs at which a draw is given up."""
 ATTEMPTS = 2
 """How often it is drawn anew where no fit explains everything."""
-NEAR = 1.6
+NEAR = 0.8
 """Cost of the best draw over a rival's, up to which it is fitted in full."""
 GOOD = 1.03
 """Misfit χ at which no further draw is fitted."""
