@@ -6,7 +6,7 @@ import csv
 import io
 import json
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +31,15 @@ def folder(path: str | Path) -> Path:
 def write_text(path: Path, text: str) -> None:
     """Puts a whole text in place of the file, or leaves the file as it was. Raises Refused."""
     replace_file(path, lambda beside: beside.write_text(text, encoding="utf-8", newline="\n"))
+
+
+def put_in_place(made: Sequence[Path], where: Path) -> None:
+    """Moves files made beside into a folder, or none of them. Raises Refused where a folder has one of their names."""
+    for path in made:
+        if (where / path.name).is_dir():
+            raise refuse(Spot(str(where / path.name)), "is a folder", "give another -o")
+    for path in made:
+        os.replace(path, where / path.name)
 
 
 def as_json(value: Mapping[str, Any]) -> str:

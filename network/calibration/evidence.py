@@ -140,14 +140,3 @@ def _edges(run: Run, samples: Array) -> Iterator[Nuisance]:
         k = int(np.searchsorted(samples, t - 1e-6))
         h = float(samples[k] - samples[k - 1]) if k else 0.0
         yield Nuisance(f"jump at {t:.6g} s", -h / 2, max(h * EDGE, 1e-3))
-
-
-def restricted(data: Measured, channels: Sequence[str]) -> Measured:
-    """The same recording with some channels only."""
-    cells = data.run.knots.cells
-    keep = np.repeat([n in channels for n in data.run.channels], cells)
-    present = {n: p for n, p in data.run.present.items() if n in channels}
-    return replace(data, run=replace(data.run, present=present), means=data.means[keep], counts=data.counts[keep],
-                   channels={n: c for n, c in data.channels.items() if n in channels})  # fmt: skip
-
-

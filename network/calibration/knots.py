@@ -20,7 +20,7 @@ GROWTH = 0.2
 """Distance of knots over the time since the last jump."""
 LONGEST = 120.0
 """s: the longest distance of knots."""
-CELL_GROWTH, LONGEST_CELL, FEWEST_KNOTS = 0.5, 120.0, 2
+CELL_GROWTH, LONGEST_CELL = 0.5, 120.0
 FEW_SAMPLES = 400
 """Samples up to which every one is a knot."""
 

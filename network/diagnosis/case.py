@@ -70,6 +70,11 @@ def _until(data: Measured, horizon: float) -> Measured:
     return replace(data, counts=np.where(early(data, horizon), data.counts, 0.0))
 
 
+def under_file_noise(case: Case) -> Case:
+    """The case under the noise of the file: what a relay does over minutes must not pass for coloured noise."""
+    return replace(case, noise=Noise(), sigma={})
+
+
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
     """A machine with what is supposed to be missing in it, fitted.

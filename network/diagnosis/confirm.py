@@ -9,10 +9,10 @@ from functools import partial
 import numpy as np
 
 from network.calibration.fitting import Linearised, chi_of, linearise
-from network.calibration.noise import Noise
 from network.calibration.parameters import centres, values_at
+from network.declare import Array
 from network.diagnosis.candidates import Candidate
-from network.diagnosis.case import Case, Hypothesis, rejudged, relaid, suppose
+from network.diagnosis.case import Case, Hypothesis, rejudged, relaid, suppose, under_file_noise
 from network.diagnosis.screen import Score, screen
 from network.diagnosis.search import parts_about, search
 from network.diagnosis.together import spread
@@ -91,7 +91,7 @@ def _fitted(case: Case, current: Hypothesis, trial: _Trial) -> Hypothesis | None
     return best
 
 
-def _tail(current: Hypothesis) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+def _tail(current: Hypothesis) -> Array:
     return np.asarray(current.fit.theta[len(current.fit.theta) - len(current.own) :])
 
 
@@ -106,7 +106,7 @@ def rivals(
     done = _finished(case, [f for f in fits if f is not None], jobs)
     if not any(f.chi < ADEQUATE for f in done):
         switched = _likely_relays([c for c in found if c.switches], located)
-        white = whitened_case(case)
+        white = under_file_noise(case)
         now = rejudged(white, current)
         beat = min((rejudged(white, f).fit.cost for f in done[:FINALISTS]), default=now.fit.cost)
         fits = spread(partial(_searched, white, now, power, seed, beat), switched, jobs, tell)
@@ -131,11 +131,6 @@ def _searched(
         return search(case, current, candidate, power, seed, beat)
     except (Failed, np.linalg.LinAlgError):
         return None
-
-
-def whitened_case(case: Case) -> Case:
-    """The case under the noise of the file: what a relay does over minutes must not pass for coloured noise."""
-    return replace(case, noise=Noise(), sigma={})
 
 
 def _likely_relays(switched: Sequence[Candidate], located: Sequence[UnknownHeat]) -> list[Candidate]:

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from network.calibration.slack import installed_power
 from network.diagnosis.candidates import candidates
-from network.diagnosis.case import Case, Hypothesis, rejudged, renoised, suppose
+from network.diagnosis.case import Case, Hypothesis, rejudged, renoised, suppose, under_file_noise
 from network.diagnosis.chance import LEAST, threshold_of
 from network.diagnosis.confirm import ADEQUATE, left_out, rebuilt, rivals, without
 from network.diagnosis.intake import taken_in
@@ -88,7 +88,7 @@ def _searched(case: Case, seed: int, jobs: int, tell: Callable[[float], None]) -
         if found[-1][0].chi < ADEQUATE:
             break
     winner, steps, gains, threshold = max(found, key=lambda f: rejudged(case, f[0]).evidence)
-    plain = suppose(replace(case, noise=type(case.noise)(), sigma={}), case.machine, offsets=False)
+    plain = suppose(under_file_noise(case), case.machine, offsets=False)
     return Search(case, as_written, plain, null, winner, steps, gains, located, threshold)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -14,8 +13,7 @@ import numpy as np
 
 from network.calibration.bands import axis_channel
 from network.calibration.patching import FILE, patch_text
-from network.output import as_json
-from network.refusal import Spot, refuse
+from network.output import as_json, put_in_place
 from network.residuals.amounts import joined
 
 if TYPE_CHECKING:
@@ -41,11 +39,7 @@ def write_calibration(c: Calibration, where: Path, pictures: bool = True) -> lis
             beside.iterdir(),
             key=lambda path: ([".yaml", ".json"].index(path.suffix) if path.suffix != ".png" else 2, path.name),
         )
-        for path in made:
-            if (where / path.name).is_dir():
-                raise refuse(Spot(str(where / path.name)), "is a folder", "give another -o")
-        for path in made:
-            os.replace(path, where / path.name)
+        put_in_place(made, where)
     finally:
         shutil.rmtree(beside, ignore_errors=True)
     return [where / path.name for path in made]

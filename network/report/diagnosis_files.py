@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-import os
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import TYPE_CHECKING, Any
 
-from network.output import as_json, folder
+from network.output import as_json, folder, put_in_place
 from network.refusal import Spot, refuse
 from network.report.diagnosis_patch import FILE, is_part_of, patch_text
 from network.report.diagnosis_pictures import Picture, pictures_of
@@ -42,11 +41,7 @@ def write_diagnosis(d: Diagnosis, where: Path, pictures: bool = True) -> list[Pa
     try:
         _fill(d, beside, where, pictures)
         made = sorted(beside.iterdir(), key=lambda path: (ORDER.index(path.suffix), path.name))
-        for path in made:
-            if (where / path.name).is_dir():
-                raise refuse(Spot(str(where / path.name)), "is a folder", "give another -o")
-        for path in made:
-            os.replace(path, where / path.name)
+        put_in_place(made, where)
     finally:
         shutil.rmtree(beside, ignore_errors=True)
     return [where / path.name for path in made]
