@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby, pairwise
@@ -141,16 +141,16 @@ class Network:
         return row
 
 
-def build(machine: Machine) -> Network:
-    """The network of a machine."""
-    return _Builder(machine).network()
+def build(machine: Machine, only: Container[str] | None = None) -> Network:
+    """The network of a machine. only: the entries, like 'links.skin', whose heat flows are wanted; all by default."""
+    return _Builder(machine, only).network()
 
 
 class _Builder:
     """Numbers the lumps, then lays the entries out as elementary flows."""
 
-    def __init__(self, machine: Machine) -> None:
-        self.machine = machine
+    def __init__(self, machine: Machine, only: Container[str] | None = None) -> None:
+        self.machine, self.only = machine, only
         self.parts: dict[str, slice] = {}
         self.capacity: list[float] = []
         self.names: list[str] = []
@@ -159,8 +159,8 @@ class _Builder:
     def network(self) -> Network:
         for name, node in self.machine.nodes.items():
             self._add(name, node)
-        flows = [*self._links(), *self._bars(), *self._streams()]
-        sources = list(self.machine.sources.values())
+        flows = [f for f in (*self._links(), *self._bars(), *self._streams()) if self._wanted(self.names[f.entry])]
+        sources = [s for name, s in self.machine.sources.items() if self._wanted(f"sources.{name}")]
         plain = [s for s in sources if not isinstance(s, Relay)]
         relays = [s for s in sources if isinstance(s, Relay)]
         grouped = tuple(self._grouped(flows))
@@ -176,6 +176,9 @@ class _Builder:
             self.held[first] = node.temperature
         each = np.inf if node.is_held else node.capacity / count
         self.capacity.extend([each] * count)
+
+    def _wanted(self, entry: str) -> bool:
+        return self.only is None or entry in self.only
 
     def _name(self, name: str) -> int:
         self.names.append(name)

@@ -7,25 +7,27 @@ stands: one answer a candidate. Where it brings a part, a lag or a relay, the wh
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from network.balance import heat_balance
-from network.calibration.course import Push
+from network.calibration.bent_laws import Group, heat_of, spread_of
+from network.calibration.course import Course, Push
 from network.calibration.evidence import Measured
 from network.calibration.parameters import at_values
-from network.calibration.partials import inputs_at_ends
 from network.calibration.predictor import Model, Prediction, channels_of
 from network.channels import readouts
 from network.declare import Array
 from network.diagnosis.candidates import Candidate
 from network.graph import Network, build
 from network.machine import Machine
+from network.proposals import bodies
 from network.refusal import Failed
 
-_OWN: WeakKeyDictionary[Prediction, Array] = WeakKeyDictionary()
-"""Heat into the lumps along a run, which every candidate is compared with."""
+HEAT = ("links.", "sources.")
+"""Entries that carry heat."""
+NOTHING = 1e-9
+"""W below which a lump gets no further heat."""
 
 
 def direction(
@@ -35,46 +37,74 @@ def direction(
 
     values: the numbers at which the predictions were made, and those of the candidate.
     """
-    machine = at_values(candidate.machine, {p: v for p, v in values.items() if _has(candidate.machine, p)})
-    network = build(machine)
-    outputs = readouts(network, parts=False)
     try:
-        if all(_is_alike(network, p) and outputs.states == p.course.readouts.states for p in predictions):
-            return np.concatenate([_by_heat(machine, network, p) for p in predictions])
-        model = Model(machine, (), [d.run for d in data])
-        moved = model.predict(np.empty(0))
+        by_heat = None if "nodes" in candidate.patch else _by_heat(candidate, values, predictions)
+        if by_heat is not None:
+            return by_heat
+        machine = _at(candidate.machine, values)
+        moved = Model(machine, (), [d.run for d in data]).predict(np.empty(0))
         return np.concatenate([m.means(m.values) - p.means(p.values) for m, p in zip(moved, predictions, strict=True)])
     except (Failed, np.linalg.LinAlgError, FloatingPointError):
         return None
 
 
-def _has(machine: Machine, path: str) -> bool:
-    return path in machine.uncertain or path.rpartition(".")[0] in dict(machine.entries())
+def _at(machine: Machine, values: Mapping[str, float], only: Sequence[str] | None = None) -> Machine:
+    """The machine at the values that are its own, or those of some entries."""
+    entries = dict(machine.entries()) if only is None else only
+    return at_values(machine, {p: v for p, v in values.items() if p.rpartition(".")[0] in entries})
+
+
+def _by_heat(candidate: Candidate, values: Mapping[str, float], predictions: Sequence[Prediction]) -> Array | None:
+    """The answers to the heat of the entries that are new or other; None where that is not all there is to it."""
+    changed = [path for path, _ in bodies(candidate.patch)]
+    machine = _at(candidate.machine, values, changed)
+    now = build(machine, only=changed)
+    outputs = readouts(now, parts=False)
+    if now.relays or not all(_is_alike(now, p) and outputs.states == p.course.readouts.states for p in predictions):
+        return None
+    reads = any(not path.startswith(HEAT) for path in changed)
+    seen = machine if reads else None
+    return np.concatenate([_answer(now, changed, p) + _seen(seen, now, p) for p in predictions])
 
 
 def _is_alike(network: Network, prediction: Prediction) -> bool:
-    """Whether lumps, capacities and relays are those of the run."""
+    """Whether lumps and held nodes are those of the run."""
     own = prediction.course.problem.plan.network
-    same = network.size == own.size and np.allclose(network.capacity, own.capacity, rtol=1e-9)
-    return bool(same) and len(network.relays) == len(own.relays) and network.held == own.held
+    return network.size == own.size and network.held == own.held
 
 
-def _by_heat(machine: Machine, network: Network, prediction: Prediction) -> Array:
+def _answer(now: Network, changed: Sequence[str], prediction: Prediction) -> Array:
+    """Changes of the cells' means by the heat of the changed entries that flows now and did not before."""
     course = prediction.course
-    own, u = course.problem.plan.network, inputs_at_ends(course.problem.plan)
-    T, K = np.concatenate(course.T), len(course.x0)
-    modes = course.problem.plan.modes
-    on = np.zeros((2 * K, 0)) if modes is None else np.concatenate([modes] * 2)
-    if prediction not in _OWN:
-        _OWN[prediction] = heat_balance(own, T, u, on).into
-    heat = heat_balance(network, T, u, on).into - _OWN[prediction]
-    change = np.zeros_like(prediction.values)
-    lumps = np.flatnonzero(np.abs(heat).max(axis=0) > 1e-9)
-    lumps = lumps[np.isin(lumps, np.concatenate([network.free, network.massless]))]
-    if len(lumps):
-        answer = course.answers([Push(lumps, heat[:K, lumps], heat[K:, lumps])])
-        change = prediction.changes(answer)[0]
-    outputs = readouts(network, parts=False)
-    rows = np.vstack([outputs.rows @ T.T, course.readings[len(course.readouts.rows) :]])
+    K = len(course.x0)
+    heat = heat_balance(now, course.T_ends, course.inputs, np.zeros((2 * K, 0))).into - _heat_before(course, changed)
+    lumps = np.flatnonzero(np.abs(heat).max(axis=0) > NOTHING)
+    lumps = lumps[np.isin(lumps, np.concatenate([now.free, now.massless]))]
+    if not len(lumps):
+        return np.zeros_like(prediction.cells)
+    return np.asarray(prediction.answered([Push(lumps, heat[:K, lumps], heat[K:, lumps])])[0])
+
+
+def _heat_before(course: Course, entries: Sequence[str]) -> Array:
+    """Heat into the lumps (2 K, N) that some entries bring along a run, as far as they are there."""
+    network = course.problem.plan.network
+    total = np.zeros_like(course.T_ends)
+    index = [network.mechanisms.index(e) for e in entries if e in network.mechanisms]
+    groups: tuple[Group, ...] = (*network.flows, *network.heats)
+    for g, group in enumerate(groups):
+        members = np.flatnonzero(np.isin(group.entry, index))
+        if len(members):
+            if (g, "") not in course.derived:
+                course.derived[g, ""] = heat_of(group, course.T_ends, course.inputs)
+            total = total + course.derived[g, ""][:, members] @ spread_of(group)[members]
+    return total
+
+
+def _seen(machine: Machine | None, network: Network, prediction: Prediction) -> Array:
+    """Changes of the cells' means because the same temperatures are read otherwise; none without a machine."""
+    if machine is None:
+        return np.zeros_like(prediction.cells)
+    outputs, course = readouts(network, parts=False), prediction.course
+    rows = np.vstack([outputs.rows @ course.T_ends.T, course.readings[len(course.readouts.rows) :]])
     seen = channels_of(machine, outputs, rows, prediction.inputs, prediction.run.channels)
-    return prediction.means(change + seen - prediction.values)
+    return prediction.means(seen - prediction.values)
