@@ -28,7 +28,8 @@ LOUDER = 1.15
 @dataclass(frozen=True, eq=False)
 class Case:
     """Recordings of a machine. sigma: white 1σ of a sample by channel where it was told from residuals; noise: coloured
-    noise beside it; horizon: share of each run, from its beginning, that is compared."""
+    noise beside it; horizon: share of each run, from its beginning, that is compared; lacking: of each run, what the
+    cells' means of finer lumps have more than those of the machine, which stands in for them."""
 
     machine: Machine
     recordings: tuple[Recording, ...]
@@ -36,6 +37,7 @@ class Case:
     noise: Noise = field(default_factory=Noise)
     sigma: Mapping[str, float] = field(default_factory=dict)
     horizon: float = 1.0
+    lacking: tuple[Array, ...] = ()
 
     @cached_property
     def drivers(self) -> tuple[str, ...]:
@@ -43,10 +45,17 @@ class Case:
         shared = set.intersection(*(({*r.columns, *r.constants}) for r in self.recordings))
         return tuple(sorted(shared - {*self.machine.sensors}))
 
+    def of(self, runs: Sequence[int]) -> Case:
+        """The case of some of its recordings."""
+        lacking = tuple(self.lacking[i] for i in runs) if self.lacking else ()
+        return replace(self, recordings=tuple(self.recordings[i] for i in runs), lacking=lacking)
+
     def lay_out(self, machine: Machine) -> tuple[Measured, ...]:
         """The recordings for fits of one machine (this one, refined or with something added)."""
         data = (measured(machine, r, self.start, self._usable(r)) for r in self.recordings)
-        told = (replace(d, sigma={n: self.sigma.get(n, s) for n, s in d.sigma.items()}) for d in data)
+        told = [replace(d, sigma={n: self.sigma.get(n, s) for n, s in d.sigma.items()}) for d in data]
+        if self.lacking:
+            told = [replace(d, means=d.means - lack) for d, lack in zip(told, self.lacking, strict=True)]
         return tuple(told if self.horizon == 1.0 else (_until(d, self.horizon) for d in told))
 
     def _usable(self, recording: Recording) -> list[str]:
@@ -146,9 +155,7 @@ def suppose(
     return Hypothesis(case, machine, tuple(found), tuple(own), fit)
 
 
-def relaid(
-    case: Case, machine: Machine, found: Sequence[Candidate], values: Mapping[str, float]
-) -> Hypothesis | None:
+def relaid(case: Case, machine: Machine, found: Sequence[Candidate], values: Mapping[str, float]) -> Hypothesis | None:
     """Findings laid over a machine one after the other, fitted from some numbers; None where they do not fit."""
     own, laid = list[Parameter](), list[Candidate]()
     for c in found:

@@ -21,7 +21,7 @@ from network.refusal import Failed
 
 SHORTLIST = 8
 """Candidates refitted for each point they were screened about."""
-LARGE = 40
+LARGE = 120
 """Lumps from which candidates are screened about the fit only."""
 FIRST_STEPS, FINALISTS = 9, 3
 """Steps of the first fit of a candidate, and how many of them are then fitted to the end."""
@@ -29,6 +29,9 @@ RELAYS = 2
 """Switched candidates searched for."""
 ADEQUATE = 1.06
 """Misfit χ up to which no relay is searched for."""
+
+LEFT_OUT_STEPS = 4
+"""Steps of a fit without one run, from the fit to all."""
 
 Tell = Callable[[float], None] | None
 
@@ -150,16 +153,18 @@ def rebuilt(case: Case, best: Hypothesis, found: Sequence[Candidate]) -> Hypothe
     return relaid(case, best.root, found, best.values)
 
 
-def left_out(case: Case, hypothesis: Hypothesis, steps: int = 6) -> float:
+def left_out(hypothesis: Hypothesis, jobs: int = 1) -> float:
     """Rms in noise on runs that were left out of the fit, one after the other; NaN for a single run."""
-    if len(case.recordings) < 2:
+    runs = range(len(hypothesis.case.recordings))
+    if len(runs) < 2:
         return float("nan")
-    total, count = 0.0, 0
-    for i in range(len(case.recordings)):
-        rest = replace(case, recordings=tuple(r for k, r in enumerate(case.recordings) if k != i))
-        fit = suppose(rest, hypothesis.machine, hypothesis.found, hypothesis.own, hypothesis.values, steps=steps)
-        alone = replace(case, recordings=(case.recordings[i],))
-        seen = linearise(alone.problem(hypothesis.machine, fit.fit.problem.parameters), fit.fit.theta)
-        total, count = total + float(seen.left @ seen.left), count + len(seen.left)
-    return float(np.sqrt(total / max(count, 1)))
+    told = spread(partial(_told_without, hypothesis), runs, jobs, None)
+    return float(np.sqrt(sum(misfit for misfit, _ in told) / max(sum(count for _, count in told), 1)))
 
+
+def _told_without(h: Hypothesis, i: int) -> tuple[float, int]:
+    """Misfit and count of one run that is told by a fit to the others."""
+    rest = h.case.of([k for k in range(len(h.case.recordings)) if k != i])
+    fit = suppose(rest, h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS).fit
+    seen = linearise(h.case.of([i]).problem(h.machine, fit.problem.parameters), fit.theta)
+    return float(seen.left @ seen.left), len(seen.left)

@@ -1,0 +1,136 @@
+"""Forward, step by step, from one null: what explains most is kept while it gains more than chance does.
+
+Then the first finding is judged again beside the others, and each is taken out once to see whether it is still needed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from network.calibration.slack import installed_power
+from network.diagnosis.candidates import candidates
+from network.diagnosis.case import Case, Hypothesis, rejudged, relaid, renoised
+from network.diagnosis.chance import LEAST, threshold_of
+from network.diagnosis.confirm import left_out, rebuilt, rivals, without
+from network.diagnosis.locate import locate
+from network.diagnosis.refine import settled
+from network.diagnosis.screen import screen
+from network.diagnosis.standing_in import stand_in
+from network.diagnosis.verdict import UnknownHeat
+
+MOST_FINDINGS = 3
+FULL = 1.06
+"""Misfit χ below which nothing more is looked for."""
+WORTH = 0.015
+"""Share of the misfit χ that a finding must take away."""
+HOLDS = 1.02
+"""Misfit on left-out runs, relative to before, that a finding may leave."""
+CARRIED = 2
+"""Rivals that are fitted again on the finer lumps."""
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """Where the steps from one null led: the best, what stood before each step and its rivals, the evidence that each
+    finding adds, and what chance reaches."""
+
+    best: Hypothesis
+    befores: tuple[Hypothesis, ...]
+    steps: tuple[tuple[Hypothesis, ...], ...]
+    gains: tuple[float, ...]
+    threshold: float
+
+
+def followed(
+    null: Hypothesis, located: Sequence[UnknownHeat], seed: int, jobs: int, tell: Callable[[float], None]
+) -> Followed:
+    """The steps from one null, checked."""
+    case, current = null.case, null
+    befores: list[Hypothesis] = []
+    steps: list[tuple[Hypothesis, ...]] = []
+    threshold = LEAST
+    while current.chi > FULL and len(current.found) < MOST_FINDINGS:
+        before = stand_in(current)
+        proposed = candidates(before.machine, case.drivers)
+        scores = screen(before.fit, proposed, before.values)
+        threshold = threshold if steps else threshold_of(scores, seed)
+        where = located if not steps else locate(before.fit, before.machine)
+        ranked = rivals(before.case, before, proposed, scores, where, installed_power(before.predictions), seed, jobs)
+        best = _carried(case, current, before, ranked)
+        if best is None or not _is_gain(current, best, threshold):
+            break
+        case = renoised(case, best)
+        if not _is_gain(rejudged(case, current), rejudged(case, best), threshold):
+            break
+        told = replace(before.case, noise=case.noise, sigma=case.sigma)
+        befores.append(rejudged(told, before))
+        steps.append(_led(best, [rejudged(told, h) for h in ranked]))
+        current = settled(case, rejudged(case, best))
+        tell(0.15 + 0.25 * len(steps))
+    return _checked(null, case, current, befores, steps, threshold, jobs)
+
+
+def _carried(
+    case: Case, current: Hypothesis, before: Hypothesis, ranked: Sequence[Hypothesis]
+) -> Hypothesis | None:  # fmt: skip
+    """The best of the rivals on the lumps of what is there; None where there is none."""
+    if before is current or not ranked:
+        return ranked[0] if ranked else None
+    fine = (relaid(case, current.root, h.found, h.values) for h in ranked[:CARRIED])
+    return max((h for h in fine if h is not None), key=lambda h: h.evidence, default=None)
+
+
+def _led(best: Hypothesis, ranked: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:
+    """The rivals, the one that was kept first."""
+    return tuple(sorted(ranked, key=lambda h: (h.found[-1].key != best.found[-1].key, -h.evidence)))
+
+
+def _checked(
+    null: Hypothesis, case: Case, current: Hypothesis, befores: Sequence[Hypothesis],
+    steps: Sequence[tuple[Hypothesis, ...]], threshold: float, jobs: int,
+) -> Followed:  # fmt: skip
+    """What was found, without what is superfluous; nothing where it does not tell runs left out."""
+    if len(steps) > 1:
+        current = _reranked(case, current, steps)
+    current, gains = _needed(case, current, threshold)
+    before = rejudged(case, null)
+    if current.found and not _predicts(before, current, jobs):
+        return Followed(before, (), (), (), threshold)
+    return Followed(current, tuple(befores), tuple(steps), gains, threshold)
+
+
+def _is_gain(before: Hypothesis, after: Hypothesis, threshold: float) -> bool:
+    """More evidence than chance gives, and a misfit that is worth a name."""
+    return after.evidence - before.evidence > threshold and after.chi < before.chi * (1 - WORTH)
+
+
+def _reranked(case: Case, current: Hypothesis, steps: Sequence[Sequence[Hypothesis]]) -> Hypothesis:
+    """The first finding against its rivals, now that the others are in."""
+    best = current
+    for rival in steps[0][1:4]:
+        other = rebuilt(case, current, [rival.found[-1], *current.found[1:]])
+        if other is not None and other.evidence > best.evidence:
+            best = other
+    return best
+
+
+def _needed(case: Case, current: Hypothesis, threshold: float) -> tuple[Hypothesis, tuple[float, ...]]:
+    """Without the findings that the others have made superfluous, and the evidence that each of the rest adds."""
+    gains: list[float] = []
+    while len(gains) < len(current.found):
+        less = without(case, current, len(gains))
+        gain = float("inf") if less is None else current.evidence - less.evidence
+        if less is not None and len(current.found) > 1 and gain < threshold:
+            current, gains = less, []
+        else:
+            gains.append(gain)
+    return current, tuple(gains)
+
+
+def _predicts(before: Hypothesis, after: Hypothesis, jobs: int) -> bool:
+    """Whether runs left out of the fit are told at least as well."""
+    was, now = (left_out(stand_in(h), jobs) for h in (before, after))
+    return not np.isfinite(was) or now < HOLDS * was
