@@ -1,45 +1,67 @@
 """Many relay machines at once, in even steps: quick runs for a search, not for a result.
 
-All draws step together: x ← E x + Γ₀ f₀ + Γ₁ f₁ (+ what the relay adds while on), exact but for the switching instants:
-a switching is seen at the end of its step, and what the relay missed since the crossing is made good to first order.
+All draws step together, mode by mode: m ← e^(−λh) m + c₀ f₀ + c₁ f₁ (+ what the relay adds while on), exact but for the
+switching instants: a switching is seen at the end of its step, and what the relay missed since the crossing is made
+good to first order.
 """
 
 from __future__ import annotations
 
 from collections.abc import Container, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from network.balance import affine_heat, affine_matrix, source_series
 from network.calibration.knots import cell_matrix
-from network.calibration.predictor import Run, channels_of
+from network.calibration.prediction import Run
+from network.calibration.reading import channels_of, slopes_of
 from network.channels import Readouts, readouts
 from network.declare import Array
 from network.graph import Heats, Network
 from network.machine import Machine
 from network.mechanisms.base import Relay
-from network.solvers.linear import Regime, regime_from
+from network.solvers.linear import regime_from
 from network.solvers.modal import modes_of, phi
 from network.solvers.plan import Plan, spans
 
 MOST_STEPS = 1500
+AT_ONCE = 8e6
+"""Modal states of draws over a run that are kept at a time."""
+
+RANK = 1e-13
+"""Singular value, as a share of the largest, below which inputs are combinations of others."""
 
 
 @dataclass(frozen=True)
 class Draws:
-    """Many networks that differ in numbers only, stepped alike. Matrices of every draw: (M, n, n) each; own: what the
-    relay adds to dx/dt while on (M, n)."""
+    """Many networks that differ in numbers only, as modes (M, n), stepped alike: decay over a step, c0 and c1 of what
+    is put in at its ends (solvers.modal).
+
+    first: from states to modes (M, n, n); into: from held temperatures and heats to modes (M, n, inputs); own: what
+    the relay adds while on (M, n); watch: what it reads of the modes (M, n); shows, direct: base readings of modes and
+    of held temperatures and heats (M, width, ·).
+    """
 
     networks: tuple[Network, ...]
     outputs: Readouts
     step: float
-    E: Array
-    G0: Array
-    G1: Array
+    decay: Array
+    c0: Array
+    c1: Array
+    first: Array
+    into: Array
     own: Array
     watch: Array
-    regimes: tuple[Regime, ...]
+    shows: Array
+    direct: Array
+
+    def of(self, some: slice) -> Draws:
+        """Some of them."""
+        arrays: dict[str, Any] = {n: a[some] for n, a in self.__dict__.items() if isinstance(a, np.ndarray)}
+        return replace(self, networks=self.networks[some], **arrays)
 
 
 def serves(network: Network) -> bool:
@@ -53,6 +75,26 @@ def step_of(run: Run) -> float:
     """Length of the even steps of a run [s]."""
     t = run.knots.samples
     return float(t[-1] - t[0]) / min(len(t) - 1, MOST_STEPS)
+
+
+def draws_of(networks: Sequence[Network], run: Run) -> Draws:
+    """Networks made ready for runs with the steps of this one."""
+    h, outputs, parts = step_of(run), readouts(networks[0], parts=False), []
+    u = {name: signal.start[0] for name, signal in run.schedule.signals.items()} | {"time": np.zeros(())}
+    for network in networks:
+        regime = regime_from(network, affine_matrix(network, u, np.zeros(1)), outputs)
+        scale = np.concatenate([np.sqrt(network.capacity[network.free]), np.ones(outputs.states)])
+        modes = modes_of(regime, scale)
+        one, two, _ = phi(-modes.rates * h)
+        group, states = network.relays[0], np.eye(len(scale))[len(network.free) :]
+        heat = source_series(group, {n: np.reshape(v, (1, 1)) for n, v in u.items()}, None, 1)[0]
+        into, beside = (np.hstack(pair) for pair in ((regime.F_held, regime.F_heat), (regime.P_held, regime.P_heat)))
+        shows = np.vstack([outputs.rows @ regime.P, states]) @ modes.V
+        direct = np.vstack([outputs.rows @ beside, np.zeros((len(states), beside.shape[1]))])
+        steps = np.exp(-modes.rates * h), h * (one - two), h * two
+        own, watch = modes.W @ (regime.F_heat @ (group.into @ heat)), group.reads[0][0] @ regime.P @ modes.V
+        parts.append((*steps, modes.W, modes.W @ into, own, watch, shows, direct))
+    return Draws(tuple(networks), outputs, h, *(np.stack([p[i] for p in parts]) for i in range(len(parts[0]))))
 
 
 def means_of(
@@ -69,55 +111,85 @@ def means_of(
     for name, part in network.parts.items():
         T0[part] = run.start.get(name, start) if name not in new else start
     plan = Plan(network, edges, edges, left, right, T0, "modal", "")
-    x, switches = _march(plan, draws)
-    return _means(machine, plan, x, draws.outputs, run, network), switches
+    seen = _Seen(machine, plan, draws, run)
+    each = max(1, int(AT_ONCE / (draws.decay.shape[1] * count)))
+    told = [seen.means(draws.of(slice(i, i + each))) for i in range(0, len(draws.networks), each)]
+    return np.concatenate([means for means, _ in told]), np.concatenate([switches for _, switches in told])
 
 
-def _march(plan: Plan, draws: Draws) -> tuple[Array, Array]:
-    """States of all draws at all edges (K + 1, draws, n), and their switchings."""
-    networks, outputs, K = draws.networks, draws.outputs, len(plan.steps)
-    network = networks[0]
-    (h0, h1), ends = (plan.held_at(plan.left), plan.held_at(plan.right)), plan.just_inside
-    off = np.zeros(1)
-    q0, q1 = (affine_heat(network, u, off, K) for u in ends)
-    n = draws.E.shape[1]
-    F = np.stack([np.hstack([r.F_held, r.F_heat]) for r in draws.regimes])
-    f0, f1 = (np.hstack(pair) @ F.transpose(0, 2, 1) for pair in ((h0, q0), (h1, q1)))
-    push = (f0 @ draws.G0.transpose(0, 2, 1) + f1 @ draws.G1.transpose(0, 2, 1)).transpose(1, 0, 2)
-    law = _joined_law([net.relays[0] for net in networks])
-    x = np.empty((K + 1, len(networks), n))
-    x[0] = np.concatenate([plan.T0[network.free], np.zeros(outputs.states)])
-    kick = np.einsum("mij,mj->mi", draws.G0 + draws.G1, draws.own)
-    on, switches, before = (np.zeros(len(networks)) for _ in range(3))
+class _Seen:
+    """A run as its channels show it, for some draws at a time."""
+
+    def __init__(self, machine: Machine, plan: Plan, draws: Draws, run: Run) -> None:
+        self.machine, self.plan, self.run, self.outputs = machine, plan, run, draws.outputs
+        off = np.zeros(1)
+        held = plan.held_at(plan.left), plan.held_at(plan.right)
+        heat = (affine_heat(plan.network, u, off, len(plan.steps)) for u in plan.just_inside)
+        self.inputs, self.basis = _least(*(np.hstack(pair) for pair in zip(held, heat, strict=True)))
+        self.u = {n: np.append(plan.left[n], plan.right[n][-1]) for n in plan.left}
+        within = run.knots.samples <= plan.edges[-1] + 1e-6
+        K = len(plan.steps)
+        both = [cell_matrix(run.knots, plan.edges, run.present[n] & within) for n in run.channels]
+        self.averages = [csr_matrix(np.pad(A[:, :K], ((0, 0), (0, 1))) + np.pad(A[:, K:], ((0, 0), (1, 0))))
+                         for A in both]  # fmt: skip
+        level = np.full((draws.outputs.width, K + 1), machine.reference)
+        self.level = level
+        slopes = slopes_of(machine, draws.outputs, level, self.u, run.channels)
+        self.slopes = slopes if slopes and slopes.is_constant and slopes.is_straight else None
+
+    def means(self, draws: Draws) -> tuple[Array, Array]:
+        draws = replace(draws, into=draws.into @ self.basis.T, direct=draws.direct @ self.basis.T)
+        modes, switches = _march(self.plan, draws, self.inputs)
+        edges = np.vstack([self.inputs[0], self.inputs[1][-1:]])
+        if self.slopes is None:
+            return self._one_by_one(draws, modes, edges), switches
+        shows, direct = (self.slopes.matrix @ a for a in (draws.shows, draws.direct))
+        y = np.real(np.matmul(modes.transpose(1, 0, 2), shows.transpose(0, 2, 1))) + edges @ direct.transpose(0, 2, 1)
+        y += (self._values(self.level) - self.slopes.matrix @ self.level).T
+        y[:, :, self.slopes.zeroed] -= y[:, :1, self.slopes.zeroed]
+        return np.hstack([(A @ y[:, :, i].T).T for i, A in enumerate(self.averages)]), switches
+
+    def _one_by_one(self, draws: Draws, modes: Array, edges: Array) -> Array:
+        """Where channels do not follow the readings by one matrix."""
+        readings = (np.real(show @ modes[:, m].T) + direct @ edges.T
+                    for m, (show, direct) in enumerate(zip(draws.shows, draws.direct, strict=True)))  # fmt: skip
+        values = (self._values(r) for r in readings)
+        return np.array([np.concatenate([A @ row for A, row in zip(self.averages, v, strict=True)]) for v in values])
+
+    def _values(self, readings: Array) -> Array:
+        return channels_of(self.machine, self.outputs, readings, self.u, self.run.channels)
+
+
+def _least(begin: Array, end: Array) -> tuple[tuple[Array, Array], Array]:
+    """Inputs at both ends of the steps as few series (K, r) each, and what each of them is in all inputs (r, inputs)."""
+    U, size, basis = np.linalg.svd(np.vstack([begin, end]), full_matrices=False)
+    r = int((size > RANK * size.max(initial=0.0)).sum())
+    series = U[:, :r] * size[:r]
+    return (series[: len(begin)], series[len(begin) :]), basis[:r]
+
+
+def _march(plan: Plan, draws: Draws, inputs: tuple[Array, ...]) -> tuple[Array, Array]:
+    """Modal states of all draws at all edges (K + 1, draws, n), and their switchings."""
+    K, (M, n), outputs = len(plan.steps), draws.decay.shape, draws.outputs
+    x0 = np.concatenate([plan.T0[plan.network.free], outputs.start_states(plan.T0) if outputs.states else []])
+    law = _joined_law([net.relays[0] for net in draws.networks])
+    m = np.empty((K + 1, M, n), draws.decay.dtype)
+    m[0] = draws.first @ x0
+    into = draws.into.transpose(2, 0, 1).reshape(-1, M * n)
+    kick = (draws.c0 + draws.c1) * draws.own
+    on, switches, before = (np.zeros(M) for _ in range(3))
     for k in range(K):
-        seen = np.einsum("mn,mn->m", draws.watch, x[k])
+        seen = np.real(np.einsum("mn,mn->m", draws.watch, m[k]))
         guard = law.guard(on, {name: v[k] for name, v in plan.left.items()}, seen)
         due = guard > 0
         late = np.where(due & (before < 0), guard / np.maximum(guard - before, 1e-12), 0.0)
-        x[k] += (late * np.where(on > 0, -1.0, 1.0))[:, None] * kick
+        m[k] += (late * np.where(on > 0, -1.0, 1.0))[:, None] * kick
         on = np.where(due, 1 - on, on)
         before = np.where(due, 0.0, guard)
         switches += due
-        x[k + 1] = np.matmul(draws.E, x[k][:, :, None])[:, :, 0] + push[k] + on[:, None] * kick
-    return x, switches
-
-
-def draws_of(networks: Sequence[Network], run: Run) -> Draws:
-    """Networks made ready for runs with the steps of this one."""
-    h, outputs, parts = step_of(run), readouts(networks[0], parts=False), []
-    u = {name: signal.start[0] for name, signal in run.schedule.signals.items()} | {"time": np.zeros(())}
-    for network in networks:
-        regime = regime_from(network, affine_matrix(network, u, np.zeros(1)), outputs)
-        scale = np.concatenate([np.sqrt(network.capacity[network.free]), np.ones(outputs.states)])
-        modes = modes_of(regime, scale)
-        one, two, _ = phi(-modes.rates * h)
-        decay, c0, c1 = np.exp(-modes.rates * h), h * (one - two), h * two
-        group = network.relays[0]
-        heat = source_series(group, {n: np.reshape(v, (1, 1)) for n, v in u.items()}, None, 1)[0]
-        matrices = [np.real(modes.V * c @ modes.W) for c in (decay, c0, c1)]
-        parts.append((*matrices, regime.F_heat @ (group.into @ heat), group.reads[0][0] @ regime.P, regime))
-    E, G0, G1, own, watch = (np.stack([p[i] for p in parts]) for i in range(5))
-    return Draws(tuple(networks), outputs, h, E, G0, G1, own, watch, tuple(p[5] for p in parts))
+        f0, f1 = ((side[k] @ into).reshape(M, n) for side in inputs)
+        m[k + 1] = draws.decay * m[k] + draws.c0 * f0 + draws.c1 * f1 + on[:, None] * kick
+    return m, switches
 
 
 def _joined_law(groups: Sequence[Heats[Relay]]) -> Relay:
@@ -126,20 +198,3 @@ def _joined_law(groups: Sequence[Heats[Relay]]) -> Relay:
     arrays = {n: np.array([float(g.law.__dict__[n][0]) for g in groups])
               for n in first.params() if isinstance(first.__dict__[n], np.ndarray)}  # fmt: skip
     return first.replaced(**arrays)
-
-
-def _means(machine: Machine, plan: Plan, x: Array, outputs: Readouts, run: Run, network: Network) -> Array:
-    T = np.empty((*x.shape[:2], network.size))
-    T[:, :, network.free] = x[:, :, : len(network.free)]
-    T[:, :, network.bound] = np.vstack([plan.held_at(plan.left), plan.held_at(plan.right)[-1:]])[:, None]
-    u = {n: np.append(plan.left[n], plan.right[n][-1]) for n in plan.left}
-    within = run.knots.samples <= plan.edges[-1] + 1e-6
-    matrices = [cell_matrix(run.knots, plan.edges, run.present[n] & within) for n in run.channels]
-    K = len(plan.steps)
-    single = [np.pad(A[:, :K], ((0, 0), (0, 1))) + np.pad(A[:, K:], ((0, 0), (1, 0))) for A in matrices]
-    out = []
-    for m in range(x.shape[1]):
-        rows = np.vstack([outputs.rows @ T[:, m].T, x[:, m, len(network.free) :].T])
-        values = channels_of(machine, outputs, rows, u, run.channels)
-        out.append(np.concatenate([A @ v for A, v in zip(single, values, strict=True)]))
-    return np.array(out)
