@@ -55,7 +55,7 @@ def diagnosis_of(
     fits = _fits(search, before, after, holdout)
     return Diagnosis(
         search.case.machine, before, after, verdict, tuple(findings), _channels(fits), search.located[:8], fits,
-        tuple(_rivals(search.steps[0], search.null) if search.steps else ()), (*warnings, *_notes(search)),
+        tuple(_rivals(search.steps[0], search.befores[0]) if search.steps else ()), (*warnings, *_notes(search)),
         tuple(experiments(search)), _shifts(best), seed, seconds,
     )  # fmt: skip
 
@@ -68,8 +68,9 @@ def numbers_in(h: Hypothesis) -> Machine:
 
 def _findings(search: Search, after: Machine) -> Iterator[Finding]:
     for i, c in enumerate(search.best.found):
-        ranked = search.steps[min(i, len(search.steps) - 1)]
-        told = list(_rivals(ranked, search.null, c.key))
+        k = min(i, len(search.steps) - 1)
+        ranked = search.steps[k]
+        told = list(_rivals(ranked, search.befores[k], c.key))
         sure = _confidence(ranked, search.best.chi)
         gain = search.gains[i] if i < len(search.gains) else 0.0
         yield Finding(
