@@ -1,8 +1,8 @@
 """lptn: lumped-parameter thermal networks for machine tools.
 
-    from network import Machine, Scenario, Recording, simulate, compare
-    run = simulate(Machine.load("machines/gantry_spindle.yaml"), Scenario.load("scenarios/warm_up_and_stop.yaml"))
-    print(run)
+from network import Machine, Scenario, Recording, simulate, compare
+run = simulate(Machine.load("machines/gantry_spindle.yaml"), Scenario.load("scenarios/warm_up_and_stop.yaml"))
+print(run)
 """
 
 from __future__ import annotations

@@ -26,7 +26,6 @@ _EXPECTED = "the first row is like `time [s],speed [rpm],T_housing [degC]`"
 USUAL_UNITS = {"speed": "rpm", "feed": "m/min", "ambient": "degC"}
 
 
-
 @dataclass(frozen=True)
 class Heading:
     """A column that is read: its name and unit with us, its label in the file and where it stands there."""

@@ -58,6 +58,12 @@ class Recording:
             return load_mapping(path)
         return _load_csv(path)
 
+    def until(self, share: float) -> Recording:
+        """Its beginning, to a share of its length."""
+        kept = self.t <= self.t[0] + share * (self.t[-1] - self.t[0])
+        columns = {n: replace(c, values=c.values[kept]) for n, c in self.columns.items()}
+        return replace(self, t=self.t[kept], columns=columns)
+
     def measured(self, name: str) -> Column:
         """The column. Raises Refused where there is none of that name."""
         return self._column(name, Spot(self.file))

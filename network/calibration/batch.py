@@ -161,7 +161,7 @@ class _Seen:
 
 
 def _least(begin: Array, end: Array) -> tuple[tuple[Array, Array], Array]:
-    """Inputs at both ends of the steps as few series (K, r) each, and what each of them is in all inputs (r, inputs)."""
+    """Inputs at both ends of the steps as few series (K, r) each, and what each is in all inputs (r, inputs)."""
     U, size, basis = np.linalg.svd(np.vstack([begin, end]), full_matrices=False)
     r = int((size > RANK * size.max(initial=0.0)).sum())
     series = U[:, :r] * size[:r]

@@ -7,7 +7,8 @@ Kravtsov & Tatarskii, Principles of Statistical Radiophysics 1 (1987), on struct
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from itertools import combinations
 
 import numpy as np
 from scipy.optimize import nnls
@@ -24,6 +25,8 @@ LEAST_SHARE = 0.5
 """Coloured 1σ over white 1σ below which a sensor counts as white."""
 PAIRS = 200
 """Samples below which nothing is said."""
+ALIKE, ALIKE_LAGS, ALIKE_SAMPLES = 0.22, (8, 16, 27), 3000
+"""Correlation of two channels' bends over some lags from which they are no noise of their own, with so many samples."""
 
 
 def residuals(data: Measured, prediction: Prediction) -> dict[str, Array]:
@@ -40,11 +43,38 @@ def residuals(data: Measured, prediction: Prediction) -> dict[str, Array]:
 
 
 def colours(data: Sequence[Measured], predictions: Sequence[Prediction]) -> dict[str, tuple[float, float, float]]:
-    """Channel → (white 1σ, coloured 1σ [SI], its correlation time [s]), from all runs together."""
+    """Channel → (white 1σ, coloured 1σ [SI], its correlation time [s]), from all runs together.
+
+    A sensor's noise is its own: channels that sway together are moved by heat, and count as white.
+    """
     by_run = [residuals(d, p) for d, p in zip(data, predictions, strict=True)]
     names = dict.fromkeys(name for r in by_run for name in r)
     interval = float(np.median(np.concatenate([np.diff(d.run.knots.samples) for d in data])))
-    return {name: colour([r[name] for r in by_run if name in r], interval) for name in names}
+    series = {name: [r.get(name, np.full(len(d.run.knots.samples), np.nan)) for d, r in zip(data, by_run, strict=True)]
+              for name in names}  # fmt: skip
+    told = {name: colour(own, interval) for name, own in series.items()}
+    moved = _moved_together({name: own for name, own in series.items() if told[name][1] > 0})
+    return {name: (white, 0.0, 0.0) if name in moved else (white, s, tau) for name, (white, s, tau) in told.items()}
+
+
+def _moved_together(series: Mapping[str, Sequence[Array]]) -> set[str]:
+    """Channels whose bends Δ²e over some lag go with those of another, by the sign: sin(π/2 · mean sign·sign)."""
+    moved: set[str] = set()
+    for lag in ALIKE_LAGS:
+        bends = {n: np.concatenate([_bends(e, lag) for e in own]) for n, own in series.items()}
+        for a, b in combinations(bends, 2):
+            both = bends[a] * bends[b]
+            both = np.sign(both[np.isfinite(both)])
+            if len(both) > PAIRS:
+                least = ALIKE * max(1.0, np.sqrt(ALIKE_SAMPLES / len(both)))
+                moved |= {a, b} if abs(np.sin(np.pi / 2 * both.mean())) > least else set()
+    return moved
+
+
+def _bends(e: Array, lag: int) -> Array:
+    """e(t + 2l) − 2 e(t + l) + e(t) about its median: nothing of a steady drift is left in it."""
+    bend = e[2 * lag :] - 2 * e[lag:-lag] + e[: -2 * lag]
+    return np.asarray(bend - np.nanmedian(bend)) if np.isfinite(bend).any() else bend
 
 
 def colour(series: Sequence[Array], interval: float) -> tuple[float, float, float]:

@@ -82,9 +82,7 @@ class Measured:
         return prediction.answered(self.pushes(prediction.course))
 
 
-def measured(
-    machine: Machine, recording: Recording, start: Start | None = None, also: Sequence[str] = ()
-) -> Measured:
+def measured(machine: Machine, recording: Recording, start: Start | None = None, also: Sequence[str] = ()) -> Measured:
     """A recording laid out for fits of a machine; `also`: inputs that it does not read but a rival may. Raises Refused
     where it lacks an input."""
     schedule = schedule_for(machine, recording, start)

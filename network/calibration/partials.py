@@ -83,8 +83,10 @@ def place_of(network: Network, p: Parameter) -> Found:
 
 def _is_stacked(law: Declared, attribute: str) -> bool:
     """Whether the number stands in the law as an array and shapes nothing else (a stream's makes cells)."""
-    return not isinstance(law, Stream) and not getattr(law, "moves", False) and isinstance(
-        law.__dict__[attribute], np.ndarray
+    return (
+        not isinstance(law, Stream)
+        and not getattr(law, "moves", False)
+        and isinstance(law.__dict__[attribute], np.ndarray)
     )
 
 

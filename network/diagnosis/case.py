@@ -26,18 +26,29 @@ LOUDER = 1.15
 
 
 @dataclass(frozen=True, eq=False)
+class Lack:
+    """A difference of a run's channels over time, as means about instants t [s]: (channels, instants)."""
+
+    t: Array
+    values: Array
+
+    def at(self, data: Measured) -> Array:
+        """The same about the cells of a layout of the run (channels · cells)."""
+        return np.concatenate([np.interp(data.centres, self.t, row) for row in self.values])
+
+
+@dataclass(frozen=True, eq=False)
 class Case:
     """Recordings of a machine. sigma: white 1σ of a sample by channel where it was told from residuals; noise: coloured
-    noise beside it; horizon: share of each run, from its beginning, that is compared; lacking: of each run, what the
-    cells' means of finer lumps have more than those of the machine, which stands in for them."""
+    noise beside it; lacking: of each run, what its channels have more on finer lumps than on those of the machine,
+    which stands in for them."""
 
     machine: Machine
     recordings: tuple[Recording, ...]
     start: Start | None = None
     noise: Noise = field(default_factory=Noise)
     sigma: Mapping[str, float] = field(default_factory=dict)
-    horizon: float = 1.0
-    lacking: tuple[Array, ...] = ()
+    lacking: tuple[Lack, ...] = ()
 
     @cached_property
     def drivers(self) -> tuple[str, ...]:
@@ -50,13 +61,17 @@ class Case:
         lacking = tuple(self.lacking[i] for i in runs) if self.lacking else ()
         return replace(self, recordings=tuple(self.recordings[i] for i in runs), lacking=lacking)
 
+    def until(self, share: float) -> Case:
+        """The case of the beginnings of its recordings."""
+        return replace(self, recordings=tuple(r.until(share) for r in self.recordings))
+
     def lay_out(self, machine: Machine) -> tuple[Measured, ...]:
         """The recordings for fits of one machine (this one, refined or with something added)."""
         data = (measured(machine, r, self.start, self._usable(r)) for r in self.recordings)
         told = [replace(d, sigma={n: self.sigma.get(n, s) for n, s in d.sigma.items()}) for d in data]
         if self.lacking:
-            told = [replace(d, means=d.means - lack) for d, lack in zip(told, self.lacking, strict=True)]
-        return tuple(told if self.horizon == 1.0 else (_until(d, self.horizon) for d in told))
+            told = [replace(d, means=d.means - lack.at(d)) for d, lack in zip(told, self.lacking, strict=True)]
+        return tuple(told)
 
     def _usable(self, recording: Recording) -> list[str]:
         """Drivers without gaps."""
@@ -73,10 +88,6 @@ def early(data: Measured, horizon: float) -> Array:
     knots = data.run.knots
     until = knots.t[0] + horizon * (knots.t[-1] - knots.t[0]) + 1e-6
     return np.tile(knots.t[knots.cell_ends] <= until, len(data.run.channels))
-
-
-def _until(data: Measured, horizon: float) -> Measured:
-    return replace(data, counts=np.where(early(data, horizon), data.counts, 0.0))
 
 
 def under_file_noise(case: Case) -> Case:

@@ -21,8 +21,7 @@ from network.calibration.partials import Slots
 from network.checks import places_of
 from network.declare import Array, Mask
 from network.diagnosis.candidates import Candidate
-from network.diagnosis.candidates import candidate as other_candidate
-from network.diagnosis.case import Case, Hypothesis, early, relaid, suppose
+from network.diagnosis.case import Case, Hypothesis, early, suppose
 from network.diagnosis.screen import whitened
 from network.graph import build
 from network.mechanisms.base import Relay
@@ -85,17 +84,16 @@ def search(
     case: Case, null: Hypothesis, candidate: Candidate, power: float, seed: int, beat: float = np.inf
 ) -> Hypothesis | None:
     """The candidate at the best of its numbers; None where it cannot be searched, or no draw comes near the cost J of a
-    rival that is to be beaten. A refined machine is searched as it was written: relays do not need its lumps."""
-    rough, small = _rough(case, null, candidate)
-    if rough is None or small is None or not serves(build(small.machine)):
+    rival that is to be beaten."""
+    if not serves(build(candidate.machine)):
         return None
-    about = freed(rough, parts_about(small), power)
+    about = freed(null, parts_about(candidate), power)
     best: Hypothesis | None = None
     for attempt in range(ATTEMPTS):
-        draws = _drawn(about, small, _values(about), seed + attempt)
+        draws = _drawn(about, candidate, _values(about), seed + attempt)
         if not draws or draws[0].misfit > NEAR * beat:
             break
-        for draw in _apart(draws, small.own):
+        for draw in _apart(draws, candidate.own):
             fitted = _fitted(case, null, candidate, _values(about), draw)
             best = min((f for f in (best, fitted) if f is not None), key=lambda f: f.fit.cost, default=None)
             if best is not None and best.chi < GOOD:
@@ -118,23 +116,14 @@ def _fitted(
     fitted = None
     try:
         for horizon, steps in LADDER:
-            fitted = suppose(replace(case, horizon=horizon), candidate.machine, found, own, start, steps=steps)
+            seen = case if horizon == 1.0 else case.until(horizon)
+            fitted = suppose(seen, candidate.machine, found, own, start, steps=steps)
             start = fitted.values
             if fitted.chi > HOPELESS:
                 return None
     except (Failed, np.linalg.LinAlgError):
         return None
-    return fitted and replace(fitted, case=case)
-
-
-def _rough(case: Case, null: Hypothesis, candidate: Candidate) -> tuple[Hypothesis | None, Candidate | None]:
-    """The null and the candidate on the machine as it was written."""
-    if null.root.to_plain() == case.machine.to_plain():
-        return null, candidate
-    rough = relaid(case, case.machine, null.found, null.values)
-    if rough is None:
-        return None, None
-    return rough, other_candidate(rough.machine, candidate.kind, candidate.patch)
+    return fitted
 
 
 def _drawn(about: Linearised, candidate: Candidate, values: dict[str, float], seed: int) -> list[Draw]:

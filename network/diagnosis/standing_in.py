@@ -12,10 +12,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from network.calibration.evidence import Measured
 from network.calibration.predictor import Model
 from network.declare import Array
 from network.diagnosis.candidates import Candidate, candidate
-from network.diagnosis.case import Hypothesis, parameters_of, suppose
+from network.diagnosis.case import Hypothesis, Lack, parameters_of, suppose
 from network.diagnosis.refine import ROUNDS, finer
 from network.machine import Machine
 from network.refusal import Failed
@@ -36,7 +37,8 @@ def stand_in(fine: Hypothesis) -> Hypothesis:
             lack = _lacking(fine, machine)
             if _rms(fine, lack) > LACK:
                 continue
-            case = replace(fine.case, machine=found[0].base if found else machine, lacking=lack)
+            told = tuple(_over_time(d, x) for d, x in zip(fine.fit.problem.data, lack, strict=True))
+            case = replace(fine.case, machine=found[0].base if found else machine, lacking=told)
             return suppose(case, machine, found, fine.own, fine.values, steps=STEPS)
         except (Failed, np.linalg.LinAlgError):
             continue
@@ -76,6 +78,10 @@ def _lacking(fine: Hypothesis, machine: Machine) -> tuple[Array, ...]:
         raise Failed("the coarser machine has other numbers")
     there = Model(machine, parameters, [d.run for d in fine.fit.problem.data]).predict(fine.fit.theta)
     return tuple(f.cells - c.cells for f, c in zip(fine.predictions, there, strict=True))
+
+
+def _over_time(data: Measured, lack: Array) -> Lack:
+    return Lack(data.centres, lack.reshape(len(data.run.channels), -1))
 
 
 def _rms(fine: Hypothesis, lack: tuple[Array, ...]) -> float:

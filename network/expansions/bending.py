@@ -34,7 +34,7 @@ class Bending(Expansion, kind="bending"):
     between = places("top and bottom", 2, default=None)
     distance = param("m", 0, 100, "distance of top and bottom", positive=True, default=None, typical=0.2)
     length = param("m", 0, 1000, "length of the part that bends", typical=1.0)
-    expansion = param("1/K", -1e-4, 2e-3, "expansion; default the material\'s", default=None, typical=1.1e-5)
+    expansion = param("1/K", -1e-4, 2e-3, "expansion; default the material's", default=None, typical=1.1e-5)
     method = word("first moment of the profile, or the heat absorbed", "moment", "paper", default="moment")
     one_of = (("between", "distance"), ("of",))
     axes = AXES

@@ -34,7 +34,7 @@ class Stretching(Expansion, kind="stretching"):
         "m", 0, 1000, "length that grows; default the range's share of the bar, and the whole bar's with `fixed`",
         default=None, typical=0.3,
     )  # fmt: skip
-    expansion = param("1/K", -1e-4, 2e-3, "expansion; default the material\'s", default=None, typical=1.1e-5)
+    expansion = param("1/K", -1e-4, 2e-3, "expansion; default the material's", default=None, typical=1.1e-5)
     method = word("what the growth is computed from", "temperature", "heat", default="temperature")
     strength = "length"
     looks_like = ("bending", "tilt")

@@ -31,7 +31,7 @@ class Tilt(Expansion, kind="tilt"):
     distance = param("m", 0, 100, "distance of the supports", positive=True, typical=0.3)
     arm = param("m", 0, 100, "lever arm to the tool centre point", default=None, typical=0.4)
     length = param("m", 0, 100, "length of each support; default the range's share of its bar", default=None)
-    expansion = param("1/K", -1e-4, 2e-3, "expansion; default each material\'s", default=None, typical=1.1e-5)
+    expansion = param("1/K", -1e-4, 2e-3, "expansion; default each material's", default=None, typical=1.1e-5)
     axes = AXES
     strength = "length"
     looks_like = ("bending", "stretching")

@@ -40,4 +40,3 @@ class HiddenMass(Suspect, kind="hidden_mass"):
             if node.is_part:
                 C = SHARE * node.capacity
                 yield cls(host=Place(name), heat_capacity=C, conductance=C / LAG)
-
