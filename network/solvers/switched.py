@@ -36,11 +36,19 @@ class Switching:
     switches: tuple[tuple[float, int, int], ...]
 
 
-def find(plan: Plan, readouts: Readouts, progress: Callable[[float], None] | None = None) -> Switching | None:
-    """The switchings of a plan; None where its modes are too badly conditioned for the closed form."""
+def find(
+    plan: Plan, readouts: Readouts, progress: Callable[[float], None] | None = None,
+    known: dict[bytes, Modes] | None = None,
+) -> Switching | None:  # fmt: skip
+    """The switchings of a plan; None where its modes are too badly conditioned for the closed form. known: modes found
+    before, by the matrix of their regime; those found here come in."""
+    known = {} if known is None else known
     relays = sum(group.into.shape[1] for group in plan.network.relays)
     problem = reduce(replace(plan, modes=np.zeros((len(plan.steps), relays))), readouts)
-    modes = [modes_of(regime, problem.scale) for regime in problem.regimes]
+    keys = [regime.A.tobytes() for regime in problem.regimes]
+    for key, regime in zip(keys, problem.regimes, strict=True):
+        known[key] = known.get(key) or modes_of(regime, problem.scale)
+    modes = [known[key] for key in keys]
     if max(m.condition for m in modes) > WORST_CONDITION:
         return None
     return _Search(problem, modes).run(progress)
