@@ -276,3 +276,6 @@ def test_the_report_tells_the_next_experiment(tmp_path: Any) -> None:
     run = Experiment("Run speed at 8000 rpm for 2 h, then at 0 rpm for 2 h", ("tilt (a)", "bending (b)"), 6.13, 4.0)
     told = " ".join(str(diagnosed(tmp_path, advice=(run,))).split())
     assert f"Next experiment: {run.text}. It would tell tilt (a) from bending (b) by 6.1 σ in 4 h." in told
+    best = replace(run, text="No program tells them apart. Nearest comes: run speed at 8000 rpm for 4 h", sigma=0.66)
+    told = " ".join(str(diagnosed(tmp_path, advice=(best,))).split())
+    assert f"{best.text}, with 0.66 σ in 4 h." in told and "Next experiment" not in told

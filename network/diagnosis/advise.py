@@ -53,7 +53,8 @@ def separating(pair: Pair) -> Iterator[Experiment]:
 def _in_vain(best: Experiment, more: Experiment | None) -> str:
     sensor = ", nor does a further temperature sensor" if more is not None else ""
     apart = " from ".join(best.separates)
-    return f"No program that was tried tells {apart} clearly{sensor}; nearest comes: {best.text}"
+    run = best.text[:1].lower() + best.text[1:]
+    return f"No program that was tried tells {apart} clearly{sensor}. Nearest comes: {run}"
 
 
 def revealing(null: Hypothesis, unseen: Sequence[Candidate]) -> Iterator[Experiment]:

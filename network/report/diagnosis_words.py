@@ -34,7 +34,7 @@ def tell_diagnosis(d: Diagnosis) -> str:
     blocks = [
         _verdict(d), *(_finding(d, i, f) for i, f in enumerate(d.findings, 1)), _paragraphs(where_lines(d)),
         _paragraphs(moved_words(d)), "\n".join([*table(header, rows, header[1:]), BEFORE]), _paragraphs(d.notes),
-        _paragraphs(f"Next experiment: {advice_words(e)}" for e in d.advice), _paragraphs([next_words(d)]),
+        _paragraphs(map(_next_experiment, d.advice)), _paragraphs([next_words(d)]),
     ]  # fmt: skip
     return "\n\n".join(block for block in blocks if block)
 
@@ -88,6 +88,11 @@ def by_channel(comparison: Comparison) -> dict[str, float]:
 
 def _sigma(value: float | None) -> str:
     return "–" if value is None else digits(value, 3)
+
+
+def _next_experiment(experiment: Experiment) -> str:
+    told = advice_words(experiment)
+    return told if experiment.sigma < CLEAR else f"Next experiment: {told}"
 
 
 def advice_words(experiment: Experiment) -> str:
