@@ -63,7 +63,7 @@ def _crossing(guards: Guards, i: int, tau: Array, y: Array) -> float:
     """Where guard i, with values y at tau, first rises above zero."""
     while True:
         j = int((y > 0).argmax()) - 1
-        low, high, near = float(tau[j]), float(tau[j + 1]), slice(max(j - 1, 0), j + 3)
+        low, high, near = float(tau[j]), float(tau[j + 1]), slice(max(j - 2, 0), j + 4)
         x, error = _interpolated(tau[near].tolist(), y[near].tolist(), low, high)
         if error <= INSTANT:
             return x

@@ -65,7 +65,7 @@ class Watch:
 
     def guards(self, s: Ahead, k: Indices | int, t: Array, m: Array, on: Array, pending: Collection[int]) -> Array:
         """All guards at t in the intervals k of the run, where the modes are m: (points, relays)."""
-        inputs, T = _Inputs(self, k, t), np.real(m @ self.rows[s.window.regime])
+        inputs, T = _Inputs(self, k, t), (m @ self.rows[s.window.regime]).real
         if self.sees_more:
             T = T + self.direct[k] + inputs.share * self.rise[k]
         if self.sees_heat:
