@@ -20,13 +20,15 @@ from network.calibration.course import Course, Push, kick, solve
 from network.calibration.kicks import states_at
 from network.calibration.parameters import Parameter
 from network.channels import Readouts
-from network.declare import Array
-from network.mechanisms.base import STEP
+from network.declare import Array, Indices
+from network.graph import Heats
+from network.mechanisms.base import STEP, Inputs, Relay, stepped
 from network.refusal import Failed
 from network.solvers import switched
 from network.solvers.linear import reduce
 from network.solvers.modal import Modes
-from network.solvers.plan import SAME_INSTANT, Plan
+from network.solvers.plan import Plan, joined
+from network.solvers.switched import with_edges
 
 LEAST_RATE = 1e-7
 """K/s: a guard that creeps over zero slower than this has no switching instant to speak of."""
@@ -43,6 +45,29 @@ class Event:
 
 
 @dataclass(frozen=True, eq=False)
+class Seen:
+    """What one group of relays saw at its crossings: which events they are, and for each the relay of the group; mode
+    (events, relays), inputs (events, 1) and readings (events, relays) before it switches."""
+
+    group: Heats[Relay]
+    events: Indices
+    relay: Indices
+    mode: Array
+    u: Inputs
+    readings: tuple[Array, ...]
+
+    def slope(self, law: Relay, readings: Sequence[Array]) -> Array:
+        """Derivative of the guards of the relays that switch by the imaginary step in a law or a reading."""
+        g = np.broadcast_to(np.asarray(law.guard(self.mode, self.u, *readings)), self.mode.shape)
+        return np.asarray(np.imag(g[np.arange(len(self.events)), self.relay]) / STEP)
+
+    def by_reading(self, i: int) -> Array:
+        """∂guard/∂(reading i) at the events."""
+        own = [stepped(T, 1j * STEP) if n == i else T for n, T in enumerate(self.readings)]
+        return self.slope(self.group.law, own)
+
+
+@dataclass(frozen=True, eq=False)
 class SwitchedCourse(Course):
     """A course whose answers take the moved switchings along."""
 
@@ -53,114 +78,105 @@ class SwitchedCourse(Course):
         parameter behind a push moves the guards, too."""
         if not self.events or not pushes:
             return pushes
-        kicks = [kick(self, (e.interval, self._jump(e))) for e in self.events]
+        jumps = list(zip(self._intervals.tolist(), self._jumps, strict=True))
+        kicks = [kick(self, jump) for jump in jumps]
         smooth, mutual = self._guard_changes(pushes), self._guard_changes(kicks)
         rate = self._guard_rates
-        earlier = np.array([[f.interval <= e.crossing for f in self.events] for e in self.events])
-        coupling = np.where(earlier, mutual.T, 0.0) / rate[:, None]
+        coupling = np.where(self._intervals <= self._crossings[:, None], mutual.T, 0.0) / rate[:, None]
         np.fill_diagonal(coupling, 0.0)
         right = -(smooth if by_guard is None else smooth + by_guard) / rate
         moved = solve_triangular(np.tril(coupling) + np.eye(len(rate)), right.T, lower=True).T
-        jumps = [k.kicks[0] for k in kicks]
         return [replace(p, kicks=(*p.kicks, *((at, jump * dt) for (at, jump), dt in zip(jumps, moved[i], strict=True))))
                 for i, p in enumerate(pushes)]  # fmt: skip
 
-    def _jump(self, event: Event) -> Array:
-        """Rate of the states before the switching less that after it."""
+    @cached_property
+    def _intervals(self) -> Indices:
+        return np.array([e.interval for e in self.events], int)
+
+    @cached_property
+    def _crossings(self) -> Indices:
+        return np.array([e.crossing for e in self.events], int)
+
+    @cached_property
+    def _jumps(self) -> Array:
+        """Rates of the states before the switchings less those after them: (events, n)."""
         dx0, dx1 = self.rates
-        return np.asarray(dx1[event.interval - 1] - dx0[event.interval])
+        return np.asarray(dx1[self._intervals - 1] - dx0[self._intervals])
 
     def _guard_changes(self, pushes: Sequence[Push]) -> Array:
         """∇g·s at the crossings, just before them: (pushes, events)."""
-        dx = states_at(self, pushes, [e.crossing for e in self.events])
+        dx = states_at(self, pushes, self._crossings.tolist())
         return np.asarray(np.einsum("pen,en->pe", dx, self._gradients))
 
     @cached_property
-    def _gradients(self) -> Array:
-        """∂g/∂(states) at every event."""
-        return np.stack([self._gradient(e) for e in self.events])
-
-    def _gradient(self, event: Event) -> Array:
-        """∂g/∂(states) at an event."""
-        plan, k = self.problem.plan, event.crossing
-        regime = self.problem.regimes[int(self.problem.regime_of[k])]
-        row = np.zeros(plan.network.size)
+    def _seen(self) -> tuple[Seen, ...]:
+        """What each group of relays saw at its crossings."""
+        plan, found = self.problem.plan, []
+        relay, mode = (np.array([getattr(e, name) for e in self.events], int) for name in ("relay", "mode"))
         for group, part in relay_slices(plan.network):
-            if part.start <= event.relay < part.stop:
-                j = event.relay - part.start
-                readings = [self.T[0][k] @ R.T for R in group.reads]
-                for i, R in enumerate(group.reads):
-                    row += self._guard(group, j, event, readings, i) * R[j]
-        return np.asarray(row @ regime.P)
+            own = np.flatnonzero((relay >= part.start) & (relay < part.stop))
+            at = self._crossings[own]
+            readings = tuple(self.T[0][at] @ R.T for R in group.reads)
+            before = np.repeat(1.0 - mode[own, None], part.stop - part.start, axis=1)
+            u = {name: values[at, None] for name, values in plan.left.items()}
+            found.append(Seen(group, own, relay[own] - part.start, before, u, readings))
+        return tuple(found)
 
-    def _guard(self, group: object, j: int, event: Event, readings: list[Array], i: int) -> float:
-        """∂guard/∂(reading i) of one relay."""
-        stepped = [r + 1j * STEP if n == i else r for n, r in enumerate(readings)]
-        mode = np.full(len(readings[0]), 1.0 - event.mode)
-        g = group.law.guard(mode, self.inputs_at(event.crossing), *stepped)  # type: ignore[attr-defined]
-        return float(np.imag(np.asarray(g)[j]) / STEP)
-
-    def inputs_at(self, k: int) -> dict[str, Array]:
-        return {name: values[k] for name, values in self.problem.plan.left.items()}
+    @cached_property
+    def _gradients(self) -> Array:
+        """∂g/∂(states) at every event: (events, n)."""
+        problem = self.problem
+        rows = np.zeros((len(self.events), problem.plan.network.size))
+        for seen in self._seen:
+            for i, R in enumerate(seen.group.reads):
+                rows[seen.events] += seen.by_reading(i)[:, None] * R[seen.relay]
+        regime_of, gradients = problem.regime_of[self._crossings], np.empty((len(rows), problem.order))
+        for r in np.unique(regime_of).tolist():
+            gradients[regime_of == r] = rows[regime_of == r] @ problem.regimes[r].P
+        return gradients
 
     @cached_property
     def _guard_rates(self) -> Array:
         """dg/dt just before each crossing."""
-        before = self.rates[1][[e.crossing - 1 for e in self.events]]
-        rates = np.einsum("en,en->e", self._gradients, before)
+        rates = np.einsum("en,en->e", self._gradients, self.rates[1][self._crossings - 1])
         return np.where(np.abs(rates) < LEAST_RATE, LEAST_RATE, rates)
 
     def by_guard(self, parameter: Parameter, theta: float) -> Array:
         """∂g/∂θ at every event; the pause of a relay counts as a guard that comes later."""
         network, out = self.problem.plan.network, np.zeros(len(self.events))
-        if not self.events or parameter.entry not in network.mechanisms:
-            return out
-        index, slope = network.mechanisms.index(parameter.entry), parameter.slope(parameter.value(theta))
-        rates = self._guard_rates
-        for e, event in enumerate(self.events):
-            for group, part in relay_slices(network):
-                j = event.relay - part.start
-                if not (part.start <= event.relay < part.stop) or group.entry[j] != index:
-                    continue
-                values = group.law.__dict__[parameter.attribute].astype(complex)
+        for seen in self._seen if self.events else ():
+            for j in [j for j, entry in enumerate(seen.group.entry) if network.mechanisms[entry] == parameter.entry]:
+                law, own = seen.group.law, seen.relay == j
+                values = law.__dict__[parameter.attribute].astype(complex)
                 values[j] += 1j * STEP
-                law = group.law.replaced(**{parameter.attribute: values})
-                readings = [self.T[0][event.crossing] @ R.T for R in group.reads]
-                mode = np.full(len(readings[0]), 1.0 - event.mode)
-                g = law.guard(mode, self.inputs_at(event.crossing), *readings)
-                later = np.imag(np.broadcast_to(law.pause(), len(values))[j]) / STEP
-                out[e] = slope * (float(np.imag(np.asarray(g)[j])) / STEP - rates[e] * later)
+                law = law.replaced(**{parameter.attribute: values})
+                later = float(np.imag(np.broadcast_to(law.pause(), len(values))[j]) / STEP)
+                by_theta = seen.slope(law, seen.readings) - self._guard_rates[seen.events] * later
+                out[seen.events[own]] = parameter.slope(parameter.value(theta)) * by_theta[own]
         return out
 
 
 def switched_course(plan: Plan, readouts: Readouts, known: dict[bytes, Modes] | None = None) -> SwitchedCourse:
-    """The run of a plan with relays. Raises Failed where its modes are too much alike."""
-    found = switched.find(plan, readouts)
+    """The run of a plan with relays; `known`: modes found before. Raises Failed where they are too much alike."""
+    known = {} if known is None else known
+    found = switched.find(plan, readouts, known=known)
     if found is None:
         raise Failed("a network with relays whose modes are too much alike for the closed form cannot be fitted")
     pauses = np.concatenate(
         [np.broadcast_to(np.asarray(g.law.pause(), float), g.into.shape[1]) for g in plan.network.relays]
     )
-    crossings = [t - float(pauses[j]) for t, j, _ in found.switches]
-    plan = with_edges(found.plan, np.array(crossings, float))
+    switchings = np.array([t for t, _, _ in found.switches], float)
+    crossings = switchings - pauses[[j for _, j, _ in found.switches]]
+    plan = _with_crossings(found.plan, crossings)
     course = solve(reduce(plan, readouts), known)
-    events = []
-    for (t, j, mode), crossing in zip(found.switches, crossings, strict=True):
-        k, c = (int(np.argmin(np.abs(plan.edges - x))) for x in (t, crossing))
-        if 0 < k < len(plan.steps) and 0 < c <= k:
-            events.append(Event(k, c, j, mode))
-    return SwitchedCourse(course.problem, course.modes, course.x0, course.x1, tuple(events))
+    begins, crossed = (np.abs(plan.edges - t[:, None]).argmin(axis=1).tolist() for t in (switchings, crossings))
+    events = tuple(Event(k, c, j, mode) for k, c, (_, j, mode) in zip(begins, crossed, found.switches, strict=True)
+                   if 0 < k < len(plan.steps) and 0 < c <= k)  # fmt: skip
+    return SwitchedCourse(course.problem, course.modes, course.x0, course.x1, events)
 
 
-def with_edges(plan: Plan, instants: Array) -> Plan:
-    """The plan with further edges; relay modes stay what they are around them."""
-    gap = np.abs(plan.edges[:, None] - instants[None, :]).min(axis=0) if len(instants) else np.empty(0)
-    new = instants[(gap > SAME_INSTANT) & (instants > plan.edges[0]) & (instants < plan.edges[-1])]
-    if not len(new):
-        return plan
-    edges = np.unique(np.concatenate([plan.edges, new]))
-    at = np.clip(np.searchsorted(plan.edges, (edges[1:] + edges[:-1]) / 2) - 1, 0, len(plan.steps) - 1)
-    share = [(side - plan.edges[at]) / plan.steps[at] for side in (edges[:-1], edges[1:])]
-    left, right = ({n: a[at] + s * (plan.right[n] - a)[at] for n, a in plan.left.items()} for s in share)
-    modes = None if plan.modes is None else plan.modes[at]
-    return replace(plan, edges=edges, left=left, right=right, modes=modes)
+def _with_crossings(plan: Plan, crossings: Array) -> Plan:
+    """The plan with edges at the crossings that come before their switchings."""
+    inner = crossings[(crossings > plan.edges[0]) & (crossings < plan.edges[-1])]
+    edges = joined(plan.edges, inner)
+    return plan if len(edges) == len(plan.edges) else with_edges(plan, edges)

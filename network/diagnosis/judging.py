@@ -15,6 +15,7 @@ from network.diagnosis.advise import experiments
 from network.diagnosis.candidates import Candidate
 from network.diagnosis.case import Hypothesis
 from network.diagnosis.coarse import lumping_of
+from network.diagnosis.ranking import ALIKE, confidence, distinct, shares
 from network.diagnosis.verdict import UNKNOWN, Diagnosis, Finding, Fits, Quantity, Rival, UnknownHeat
 from network.machine import Machine
 from network.proposals import bodies
@@ -25,11 +26,6 @@ from network.yamlfile import plain
 if TYPE_CHECKING:
     from network.diagnosis.diagnosing import Search
 
-TEMPERATURE = 4.0
-"""Nats that count as e to one in a confidence: evidence is sharper than models are right."""
-ALIKE = 6.0
-"""Nats within which two explanations cannot be told apart."""
-MOST_SURE = 0.99
 UNEXPLAINED = 1.5
 """Misfit χ that no finding may leave and be called an explanation."""
 SHARE = 0.5
@@ -71,7 +67,7 @@ def _findings(search: Search, after: Machine) -> Iterator[Finding]:
         k = min(i, len(search.steps) - 1)
         ranked = search.steps[k]
         told = list(_rivals(ranked, search.befores[k], c.key))
-        sure = _confidence(ranked, search.best.chi)
+        sure = confidence(ranked, search.best.chi)
         gain = search.gains[i] if i < len(search.gains) else 0.0
         yield Finding(
             c.kind.kind, c.section, c.places, c.channels, sure, _quantities(search.best, c),
@@ -81,26 +77,9 @@ def _findings(search: Search, after: Machine) -> Iterator[Finding]:
         )  # fmt: skip
 
 
-def _confidence(ranked: Sequence[Hypothesis], chi: float) -> float:
-    """Share of the evidence, softened, and less where the best does not explain everything."""
-    gains = np.array([h.evidence for h in _distinct(ranked)])
-    share = np.exp((gains - gains.max()) / (TEMPERATURE * max(1.0, ranked[0].chi) ** 2))
-    return float(min(MOST_SURE, share[0] / share.sum()) * min(1.0, (1.15 / chi) ** 2))
-
-
-def _distinct(ranked: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """The best of each kind and place."""
-    seen: dict[tuple[object, ...], Hypothesis] = {}
-    for h in ranked:
-        seen.setdefault((h.found[-1].kind.kind, frozenset(h.found[-1].places), h.found[-1].channels), h)
-    return list(seen.values())
-
-
 def _rivals(ranked: Sequence[Hypothesis], null: Hypothesis, but: tuple[str, ...] = ()) -> Iterator[Rival]:
-    distinct = _distinct(ranked)
-    gains = np.array([h.evidence for h in distinct])
-    share = np.exp((gains - gains.max()) / (TEMPERATURE * max(1.0, distinct[0].chi) ** 2))
-    for h, p in zip(distinct, share / share.sum(), strict=True):
+    apart = distinct(ranked)
+    for h, p in zip(apart, shares(apart), strict=True):
         c = h.found[-1]
         if c.key != but and h.evidence > null.evidence - ALIKE:
             gain, why_not = h.evidence - null.evidence, _why_not(h, ranked[0])

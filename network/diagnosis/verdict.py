@@ -13,6 +13,8 @@ from network.machine import Machine
 VERDICTS = ("adequate", "parameters_only", "too_coarse", "missing_physics", "sensor_fault", "unexplained")
 UNKNOWN = "unknown"
 """The kind of a finding that no kind of the catalogue explains."""
+CLEAR = 3.0
+"""σ from which a run counts as telling two explanations apart."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +99,8 @@ class UnknownHeat:
 
 @dataclass(frozen=True)
 class Experiment:
-    """A run that would tell rivals apart: by how many σ, in how many hours."""
+    """A run that would tell rivals apart: by how many σ, in how many hours. Where σ is not CLEAR, it is the best that
+    was tried."""
 
     text: str
     separates: tuple[str, ...]

@@ -36,7 +36,7 @@ class ThermostatCooling(Relay, kind="thermostat_cooling"):
         return q
 
     def guard(self, mode: Array, u: Inputs, *T: Array) -> Array:
-        return np.where(mode > 0, self.set - self.hysteresis - T[0], T[0] - self.set - self.hysteresis)
+        return np.asarray(np.where(mode > 0, -1.0, 1.0) * (T[0] - self.set) - self.hysteresis)
 
     def pause(self) -> Array:
         return self.delay

@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from network.diagnosis.verdict import CLEAR
 from network.report.finding_words import (
     alike_words,
     evidence_words,
@@ -33,7 +34,7 @@ def tell_diagnosis(d: Diagnosis) -> str:
     blocks = [
         _verdict(d), *(_finding(d, i, f) for i, f in enumerate(d.findings, 1)), _paragraphs(where_lines(d)),
         _paragraphs(moved_words(d)), "\n".join([*table(header, rows, header[1:]), BEFORE]), _paragraphs(d.notes),
-        _paragraphs(map(advice_words, d.advice)), _paragraphs([next_words(d)]),
+        _paragraphs(map(_next_experiment, d.advice)), _paragraphs([next_words(d)]),
     ]  # fmt: skip
     return "\n\n".join(block for block in blocks if block)
 
@@ -89,12 +90,19 @@ def _sigma(value: float | None) -> str:
     return "–" if value is None else digits(value, 3)
 
 
+def _next_experiment(experiment: Experiment) -> str:
+    told = advice_words(experiment)
+    return told if experiment.sigma < CLEAR else f"Next experiment: {told}"
+
+
 def advice_words(experiment: Experiment) -> str:
     """A run, what it would separate, how clearly and how fast."""
     text = " ".join(experiment.text.split()).rstrip(".")
     if not experiment.separates:
         return f"{text}."
     apart = f"{digits(experiment.sigma, 2)} σ in {span(3600 * experiment.hours)}"
+    if experiment.sigma < CLEAR:
+        return f"{text}, with {apart}."
     return f"{text}. It would tell {' from '.join(experiment.separates)} by {apart}."
 
 

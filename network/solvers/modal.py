@@ -21,6 +21,8 @@ WORST_CONDITION = 1e6
 """Of the eigenvectors: beyond it the rounding would exceed 1e-9 K and the exponential path takes over."""
 FEW_SAMPLES = 6
 """Output samples for each interval up to which every sample is computed from its own interval's state."""
+FEW_STEPS = 32
+"""Steps of a scan that are worth no blocks."""
 BLOCK = 128
 AT_A_TIME = 32
 """Blocks in one product: its operands stay in the cache and need no fresh pages."""
@@ -227,9 +229,11 @@ class _Blocks:
 def scan(gain: Array, push: Array, start: Array) -> tuple[Array, Array]:
     """x[0] = start, x[k+1] = gain[k] x[k] + push[k]: all x[k] before each step, and the last one.
 
-    Blocks of √K steps run side by side, so the interpreter takes 2√K steps instead of K.
+    Blocks of √K steps run side by side, so the interpreter takes 2√K steps instead of K; a few go one by one.
     """
     count, width = push.shape
+    if count <= FEW_STEPS:
+        return _one_by_one(gain, push, start.astype(push.dtype))
     block = max(1, int(np.sqrt(count)))
     blocks = -(-count // block)
     pad = blocks * block - count
@@ -245,4 +249,12 @@ def scan(gain: Array, push: Array, start: Array) -> tuple[Array, Array]:
         heads[b] = x
         x = running[b] * x + carried[b]
     states = (product * heads[:, None] + total).reshape(-1, width)[:count]
+    return states, x
+
+
+def _one_by_one(gain: Array, push: Array, x: Array) -> tuple[Array, Array]:
+    states = np.empty_like(push)
+    for k in range(len(push)):
+        states[k] = x
+        x = gain[k] * x + push[k]
     return states, x
