@@ -23,6 +23,8 @@ from network.refusal import Failed
 
 LOUDER = 1.15
 """White noise over the declared from which the file is not believed."""
+LED, LED_STEPS = (0.25, 0.4, 0.6, 0.8), 3
+"""Shares of the runs over which relays are led back into step, and the steps of the fits there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,8 +168,11 @@ def suppose(
     return Hypothesis(case, machine, tuple(found), tuple(own), fit)
 
 
-def relaid(case: Case, machine: Machine, found: Sequence[Candidate], values: Mapping[str, float]) -> Hypothesis | None:
-    """Findings laid over a machine one after the other, fitted from some numbers; None where they do not fit."""
+def relaid(
+    case: Case, machine: Machine, found: Sequence[Candidate], values: Mapping[str, float], in_step: bool = True
+) -> Hypothesis | None:
+    """Findings laid over a machine one after the other, fitted from some numbers; None where they do not fit. in_step:
+    whether relays switch at these numbers as they did; else they are led over ever more of the runs."""
     own, laid = list[Parameter](), list[Candidate]()
     for c in found:
         again = candidate(machine, c.kind, c.patch)
@@ -176,6 +181,9 @@ def relaid(case: Case, machine: Machine, found: Sequence[Candidate], values: Map
         laid.append(again)
         own, machine = [*own, *again.own], again.machine
     try:
+        if not in_step and any(c.switches for c in laid):
+            for share in LED:
+                values = suppose(case.until(share), machine, laid, own, values, steps=LED_STEPS).values
         return suppose(case, machine, laid, own, values)
     except (Failed, np.linalg.LinAlgError):
         return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -14,7 +14,8 @@ from network.declare import Array
 from network.diagnosis.candidates import Candidate
 from network.diagnosis.case import Case, Hypothesis, rejudged, relaid, suppose, under_file_noise
 from network.diagnosis.screen import Score, screen
-from network.diagnosis.search import parts_about, search
+from network.diagnosis.search import NEAR, Sought, followed_up, parts_about, seek
+from network.diagnosis.slimming import slim
 from network.diagnosis.together import spread
 from network.diagnosis.verdict import UnknownHeat
 from network.refusal import Failed
@@ -23,10 +24,14 @@ SHORTLIST = 8
 """Candidates refitted for each point they were screened about."""
 LARGE = 120
 """Lumps from which candidates are screened about the fit only."""
-FIRST_STEPS, FINALISTS = 9, 3
-"""Steps of the first fit of a candidate, and how many of them are then fitted to the end."""
-RELAYS = 2
-"""Switched candidates searched for."""
+BRIEF, KEPT = 5, 6
+"""Steps in which every candidate begins, and how many of them go on."""
+FIRST_STEPS, FINALISTS = 7, 3
+"""Steps of these, and how many of them are then fitted to the end."""
+RELAYS, FOLLOWED_UP = 3, 2
+"""Switched candidates that are searched for, and how many of them are fitted."""
+ALMOST = 1.3
+"""Misfit of draws over that of the nearest up to which a relay is fitted beside it."""
 ADEQUATE = 1.06
 """Misfit χ up to which no relay is searched for."""
 
@@ -76,22 +81,34 @@ def _strength(s: Score) -> float:
     return float(np.clip(wanted, first.value(first.low), first.value(first.high)))
 
 
-def _fitted(case: Case, current: Hypothesis, trial: _Trial) -> Hypothesis | None:
-    """A trial fitted from the numbers of the file (its own from the screening) and, where that stays behind what is
-    there, from the current numbers."""
-    c = trial.candidate
-    own = {**{p.path: p.value(p.centre) for p in c.own}, c.own[0].path: trial.strength}
-    free = (*current.own, *c.own)
-    best: Hypothesis | None = None
-    for start in (values_at(current.own, _tail(current)) | own, current.values | own):
-        try:
-            fitted = suppose(case, c.machine, (*current.found, c), free, start, steps=FIRST_STEPS)
-        except (Failed, np.linalg.LinAlgError):
-            continue
-        best = fitted if best is None or fitted.evidence > best.evidence else best
-        if best.evidence > current.evidence:
-            break
+def _begun(case: Case, current: Hypothesis, trial: _Trial) -> Hypothesis | None:
+    """A trial fitted a few steps from the numbers of the file (its own from the screening)."""
+    return _tried(case, current, trial.candidate, values_at(current.own, _tail(current)) | _own(trial), BRIEF)
+
+
+def _continued(case: Case, current: Hypothesis, begun: Hypothesis) -> Hypothesis:
+    """A trial fitted further and, where that stays behind what is there, from the current numbers."""
+    c = begun.found[-1]
+    best = _tried(case, current, c, begun.values, FIRST_STEPS) or begun
+    if best.evidence < current.evidence:
+        own = {p.path: p.value(p.centre) for p in c.own}
+        other = _tried(case, current, c, current.values | own, FIRST_STEPS)
+        best = max((h for h in (best, other) if h is not None), key=lambda h: h.evidence)
     return best
+
+
+def _tried(
+    case: Case, current: Hypothesis, c: Candidate, start: Mapping[str, float], steps: int
+) -> Hypothesis | None:  # fmt: skip
+    try:
+        return slim(suppose(case, c.machine, (*current.found, c), (*current.own, *c.own), start, steps=steps))
+    except (Failed, np.linalg.LinAlgError):
+        return None
+
+
+def _own(trial: _Trial) -> dict[str, float]:
+    c = trial.candidate
+    return {**{p.path: p.value(p.centre) for p in c.own}, c.own[0].path: trial.strength}
 
 
 def _tail(current: Hypothesis) -> Array:
@@ -105,16 +122,27 @@ def rivals(
     """Everything worth a fit beside what is there, fitted, the best evidence first. found, scores: what is proposed for
     the current machine, and its screening about the current fit."""
     trials = shortlist(current, found, scores)
-    fits = spread(partial(_fitted, case, current), trials, jobs, tell)
-    done = _finished(case, [f for f in fits if f is not None], jobs)
+    begun = [h for h in spread(partial(_begun, case, current), trials, jobs, tell) if h is not None]
+    begun = sorted(begun, key=lambda h: -h.evidence)
+    fits = spread(partial(_continued, case, current), begun[:KEPT], jobs, tell)
+    done = _finished(case, [*fits, *begun[KEPT:]], jobs)
     if not any(f.chi < ADEQUATE for f in done):
         switched = _likely_relays([c for c in found if c.switches], located)
-        white = under_file_noise(case)
-        now = rejudged(white, current)
-        beat = min((rejudged(white, f).fit.cost for f in done[:FINALISTS]), default=now.fit.cost)
-        fits = spread(partial(_searched, white, now, power, seed, beat), switched, jobs, tell)
-        done += [rejudged(case, f) for f in fits if f is not None]
+        done += [slim(rejudged(case, h)) for h in _relays(case, current, switched, power, seed, jobs)]
     return sorted(done, key=lambda h: -h.evidence)
+
+
+def _relays(
+    case: Case, current: Hypothesis, switched: Sequence[Candidate], power: float, seed: int, jobs: int
+) -> list[Hypothesis]:  # fmt: skip
+    """The relays whose draws come nearest, fitted under the noise of the file."""
+    white = under_file_noise(case)
+    now = rejudged(white, current)
+    sought = [s for s in spread(partial(_sought, now, power, seed), switched, jobs, None) if s is not None]
+    least = min((s.share for s in sought), default=np.inf)
+    near = sorted((s for s in sought if s.share < min(NEAR, ALMOST * least)), key=lambda s: s.share)[:FOLLOWED_UP]
+    fits = spread(partial(followed_up, white, now), near, jobs, None)
+    return [f for f in fits if f is not None]
 
 
 def _finished(case: Case, done: Sequence[Hypothesis], jobs: int) -> list[Hypothesis]:
@@ -124,22 +152,22 @@ def _finished(case: Case, done: Sequence[Hypothesis], jobs: int) -> list[Hypothe
 
 
 def _to_the_end(case: Case, h: Hypothesis) -> Hypothesis:
-    return suppose(case, h.machine, h.found, h.own, h.values) if h.chi > ADEQUATE else h
+    return slim(suppose(case, h.machine, h.found, h.own, h.values)) if h.chi > ADEQUATE else h
 
 
-def _searched(
-    case: Case, current: Hypothesis, power: float, seed: int, beat: float, candidate: Candidate
-) -> Hypothesis | None:
+def _sought(current: Hypothesis, power: float, seed: int, candidate: Candidate) -> Sought | None:
     try:
-        return search(case, current, candidate, power, seed, beat)
+        return seek(current, power, seed, candidate)
     except (Failed, np.linalg.LinAlgError):
         return None
 
 
 def _likely_relays(switched: Sequence[Candidate], located: Sequence[UnknownHeat]) -> list[Candidate]:
-    """Those at the places where unknown heat explains most."""
+    """Those at the places where unknown heat explains most; of two there, first the one with more to it."""
     gain = {u.name: u.gain for u in located}
-    return sorted(switched, key=lambda c: -max((gain.get(n, 0.0) for n in parts_about(c)), default=0.0))[:RELAYS]
+    return sorted(switched, key=lambda c: (-max((gain.get(n, 0.0) for n in parts_about(c)), default=0.0), -len(c.own)))[
+        :RELAYS
+    ]
 
 
 def without(case: Case, best: Hypothesis, i: int) -> Hypothesis | None:

@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
+from network.calibration.threads import on_one_thread
 from network.diagnosis.case import Case, Hypothesis, rejudged, renoised, suppose, under_file_noise
 from network.diagnosis.confirm import ADEQUATE
 from network.diagnosis.following import FULL, Followed, followed
@@ -21,6 +22,9 @@ from network.diagnosis.verdict import Diagnosis, UnknownHeat
 from network.inputs import Start
 from network.machine import Machine
 from network.recording import Recording
+
+BEHIND = 3.0
+"""Misfit of the machine as written over that of its best refinement, beyond which it is not looked at by itself."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +44,7 @@ class Search:
     threshold: float
 
 
+@on_one_thread
 def diagnose(
     machine: Machine, recordings: Recording | Iterable[Recording], holdout: Iterable[Recording] = (), *,
     start: Start | None = None, seed: int = 0, jobs: int = 1, progress: Callable[[float], None] | None = None,
@@ -81,5 +86,6 @@ def _searched(case: Case, seed: int, jobs: int, tell: Callable[[float], None]) -
 
 
 def _tracks(levels: Sequence[Hypothesis], best: Hypothesis) -> list[Hypothesis]:
-    """The best refinement, and the machine as written where that is another."""
-    return [best] if best is levels[0] or best.chi < FULL else [best, levels[0]]
+    """The best refinement, and the machine as written where that is another and not far behind."""
+    written = levels[0]
+    return [best] if best is written or best.chi < FULL or written.chi > BEHIND * best.chi else [best, written]

@@ -7,18 +7,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
+from network.calibration.parameters import Parameter
 from network.calibration.slack import installed_power
-from network.diagnosis.candidates import candidates
+from network.diagnosis.candidates import Candidate, candidates
 from network.diagnosis.case import Case, Hypothesis, rejudged, relaid, renoised
 from network.diagnosis.chance import LEAST, threshold_of
 from network.diagnosis.confirm import left_out, rebuilt, rivals, without
 from network.diagnosis.locate import locate
 from network.diagnosis.refine import settled
 from network.diagnosis.screen import screen
+from network.diagnosis.slimming import slim
 from network.diagnosis.standing_in import stand_in
+from network.diagnosis.together import spread
 from network.diagnosis.verdict import UnknownHeat
 
 MOST_FINDINGS = 3
@@ -54,7 +58,7 @@ def followed(
     threshold = LEAST
     while current.chi > FULL and len(current.found) < MOST_FINDINGS:
         before = stand_in(current)
-        proposed = candidates(before.machine, case.drivers)
+        proposed = [c for c in candidates(before.machine, case.drivers) if _keeps(c, before.own)]
         scores = screen(before.fit, proposed, before.values)
         threshold = threshold if steps else threshold_of(scores, seed)
         where = located if not steps else locate(before.fit, before.machine)
@@ -66,11 +70,17 @@ def followed(
         if not _is_gain(rejudged(case, current), rejudged(case, best), threshold):
             break
         told = replace(before.case, noise=case.noise, sigma=case.sigma)
-        befores.append(rejudged(told, before))
-        steps.append(_led(best, [rejudged(told, h) for h in ranked]))
+        befores.append(slim(rejudged(told, before)))
+        steps.append(_led(best, spread(partial(_rejudged, told), ranked, jobs, None)))
         current = settled(case, rejudged(case, best))
         tell(0.15 + 0.25 * len(steps))
     return _checked(null, case, current, befores, steps, threshold, jobs)
+
+
+def _keeps(candidate: Candidate, own: Sequence[Parameter]) -> bool:
+    """Whether the numbers of earlier findings still stand with it."""
+    entries = dict(candidate.machine.entries())
+    return all(entries[p.entry].__dict__[p.attribute] is not None for p in own if p.entry in entries)
 
 
 def _carried(
@@ -78,9 +88,13 @@ def _carried(
 ) -> Hypothesis | None:  # fmt: skip
     """The best of the rivals on the lumps of what is there; None where there is none."""
     if before is current or not ranked:
-        return ranked[0] if ranked else None
-    fine = (relaid(case, current.root, h.found, h.values) for h in ranked[:CARRIED])
+        return rejudged(case, ranked[0]) if ranked else None
+    fine = (relaid(case, current.root, h.found, h.values, False) for h in ranked[:CARRIED])
     return max((h for h in fine if h is not None), key=lambda h: h.evidence, default=None)
+
+
+def _rejudged(case: Case, h: Hypothesis) -> Hypothesis:
+    return slim(rejudged(case, h))
 
 
 def _led(best: Hypothesis, ranked: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:

@@ -51,7 +51,7 @@ def settled(case: Case, best: Hypothesis) -> Hypothesis:
     for _ in range(ROUNDS):
         if (best.found and best.chi < ENOUGH) or (patch := finer(best.root)) is None:
             break
-        finer_one = relaid(case, best.root.patched(patch), best.found, best.values)
+        finer_one = relaid(case, best.root.patched(patch), best.found, best.values, False)
         if finer_one is None or finer_one.evidence < best.evidence + GAIN:
             break
         best = finer_one

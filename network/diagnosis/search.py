@@ -23,26 +23,25 @@ from network.declare import Array, Mask
 from network.diagnosis.candidates import Candidate
 from network.diagnosis.case import Case, Hypothesis, early, suppose
 from network.diagnosis.screen import whitened
+from network.diagnosis.slimming import slim
 from network.graph import build
 from network.mechanisms.base import Relay
 from network.refusal import Failed
 
-DRAWS, ELITE, STARTS, APART = 400, 40, 2, 0.3
-"""Draws of a round, how many set the next ones, how many are fitted, and how far these are apart in prior σ."""
-HORIZONS = (0.35, 0.35, 0.45, 0.45)
-"""Share of each run that a round looks at."""
+DRAWS, ELITE, APART = 300, 40, 0.3
+"""Draws of a round, how many set the next ones, and how far those that are fitted are apart in prior σ."""
+SHORT, LONG = (0.2, 0.2, 0.3, 0.3), (0.35, 0.35, 0.45, 0.45)
+"""Share of each run that a round looks at: about the null, and about the fit that allows any heat."""
 WIDER, LEAST = 1.5, 0.02
 """How much wider than the best draws the next ones are, every other round; and the least, in prior σ."""
-LADDER = ((0.45, 8), (0.65, 6), (1.0, 12))
-"""Shares of each run that a fit is extended to, and its steps there."""
-HOPELESS = 1.6
-"""Misfit χ over the beginning of the runs at which a draw is given up."""
-ATTEMPTS = 2
-"""How often it is drawn anew where no fit explains everything."""
-NEAR = 0.8
-"""Cost of the best draw over a rival's, up to which it is fitted in full."""
+BEGUN, STEPS = 4, 8
+"""Draws of each kind that are fitted over the rounds' share of the runs, and the steps of these fits."""
+LADDER = ((0.4, 5, 4), (0.53, 5, 3), (0.7, 6, 2), (1.0, 12, 1))
+"""Shares of each run that fits are extended to, the steps there, and how many of them are."""
 GOOD = 1.03
-"""Misfit χ at which no further draw is fitted."""
+"""Misfit χ at which no further one is extended."""
+NEAR = 0.8
+"""Misfit of the best draw over that of the null, up to which it is fitted."""
 MOST_SWITCHES = 25
 """An hour, beyond which a draw is not looked at."""
 SLACK_SHARE, SLACK_TIME = 0.6, 900.0
@@ -55,6 +54,16 @@ class Draw:
 
     theta: Array
     misfit: float
+
+
+@dataclass(frozen=True, eq=False)
+class Sought:
+    """A candidate with its best draws: of each kind the numbers of the file they were made at, the share of the runs
+    they were judged by, and the draws. share: misfit of the best about the null over that of the null."""
+
+    candidate: Candidate
+    pools: tuple[tuple[Mapping[str, float], float, tuple[Draw, ...]], ...]
+    share: float
 
 
 def parts_about(candidate: Candidate) -> tuple[str, ...]:
@@ -80,53 +89,65 @@ def freed(null: Hypothesis, parts: Sequence[str], power: float) -> Linearised:
     return linearise(replace(problem, firm_theta=1.0, firm_eta=1.0), about.theta)
 
 
-def search(
-    case: Case, null: Hypothesis, candidate: Candidate, power: float, seed: int, beat: float = np.inf
-) -> Hypothesis | None:
-    """The candidate at the best of its numbers; None where it cannot be searched, or no draw comes near the cost J of a
-    rival that is to be beaten."""
+def seek(null: Hypothesis, power: float, seed: int, candidate: Candidate) -> Sought | None:
+    """Draws of a candidate; None where it cannot be searched."""
     if not serves(build(candidate.machine)):
         return None
-    about = freed(null, parts_about(candidate), power)
-    best: Hypothesis | None = None
-    for attempt in range(ATTEMPTS):
-        draws = _drawn(about, candidate, _values(about), seed + attempt)
-        if not draws or draws[0].misfit > NEAR * beat:
-            break
-        for draw in _apart(draws, candidate.own):
-            fitted = _fitted(case, null, candidate, _values(about), draw)
-            best = min((f for f in (best, fitted) if f is not None), key=lambda f: f.fit.cost, default=None)
-            if best is not None and best.chi < GOOD:
-                return best
-        if best is None or best.fit.cost > beat:
-            break
-    return best
+    about = linearise(replace(null.fit.problem, firm_theta=1.0, firm_eta=1.0), null.fit.theta)
+    near = _drawn(about, candidate, _values(about), SHORT, seed)
+    free = freed(null, parts_about(candidate), power)
+    far = _drawn(free, candidate, _values(free), LONG, seed + 1)
+    pools = tuple((_values(base), horizons[-1], tuple(_apart(draws, candidate.own)))
+                  for base, horizons, draws in ((about, SHORT, near), (free, LONG, far)))  # fmt: skip
+    return Sought(candidate, pools, near[0].misfit / _misfit_of_null(about, SHORT[-1]) if near else np.inf)
+
+
+def followed_up(case: Case, null: Hypothesis, sought: Sought) -> Hypothesis | None:
+    """The best fit from the draws, over ever more of each run, so that it keeps step; None where all run away."""
+    begun = [_extended(case.until(share), null, sought.candidate, {**values, **_own(sought, draw)}, STEPS)
+             for values, share, draws in sought.pools for draw in draws]  # fmt: skip
+    alive = sorted((h for h in begun if h is not None), key=lambda h: h.chi)
+    for share, steps, count in LADDER:
+        longer: list[Hypothesis] = []
+        for h in alive[:count]:
+            again = _extended(case.until(share) if share < 1 else case, null, sought.candidate, h.values, steps)
+            longer += [] if again is None else [again]
+            if again is not None and again.chi < GOOD:
+                break
+        alive = sorted(longer, key=lambda h: h.chi)
+    return slim(alive[0]) if alive else None
+
+
+def _extended(
+    case: Case, null: Hypothesis, candidate: Candidate, start: Mapping[str, float], steps: int
+) -> Hypothesis | None:  # fmt: skip
+    try:
+        return suppose(
+            case, candidate.machine, (*null.found, candidate), (*null.own, *candidate.own), start, steps=steps
+        )
+    except (Failed, np.linalg.LinAlgError):
+        return None
+
+
+def _own(sought: Sought, draw: Draw) -> dict[str, float]:
+    return values_at(sought.candidate.own, draw.theta)
 
 
 def _values(about: Linearised) -> dict[str, float]:
     return values_at(about.problem.parameters, about.theta)
 
 
-def _fitted(
-    case: Case, null: Hypothesis, candidate: Candidate, values: Mapping[str, float], draw: Draw
-) -> Hypothesis | None:
-    """The candidate fitted from a draw, to ever more of each run, so that it keeps step; None where it runs away."""
-    start = {**values, **values_at(candidate.own, draw.theta)}
-    found, own = (*null.found, candidate), (*null.own, *candidate.own)
-    fitted = None
-    try:
-        for horizon, steps in LADDER:
-            seen = case if horizon == 1.0 else case.until(horizon)
-            fitted = suppose(seen, candidate.machine, found, own, start, steps=steps)
-            start = fitted.values
-            if fitted.chi > HOPELESS:
-                return None
-    except (Failed, np.linalg.LinAlgError):
-        return None
-    return fitted
+def _misfit_of_null(about: Linearised, horizon: float) -> float:
+    """What the null leaves over a share of the runs, its numbers adjusted linearly to that share."""
+    seen_early = np.concatenate([early(d, horizon) for d in about.problem.data])
+    left = np.concatenate([d.means - p.cells for d, p in zip(about.problem.data, about.predictions, strict=True)])
+    seen = whitened(about, seen_early.astype(float)) > 0
+    return float(_adjusted(about, whitened(about, np.where(seen_early, left, 0.0))[None], seen)[0])
 
 
-def _drawn(about: Linearised, candidate: Candidate, values: dict[str, float], seed: int) -> list[Draw]:
+def _drawn(
+    about: Linearised, candidate: Candidate, values: dict[str, float], horizons: Sequence[float], seed: int
+) -> list[Draw]:  # fmt: skip
     """Rounds of draws from the priors with a growing horizon, the best first."""
     rng = np.random.default_rng(seed)
     low, high = (np.array([getattr(p, s) for p in candidate.own]) for s in ("low", "high"))
@@ -134,12 +155,12 @@ def _drawn(about: Linearised, candidate: Candidate, values: dict[str, float], se
     root = np.diag(spread)
     kept: list[Draw] = []
     pool: list[Draw] = []
-    for i, horizon in enumerate(HORIZONS):
+    for i, horizon in enumerate(horizons):
         theta = np.clip(centre + rng.standard_normal((DRAWS, len(centre))) @ root.T, low, high)
         if kept:
             theta[:ELITE] = [d.theta for d in kept]
         kept = sorted(_judged(about, candidate, values, theta, horizon), key=lambda d: d.misfit)
-        pool += kept if horizon == HORIZONS[-1] else []
+        pool += kept if horizon == horizons[-1] else []
         kept = kept[:ELITE]
         best = np.array([d.theta for d in kept])
         wider = WIDER if i % 2 == 0 else 1.0
@@ -196,9 +217,12 @@ def _adjusted(about: Linearised, residual: Array, seen: Mask) -> Array:
 
 def _apart(draws: Sequence[Draw], own: Sequence[Parameter]) -> list[Draw]:
     """The best draws that are not nearly the same."""
+    spreads = np.array([p.spread for p in own])
     chosen: list[Draw] = []
     for draw in draws:
-        far = all(np.abs((draw.theta - c.theta) / [p.spread for p in own]).max() > APART for c in chosen)
-        if far and np.isfinite(draw.misfit):
+        near = np.array([np.abs(draw.theta - c.theta) / spreads for c in chosen]).reshape(-1, len(own)).max(axis=1)
+        if (near > APART).all() and np.isfinite(draw.misfit):
             chosen.append(draw)
-    return chosen[:STARTS]
+        if len(chosen) == BEGUN:
+            break
+    return chosen

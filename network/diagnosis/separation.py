@@ -101,7 +101,7 @@ def _on(program: Program, h: Hypothesis, machine: Machine, extra: Sequence[str])
     """The case of a hypothesis with the program as its only run, on the channels that were recorded and extra ones."""
     channels = [*dict.fromkeys(n for d in h.fit.problem.data for n in d.run.channels), *extra]
     run = program.recording({n: machine.sensors[n].unit for n in channels})
-    return replace(h.case, recordings=(run,), start=None, horizon=1.0, lacking=())
+    return replace(h.case, recordings=(run,), start=None, lacking=())
 
 
 def _sensed(machine: Machine, extra: dict[str, str]) -> Machine:

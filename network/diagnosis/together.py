@@ -7,6 +7,8 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from typing import Any, TypeVar
 
+from network.calibration.threads import on_one_thread
+
 Item = TypeVar("Item")
 _WORK: list[tuple[Callable[[Any], Any], Sequence[Any]]] = []
 
@@ -33,6 +35,7 @@ def spread(
         _WORK.pop()
 
 
+@on_one_thread
 def _one(i: int) -> Any:
     work, items = _WORK[-1]
     return work(items[i])

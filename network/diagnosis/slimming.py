@@ -1,0 +1,22 @@
+"""What is kept of a fit that is only compared with others: its numbers, not the runs and slopes behind them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from network.calibration.predictor import Model
+from network.diagnosis.case import Hypothesis
+
+FIT = ("eta", "left", "cost", "misfit", "precision", "covariance", "folded", "_solved")
+OWN = ("chi", "evidence", "shift", "values")
+
+
+def slim(h: Hypothesis) -> Hypothesis:
+    """The hypothesis without its runs; whoever needs these fits it again from its numbers."""
+    fit, own = ({n: getattr(of, n) for n in names} for of, names in ((h.fit, FIT), (h, OWN)))
+    problem = h.fit.problem
+    problem = replace(problem, model=Model(problem.model.machine, problem.parameters, problem.model.runs))
+    kept = replace(h, fit=replace(h.fit, problem=problem, predictions=(), parts=(), residual=h.fit.residual[:0]))
+    kept.fit.__dict__.update(fit)
+    kept.__dict__.update(own)
+    return kept
