@@ -12,9 +12,9 @@ from network.calibration.fitting import Linearised, chi_of, linearise
 from network.calibration.parameters import centres, values_at
 from network.declare import Array
 from network.diagnosis.candidates import Candidate
-from network.diagnosis.case import Case, Hypothesis, rejudged, relaid, suppose, under_file_noise
+from network.diagnosis.case import Case, Hypothesis, rejudged, relaid, suppose
+from network.diagnosis.relays import likely, relays
 from network.diagnosis.screen import Score, screen
-from network.diagnosis.search import NEAR, Sought, followed_up, parts_about, seek
 from network.diagnosis.slimming import slim
 from network.diagnosis.together import spread
 from network.diagnosis.verdict import UnknownHeat
@@ -28,10 +28,8 @@ BRIEF, KEPT = 5, 6
 """Steps in which every candidate begins, and how many of them go on."""
 FIRST_STEPS, FINALISTS = 7, 3
 """Steps of these, and how many of them are then fitted to the end."""
-RELAYS, FOLLOWED_UP = 3, 2
-"""Switched candidates that are searched for, and how many of them are fitted."""
-ALMOST = 1.3
-"""Misfit of draws over that of the nearest up to which a relay is fitted beside it."""
+AHEAD = 1.15
+"""Misfit χ of the best other over that of a relay, from which others are no longer fitted."""
 ADEQUATE = 1.06
 """Misfit χ up to which no relay is searched for."""
 
@@ -124,25 +122,14 @@ def rivals(
     trials = shortlist(current, found, scores)
     begun = [h for h in spread(partial(_begun, case, current), trials, jobs, tell) if h is not None]
     begun = sorted(begun, key=lambda h: -h.evidence)
-    fits = spread(partial(_continued, case, current), begun[:KEPT], jobs, tell)
-    done = _finished(case, [*fits, *begun[KEPT:]], jobs)
-    if not any(f.chi < ADEQUATE for f in done):
-        switched = _likely_relays([c for c in found if c.switches], located)
-        done += [slim(rejudged(case, h)) for h in _relays(case, current, switched, power, seed, jobs)]
-    return sorted(done, key=lambda h: -h.evidence)
-
-
-def _relays(
-    case: Case, current: Hypothesis, switched: Sequence[Candidate], power: float, seed: int, jobs: int
-) -> list[Hypothesis]:  # fmt: skip
-    """The relays whose draws come nearest, fitted under the noise of the file."""
-    white = under_file_noise(case)
-    now = rejudged(white, current)
-    sought = [s for s in spread(partial(_sought, now, power, seed), switched, jobs, None) if s is not None]
-    least = min((s.share for s in sought), default=np.inf)
-    near = sorted((s for s in sought if s.share < min(NEAR, ALMOST * least)), key=lambda s: s.share)[:FOLLOWED_UP]
-    fits = spread(partial(followed_up, white, now), near, jobs, None)
-    return [f for f in fits if f is not None]
+    switched: list[Hypothesis] = []
+    if not any(h.chi < ADEQUATE for h in begun):
+        able = likely([c for c in found if c.switches], located)
+        switched = [slim(rejudged(case, h)) for h in relays(case, current, able, power, seed, jobs)]
+    kept = KEPT if not switched or begun[0].chi < AHEAD * switched[0].chi else 1
+    fits = spread(partial(_continued, case, current), begun[:kept], jobs, tell)
+    done = _finished(case, [*fits, *begun[kept:]], jobs)
+    return sorted([*done, *switched], key=lambda h: -h.evidence)
 
 
 def _finished(case: Case, done: Sequence[Hypothesis], jobs: int) -> list[Hypothesis]:
@@ -153,21 +140,6 @@ def _finished(case: Case, done: Sequence[Hypothesis], jobs: int) -> list[Hypothe
 
 def _to_the_end(case: Case, h: Hypothesis) -> Hypothesis:
     return slim(suppose(case, h.machine, h.found, h.own, h.values)) if h.chi > ADEQUATE else h
-
-
-def _sought(current: Hypothesis, power: float, seed: int, candidate: Candidate) -> Sought | None:
-    try:
-        return seek(current, power, seed, candidate)
-    except (Failed, np.linalg.LinAlgError):
-        return None
-
-
-def _likely_relays(switched: Sequence[Candidate], located: Sequence[UnknownHeat]) -> list[Candidate]:
-    """Those at the places where unknown heat explains most; of two there, first the one with more to it."""
-    gain = {u.name: u.gain for u in located}
-    return sorted(switched, key=lambda c: (-max((gain.get(n, 0.0) for n in parts_about(c)), default=0.0), -len(c.own)))[
-        :RELAYS
-    ]
 
 
 def without(case: Case, best: Hypothesis, i: int) -> Hypothesis | None:

@@ -1,9 +1,8 @@
-"""The search for a relay: where it switches is not a smooth matter, so its numbers are drawn before they are fitted.
+"""Draws of a relay: where it switches is not a smooth matter, so its numbers are drawn before they are fitted.
 
 Draws from the priors are run all at once and judged by their misfit with the other parameters adjusted linearly; the
-best ones set the next draws (the cross-entropy method, Rubinstein & Kroese 2004), and the best few are fitted in full.
-The first rounds look at the beginning of each run only, where a wrong period has not yet lost its step.
-The parameters about which all this happens come from a fit that allows any heat at the places in question.
+best ones set the next draws (the cross-entropy method, Rubinstein & Kroese 2004). They look at the beginning of each
+run only, where a wrong period has not yet lost its step.
 """
 
 from __future__ import annotations
@@ -21,27 +20,17 @@ from network.calibration.partials import Slots
 from network.checks import places_of
 from network.declare import Array, Mask
 from network.diagnosis.candidates import Candidate
-from network.diagnosis.case import Case, Hypothesis, early, suppose
+from network.diagnosis.case import Hypothesis, early
 from network.diagnosis.screen import whitened
-from network.diagnosis.slimming import slim
 from network.graph import build
 from network.mechanisms.base import Relay
-from network.refusal import Failed
 
 DRAWS, ELITE, APART = 300, 40, 0.3
 """Draws of a round, how many set the next ones, and how far those that are fitted are apart in prior σ."""
-SHORT, LONG = (0.2, 0.2, 0.3, 0.3), (0.35, 0.35, 0.45, 0.45)
-"""Share of each run that a round looks at: about the null, and about the fit that allows any heat."""
 WIDER, LEAST = 1.5, 0.02
 """How much wider than the best draws the next ones are, every other round; and the least, in prior σ."""
-BEGUN, STEPS = 4, 8
-"""Draws of each kind that are fitted over the rounds' share of the runs, and the steps of these fits."""
-LADDER = ((0.4, 5, 4), (0.53, 5, 3), (0.7, 6, 2), (1.0, 12, 1))
-"""Shares of each run that fits are extended to, the steps there, and how many of them are."""
-GOOD = 1.03
-"""Misfit χ at which no further one is extended."""
-NEAR = 0.8
-"""Misfit of the best draw over that of the null, up to which it is fitted."""
+BEGUN = 4
+"""Draws that are fitted."""
 MOST_SWITCHES = 25
 """An hour, beyond which a draw is not looked at."""
 SLACK_SHARE, SLACK_TIME = 0.6, 900.0
@@ -56,14 +45,32 @@ class Draw:
     misfit: float
 
 
+@dataclass(frozen=True)
+class Look:
+    """Share of each run that every round of draws looks at; is_free: about a fit that allows any heat at the places in
+    question, else about the null."""
+
+    horizons: tuple[float, ...]
+    is_free: bool
+
+    @property
+    def share(self) -> float:
+        return self.horizons[-1]
+
+
+SHORT, LONG = Look((0.2, 0.2, 0.3, 0.3), False), Look((0.35, 0.35, 0.5, 0.5), True)
+
+
 @dataclass(frozen=True, eq=False)
 class Sought:
-    """A candidate with its best draws: of each kind the numbers of the file they were made at, the share of the runs
-    they were judged by, and the draws. share: misfit of the best about the null over that of the null."""
+    """A candidate with its best draws, how they were looked for, and the numbers of the file they were made at. ratio:
+    misfit of the best over that of the null there."""
 
     candidate: Candidate
-    pools: tuple[tuple[Mapping[str, float], float, tuple[Draw, ...]], ...]
-    share: float
+    values: Mapping[str, float]
+    look: Look
+    draws: tuple[Draw, ...]
+    ratio: float
 
 
 def parts_about(candidate: Candidate) -> tuple[str, ...]:
@@ -89,52 +96,20 @@ def freed(null: Hypothesis, parts: Sequence[str], power: float) -> Linearised:
     return linearise(replace(problem, firm_theta=1.0, firm_eta=1.0), about.theta)
 
 
-def seek(null: Hypothesis, power: float, seed: int, candidate: Candidate) -> Sought | None:
+def seek(null: Hypothesis, power: float, seed: int, look: Look, candidate: Candidate) -> Sought | None:
     """Draws of a candidate; None where it cannot be searched."""
     if not serves(build(candidate.machine)):
         return None
-    about = linearise(replace(null.fit.problem, firm_theta=1.0, firm_eta=1.0), null.fit.theta)
-    near = _drawn(about, candidate, _values(about), SHORT, seed)
-    free = freed(null, parts_about(candidate), power)
-    far = _drawn(free, candidate, _values(free), LONG, seed + 1)
-    pools = tuple((_values(base), horizons[-1], tuple(_apart(draws, candidate.own)))
-                  for base, horizons, draws in ((about, SHORT, near), (free, LONG, far)))  # fmt: skip
-    return Sought(candidate, pools, near[0].misfit / _misfit_of_null(about, SHORT[-1]) if near else np.inf)
-
-
-def followed_up(case: Case, null: Hypothesis, sought: Sought) -> Hypothesis | None:
-    """The best fit from the draws, over ever more of each run, so that it keeps step; None where all run away."""
-    begun = [_extended(case.until(share), null, sought.candidate, {**values, **_own(sought, draw)}, STEPS)
-             for values, share, draws in sought.pools for draw in draws]  # fmt: skip
-    alive = sorted((h for h in begun if h is not None), key=lambda h: h.chi)
-    for share, steps, count in LADDER:
-        longer: list[Hypothesis] = []
-        for h in alive[:count]:
-            again = _extended(case.until(share) if share < 1 else case, null, sought.candidate, h.values, steps)
-            longer += [] if again is None else [again]
-            if again is not None and again.chi < GOOD:
-                break
-        alive = sorted(longer, key=lambda h: h.chi)
-    return slim(alive[0]) if alive else None
-
-
-def _extended(
-    case: Case, null: Hypothesis, candidate: Candidate, start: Mapping[str, float], steps: int
-) -> Hypothesis | None:  # fmt: skip
-    try:
-        return suppose(
-            case, candidate.machine, (*null.found, candidate), (*null.own, *candidate.own), start, steps=steps
-        )
-    except (Failed, np.linalg.LinAlgError):
+    if look.is_free:
+        about = freed(null, parts_about(candidate), power)
+    else:
+        about = linearise(replace(null.fit.problem, firm_theta=1.0, firm_eta=1.0), null.fit.theta)
+    values = values_at(about.problem.parameters, about.theta)
+    draws = _drawn(about, candidate, values, look, seed)
+    if not draws:
         return None
-
-
-def _own(sought: Sought, draw: Draw) -> dict[str, float]:
-    return values_at(sought.candidate.own, draw.theta)
-
-
-def _values(about: Linearised) -> dict[str, float]:
-    return values_at(about.problem.parameters, about.theta)
+    chosen = tuple(_apart(draws, candidate.own))
+    return Sought(candidate, values, look, chosen, draws[0].misfit / _misfit_of_null(about, look.share))
 
 
 def _misfit_of_null(about: Linearised, horizon: float) -> float:
@@ -146,7 +121,7 @@ def _misfit_of_null(about: Linearised, horizon: float) -> float:
 
 
 def _drawn(
-    about: Linearised, candidate: Candidate, values: dict[str, float], horizons: Sequence[float], seed: int
+    about: Linearised, candidate: Candidate, values: dict[str, float], look: Look, seed: int
 ) -> list[Draw]:  # fmt: skip
     """Rounds of draws from the priors with a growing horizon, the best first."""
     rng = np.random.default_rng(seed)
@@ -155,12 +130,12 @@ def _drawn(
     root = np.diag(spread)
     kept: list[Draw] = []
     pool: list[Draw] = []
-    for i, horizon in enumerate(horizons):
+    for i, horizon in enumerate(look.horizons):
         theta = np.clip(centre + rng.standard_normal((DRAWS, len(centre))) @ root.T, low, high)
         if kept:
             theta[:ELITE] = [d.theta for d in kept]
         kept = sorted(_judged(about, candidate, values, theta, horizon), key=lambda d: d.misfit)
-        pool += kept if horizon == horizons[-1] else []
+        pool += kept if horizon == look.share else []
         kept = kept[:ELITE]
         best = np.array([d.theta for d in kept])
         wider = WIDER if i % 2 == 0 else 1.0
