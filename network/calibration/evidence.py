@@ -23,6 +23,8 @@ OFFSET = {"degC": 0.1, "um": 0.25e-6, "urad": 0.25e-6}
 """Prior 1σ of a channel's constant error, by its unit (SI)."""
 START = 0.3
 """K: prior 1σ of a part's temperature at the start, where a reading or a cold machine tells it."""
+START_ANYWHERE = 1.0
+"""K: the same where neither tells it and the part is no solid one but a capacity, like a tank."""
 START_SHARE = 0.5
 """Of the spread of the first readings, in addition, for parts without a sensor."""
 LONE, MOST_JUMPS = 3.0, 40
@@ -58,6 +60,13 @@ class Measured:
     @property
     def known(self) -> Array:
         return np.asarray(self.counts > 0)
+
+    def started(self, start: Mapping[str, float]) -> Measured:
+        """The same about other temperatures of the parts at the start, of which as much is supposed as before."""
+        own = {n.name: self.run.start[n.name] for n in self.starts}
+        moved = {n: start.get(n, t) for n, t in own.items()}
+        starts = tuple(replace(n, mean=n.mean + own[n.name] - moved[n.name]) for n in self.starts)
+        return replace(self, run=replace(self.run, start={**self.run.start, **moved}), starts=starts)
 
     @property
     def variance(self) -> Array:
@@ -118,7 +127,8 @@ def _starts(machine: Machine, parts: Mapping[str, float], recording: Recording) 
     sensed = {s.place.node for name, s in machine.sensors.items() if s.place and name in recording.columns}
     spread = float(np.ptp([parts[n] for n in own if n in sensed] or [0.0]))
     for name in own:
-        yield Nuisance(name, 0.0, START if name in sensed else START + START_SHARE * spread)
+        unseen = START if machine.nodes[name].length is not None else START_ANYWHERE
+        yield Nuisance(name, 0.0, START if name in sensed else unseen + START_SHARE * spread)
 
 
 def lone_jumps(knots: Knots) -> Array:

@@ -43,7 +43,7 @@ class Lack:
 class Case:
     """Recordings of a machine. sigma: white 1σ of a sample by channel where it was told from residuals; noise: coloured
     noise beside it; lacking: of each run, what its channels have more on finer lumps than on those of the machine,
-    which stands in for them."""
+    which stands in for them; began: of each run, temperatures of parts at its start about which it is linear."""
 
     machine: Machine
     recordings: tuple[Recording, ...]
@@ -51,6 +51,7 @@ class Case:
     noise: Noise = field(default_factory=Noise)
     sigma: Mapping[str, float] = field(default_factory=dict)
     lacking: tuple[Lack, ...] = ()
+    began: tuple[Mapping[str, float], ...] = ()
 
     @cached_property
     def drivers(self) -> tuple[str, ...]:
@@ -61,7 +62,8 @@ class Case:
     def of(self, runs: Sequence[int]) -> Case:
         """The case of some of its recordings."""
         lacking = tuple(self.lacking[i] for i in runs) if self.lacking else ()
-        return replace(self, recordings=tuple(self.recordings[i] for i in runs), lacking=lacking)
+        began = tuple(self.began[i] for i in runs) if self.began else ()
+        return replace(self, recordings=tuple(self.recordings[i] for i in runs), lacking=lacking, began=began)
 
     def until(self, share: float) -> Case:
         """The case of the beginnings of its recordings."""
@@ -73,6 +75,8 @@ class Case:
         told = [replace(d, sigma={n: self.sigma.get(n, s) for n, s in d.sigma.items()}) for d in data]
         if self.lacking:
             told = [replace(d, means=d.means - lack.at(d)) for d, lack in zip(told, self.lacking, strict=True)]
+        if self.began:
+            told = [d.started(start) for d, start in zip(told, self.began, strict=True)]
         return tuple(told)
 
     def _usable(self, recording: Recording) -> list[str]:
@@ -203,6 +207,16 @@ def renoised(case: Case, hypothesis: Hypothesis) -> Case:
     more = {n: s > 0 or white > LOUDER * declared.get(n, 0) for n, (white, s, _) in told.items()}
     sigma = {n: white for n, (white, _, _) in told.items() if white > 0 and more[n]}
     return replace(case, noise=Noise(tinted), sigma=sigma)
+
+
+def begun(case: Case, hypothesis: Hypothesis) -> Case:
+    """The case about the starts that a hypothesis finds: where relays switch, the way there is not a straight one."""
+    fit, first, starts = hypothesis.fit, len(hypothesis.fit.problem.offsets), list[Mapping[str, float]]()
+    for d in fit.problem.data:
+        moved = fit.eta[first : first + len(d.starts)]
+        starts.append({n.name: d.run.start[n.name] + float(x) for n, x in zip(d.starts, moved, strict=True)})
+        first += len(d.starts) + len(d.edges)
+    return replace(case, began=tuple(starts))
 
 
 def rejudged(case: Case, hypothesis: Hypothesis) -> Hypothesis:

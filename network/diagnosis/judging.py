@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from network.calibration.beginnings import begun as started
 from network.calibration.fitting import chi_of
 from network.calibration.parameters import Parameter
 from network.calibration.patching import calibrated
-from network.comparison import compare
+from network.comparison import Comparison
 from network.diagnosis.advise import experiments
 from network.diagnosis.candidates import Candidate
 from network.diagnosis.case import Hypothesis
@@ -191,9 +192,15 @@ def windows_of(located: Sequence[UnknownHeat]) -> tuple[tuple[float, float], ...
 
 
 def _fits(search: Search, before: Machine, after: Machine, holdout: Sequence[Recording]) -> Fits:
-    runs = search.case.recordings
-    held = (compare(before, holdout), compare(after, holdout)) if holdout else (None, None)
-    return Fits(compare(before, runs), compare(after, runs), *held)
+    pairs = (search.plain, before), (search.plain if after is before else search.best, after)
+    told = [_compared(h, machine, runs) for runs in (search.case.recordings, holdout) for h, machine in pairs]
+    assert told[0] is not None and told[1] is not None
+    return Fits(told[0], told[1], told[2], told[3])
+
+
+def _compared(h: Hypothesis, machine: Machine, runs: Sequence[Recording]) -> Comparison | None:
+    """Residuals of runs, the temperatures of their parts at the start estimated."""
+    return started(machine, h.machine, h.fit.problem.parameters, h.fit.theta, runs, h.case.start, max(1.0, h.chi))
 
 
 def _channels(fits: Fits) -> Mapping[str, float]:
