@@ -7,7 +7,7 @@ good to first order.
 
 from __future__ import annotations
 
-from collections.abc import Container, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -98,22 +98,23 @@ def draws_of(networks: Sequence[Network], run: Run) -> Draws:
 
 
 def means_of(
-    machine: Machine, draws: Draws, run: Run, start: float, new: Container[str], horizon: float = 1.0
+    machine: Machine, draws: Draws, run: Run, began: Mapping[str, Array], horizon: float = 1.0
 ) -> tuple[Array, Array]:
     """Means over the cells of a run for every draw (draws, channels · cells), those behind the horizon 0, and how
-    often each relay switched. start: of `new` parts, about which the run says nothing [°C]; horizon: share of the run
-    that is computed."""
+    often each relay switched. began: where parts start in every draw [°C], the others as the run has them; horizon:
+    share of the run that is computed."""
     t, network = run.knots.samples, draws.networks[0]
     count = max(2, round(horizon * float(t[-1] - t[0]) / draws.step))
     edges = np.asarray(float(t[0]) + draws.step * np.arange(count + 1), float)
     left, right = spans(run.schedule, edges)
-    T0 = np.full(network.size, start)
+    T0 = np.full((len(draws.networks), network.size), machine.reference)
     for name, part in network.parts.items():
-        T0[part] = run.start.get(name, start) if name not in new else start
-    plan = Plan(network, edges, edges, left, right, T0, "modal", "")
+        T0[:, part] = np.reshape(began.get(name, run.start.get(name, machine.reference)), (-1, 1))
+    plan = Plan(network, edges, edges, left, right, T0[0], "modal", "")
     seen = _Seen(machine, plan, draws, run)
     each = max(1, int(AT_ONCE / (draws.decay.shape[1] * count)))
-    told = [seen.means(draws.of(slice(i, i + each))) for i in range(0, len(draws.networks), each)]
+    parts = (slice(i, i + each) for i in range(0, len(draws.networks), each))
+    told = [seen.means(draws.of(part), T0[part]) for part in parts]
     return np.concatenate([means for means, _ in told]), np.concatenate([switches for _, switches in told])
 
 
@@ -137,9 +138,9 @@ class _Seen:
         slopes = slopes_of(machine, draws.outputs, level, self.u, run.channels)
         self.slopes = slopes if slopes and slopes.is_constant and slopes.is_straight else None
 
-    def means(self, draws: Draws) -> tuple[Array, Array]:
+    def means(self, draws: Draws, T0: Array) -> tuple[Array, Array]:
         draws = replace(draws, into=draws.into @ self.basis.T, direct=draws.direct @ self.basis.T)
-        modes, switches = _march(self.plan, draws, self.inputs)
+        modes, switches = _march(self.plan, draws, self.inputs, T0)
         edges = np.vstack([self.inputs[0], self.inputs[1][-1:]])
         if self.slopes is None:
             return self._one_by_one(draws, modes, edges), switches
@@ -168,13 +169,15 @@ def _least(begin: Array, end: Array) -> tuple[tuple[Array, Array], Array]:
     return (series[: len(begin)], series[len(begin) :]), basis[:r]
 
 
-def _march(plan: Plan, draws: Draws, inputs: tuple[Array, ...]) -> tuple[Array, Array]:
-    """Modal states of all draws at all edges (K + 1, draws, n), and their switchings."""
+def _march(plan: Plan, draws: Draws, inputs: tuple[Array, ...], T0: Array) -> tuple[Array, Array]:
+    """Modal states of all draws at all edges (K + 1, draws, n) from their temperatures T0 (draws, N), and their
+    switchings."""
     K, (M, n), outputs = len(plan.steps), draws.decay.shape, draws.outputs
-    x0 = np.concatenate([plan.T0[plan.network.free], outputs.start_states(plan.T0) if outputs.states else []])
+    states = np.array([outputs.start_states(T) if outputs.states else np.empty(0) for T in T0])
+    x0 = np.hstack([T0[:, plan.network.free], states])
     law = _joined_law([net.relays[0] for net in draws.networks])
     m = np.empty((K + 1, M, n), draws.decay.dtype)
-    m[0] = draws.first @ x0
+    m[0] = np.matmul(draws.first, x0[:, :, None])[:, :, 0]
     into = draws.into.transpose(2, 0, 1).reshape(-1, M * n)
     kick = (draws.c0 + draws.c1) * draws.own
     on, switches, before = (np.zeros(M) for _ in range(3))

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from network.calibration.evidence import measured
-from network.calibration.fitting import linearise, make_problem
+from network.calibration.evidence import START_ANYWHERE, Measured, measured
+from network.calibration.fitting import Problem, linearise, make_problem
 from network.calibration.noise import Noise
 from network.calibration.parameters import Parameter
 from network.comparison import Comparison, compare
@@ -16,9 +17,12 @@ from network.declare import Array
 from network.inputs import Start
 from network.machine import Machine
 from network.recording import Recording
+from network.refusal import Failed
 
 ROUNDS, CLOSE = 4, 1.0
 """How often a run is linearised about its start, and the least that another time must better the cost J."""
+TRIED = (0.0, -0.7, 0.7)
+"""K by which parts that may start anywhere are moved before."""
 
 
 def beginning(
@@ -27,17 +31,39 @@ def beginning(
 ) -> Start:  # fmt: skip
     """The most probable temperatures of the parts at the start of a recording, the numbers being known; the further the
     run is off otherwise, the less they move."""
-    data, best = measured(machine, recording, start), np.inf
-    found = {n.name: data.run.start[n.name] for n in data.starts}
+    data = measured(machine, recording, start)
+    problem = partial(_about, machine, parameters, data, misfit)
+    anywhere = [n.name for n in data.starts if n.spread >= START_ANYWHERE]
+    shifts = TRIED if anywhere else (0.0,)
+    found = [_settled(problem, theta, {n: data.run.start[n] + x for n in anywhere}) for x in shifts]
+    return Start(nodes=min(found, key=lambda pair: pair[0])[1])
+
+
+def _about(
+    machine: Machine, parameters: Sequence[Parameter], data: Measured, misfit: float, start: Mapping[str, float]
+) -> Problem:  # fmt: skip
+    """The run about other temperatures at its start."""
+    problem = make_problem(machine, parameters, [data.started(start)], Noise())
+    return replace(problem, offsets=(), firm_eta=misfit)
+
+
+def _settled(
+    problem: Callable[[Mapping[str, float]], Problem], theta: Array, start: Mapping[str, float]
+) -> tuple[float, dict[str, float]]:
+    """The cost J, and the start at which a run linearised about it stays."""
+    best, found = np.inf, dict(start)
     for _ in range(ROUNDS):
-        problem = make_problem(machine, parameters, [data.started(found)], Noise())
-        fit = linearise(replace(problem, offsets=(), firm_eta=misfit), theta)
+        try:
+            fit = linearise(problem(start), theta)
+        except Failed:
+            break
+        data = fit.problem.data[0]
         if fit.cost > best - CLOSE:
             break
-        best, before = fit.cost, found
-        moved = fit.eta[: len(data.starts)]
-        found = {n.name: before[n.name] + float(x) for n, x in zip(data.starts, moved, strict=True)}
-    return Start(nodes=found)
+        best, moved = fit.cost, fit.eta[: len(data.starts)]
+        start = {n.name: data.run.start[n.name] + float(x) for n, x in zip(data.starts, moved, strict=True)}
+        found = start
+    return best, dict(found)
 
 
 def begun(

@@ -30,6 +30,8 @@ from network.solvers.modal import Modes
 from network.solvers.plan import Plan, joined
 from network.solvers.switched import with_edges
 
+MOST = 2
+"""Switchings for each interval between knots, beyond which a run is not followed."""
 LEAST_RATE = 1e-7
 """K/s: a guard that creeps over zero slower than this has no switching instant to speak of."""
 
@@ -159,7 +161,7 @@ class SwitchedCourse(Course):
 def switched_course(plan: Plan, readouts: Readouts, known: dict[bytes, Modes] | None = None) -> SwitchedCourse:
     """The run of a plan with relays; `known`: modes found before. Raises Failed where they are too much alike."""
     known = {} if known is None else known
-    found = switched.find(plan, readouts, known=known)
+    found = switched.find(plan, readouts, known=known, most=round(MOST * len(plan.steps)))
     if found is None:
         raise Failed("a network with relays whose modes are too much alike for the closed form cannot be fitted")
     pauses = np.concatenate(

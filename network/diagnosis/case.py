@@ -71,7 +71,7 @@ class Case:
 
     def lay_out(self, machine: Machine) -> tuple[Measured, ...]:
         """The recordings for fits of one machine (this one, refined or with something added)."""
-        data = (measured(machine, r, self.start, self._usable(r)) for r in self.recordings)
+        data = [measured(machine, r, self.start, self._usable(r)) for r in self.recordings]
         told = [replace(d, sigma={n: self.sigma.get(n, s) for n, s in d.sigma.items()}) for d in data]
         if self.lacking:
             told = [replace(d, means=d.means - lack.at(d)) for d, lack in zip(told, self.lacking, strict=True)]
@@ -220,7 +220,8 @@ def begun(case: Case, hypothesis: Hypothesis) -> Case:
 
 
 def rejudged(case: Case, hypothesis: Hypothesis) -> Hypothesis:
-    """The same hypothesis under another noise, numbers as they are."""
+    """The same hypothesis under another noise, numbers and starts as they are."""
+    case = replace(case, began=hypothesis.case.began or case.began)
     problem = case.problem(hypothesis.machine, hypothesis.fit.problem.parameters)
     fit = linearise(problem, hypothesis.fit.theta)
     fit = replace(fit, problem=replace(fit.problem, firm_eta=max(1.0, chi_of(fit))))

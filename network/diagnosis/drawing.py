@@ -9,13 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from network.calibration.batch import Draws, draws_of, means_of, serves, step_of
+from network.calibration.evidence import START_ANYWHERE
 from network.calibration.fitting import Linearised, linearise, minimise
 from network.calibration.noise import slack_covariance, whitener
-from network.calibration.parameters import Parameter, values_at
+from network.calibration.parameters import values_at
 from network.calibration.partials import Slots
 from network.checks import places_of
 from network.declare import Array, Mask
@@ -31,6 +33,8 @@ WIDER, LEAST = 1.5, 0.02
 """How much wider than the best draws the next ones are, every other round; and the least, in prior σ."""
 BEGUN = 4
 """Draws that are fitted."""
+FARTHEST = 4.0
+"""Prior 1σ that a start may lie off."""
 MOST_SWITCHES = 25
 """An hour, beyond which a draw is not looked at."""
 SLACK_SHARE, SLACK_TIME = 0.6, 900.0
@@ -39,10 +43,40 @@ SLACK_SHARE, SLACK_TIME = 0.6, 900.0
 
 @dataclass(frozen=True)
 class Draw:
-    """Numbers of a candidate and the misfit they leave, the others adjusted linearly."""
+    """Numbers of a candidate, then where its new parts start [°C], and the misfit that is left, the others adjusted
+    linearly."""
 
     theta: Array
     misfit: float
+
+
+@dataclass(frozen=True, eq=False)
+class Space:
+    """What is drawn: the numbers of a candidate, then the starts of the parts that it brings or lets go."""
+
+    candidate: Candidate
+
+    @cached_property
+    def parts(self) -> tuple[str, ...]:
+        base = self.candidate.base.nodes
+        named = self.candidate.machine.nodes.items()
+        return tuple(n for n, node in named if node.is_part and not (n in base and base[n].is_part))
+
+    @cached_property
+    def prior(self) -> tuple[Array, Array, Array, Array]:
+        """Centre, 1σ, and bounds."""
+        own = [(p.centre, p.spread, p.low, p.high) for p in self.candidate.own]
+        middle = self.candidate.machine.reference
+        far = FARTHEST * START_ANYWHERE
+        rows = [*own, *((middle, START_ANYWHERE, middle - far, middle + far) for _ in self.parts)]
+        centre, spread, low, high = np.array(rows, float).T
+        return centre, spread, low, high
+
+    def numbers(self, theta: Array) -> dict[str, float]:
+        return values_at(self.candidate.own, theta[: len(self.candidate.own)])
+
+    def starts(self, theta: Array) -> dict[str, float]:
+        return dict(zip(self.parts, theta[len(self.candidate.own) :].tolist(), strict=True))
 
 
 @dataclass(frozen=True)
@@ -66,7 +100,7 @@ class Sought:
     """A candidate with its best draws, how they were looked for, and the numbers of the file they were made at. ratio:
     misfit of the best over that of the null there."""
 
-    candidate: Candidate
+    space: Space
     values: Mapping[str, float]
     look: Look
     draws: tuple[Draw, ...]
@@ -105,11 +139,12 @@ def seek(null: Hypothesis, power: float, seed: int, look: Look, candidate: Candi
     else:
         about = linearise(replace(null.fit.problem, firm_theta=1.0, firm_eta=1.0), null.fit.theta)
     values = values_at(about.problem.parameters, about.theta)
-    draws = _drawn(about, candidate, values, look, seed)
+    space = Space(candidate)
+    draws = _drawn(about, space, values, look, seed)
     if not draws:
         return None
-    chosen = tuple(_apart(draws, candidate.own))
-    return Sought(candidate, values, look, chosen, draws[0].misfit / _misfit_of_null(about, look.share))
+    chosen = tuple(_apart(draws, space.prior[1]))
+    return Sought(space, values, look, chosen, draws[0].misfit / _misfit_of_null(about, look.share))
 
 
 def _misfit_of_null(about: Linearised, horizon: float) -> float:
@@ -121,12 +156,12 @@ def _misfit_of_null(about: Linearised, horizon: float) -> float:
 
 
 def _drawn(
-    about: Linearised, candidate: Candidate, values: dict[str, float], look: Look, seed: int
+    about: Linearised, space: Space, values: dict[str, float], look: Look, seed: int
 ) -> list[Draw]:  # fmt: skip
     """Rounds of draws from the priors with a growing horizon, the best first."""
     rng = np.random.default_rng(seed)
-    low, high = (np.array([getattr(p, s) for p in candidate.own]) for s in ("low", "high"))
-    centre, spread = (np.array([getattr(p, s) for p in candidate.own]) for s in ("centre", "spread"))
+    centre: Array
+    centre, spread, low, high = space.prior
     root = np.diag(spread)
     kept: list[Draw] = []
     pool: list[Draw] = []
@@ -134,32 +169,32 @@ def _drawn(
         theta = np.clip(centre + rng.standard_normal((DRAWS, len(centre))) @ root.T, low, high)
         if kept:
             theta[:ELITE] = [d.theta for d in kept]
-        kept = sorted(_judged(about, candidate, values, theta, horizon), key=lambda d: d.misfit)
+        kept = sorted(_judged(about, space, values, theta, horizon), key=lambda d: d.misfit)
         pool += kept if horizon == look.share else []
         kept = kept[:ELITE]
         best = np.array([d.theta for d in kept])
         wider = WIDER if i % 2 == 0 else 1.0
-        centre = best.mean(axis=0)
+        centre = best.mean(axis=0).astype(float)
         root = np.linalg.cholesky(wider**2 * np.cov(best.T).reshape(len(centre), -1) + np.diag(LEAST * spread) ** 2)
     return sorted(pool, key=lambda d: d.misfit)
 
 
 def _judged(
-    about: Linearised, candidate: Candidate, values: dict[str, float], theta: Array, horizon: float
-) -> list[Draw]:
+    about: Linearised, space: Space, values: dict[str, float], theta: Array, horizon: float
+) -> list[Draw]:  # fmt: skip
+    candidate, (centre, spread, _, _) = space.candidate, space.prior
     network = build(candidate.machine)
     parameters = (*(p for p in about.problem.parameters if p.path in candidate.machine.uncertain), *candidate.own)
     slots = Slots(network, parameters)
     shared = {p.path: values[p.path] for p in parameters if p.path in values}
-    networks = [slots.at(shared | values_at(candidate.own, row)) for row in theta]
-    reference = candidate.machine.reference
-    new = {n for n, node in candidate.machine.nodes.items() if node.is_part and not _was_part(candidate, n)}
+    networks = [slots.at(shared | space.numbers(row)) for row in theta]
+    began = dict(zip(space.parts, theta[:, len(candidate.own) :].T, strict=True))
     steps: dict[float, Draws] = {}
     runs = []
     for d in about.problem.data:
         h = round(step_of(d.run), 6)
         draws = steps[h] if h in steps else steps.setdefault(h, draws_of(networks, d.run))
-        runs.append(means_of(candidate.machine, draws, d.run, reference, new, horizon))
+        runs.append(means_of(candidate.machine, draws, d.run, began, horizon))
     seen_early = np.concatenate([early(d, horizon) for d in about.problem.data])
     measured = np.concatenate([d.means for d in about.problem.data])
     means = np.concatenate([m for m, _ in runs], axis=1)
@@ -168,13 +203,8 @@ def _judged(
     misfit = _adjusted(about, residual, seen)
     hours = sum(float(np.ptp(d.run.knots.samples)) for d in about.problem.data) * horizon / 3600
     many = sum(switches for _, switches in runs) > MOST_SWITCHES * hours
-    own = np.array([[(x - p.centre) / p.spread for p, x in zip(candidate.own, row, strict=True)] for row in theta])
-    misfit = np.where(many, np.inf, misfit + np.sum(own**2, axis=1))
+    misfit = np.where(many, np.inf, misfit + np.sum(((theta - centre) / spread) ** 2, axis=1))
     return [Draw(row, float(m)) for row, m in zip(theta, misfit, strict=True)]
-
-
-def _was_part(candidate: Candidate, name: str) -> bool:
-    return name in candidate.base.nodes and candidate.base.nodes[name].is_part
 
 
 def _adjusted(about: Linearised, residual: Array, seen: Mask) -> Array:
@@ -190,12 +220,11 @@ def _adjusted(about: Linearised, residual: Array, seen: Mask) -> Array:
     return np.where(np.isfinite(misfit), misfit, np.inf)
 
 
-def _apart(draws: Sequence[Draw], own: Sequence[Parameter]) -> list[Draw]:
+def _apart(draws: Sequence[Draw], spreads: Array) -> list[Draw]:
     """The best draws that are not nearly the same."""
-    spreads = np.array([p.spread for p in own])
     chosen: list[Draw] = []
     for draw in draws:
-        near = np.array([np.abs(draw.theta - c.theta) / spreads for c in chosen]).reshape(-1, len(own)).max(axis=1)
+        near = np.array([np.abs(draw.theta - c.theta) / spreads for c in chosen]).reshape(-1, len(spreads)).max(axis=1)
         if (near > APART).all() and np.isfinite(draw.misfit):
             chosen.append(draw)
         if len(chosen) == BEGUN:

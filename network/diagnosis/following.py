@@ -14,11 +14,12 @@ import numpy as np
 from network.calibration.parameters import Parameter
 from network.calibration.slack import installed_power
 from network.diagnosis.candidates import Candidate, candidates
-from network.diagnosis.case import Case, Hypothesis, begun, rejudged, relaid, renoised
+from network.diagnosis.case import Case, Hypothesis, rejudged, relaid, renoised
 from network.diagnosis.chance import LEAST, threshold_of
 from network.diagnosis.confirm import left_out, rebuilt, rivals, without
 from network.diagnosis.locate import locate
 from network.diagnosis.refine import settled
+from network.diagnosis.restarting import restarted
 from network.diagnosis.screen import screen
 from network.diagnosis.slimming import slim
 from network.diagnosis.standing_in import stand_in
@@ -66,14 +67,13 @@ def followed(
         best = _carried(case, current, before, ranked)
         if best is None or not _is_gain(current, best, threshold):
             break
-        best = _restarted(best)
         case = renoised(best.case, best)
         if not _is_gain(rejudged(case, current), rejudged(case, best), threshold):
             break
         told = replace(before.case, noise=case.noise, sigma=case.sigma)
         befores.append(slim(rejudged(told, before)))
         steps.append(_led(best, spread(partial(_rejudged, told), ranked, jobs, None)))
-        current = _restarted(settled(case, rejudged(case, best)))
+        current = restarted(settled(case, rejudged(case, best)), jobs)
         case = current.case
         tell(0.15 + 0.25 * len(steps))
     return _checked(null, case, current, befores, steps, threshold, jobs)
@@ -91,16 +91,8 @@ def _carried(
     """The best of the rivals on the lumps of what is there; None where there is none."""
     if before is current or not ranked:
         return rejudged(case, ranked[0]) if ranked else None
-    fine = (relaid(case, current.root, h.found, h.values, False) for h in ranked[:CARRIED])
+    fine = (relaid(replace(case, began=h.case.began), current.root, h.found, h.values, False) for h in ranked[:CARRIED])
     return max((h for h in fine if h is not None), key=lambda h: h.evidence, default=None)
-
-
-def _restarted(best: Hypothesis) -> Hypothesis:
-    """The hypothesis fitted about the starts that it finds, where relays switch and that helps."""
-    if not any(c.switches for c in best.found):
-        return best
-    again = relaid(begun(best.case, best), best.root, best.found, best.values)
-    return again if again is not None and again.evidence > best.evidence else best
 
 
 def _rejudged(case: Case, h: Hypothesis) -> Hypothesis:

@@ -7,12 +7,11 @@ allows any heat at the places in question.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
-from network.calibration.parameters import values_at
 from network.diagnosis.candidates import Candidate
 from network.diagnosis.case import Case, Hypothesis, rejudged, suppose, under_file_noise
 from network.diagnosis.drawing import LONG, SHORT, Look, Sought, parts_about, seek
@@ -35,10 +34,11 @@ WELL = 0.9
 
 @dataclass(frozen=True)
 class _Start:
-    """A candidate to be fitted from some numbers."""
+    """A candidate to be fitted from some numbers, about some starts of its parts."""
 
     candidate: Candidate
     values: Mapping[str, float]
+    began: tuple[Mapping[str, float], ...]
 
 
 def relays(
@@ -75,13 +75,20 @@ def _followed_up(
     case: Case, null: Hypothesis, near: Sequence[Sought], look: Look, jobs: int
 ) -> Hypothesis | None:  # fmt: skip
     """The best fit from the draws; None where all run away."""
-    starts = [_Start(s.candidate, {**s.values, **values_at(s.candidate.own, d.theta)}) for s in near for d in s.draws]
+    starts = [_Start(s.space.candidate, {**s.values, **s.space.numbers(d.theta)}, _all(case, s.space.starts(d.theta)))
+              for s in near for d in s.draws]  # fmt: skip
     alive = _fitted(case.until(look.share), null, starts, STEPS, jobs)
     for share, steps, count in LADDER:
         if share > look.share:
-            starts = [_Start(h.found[-1], h.values) for h in alive[:count]]
+            starts = [_Start(h.found[-1], h.values, h.case.began) for h in alive[:count]]
             alive = _fitted(case.until(share) if share < 1 else case, null, starts, steps, jobs)
     return alive[0] if alive else None
+
+
+def _all(case: Case, starts: Mapping[str, float]) -> tuple[Mapping[str, float], ...]:
+    """The starts beside those known before, for every run."""
+    before = case.began or ({},) * len(case.recordings)
+    return tuple({**run, **starts} for run in before) if starts else case.began
 
 
 def _fitted(
@@ -96,6 +103,7 @@ def _fit(case: Case, null: Hypothesis, steps: int, start: _Start) -> Hypothesis 
     c = start.candidate
     found, own = (*null.found, c), (*null.own, *c.own)
     try:
-        return slim(suppose(case, c.machine, found, own, start.values, steps=steps))
+        about = replace(case, began=start.began)
+        return slim(suppose(about, c.machine, found, own, start.values, steps=steps))
     except (Failed, np.linalg.LinAlgError):
         return None

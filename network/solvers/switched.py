@@ -38,10 +38,10 @@ class Switching:
 
 def find(
     plan: Plan, readouts: Readouts, progress: Callable[[float], None] | None = None,
-    known: dict[bytes, Modes] | None = None,
+    known: dict[bytes, Modes] | None = None, most: int = MOST_SWITCHES,
 ) -> Switching | None:  # fmt: skip
     """The switchings of a plan; None where its modes are too badly conditioned for the closed form. known: modes found
-    before, by the matrix of their regime; those found here come in."""
+    before, by the matrix of their regime; those found here come in. Raises Failed from more than `most` switchings."""
     known = {} if known is None else known
     relays = sum(group.into.shape[1] for group in plan.network.relays)
     problem = reduce(replace(plan, modes=np.zeros((len(plan.steps), relays))), readouts)
@@ -51,14 +51,14 @@ def find(
     modes = [known[key] for key in keys]
     if max(m.condition for m in modes) > WORST_CONDITION:
         return None
-    return _Search(problem, modes).run(progress)
+    return _Search(problem, modes, most).run(progress)
 
 
 class _Search:
     """Walks through the run from switching to switching."""
 
-    def __init__(self, problem: LinearProblem, modes: list[Modes]) -> None:
-        self.problem, self.plan, self.modes = problem, problem.plan, modes
+    def __init__(self, problem: LinearProblem, modes: list[Modes], most: int) -> None:
+        self.problem, self.plan, self.modes, self.most = problem, problem.plan, modes, most
         self.watch = Watch(problem, modes)
         self.pauses = np.concatenate(
             [np.broadcast_to(np.asarray(g.law.pause(), float), g.into.shape[1]) for g in self.plan.network.relays]
@@ -156,8 +156,8 @@ class _Search:
                 self.on[j] = 1.0 - self.on[j]
                 self.switches.append((t, j, int(self.on[j])))
                 del self.pending[j]
-        if len(self.switches) > MOST_SWITCHES:
-            raise Failed(f"a relay switched {MOST_SWITCHES} times by {t:.4g} s; give it a wider hysteresis or a delay")
+        if len(self.switches) > self.most:
+            raise Failed(f"a relay switched {self.most} times by {t:.4g} s; give it a wider hysteresis or a delay")
 
 
 def with_edges(plan: Plan, edges: Array) -> Plan:
