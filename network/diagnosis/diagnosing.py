@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from network.calibration.threads import on_one_thread
 from network.diagnosis.case import Case, Hypothesis, rejudged, renoised, suppose, under_file_noise
 from network.diagnosis.confirm import ADEQUATE
-from network.diagnosis.following import FULL, Followed, followed
+from network.diagnosis.following import FULL, Screened, followed, screened
 from network.diagnosis.intake import taken_in
 from network.diagnosis.judging import diagnosis_of
 from network.diagnosis.locate import locate
@@ -30,7 +30,7 @@ BEHIND = 3.0
 @dataclass(frozen=True, eq=False)
 class Search:
     """What a diagnosis tried on its way: the machine as written and calibrated, the best, of each step what stood
-    before it (befores) and all its rivals, where it differed, and the gain that chance reaches."""
+    before it (befores) and all its rivals, where it differed, the gain that chance reaches, what could be missing."""
 
     case: Case
     written: Hypothesis
@@ -42,6 +42,7 @@ class Search:
     gains: tuple[float, ...]
     located: tuple[UnknownHeat, ...]
     threshold: float
+    screened: Screened
 
 
 @on_one_thread
@@ -74,15 +75,15 @@ def _searched(case: Case, seed: int, jobs: int, tell: Callable[[float], None]) -
         tracks[0] = settled(case, tracks[0])
     null = max(tracks, key=lambda h: h.evidence)
     located = locate(null.fit, null.machine)
-    found: list[Followed] = []
-    for track in sorted(tracks, key=lambda h: -h.evidence):
-        found.append(followed(track, located, seed, jobs, tell))
-        if found[-1].best.chi < ADEQUATE:
-            break
+    seen = screened(null)
+    found = [followed(null, seen, located, seed, jobs, tell)]
+    for track in tracks:
+        if track is not null and not any(f.best.chi < ADEQUATE for f in found):
+            found.append(followed(track, screened(track), located, seed, jobs, tell))
     won = max(found, key=lambda f: rejudged(case, f.best).evidence)
     plain = suppose(under_file_noise(case), case.machine, offsets=False)
     steps = won.befores, won.steps
-    return Search(case, as_written, plain, null, won.best, *steps, won.gains, located, won.threshold)
+    return Search(case, as_written, plain, null, won.best, *steps, won.gains, located, won.threshold, seen)
 
 
 def _tracks(levels: Sequence[Hypothesis], best: Hypothesis) -> list[Hypothesis]:

@@ -160,13 +160,12 @@ def _drawn(
 ) -> list[Draw]:  # fmt: skip
     """Rounds of draws from the priors with a growing horizon, the best first."""
     rng = np.random.default_rng(seed)
-    centre: Array
-    centre, spread, low, high = space.prior
+    middle, spread, low, high = space.prior
     root = np.diag(spread)
     kept: list[Draw] = []
     pool: list[Draw] = []
     for i, horizon in enumerate(look.horizons):
-        theta = np.clip(centre + rng.standard_normal((DRAWS, len(centre))) @ root.T, low, high)
+        theta = np.clip(middle + rng.standard_normal((DRAWS, len(middle))) @ root.T, low, high)
         if kept:
             theta[:ELITE] = [d.theta for d in kept]
         kept = sorted(_judged(about, space, values, theta, horizon), key=lambda d: d.misfit)
@@ -174,9 +173,13 @@ def _drawn(
         kept = kept[:ELITE]
         best = np.array([d.theta for d in kept])
         wider = WIDER if i % 2 == 0 else 1.0
-        centre = best.mean(axis=0).astype(float)
-        root = np.linalg.cholesky(wider**2 * np.cov(best.T).reshape(len(centre), -1) + np.diag(LEAST * spread) ** 2)
+        middle = np.array([float(x) for x in best.mean(axis=0)])
+        root = _root(wider**2 * np.cov(best.T).reshape(len(middle), -1) + np.diag(LEAST * spread) ** 2)
     return sorted(pool, key=lambda d: d.misfit)
+
+
+def _root(covariance: Array) -> Array:
+    return np.asarray(np.linalg.cholesky(covariance), float)
 
 
 def _judged(

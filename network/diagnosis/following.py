@@ -20,7 +20,7 @@ from network.diagnosis.confirm import left_out, rebuilt, rivals, without
 from network.diagnosis.locate import locate
 from network.diagnosis.refine import settled
 from network.diagnosis.restarting import restarted
-from network.diagnosis.screen import screen
+from network.diagnosis.screen import Score, screen
 from network.diagnosis.slimming import slim
 from network.diagnosis.standing_in import stand_in
 from network.diagnosis.together import spread
@@ -49,34 +49,56 @@ class Followed:
     threshold: float
 
 
+@dataclass(frozen=True, eq=False)
+class Screened:
+    """What is proposed beside a hypothesis, and how each would show: about what stands in for it on coarser lumps."""
+
+    before: Hypothesis
+    proposed: tuple[Candidate, ...]
+    scores: tuple[Score, ...]
+
+
+def screened(current: Hypothesis) -> Screened:
+    """Everything that could be missing from a hypothesis, screened."""
+    before = stand_in(current)
+    proposed = tuple(c for c in candidates(before.machine, current.case.drivers) if _keeps(c, before.own))
+    return Screened(before, proposed, tuple(screen(before.fit, proposed, before.values)))
+
+
 def followed(
-    null: Hypothesis, located: Sequence[UnknownHeat], seed: int, jobs: int, tell: Callable[[float], None]
-) -> Followed:
-    """The steps from one null, checked."""
+    null: Hypothesis, first: Screened, located: Sequence[UnknownHeat], seed: int, jobs: int,
+    tell: Callable[[float], None],
+) -> Followed:  # fmt: skip
+    """The steps from one null, checked. first: its screening."""
     case, current = null.case, null
     befores: list[Hypothesis] = []
     steps: list[tuple[Hypothesis, ...]] = []
     threshold = LEAST
     while current.chi > FULL and len(current.found) < MOST_FINDINGS:
-        before = stand_in(current)
-        proposed = [c for c in candidates(before.machine, case.drivers) if _keeps(c, before.own)]
-        scores = screen(before.fit, proposed, before.values)
-        threshold = threshold if steps else threshold_of(scores, seed)
+        seen = screened(current) if steps else first
+        before, done = seen.before, 0.15 + 0.25 * len(steps)
+        threshold = threshold if steps else threshold_of(seen.scores, seed)
         where = located if not steps else locate(before.fit, before.machine)
-        ranked = rivals(before.case, before, proposed, scores, where, installed_power(before.predictions), seed, jobs)
+        power = installed_power(before.predictions)
+        told = partial(_further, tell, done)
+        ranked = rivals(before.case, before, seen.proposed, seen.scores, where, power, seed, jobs, told)
         best = _carried(case, current, before, ranked)
         if best is None or not _is_gain(current, best, threshold):
             break
         case = renoised(best.case, best)
         if not _is_gain(rejudged(case, current), rejudged(case, best), threshold):
             break
-        told = replace(before.case, noise=case.noise, sigma=case.sigma)
-        befores.append(slim(rejudged(told, before)))
-        steps.append(_led(best, spread(partial(_rejudged, told), ranked, jobs, None)))
+        now = replace(before.case, noise=case.noise, sigma=case.sigma)
+        befores.append(slim(rejudged(now, before)))
+        steps.append(_led(best, spread(partial(_rejudged, now), ranked, jobs, None)))
         current = restarted(settled(case, rejudged(case, best)), jobs)
         case = current.case
         tell(0.15 + 0.25 * len(steps))
     return _checked(null, case, current, befores, steps, threshold, jobs)
+
+
+def _further(tell: Callable[[float], None], done: float, share: float) -> None:
+    tell(done + 0.1 * share)
 
 
 def _keeps(candidate: Candidate, own: Sequence[Parameter]) -> bool:

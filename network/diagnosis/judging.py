@@ -16,6 +16,7 @@ from network.diagnosis.advise import experiments
 from network.diagnosis.candidates import Candidate
 from network.diagnosis.case import Hypothesis
 from network.diagnosis.coarse import lumping_of
+from network.diagnosis.isolability import isolability
 from network.diagnosis.ranking import ALIKE, confidence, distinct, shares
 from network.diagnosis.verdict import UNKNOWN, Diagnosis, Finding, Fits, Quantity, Rival, UnknownHeat
 from network.machine import Machine
@@ -50,10 +51,12 @@ def diagnosis_of(
     coarse = lumping_of(search.written, best.root, finer_gain, search.threshold) if is_finer else None
     findings, verdict = _weighed(search, findings, coarse)
     fits = _fits(search, before, after, holdout)
+    known = isolability(search.screened.scores, search.screened.proposed)
+    notes = (*warnings, *_notes(search), *([known.sentence] if known.sentence else ()))
     return Diagnosis(
         search.case.machine, before, after, verdict, tuple(findings), _channels(fits), search.located[:8], fits,
-        tuple(_rivals(search.steps[0], search.befores[0]) if search.steps else ()), (*warnings, *_notes(search)),
-        tuple(experiments(search)), _shifts(best), seed, seconds,
+        tuple(_rivals(search.steps[0], search.befores[0]) if search.steps else ()), notes,
+        tuple(experiments(search, known.unseen)), _shifts(best), seed, seconds,
     )  # fmt: skip
 
 
