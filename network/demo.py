@@ -40,7 +40,7 @@ def tell_demo(output: str | Path) -> Iterator[str]:
     yield from _heat_quantity()
     yield from _recording(machine_file, scenario, where)
     yield from _chapter("5  What is missing?")
-    yield from tell_missing(machine_file, where)
+    yield from tell_missing(where)
 
 
 def _chapter(title: str) -> Iterator[str]:
