@@ -29,6 +29,8 @@ SIGNED_SPREAD = 3.0
 SHAPE_SPREAD = 1.0
 EXPONENT_SPREAD = 0.25
 """The same for a bare number that has a default, like an exponent."""
+STRETCHES = ((0.0, 0.25), (0.25, 0.5), (0.5, 0.75), (0.75, 1.0))
+"""Of a bar, in shares of its length, at which a candidate is looked at besides."""
 DEGREES = 3.0
 """K: prior 1σ of a temperature that a proposal brings."""
 
@@ -183,3 +185,25 @@ def _value(machine: Machine, path: str, field: ParamField) -> float:
     own = next(name for name, f in entry.fields.items() if f.key == path.rpartition(".")[2])
     value = entry.__dict__[own]
     return float(value) if isinstance(value, int | float) else field.proposal()
+
+
+def along(c: Candidate) -> Iterator[Candidate]:
+    """The same candidate at stretches of the bars that it names as a whole, one bar after the other: where along a bar
+    heat enters counts as soon as the bar has lumps."""
+    bars = [n for n in c.places if n in c.base.nodes and c.base.nodes[n].lumps > 1]
+    for name in bars:
+        for first, last in STRETCHES:
+            moved = candidate(c.base, c.kind, renamed(c.patch, name, f"{name}@{first:g}..{last:g}"))
+            if moved is not None and moved.places == c.places:
+                yield moved
+
+
+def renamed(tree: Any, name: str, other: str) -> Any:
+    """A patch whose entries, but for nodes and sensors, say another place in the stead of one."""
+    if isinstance(tree, Mapping):
+        own = ("nodes", "sensors")
+        pairs = ((k, v if k in own else renamed(v, name, other)) for k, v in tree.items())
+        return {other if k == name and not isinstance(v, Mapping) else k: v for k, v in pairs}
+    if isinstance(tree, list | tuple):
+        return [renamed(x, name, other) for x in tree]
+    return other if tree == name else tree

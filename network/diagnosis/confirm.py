@@ -12,12 +12,10 @@ from network.calibration.fitting import Linearised, chi_of, linearise
 from network.calibration.parameters import centres, values_at
 from network.declare import Array
 from network.diagnosis.candidates import Candidate
-from network.diagnosis.case import Case, Hypothesis, rejudged, relaid, suppose
-from network.diagnosis.relays import likely, relays
+from network.diagnosis.case import Case, Hypothesis, relaid, suppose
 from network.diagnosis.screen import Score, screen
 from network.diagnosis.slimming import slim
 from network.diagnosis.together import spread
-from network.diagnosis.verdict import UnknownHeat
 from network.refusal import Failed
 
 SHORTLIST = 8
@@ -28,8 +26,6 @@ BRIEF, KEPT = 5, 6
 """Steps in which every candidate begins, and how many of them go on."""
 FIRST_STEPS, FINALISTS = 7, 3
 """Steps of these, and how many of them are then fitted to the end."""
-AHEAD = 1.15
-"""Misfit χ of the best other over that of a relay, from which others are no longer fitted."""
 ADEQUATE = 1.06
 """Misfit χ up to which no relay is searched for."""
 
@@ -115,21 +111,16 @@ def _tail(current: Hypothesis) -> Array:
 
 def rivals(
     case: Case, current: Hypothesis, found: Sequence[Candidate], scores: Sequence[Score],
-    located: Sequence[UnknownHeat], power: float, seed: int, jobs: int, tell: Tell = None,
+    jobs: int, tell: Tell = None,
 ) -> list[Hypothesis]:  # fmt: skip
-    """Everything worth a fit beside what is there, fitted, the best evidence first. found, scores: what is proposed for
-    the current machine, and its screening about the current fit."""
+    """Everything without a relay worth a fit beside what is there, fitted, the best evidence first. found, scores: what
+    is proposed for the current machine, and its screening about the current fit."""
     trials = shortlist(current, found, scores)
     begun = [h for h in spread(partial(_begun, case, current), trials, jobs, tell) if h is not None]
     begun = sorted(begun, key=lambda h: -h.evidence)
-    switched: list[Hypothesis] = []
-    if not any(h.chi < ADEQUATE for h in begun):
-        able = likely([c for c in found if c.switches], located)
-        switched = [slim(rejudged(case, h)) for h in relays(case, current, able, power, seed, jobs)]
-    kept = KEPT if not switched or begun[0].chi < AHEAD * switched[0].chi else 1
-    fits = spread(partial(_continued, case, current), begun[:kept], jobs, tell)
-    done = _finished(case, [*fits, *begun[kept:]], jobs)
-    return sorted([*done, *switched], key=lambda h: -h.evidence)
+    fits = spread(partial(_continued, case, current), begun[:KEPT], jobs, None)
+    done = _finished(case, [*fits, *begun[KEPT:]], jobs)
+    return sorted(done, key=lambda h: -h.evidence)
 
 
 def _finished(case: Case, done: Sequence[Hypothesis], jobs: int) -> list[Hypothesis]:

@@ -18,7 +18,9 @@ from network.diagnosis.case import Case, Hypothesis, rejudged, relaid, renoised
 from network.diagnosis.chance import LEAST, threshold_of
 from network.diagnosis.confirm import left_out, rebuilt, rivals, without
 from network.diagnosis.locate import locate
-from network.diagnosis.refine import settled
+from network.diagnosis.placing import placed
+from network.diagnosis.refine import FAR, settled
+from network.diagnosis.relays import likely, relays
 from network.diagnosis.restarting import restarted
 from network.diagnosis.screen import Score, screen
 from network.diagnosis.slimming import slim
@@ -33,6 +35,10 @@ WORTH = 0.015
 """Share of the misfit χ that a finding must take away."""
 HOLDS = 1.02
 """Misfit on left-out runs, relative to before, that a finding may leave."""
+SWAYING = 1.25
+"""Misfit χ from which a relay is looked for."""
+LITTLE = 0.6
+"""Share of the misfit χ that other findings leave, above which relays are looked for in more than the beginning."""
 CARRIED = 2
 """Rivals that are fitted again on the finer lumps."""
 
@@ -76,23 +82,27 @@ def followed(
     threshold = LEAST
     while current.chi > FULL and len(current.found) < MOST_FINDINGS:
         seen = screened(current) if steps else first
-        before, done = seen.before, 0.15 + 0.25 * len(steps)
+        before, told = seen.before, partial(_further, tell, 0.15 + 0.25 * len(steps))
         threshold = threshold if steps else threshold_of(seen.scores, seed)
-        where = located if not steps else locate(before.fit, before.machine)
-        power = installed_power(before.predictions)
-        told = partial(_further, tell, done)
-        ranked = rivals(before.case, before, seen.proposed, seen.scores, where, power, seed, jobs, told)
-        best = _carried(case, current, before, ranked)
-        if best is None or not _is_gain(current, best, threshold):
+        ranked = rivals(before.case, before, seen.proposed, seen.scores, jobs, told)
+        ranked = [*(placed(h, jobs) for h in ranked[:1]), *ranked[1:]]
+        kept = _kept(case, current, before, ranked, threshold, jobs)
+        if (kept or current).chi > SWAYING:
+            where = located if not steps else locate(before.fit, before.machine)
+            able = likely([c for c in seen.proposed if c.switches], where)
+            power, far = installed_power(before.predictions), kept is None or kept.chi > LITTLE * current.chi
+            switched = relays(before.case, before, able, power, seed, jobs, far)
+            ranked = sorted([*switched, *ranked], key=lambda h: -h.evidence)
+            other = _kept(case, current, before, ranked, threshold, jobs) if switched else None
+            if other is not None and (kept is None or other.evidence > rejudged(other.case, kept).evidence):
+                kept = other
+        if kept is None:
             break
-        case = renoised(best.case, best)
-        if not _is_gain(rejudged(case, current), rejudged(case, best), threshold):
-            break
+        case = kept.case
         now = replace(before.case, noise=case.noise, sigma=case.sigma)
         befores.append(slim(rejudged(now, before)))
-        steps.append(_led(best, spread(partial(_rejudged, now), ranked, jobs, None)))
-        current = restarted(settled(case, rejudged(case, best)), jobs)
-        case = current.case
+        steps.append(_led(kept, spread(partial(_rejudged, now), ranked, jobs, None)))
+        current = kept
         tell(0.15 + 0.25 * len(steps))
     return _checked(null, case, current, befores, steps, threshold, jobs)
 
@@ -105,6 +115,20 @@ def _keeps(candidate: Candidate, own: Sequence[Parameter]) -> bool:
     """Whether the numbers of earlier findings still stand with it."""
     entries = dict(candidate.machine.entries())
     return all(entries[p.entry].__dict__[p.attribute] is not None for p in own if p.entry in entries)
+
+
+def _kept(
+    case: Case, current: Hypothesis, before: Hypothesis, ranked: Sequence[Hypothesis], threshold: float, jobs: int
+) -> Hypothesis | None:  # fmt: skip
+    """The best of the rivals on as many lumps as it takes; None where it gains no more than chance."""
+    best = _carried(case, current, before, ranked)
+    if best is None or not _is_gain(current, best, threshold):
+        return None
+    case = renoised(best.case, best)
+    if not _is_gain(rejudged(case, current), rejudged(case, best), threshold):
+        return None
+    best = rejudged(case, best)
+    return restarted(settled(case, best) if best.chi < FAR else best, jobs)
 
 
 def _carried(

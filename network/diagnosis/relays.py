@@ -42,19 +42,20 @@ class _Start:
 
 
 def relays(
-    case: Case, current: Hypothesis, switched: Sequence[Candidate], power: float, seed: int, jobs: int
+    case: Case, current: Hypothesis, switched: Sequence[Candidate], power: float, seed: int, jobs: int, far: bool = True
 ) -> list[Hypothesis]:
-    """The relay that comes nearest, fitted under the noise of the file; none where no draw comes near."""
+    """The relay that comes nearest, fitted under the noise of the file and told under that of the case; none where no
+    draw comes near. far: whether more than the beginning of the runs is looked at where that shows none."""
     white = under_file_noise(case)
     null = rejudged(white, current)
-    for look in (SHORT, LONG):
+    for look in (SHORT, LONG) if far else (SHORT,):
         found = spread(partial(_sought, null, power, seed, look), switched[:MOST], jobs, None)
         sought = [s for s in found if s is not None]
         least = min((s.ratio for s in sought), default=np.inf)
         near = [s for s in sought if s.ratio < min(NEAR, ALMOST * least)]
         best = _followed_up(white, null, near, look, jobs) if near else None
         if best is not None and best.chi < WELL * null.chi:
-            return [best]
+            return [slim(rejudged(case, best))]
     return []
 
 

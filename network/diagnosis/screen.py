@@ -15,11 +15,13 @@ import numpy as np
 
 from network.calibration.fitting import Linearised
 from network.declare import Array
-from network.diagnosis.candidates import Candidate
+from network.diagnosis.candidates import Candidate, along
 from network.diagnosis.directions import direction
 
 MOST = 30.0
 """Multiples of the typical strength that the linear score may suppose."""
+VARIED = 24
+"""Candidates of which stretches of bars are looked at."""
 SCALES = (0.25, 1.0, 4.0)
 """Multiples of the typical strength tried where the answer is not one of heat alone."""
 
@@ -49,8 +51,20 @@ def lean(fit: Linearised, d: Array) -> Array:
 
 
 def screen(fit: Linearised, found: Sequence[Candidate], values: Mapping[str, float]) -> list[Score]:
-    """Scores of the candidates that a linear answer can be had for, about a fit at these numbers; best first."""
-    tried = [(c, scale) for c in found if not (c.is_structural or c.switches) for scale in _scales(c)]
+    """Scores of the candidates that a linear answer can be had for, about a fit at these numbers, best first: of each
+    the best along the bars that it touches, which is looked for with those that score well as a whole."""
+    scores = _scored(fit, [c for c in found if not (c.is_structural or c.switches)], values)
+    finer = _scored(fit, [moved for s in scores[:VARIED] for moved in along(s.candidate)], values)
+    best = {s.candidate.key: s for s in scores}
+    for s in finer:
+        if s.gain > best[s.candidate.key].gain:
+            best[s.candidate.key] = s
+    return sorted(best.values(), key=lambda s: -s.gain)
+
+
+def _scored(fit: Linearised, found: Sequence[Candidate], values: Mapping[str, float]) -> list[Score]:
+    """Scores of candidates as they are, the best of each."""
+    tried = [(c, scale) for c in found for scale in _scales(c)]
     changes = [_change(fit, c, values, scale) for c, scale in tried]
     kept = [(c, scale, d) for (c, scale), d in zip(tried, changes, strict=True) if d is not None]
     if not kept:

@@ -23,7 +23,7 @@ from network.refusal import Failed
 
 SMALL = 30
 """Lumps up to which a machine stands for itself."""
-LACK = 3.0
+LACK = 6.0
 """Most that the coarser lumps may lack, rms in noise units."""
 STEPS = 6
 

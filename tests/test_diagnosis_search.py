@@ -1,0 +1,165 @@
+"""The parts of a diagnosis that make it fast or keep it honest, each against a computation that does without it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from build import machine
+from test_diagnosis import LADDERS, LINKS, NODES, SENSORS, SOURCES, plant, recorded
+
+from network.calibration.batch import draws_of, means_of, serves
+from network.calibration.beginnings import beginning
+from network.calibration.colour import colours
+from network.calibration.parameters import values_at
+from network.calibration.partials import Slots
+from network.calibration.predictor import Model
+from network.diagnosis.candidates import Candidate, candidates
+from network.diagnosis.case import Case, Hypothesis, begun, suppose
+from network.diagnosis.directions import direction
+from network.diagnosis.drawing import SHORT, Space, seek
+from network.diagnosis.refine import finer
+from network.diagnosis.slimming import slim
+from network.diagnosis.standing_in import lumps_of, stand_in
+from network.graph import build
+from network.machine import Machine
+
+COOLER = {"cooler": {"kind": "thermostat_cooling", "into": {"housing": 1}, "watches": "housing", "set": "24 degC",
+                     "hysteresis": "0.6 K", "power": "250 W"}}  # fmt: skip
+BARS = {
+    **NODES,
+    "housing": {"material": "steel", "length": "600 mm", "area": "130 cm^2", "lumps": 1},
+    "column": {"material": "steel", "length": "1500 mm", "area": "160 cm^2", "lumps": 1},
+}
+STEEL = {"steel": {"density": "7800 kg/m^3", "specific_heat": "470 J/(kg K)", "conductivity": "45 W/(m K)",
+                   "expansion": "1.1e-5 1/K"}}  # fmt: skip
+
+
+@cache
+def null(concealed: str = "") -> Hypothesis:
+    truth = plant(sources=COOLER if concealed else {})
+    case = Case(plant(), tuple(recorded(truth, ladder, i) for i, ladder in enumerate(LADDERS)))
+    return suppose(case, case.machine)
+
+
+def bars(lumps: int = 1) -> Machine:
+    nodes = {n: {**body, "lumps": lumps} if "lumps" in body else body for n, body in BARS.items()}
+    return machine(nodes, links=LINKS, sources=SOURCES, sensors=SENSORS, materials=STEEL)
+
+
+@cache
+def fine() -> Hypothesis:
+    case = Case(bars(), tuple(recorded(bars(40), ladder, i) for i, ladder in enumerate(LADDERS)))
+    refined = case.machine.patched(finer(case.machine) or {})
+    return suppose(case, refined.patched(finer(refined) or {}))
+
+
+def relay_on(part: str, h: Hypothesis) -> Candidate:
+    return next(c for c in candidates(h.machine, h.case.drivers) if c.switches and c.places == (part,))
+
+
+@pytest.mark.parametrize("kind", ["conduction", "forced_convection", "heat_source", "viscous_friction"])
+def test_a_candidates_heat_alone_tells_what_the_whole_run_does(kind: str) -> None:
+    h = null()
+    c = next(c for c in candidates(h.machine, h.case.drivers) if c.kind.kind == kind)
+    small = {p.path: p.value(p.centre) for p in c.own} | {c.own[0].path: 1e-3 * c.own[0].value(c.own[0].centre)}
+    told = direction(c, {**h.values, **small}, h.fit.problem.data, h.predictions)
+    theta = np.array([np.log(small[p.path]) if p.is_log else small[p.path] for p in c.own])
+    whole = Model(c.machine, (*h.fit.problem.parameters, *c.own), [d.run for d in h.fit.problem.data])
+    there = whole.predict(np.concatenate([h.fit.theta, theta]))
+    moved = np.concatenate([m.cells - p.cells for m, p in zip(there, h.predictions, strict=True)])
+    assert told is not None
+    np.testing.assert_allclose(told, moved, atol=0.02 * np.abs(moved).max())
+
+
+def test_draws_stepped_together_run_like_each_run_by_itself() -> None:
+    h = null()
+    c, data = relay_on("housing", h), h.fit.problem.data[0]
+    network = build(c.machine)
+    assert serves(network)
+    slots = Slots(network, c.own)
+    rows = [[p.centre + 0.1 * k * p.spread for p in c.own] for k in range(3)]
+    networks = [slots.at(values_at(c.own, np.array(row))) for row in rows]
+    means, switches = means_of(c.machine, draws_of(networks, data.run), data.run, {})
+    for row, together in zip(rows, means, strict=True):
+        alone = Model(c.machine, c.own, [data.run]).predict(np.array(row))[0]
+        assert np.abs(together - alone.cells).max() < 0.03
+    assert (switches > 0).any()
+
+
+def test_draws_find_a_relay_at_its_part_and_at_no_other() -> None:
+    h = null("cooler")
+    by_part = {p: seek(h, 500.0, 0, SHORT, relay_on(p, h)) for p in ("housing", "column")}
+    found, other = by_part["housing"], by_part["column"]
+    assert found is not None and other is not None
+    assert found.ratio < 0.5 * other.ratio
+    numbers = found.space.numbers(found.draws[0].theta)
+    assert numbers["sources.thermostat_cooling housing.power"] == pytest.approx(250, rel=0.3)
+
+
+def test_a_held_node_that_becomes_a_tank_may_start_anywhere() -> None:
+    jacket = {"kind": "convection", "between": ["housing", "coolant"], "conductance": "20 W/K ± 30 %"}
+    cooled = machine(
+        {**NODES, "coolant": {"temperature": "21 degC"}}, links={**LINKS, "jacket": jacket}, sources=SOURCES,
+        sensors=SENSORS,
+    )  # fmt: skip
+    tanks = [Space(c) for c in candidates(cooled, ["speed", "ambient"]) if c.switches and "coolant" in c.places]
+    assert [t.parts for t in tanks] == [("coolant",)]
+    centre, spread, low, high = tanks[0].prior
+    assert centre[-1] == cooled.reference and low[-1] < centre[-1] - spread[-1] < high[-1]
+
+
+def test_coarser_lumps_that_are_told_what_they_lack_leave_the_same() -> None:
+    h = fine()
+    coarse = stand_in(h)
+    assert lumps_of(coarse.machine) < lumps_of(h.machine)
+    assert coarse.chi == pytest.approx(h.chi, rel=0.02)
+    for p, values in ((p, coarse.values[p.path]) for p in h.fit.problem.parameters):
+        assert values == pytest.approx(h.values[p.path], rel=0.02)
+
+
+def test_what_is_kept_of_a_fit_is_what_it_said() -> None:
+    h = null()
+    kept = slim(h)
+    assert kept.predictions == () and kept.evidence == h.evidence and kept.chi == h.chi
+    np.testing.assert_array_equal(kept.fit.covariance, h.fit.covariance)
+
+
+def test_a_fit_about_other_starts_comes_to_the_same() -> None:
+    h = null()
+    again = suppose(begun(h.case, h), h.machine, start=h.values)
+    assert again.fit.cost == pytest.approx(h.fit.cost, rel=1e-3)
+    moved = again.fit.eta[len(again.fit.problem.offsets) :][: len(again.fit.problem.data[0].starts)]
+    assert np.abs(moved).max() < 0.02
+
+
+def test_where_a_run_began_is_found_again() -> None:
+    h = null()
+    recording = h.case.recordings[0]
+    warm = replace(recording, columns={n: replace(c, values=c.values + 0.5 * n.startswith("T_")) for n, c in
+                                       recording.columns.items()})  # fmt: skip
+    start = beginning(h.machine, h.fit.problem.parameters, h.fit.theta, warm, None, 1.0).nodes or {}
+    assert start["column"] == pytest.approx(20.5, abs=0.1)
+
+
+def test_channels_that_sway_together_are_moved_by_heat_and_not_by_noise() -> None:
+    h = null("cooler")
+    assert all(tinted == 0 for _, tinted, _ in colours(h.fit.problem.data, h.predictions).values())
+
+
+def test_noise_that_is_each_sensors_own_keeps_its_colour() -> None:
+    h, rng = null(), np.random.default_rng(3)
+    runs = []
+    for recording in h.case.recordings:
+        columns = dict(recording.columns)
+        for name in SENSORS:
+            e = np.zeros(len(recording.t))
+            for k in range(1, len(e)):
+                e[k] = 0.9 * e[k - 1] + 0.06 * rng.standard_normal()
+            columns[name] = replace(columns[name], values=columns[name].values + e)
+        runs.append(replace(recording, columns=columns))
+    loud = suppose(replace(h.case, recordings=tuple(runs)), h.machine)
+    told = colours(loud.fit.problem.data, loud.predictions)
+    assert all(tinted == pytest.approx(0.06 / np.sqrt(1 - 0.81), rel=0.3) for _, tinted, _ in told.values())
