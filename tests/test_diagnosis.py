@@ -39,13 +39,13 @@ def plant(**more: Any) -> Machine:
     return machine(NODES, **{s: {**sections[s], **more.get(s, {})} for s in sections})
 
 
-def recorded(truth: Machine, speeds: tuple[float, ...], seed: int) -> Recording:
+def recorded(truth: Machine, speeds: tuple[float, ...], seed: int, start: float = 20.0) -> Recording:
     """One run of a machine: equal times at some speeds [rpm], with its sensors' noise."""
     t = np.arange(0, MINUTES * 60.0 + 1, 20.0)
     steps = np.linspace(0, t[-1], len(speeds) + 1)[:-1] // 20 * 20
     ambient = 20 + np.sin(2 * np.pi * t / 9000)
     signals = [held("speed", "rpm", steps, np.array(speeds) * RPM), linear("ambient", "degC", t, ambient)]
-    schedule = Schedule("made", "made", t, {s.name: s for s in signals}, Start(others=20.0))
+    schedule = Schedule("made", "made", t, {s.name: s for s in signals}, Start(others=start))
     run = simulate(truth, schedule, noise_seed=seed)
     columns = {n: Column(n, "degC", v) for n, v in run.sensors.items()}
     columns |= {n: Column(n, schedule.signals[n].unit, v) for n, v in run.inputs.items()}

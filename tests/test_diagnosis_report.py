@@ -220,9 +220,7 @@ def test_a_machine_whose_file_is_gone_is_written_whole(tmp_path: Path) -> None:
     assert again.to_plain() == d.after.to_plain()
 
 
-def test_nothing_is_left_when_it_is_stopped(
-    found: Diagnosis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_nothing_is_left_when_it_is_stopped(found: Diagnosis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import network.report.canvas as canvas
 
     def stop(*_: object) -> None:

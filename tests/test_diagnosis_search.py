@@ -137,11 +137,9 @@ def test_a_fit_about_other_starts_comes_to_the_same() -> None:
 
 def test_where_a_run_began_is_found_again() -> None:
     h = null()
-    recording = h.case.recordings[0]
-    warm = replace(recording, columns={n: replace(c, values=c.values + 0.5 * n.startswith("T_")) for n, c in
-                                       recording.columns.items()})  # fmt: skip
+    warm = recorded(plant(), LADDERS[0], 5, start=20.4)
     start = beginning(h.machine, h.fit.problem.parameters, h.fit.theta, warm, None, 1.0).nodes or {}
-    assert start["column"] == pytest.approx(20.5, abs=0.1)
+    assert [start[n] for n in ("spindle", "housing", "column")] == pytest.approx([20.4] * 3, abs=0.06)
 
 
 def test_channels_that_sway_together_are_moved_by_heat_and_not_by_noise() -> None:
