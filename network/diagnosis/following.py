@@ -33,6 +33,8 @@ FULL = 1.06
 """Misfit χ below which nothing more is looked for."""
 WORTH = 0.015
 """Share of the misfit χ that a finding must take away."""
+HOPE = 0.5
+"""Linear score of a further candidate over what a name is worth, below which it is not fitted."""
 HOLDS = 1.02
 """Misfit on left-out runs, relative to before, that a finding may leave."""
 SWAYING = 1.25
@@ -82,6 +84,8 @@ def followed(
     threshold = LEAST
     while current.chi > FULL and len(current.found) < MOST_FINDINGS:
         seen = screened(current) if steps else first
+        if steps and _shows_nothing(seen):
+            break
         before, told = seen.before, partial(_further, tell, 0.15 + 0.25 * len(steps))
         threshold = threshold if steps else threshold_of(seen.scores, seed)
         ranked = rivals(before.case, before, seen.proposed, seen.scores, jobs, told)
@@ -105,6 +109,12 @@ def followed(
         current = kept
         tell(0.15 + 0.25 * len(steps))
     return _checked(null, case, current, befores, steps, threshold, jobs)
+
+
+def _shows_nothing(seen: Screened) -> bool:
+    """Whether no candidate scores what a name is worth, where not much is left."""
+    worth = HOPE * WORTH * len(seen.before.fit.left)
+    return seen.before.chi < SWAYING and all(s.gain < worth for s in seen.scores)
 
 
 def _further(tell: Callable[[float], None], done: float, share: float) -> None:

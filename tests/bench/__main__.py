@@ -69,7 +69,7 @@ def process_rows(table: Table) -> None:
         for words, limit in (
             (["check", machine], "1 s"),
             (["simulate", machine, scenario, "--no-plots", "-o", folder], "1.5 s"),
-            (["demo", "-o", folder], "30 s"),
+            (["demo", "-o", folder], "60 s"),
         ):
             seconds = median_seconds(lambda w=words: subprocess.run([*lptn, *w], check=True, capture_output=True), 3)
             table.add_row(f"lptn {words[0]}, whole process", f"{seconds:.2f} s", "", f"limit {limit}", "", "", "")
