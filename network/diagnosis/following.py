@@ -124,7 +124,7 @@ def _further(tell: Callable[[float], None], done: float, share: float) -> None:
 def _keeps(candidate: Candidate, own: Sequence[Parameter]) -> bool:
     """Whether the numbers of earlier findings still stand with it."""
     entries = dict(candidate.machine.entries())
-    return all(entries[p.entry].__dict__[p.attribute] is not None for p in own if p.entry in entries)
+    return all(p.entry in entries and entries[p.entry].__dict__.get(p.attribute) is not None for p in own)
 
 
 def _kept(
