@@ -18,11 +18,14 @@ from network.diagnosis.intake import taken_in
 from network.diagnosis.judging import diagnosis_of
 from network.diagnosis.locate import locate
 from network.diagnosis.refine import FAR, refined, settled
+from network.diagnosis.standing_in import lumps_of
 from network.diagnosis.verdict import Diagnosis, UnknownHeat
 from network.inputs import Start
 from network.machine import Machine
 from network.recording import Recording
 
+MANY = 120
+"""Lumps from which it is not worked out what would not have shown, where nothing is looked for."""
 BEHIND = 3.0
 """Misfit of the machine as written over that of its best refinement, beyond which it is not looked at by itself."""
 
@@ -75,7 +78,8 @@ def _searched(case: Case, seed: int, jobs: int, tell: Callable[[float], None]) -
         tracks[0] = settled(case, tracks[0])
     null = max(tracks, key=lambda h: h.evidence)
     located = locate(null.fit, null.machine)
-    seen = screened(null)
+    is_told = null.chi < FULL and lumps_of(null.machine) > MANY
+    seen = Screened(null, (), ()) if is_told else screened(null)
     found = [followed(null, seen, located, seed, jobs, tell)]
     for track in tracks:
         if track is not null and not any(f.best.chi < ADEQUATE for f in found):
