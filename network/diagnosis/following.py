@@ -137,8 +137,8 @@ def _kept(
     case = renoised(best.case, best)
     if not _is_gain(rejudged(case, current), rejudged(case, best), threshold):
         return None
-    best = rejudged(case, best)
-    return restarted(settled(case, best) if best.chi < FAR else best, jobs)
+    best = restarted(rejudged(case, best), jobs)
+    return settled(best.case, best) if best.chi < FAR else best
 
 
 def _carried(
