@@ -161,3 +161,10 @@ def test_noise_that_is_each_sensors_own_keeps_its_colour() -> None:
     loud = suppose(replace(h.case, recordings=tuple(runs)), h.machine)
     told = colours(loud.fit.problem.data, loud.predictions)
     assert all(tinted == pytest.approx(0.06 / np.sqrt(1 - 0.81), rel=0.3) for _, tinted, _ in told.values())
+
+
+def test_a_case_on_another_recording_knows_nothing_of_its_runs() -> None:
+    h = null()
+    about = begun(h.case, h)
+    alone = about.on(about.recordings[:1])
+    assert len(alone.lay_out(h.machine)) == 1 and not alone.began and not alone.lacking

@@ -65,6 +65,10 @@ class Case:
         began = tuple(self.began[i] for i in runs) if self.began else ()
         return replace(self, recordings=tuple(self.recordings[i] for i in runs), lacking=lacking, began=began)
 
+    def on(self, recordings: tuple[Recording, ...]) -> Case:
+        """The case on other recordings, of which nothing is known beforehand."""
+        return replace(self, recordings=recordings, start=None, lacking=(), began=())
+
     def until(self, share: float) -> Case:
         """The case of the beginnings of its recordings."""
         return replace(self, recordings=tuple(r.until(share) for r in self.recordings))

@@ -10,7 +10,7 @@ Biometrika 62 (1975) 57; unverified.
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -101,7 +101,7 @@ def _on(program: Program, h: Hypothesis, machine: Machine, extra: Sequence[str])
     """The case of a hypothesis with the program as its only run, on the channels that were recorded and extra ones."""
     channels = [*dict.fromkeys(n for d in h.fit.problem.data for n in d.run.channels), *extra]
     run = program.recording({n: machine.sensors[n].unit for n in channels})
-    return replace(h.case, recordings=(run,), start=None, lacking=())
+    return h.case.on((run,))
 
 
 def _sensed(machine: Machine, extra: dict[str, str]) -> Machine:
