@@ -60,10 +60,9 @@ def _settled(
         data = fit.problem.data[0]
         if fit.cost > best - CLOSE:
             break
-        best, moved = fit.cost, fit.eta[: len(data.starts)]
-        start = {n.name: data.run.start[n.name] + float(x) for n, x in zip(data.starts, moved, strict=True)}
-        found = start
-    return best, dict(found)
+        best, found = fit.cost, data.start_moved(fit.eta[: len(data.starts)])
+        start = found
+    return best, found
 
 
 def begun(

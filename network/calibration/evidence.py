@@ -61,6 +61,10 @@ class Measured:
     def known(self) -> Array:
         return np.asarray(self.counts > 0)
 
+    def start_moved(self, by: Array) -> dict[str, float]:
+        """Temperatures of the parts at the start, moved by as much as a fit says [K]."""
+        return {n.name: self.run.start[n.name] + float(x) for n, x in zip(self.starts, by, strict=True)}
+
     def started(self, start: Mapping[str, float]) -> Measured:
         """The same about other temperatures of the parts at the start, of which as much is supposed as before."""
         own = {n.name: self.run.start[n.name] for n in self.starts}

@@ -47,6 +47,11 @@ class Candidate:
     own: tuple[Parameter, ...]
 
     @property
+    def usual(self) -> dict[str, float]:
+        """Its numbers at the middle of their priors, by path."""
+        return {p.path: p.value(p.centre) for p in self.own}
+
+    @property
     def is_structural(self) -> bool:
         return not self.own
 
@@ -118,6 +123,18 @@ def candidate(machine: Machine, kind: type[Effect], patch: Mapping[str, Any]) ->
     except Refused:
         return None
     return Candidate(kind, patch, machine, patched, own_parameters(patched, kind, patch))
+
+
+def laid_over(machine: Machine, found: Iterable[Candidate]) -> tuple[Candidate, ...] | None:
+    """Findings laid over another machine, one on the other; None where one does not fit."""
+    laid: list[Candidate] = []
+    for c in found:
+        again = candidate(machine, c.kind, c.patch)
+        if again is None:
+            return None
+        laid.append(again)
+        machine = again.machine
+    return tuple(laid)
 
 
 def _spelled_out(kind: type[Effect], patch: Mapping[str, Any]) -> Mapping[str, Any]:

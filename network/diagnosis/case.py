@@ -15,7 +15,7 @@ from network.calibration.noise import Noise
 from network.calibration.parameters import Parameter, at_values, centres, free_parameters, values_at
 from network.calibration.predictor import Prediction
 from network.declare import Array
-from network.diagnosis.candidates import Candidate, candidate
+from network.diagnosis.candidates import Candidate, laid_over
 from network.inputs import Start
 from network.machine import Machine
 from network.recording import Recording
@@ -181,13 +181,11 @@ def relaid(
 ) -> Hypothesis | None:
     """Findings laid over a machine one after the other, fitted from some numbers; None where they do not fit. in_step:
     whether relays switch at these numbers as they did; else they are led over ever more of the runs."""
-    own, laid = list[Parameter](), list[Candidate]()
-    for c in found:
-        again = candidate(machine, c.kind, c.patch)
-        if again is None:
-            return None
-        laid.append(again)
-        own, machine = [*own, *again.own], again.machine
+    laid = laid_over(machine, found)
+    if laid is None:
+        return None
+    own = [p for c in laid for p in c.own]
+    machine = laid[-1].machine if laid else machine
     try:
         if not in_step and any(c.switches for c in laid):
             for share in LED:
@@ -217,8 +215,7 @@ def begun(case: Case, hypothesis: Hypothesis) -> Case:
     """The case about the starts that a hypothesis finds: where relays switch, the way there is not a straight one."""
     fit, first, starts = hypothesis.fit, len(hypothesis.fit.problem.offsets), list[Mapping[str, float]]()
     for d in fit.problem.data:
-        moved = fit.eta[first : first + len(d.starts)]
-        starts.append({n.name: d.run.start[n.name] + float(x) for n, x in zip(d.starts, moved, strict=True)})
+        starts.append(d.start_moved(fit.eta[first : first + len(d.starts)]))
         first += len(d.starts) + len(d.edges)
     return replace(case, began=tuple(starts))
 

@@ -1,8 +1,8 @@
-"""Confirmation: candidates fitted in full with all parameters, relays searched for, runs left out and predicted."""
+"""Confirmation: candidates fitted in full with all parameters, runs left out and predicted."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -14,9 +14,8 @@ from network.declare import Array
 from network.diagnosis.candidates import Candidate
 from network.diagnosis.case import Case, Hypothesis, relaid, suppose
 from network.diagnosis.screen import Score, screen
-from network.diagnosis.slimming import slim
+from network.diagnosis.slimming import beside, slim
 from network.diagnosis.together import spread
-from network.refusal import Failed
 
 SHORTLIST = 8
 """Candidates refitted for each point they were screened about."""
@@ -27,7 +26,7 @@ BRIEF, KEPT = 5, 6
 FIRST_STEPS, FINALISTS = 7, 3
 """Steps of these, and how many of them are then fitted to the end."""
 ADEQUATE = 1.06
-"""Misfit χ up to which no relay is searched for."""
+"""Misfit χ up to which a fit is left as it is, and nothing else is followed."""
 
 LEFT_OUT_STEPS = 4
 """Steps of a fit without one run, from the fit to all."""
@@ -77,32 +76,19 @@ def _strength(s: Score) -> float:
 
 def _begun(case: Case, current: Hypothesis, trial: _Trial) -> Hypothesis | None:
     """A trial fitted a few steps from the numbers of the file (its own from the screening)."""
-    return _tried(case, current, trial.candidate, values_at(current.own, _tail(current)) | _own(trial), BRIEF)
+    c = trial.candidate
+    own = {**c.usual, c.own[0].path: trial.strength}
+    return beside(case, current, c, values_at(current.own, _tail(current)) | own, BRIEF)
 
 
 def _continued(case: Case, current: Hypothesis, begun: Hypothesis) -> Hypothesis:
     """A trial fitted further and, where that stays behind what is there, from the current numbers."""
     c = begun.found[-1]
-    best = _tried(case, current, c, begun.values, FIRST_STEPS) or begun
+    best = beside(case, current, c, begun.values, FIRST_STEPS) or begun
     if best.evidence < current.evidence:
-        own = {p.path: p.value(p.centre) for p in c.own}
-        other = _tried(case, current, c, current.values | own, FIRST_STEPS)
+        other = beside(case, current, c, current.values | c.usual, FIRST_STEPS)
         best = max((h for h in (best, other) if h is not None), key=lambda h: h.evidence)
     return best
-
-
-def _tried(
-    case: Case, current: Hypothesis, c: Candidate, start: Mapping[str, float], steps: int
-) -> Hypothesis | None:  # fmt: skip
-    try:
-        return slim(suppose(case, c.machine, (*current.found, c), (*current.own, *c.own), start, steps=steps))
-    except (Failed, np.linalg.LinAlgError):
-        return None
-
-
-def _own(trial: _Trial) -> dict[str, float]:
-    c = trial.candidate
-    return {**{p.path: p.value(p.centre) for p in c.own}, c.own[0].path: trial.strength}
 
 
 def _tail(current: Hypothesis) -> Array:

@@ -24,7 +24,7 @@ from network.declare import Array, Mask
 from network.diagnosis.candidates import Candidate
 from network.diagnosis.case import Hypothesis, early
 from network.diagnosis.screen import whitened
-from network.graph import build
+from network.graph import Network, build
 from network.mechanisms.base import Relay
 
 DRAWS, ELITE, APART = 300, 40, 0.3
@@ -55,6 +55,10 @@ class Space:
     """What is drawn: the numbers of a candidate, then the starts of the parts that it brings or lets go."""
 
     candidate: Candidate
+
+    @cached_property
+    def network(self) -> Network:
+        return build(self.candidate.machine)
 
     @cached_property
     def parts(self) -> tuple[str, ...]:
@@ -132,14 +136,14 @@ def freed(null: Hypothesis, parts: Sequence[str], power: float) -> Linearised:
 
 def seek(null: Hypothesis, power: float, seed: int, look: Look, candidate: Candidate) -> Sought | None:
     """Draws of a candidate; None where it cannot be searched."""
-    if not serves(build(candidate.machine)):
+    space = Space(candidate)
+    if not serves(space.network):
         return None
     if look.is_free:
         about = freed(null, parts_about(candidate), power)
     else:
         about = linearise(replace(null.fit.problem, firm_theta=1.0, firm_eta=1.0), null.fit.theta)
     values = values_at(about.problem.parameters, about.theta)
-    space = Space(candidate)
     draws = _drawn(about, space, values, look, seed)
     if not draws:
         return None
@@ -173,22 +177,18 @@ def _drawn(
         kept = kept[:ELITE]
         best = np.array([d.theta for d in kept])
         wider = WIDER if i % 2 == 0 else 1.0
-        middle = np.array([float(x) for x in best.mean(axis=0)])
-        root = _root(wider**2 * np.cov(best.T).reshape(len(middle), -1) + np.diag(LEAST * spread) ** 2)
+        middle = np.asarray(best.mean(axis=0), float)
+        covariance = wider**2 * np.cov(best.T).reshape(len(middle), -1) + np.diag(LEAST * spread) ** 2
+        root = np.asarray(np.linalg.cholesky(covariance), float)
     return sorted(pool, key=lambda d: d.misfit)
-
-
-def _root(covariance: Array) -> Array:
-    return np.asarray(np.linalg.cholesky(covariance), float)
 
 
 def _judged(
     about: Linearised, space: Space, values: dict[str, float], theta: Array, horizon: float
 ) -> list[Draw]:  # fmt: skip
     candidate, (centre, spread, _, _) = space.candidate, space.prior
-    network = build(candidate.machine)
     parameters = (*(p for p in about.problem.parameters if p.path in candidate.machine.uncertain), *candidate.own)
-    slots = Slots(network, parameters)
+    slots = Slots(space.network, parameters)
     shared = {p.path: values[p.path] for p in parameters if p.path in values}
     networks = [slots.at(shared | space.numbers(row)) for row in theta]
     began = dict(zip(space.parts, theta[:, len(candidate.own) :].T, strict=True))

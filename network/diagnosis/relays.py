@@ -13,9 +13,9 @@ from functools import partial
 import numpy as np
 
 from network.diagnosis.candidates import Candidate
-from network.diagnosis.case import Case, Hypothesis, rejudged, suppose, under_file_noise
+from network.diagnosis.case import Case, Hypothesis, rejudged, under_file_noise
 from network.diagnosis.drawing import LONG, SHORT, Look, Sought, parts_about, seek
-from network.diagnosis.slimming import slim
+from network.diagnosis.slimming import beside, slim
 from network.diagnosis.together import spread
 from network.diagnosis.verdict import UnknownHeat
 from network.refusal import Failed
@@ -101,10 +101,4 @@ def _fitted(
 
 
 def _fit(case: Case, null: Hypothesis, steps: int, start: _Start) -> Hypothesis | None:
-    c = start.candidate
-    found, own = (*null.found, c), (*null.own, *c.own)
-    try:
-        about = replace(case, began=start.began)
-        return slim(suppose(about, c.machine, found, own, start.values, steps=steps))
-    except (Failed, np.linalg.LinAlgError):
-        return None
+    return beside(replace(case, began=start.began), null, start.candidate, start.values, steps)

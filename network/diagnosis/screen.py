@@ -81,7 +81,7 @@ def _scored(fit: Linearised, found: Sequence[Candidate], values: Mapping[str, fl
 
 def _change(fit: Linearised, candidate: Candidate, values: Mapping[str, float], scale: float) -> Array | None:
     """What a candidate changes at a multiple of its typical strength."""
-    own = {p.path: p.value(p.centre) for p in candidate.own}
+    own = candidate.usual
     if scale != 1.0:
         first = candidate.own[0]
         own[first.path] = float(np.clip(own[first.path] * scale, first.value(first.low), first.value(first.high)))

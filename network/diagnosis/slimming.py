@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
+import numpy as np
+
 from network.calibration.predictor import Model
-from network.diagnosis.case import Hypothesis
+from network.diagnosis.candidates import Candidate
+from network.diagnosis.case import Case, Hypothesis, suppose
+from network.refusal import Failed
 
 FIT = ("eta", "left", "cost", "misfit", "precision", "covariance", "folded", "_solved")
 OWN = ("chi", "evidence", "shift", "values")
@@ -20,3 +25,13 @@ def slim(h: Hypothesis) -> Hypothesis:
     kept.fit.__dict__.update(fit)
     kept.__dict__.update(own)
     return kept
+
+
+def beside(
+    case: Case, current: Hypothesis, c: Candidate, start: Mapping[str, float], steps: int
+) -> Hypothesis | None:  # fmt: skip
+    """A candidate fitted beside what is there, a few steps from some numbers; None where it runs away."""
+    try:
+        return slim(suppose(case, c.machine, (*current.found, c), (*current.own, *c.own), start, steps=steps))
+    except (Failed, np.linalg.LinAlgError):
+        return None

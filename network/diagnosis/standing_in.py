@@ -15,7 +15,7 @@ import numpy as np
 from network.calibration.evidence import Measured
 from network.calibration.predictor import Model
 from network.declare import Array
-from network.diagnosis.candidates import Candidate, candidate
+from network.diagnosis.candidates import Candidate, laid_over
 from network.diagnosis.case import Hypothesis, Lack, parameters_of, suppose
 from network.diagnosis.refine import ROUNDS, finer
 from network.machine import Machine
@@ -55,15 +55,9 @@ def _coarser(fine: Hypothesis) -> Iterator[tuple[Machine, tuple[Candidate, ...]]
     for _ in range(ROUNDS + 1):
         if lumps_of(root) >= lumps_of(fine.root):
             return
-        machine, laid = root, list[Candidate]()
-        for c in fine.found:
-            again = candidate(machine, c.kind, c.patch)
-            if again is None:
-                break
-            laid.append(again)
-            machine = again.machine
-        if len(laid) == len(fine.found):
-            yield machine, tuple(laid)
+        laid = laid_over(root, fine.found)
+        if laid is not None:
+            yield laid[-1].machine if laid else root, laid
         patch = finer(root)
         if patch is None:
             return
