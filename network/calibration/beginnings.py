@@ -11,7 +11,7 @@ import numpy as np
 from network.calibration.evidence import START_ANYWHERE, Measured, measured
 from network.calibration.fitting import Problem, linearise, make_problem
 from network.calibration.noise import Noise
-from network.calibration.parameters import Parameter
+from network.calibration.parameters import Parameter, at_values, values_at
 from network.comparison import Comparison, compare
 from network.declare import Array
 from network.inputs import Start
@@ -32,29 +32,27 @@ def beginning(
     """The most probable temperatures of the parts at the start of a recording, the numbers being known; the further the
     run is off otherwise, the less they move."""
     data = measured(machine, recording, start)
-    problem = partial(_about, machine, parameters, data, misfit)
+    problem = partial(_about, at_values(machine, values_at(parameters, theta)), data, misfit)
     anywhere = [n.name for n in data.starts if n.spread >= START_ANYWHERE]
     shifts = TRIED if anywhere else (0.0,)
-    found = [_settled(problem, theta, {n: data.run.start[n] + x for n in anywhere}) for x in shifts]
+    found = [_settled(problem, {n: data.run.start[n] + x for n in anywhere}) for x in shifts]
     return Start(nodes=min(found, key=lambda pair: pair[0])[1])
 
 
-def _about(
-    machine: Machine, parameters: Sequence[Parameter], data: Measured, misfit: float, start: Mapping[str, float]
-) -> Problem:  # fmt: skip
+def _about(machine: Machine, data: Measured, misfit: float, start: Mapping[str, float]) -> Problem:
     """The run about other temperatures at its start."""
-    problem = make_problem(machine, parameters, [data.started(start)], Noise())
+    problem = make_problem(machine, (), [data.started(start)], Noise())
     return replace(problem, offsets=(), firm_eta=misfit)
 
 
 def _settled(
-    problem: Callable[[Mapping[str, float]], Problem], theta: Array, start: Mapping[str, float]
+    problem: Callable[[Mapping[str, float]], Problem], start: Mapping[str, float]
 ) -> tuple[float, dict[str, float]]:
     """The cost J, and the start at which a run linearised about it stays."""
     best, found = np.inf, dict(start)
     for _ in range(ROUNDS):
         try:
-            fit = linearise(problem(start), theta)
+            fit = linearise(problem(start), np.empty(0))
         except Failed:
             break
         data = fit.problem.data[0]

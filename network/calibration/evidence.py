@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -31,6 +32,8 @@ LONE, MOST_JUMPS = 3.0, 40
 """Samples from the next jump at which one stands alone; more of them than this in a run are an input that flutters."""
 EDGE = 12**-0.5
 """1σ of an instant that lies anywhere in an interval, in its length."""
+LOOKED = 256
+"""Channels of recordings of which it is remembered what they tell by themselves."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +109,7 @@ def measured(machine: Machine, recording: Recording, start: Start | None = None,
     T0 = start_temperatures(network, schedule, recording)
     parts = {name: float(T0[part].mean()) for name, part in network.parts.items()}
     names = [n for n in machine.sensors if n in recording.columns]
-    looked = {n: look_at(n, recording.columns[n].values, machine.sensors[n].sigma) for n in names}
+    looked = {n: _looked_at(recording, n, machine.sensors[n].sigma) for n in names}
     looked = {n: c for n, c in looked.items() if c.used.any()}
     run = Run(recording.name, on_knots(schedule, knots), knots, parts, {n: c.used for n, c in looked.items()})
     means, counts = zip(*(_means(run, c) for c in looked.values()), strict=True)
@@ -116,6 +119,11 @@ def measured(machine: Machine, recording: Recording, start: Start | None = None,
         run, recording, looked, np.concatenate(means), np.concatenate(counts), sigma, declared,
         tuple(_starts(machine, parts, recording)), tuple(_edges(run, schedule.t)),
     )  # fmt: skip
+
+
+@lru_cache(maxsize=LOOKED)
+def _looked_at(recording: Recording, name: str, declared: float) -> Channel:
+    return look_at(name, recording.columns[name].values, declared)
 
 
 def _means(run: Run, channel: Channel) -> tuple[Array, Array]:

@@ -90,7 +90,7 @@ class Model:
         if before is not None and before.course.problem.plan.edges is made.course.problem.plan.edges:
             made.__dict__.update({n: v for n, v in before.__dict__.items() if n == "averages"})
         self._last[i] = made
-        if i not in self._linear and made.machine is self.machine:
+        if self.parameters and i not in self._linear and made.machine is self.machine:
             slopes = made.slopes
             if slopes is not None and slopes.is_straight and slopes.is_constant:
                 self._linear[i] = slopes

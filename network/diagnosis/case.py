@@ -126,6 +126,11 @@ class Hypothesis:
         rows = len(self.fit.left)
         return float(np.sqrt((self.fit.left @ self.fit.left + max(strain, 0.0)) / max(rows, 1)))
 
+    @property
+    def switches(self) -> bool:
+        """Whether a relay is among what was found."""
+        return any(c.switches for c in self.found)
+
     @cached_property
     def values(self) -> dict[str, float]:
         return values_at(self.fit.problem.parameters, self.fit.theta)

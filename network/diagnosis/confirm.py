@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -12,7 +12,7 @@ from network.calibration.fitting import Linearised, chi_of, linearise
 from network.calibration.parameters import centres, values_at
 from network.declare import Array
 from network.diagnosis.candidates import Candidate
-from network.diagnosis.case import Case, Hypothesis, relaid, suppose
+from network.diagnosis.case import Case, Hypothesis, suppose
 from network.diagnosis.screen import Score, screen
 from network.diagnosis.slimming import beside, slim
 from network.diagnosis.together import spread
@@ -21,10 +21,12 @@ SHORTLIST = 8
 """Candidates refitted for each point they were screened about."""
 LARGE = 120
 """Lumps from which candidates are screened about the fit only."""
-BRIEF, KEPT = 5, 6
-"""Steps in which every candidate begins, and how many of them go on."""
-FIRST_STEPS, FINALISTS = 7, 3
-"""Steps of these, and how many of them are then fitted to the end."""
+BRIEF, KEPT, CONTINUED = 5, 6, 0.3
+"""Steps in which every candidate begins, how many of them go on at most, and what share of the best gain they need."""
+FIRST_STEPS, FINALISTS, FINISHED = 7, 3, 0.7
+"""Steps of these, how many of them are then fitted to the end at most, and the share of the best gain for that."""
+CLEAR, LEAST = 200.0, 2
+"""Nats of a gain from which shares of it count, and how many fits go on in any case."""
 ADEQUATE = 1.06
 """Misfit χ up to which a fit is left as it is, and nothing else is followed."""
 
@@ -34,14 +36,6 @@ LEFT_OUT_STEPS = 4
 Tell = Callable[[float], None] | None
 
 
-@dataclass(frozen=True)
-class _Trial:
-    """A candidate to be fitted, and the strength to begin from."""
-
-    candidate: Candidate
-    strength: float
-
-
 def nominal(fit: Linearised) -> Linearised:
     """The problem about the priors' centres, with priors narrowed by the misfit there."""
     at = linearise(fit.problem, centres(fit.problem.parameters))
@@ -49,13 +43,13 @@ def nominal(fit: Linearised) -> Linearised:
     return replace(at, problem=replace(at.problem, firm_theta=chi, firm_eta=chi))
 
 
-def shortlist(current: Hypothesis, found: Sequence[Candidate], scores: Sequence[Score]) -> list[_Trial]:
+def shortlist(current: Hypothesis, found: Sequence[Candidate], scores: Sequence[Score]) -> list[Score]:
     """The best of the screening about the fit (scores) and about the file's own numbers."""
-    chosen = {s.candidate.key: _Trial(s.candidate, _strength(s)) for s in reversed(_varied(scores))}
+    chosen = {s.candidate.key: s for s in reversed(_varied(scores))}
     if sum(node.lumps for node in current.machine.nodes.values()) < LARGE:
         about = nominal(current.fit)
         for s in _varied(screen(about, found, values_at(about.problem.parameters, about.theta))):
-            chosen.setdefault(s.candidate.key, _Trial(s.candidate, _strength(s)))
+            chosen.setdefault(s.candidate.key, s)
     return list(chosen.values())
 
 
@@ -68,17 +62,9 @@ def _varied(scores: Sequence[Score]) -> list[Score]:
     return kept[:SHORTLIST]
 
 
-def _strength(s: Score) -> float:
-    first = s.candidate.own[0]
-    wanted = first.value(first.centre) * max(s.amplitude, 0.02)
-    return float(np.clip(wanted, first.value(first.low), first.value(first.high)))
-
-
-def _begun(case: Case, current: Hypothesis, trial: _Trial) -> Hypothesis | None:
-    """A trial fitted a few steps from the numbers of the file (its own from the screening)."""
-    c = trial.candidate
-    own = {**c.usual, c.own[0].path: trial.strength}
-    return beside(case, current, c, values_at(current.own, _tail(current)) | own, BRIEF)
+def _begun(case: Case, current: Hypothesis, trial: Score) -> Hypothesis | None:
+    """A trial fitted a few steps from the numbers of the file, its own from the screening."""
+    return beside(case, current, trial.candidate, values_at(current.own, _tail(current)) | trial.best, BRIEF)
 
 
 def _continued(case: Case, current: Hypothesis, begun: Hypothesis) -> Hypothesis:
@@ -103,31 +89,25 @@ def rivals(
     is proposed for the current machine, and its screening about the current fit."""
     trials = shortlist(current, found, scores)
     begun = [h for h in spread(partial(_begun, case, current), trials, jobs, tell) if h is not None]
-    begun = sorted(begun, key=lambda h: -h.evidence)
-    fits = spread(partial(_continued, case, current), begun[:KEPT], jobs, None)
-    done = _finished(case, [*fits, *begun[KEPT:]], jobs)
-    return sorted(done, key=lambda h: -h.evidence)
+    likely, others = _parted(current, begun, KEPT, CONTINUED)
+    fits = [*spread(partial(_continued, case, current), likely, jobs, None), *others]
+    likely, others = _parted(current, fits, FINALISTS, FINISHED)
+    return sorted([*spread(partial(_to_the_end, case), likely, jobs, None), *others], key=lambda h: -h.evidence)
 
 
-def _finished(case: Case, done: Sequence[Hypothesis], jobs: int) -> list[Hypothesis]:
-    """The most likely ones fitted to the end; of the others it is enough to know how far behind they are."""
-    ranked = sorted(done, key=lambda h: -h.evidence)
-    return [*spread(partial(_to_the_end, case), ranked[:FINALISTS], jobs, None), *ranked[FINALISTS:]]
+def _parted(
+    current: Hypothesis, fits: Sequence[Hypothesis], most: int, share: float
+) -> tuple[list[Hypothesis], list[Hypothesis]]:  # fmt: skip
+    """Fits to go on with, and those of which it is enough to know how far behind they are."""
+    ranked = sorted(fits, key=lambda h: -h.evidence)
+    needed = share * max(0.0, ranked[0].evidence - current.evidence) if ranked else 0.0
+    near = sum(h.evidence - current.evidence >= needed for h in ranked)
+    count = min(most, max(near, LEAST)) if needed > CLEAR else most
+    return ranked[:count], ranked[count:]
 
 
 def _to_the_end(case: Case, h: Hypothesis) -> Hypothesis:
     return slim(suppose(case, h.machine, h.found, h.own, h.values)) if h.chi > ADEQUATE else h
-
-
-def without(case: Case, best: Hypothesis, i: int) -> Hypothesis | None:
-    """The hypothesis with its i-th finding taken out again; None where the others cannot do without it."""
-    kept = [c for k, c in enumerate(best.found) if k != i]
-    return rebuilt(case, best, kept)
-
-
-def rebuilt(case: Case, best: Hypothesis, found: Sequence[Candidate]) -> Hypothesis | None:
-    """Other findings laid over the same machine, fitted from the numbers of a hypothesis."""
-    return relaid(case, best.root, found, best.values)
 
 
 def left_out(hypothesis: Hypothesis, jobs: int = 1) -> float:

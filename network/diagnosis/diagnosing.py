@@ -17,7 +17,8 @@ from network.diagnosis.following import FULL, Screened, followed, screened
 from network.diagnosis.intake import taken_in
 from network.diagnosis.judging import diagnosis_of
 from network.diagnosis.locate import locate
-from network.diagnosis.refine import FAR, refined, settled
+from network.diagnosis.refine import FAR, refined
+from network.diagnosis.settling import settled
 from network.diagnosis.standing_in import lumps_of
 from network.diagnosis.verdict import Diagnosis, UnknownHeat
 from network.inputs import Start

@@ -1,7 +1,8 @@
 """What a candidate would change in the channels, at a strength of engineering size, before anything is refitted.
 
 Where it leaves the parts as they are, the further heat at the temperatures of the run is answered by the network as it
-stands: one answer a candidate. Where it brings a part, a lag or a relay, the whole run is computed again.
+stands, at most beside new nodes of given temperature: one answer a candidate. Where it brings a part, a lag or a relay,
+the whole run is computed again.
 """
 
 from __future__ import annotations
@@ -24,8 +25,8 @@ from network.machine import Machine
 from network.proposals import bodies
 from network.refusal import Failed
 
-HEAT = ("links.", "sources.")
-"""Entries that carry heat."""
+UNREAD = ("links.", "sources.", "nodes.")
+"""Entries that leave alone what is read where."""
 NOTHING = 1e-9
 """W below which a lump gets no further heat."""
 
@@ -38,7 +39,7 @@ def direction(
     values: the numbers at which the predictions were made, and those of the candidate.
     """
     try:
-        by_heat = None if "nodes" in candidate.patch else _by_heat(candidate, values, predictions)
+        by_heat = _by_heat(candidate, values, predictions)
         if by_heat is not None:
             return by_heat
         machine = _at(candidate.machine, values)
@@ -56,33 +57,46 @@ def _at(machine: Machine, values: Mapping[str, float], only: Sequence[str] | Non
 
 def _by_heat(candidate: Candidate, values: Mapping[str, float], predictions: Sequence[Prediction]) -> Array | None:
     """The answers to the heat of the entries that are new or other; None where that is not all there is to it."""
+    if any(name in candidate.base.nodes for name in candidate.patch.get("nodes", ())):
+        return None
     changed = [path for path, _ in bodies(candidate.patch)]
     machine = _at(candidate.machine, values, changed)
     now = build(machine, only=changed)
     outputs = readouts(now, parts=False)
     if now.relays or not all(_is_alike(now, p) and outputs.states == p.course.readouts.states for p in predictions):
         return None
-    reads = any(not path.startswith(HEAT) for path in changed)
+    reads = any(not path.startswith(UNREAD) for path in changed)
     seen = machine if reads else None
     return np.concatenate([_answer(now, changed, p) + _seen(seen, now, p) for p in predictions])
 
 
 def _is_alike(network: Network, prediction: Prediction) -> bool:
-    """Whether lumps and held nodes are those of the run."""
+    """Whether the lumps are those of the run, but for nodes whose temperature is given."""
     own = prediction.course.problem.plan.network
-    return network.size == own.size and network.held == own.held
+    lumps = all(network.parts.get(name) == part for name, part in own.parts.items())
+    held = own.held.items() <= network.held.items()
+    return lumps and held and network.size - own.size == len(network.held) - len(own.held)
 
 
 def _answer(now: Network, changed: Sequence[str], prediction: Prediction) -> Array:
     """Changes of the cells' means by the heat of the changed entries that flows now and did not before."""
     course = prediction.course
-    K = len(course.x0)
-    heat = heat_balance(now, course.T_ends, course.inputs, np.zeros((2 * K, 0))).into - _heat_before(course, changed)
+    own, K = course.problem.plan.network, len(course.x0)
+    T = np.hstack([course.T_ends, _held_beside(now, own, course)])
+    into = heat_balance(now, T, course.inputs, np.zeros((2 * K, 0))).into[:, : own.size]
+    heat = into - _heat_before(course, changed)
     lumps = np.flatnonzero(np.abs(heat).max(axis=0) > NOTHING)
-    lumps = lumps[np.isin(lumps, np.concatenate([now.free, now.massless]))]
+    lumps = lumps[np.isin(lumps, np.concatenate([own.free, own.massless]))]
     if not len(lumps):
         return np.zeros_like(prediction.cells)
     return np.asarray(prediction.answered([Push(lumps, heat[:K, lumps], heat[K:, lumps])])[0])
+
+
+def _held_beside(now: Network, own: Network, course: Course) -> Array:
+    """Temperatures of held nodes that were not there before (2 K, ·)."""
+    sources = [source for i, source in now.held.items() if i >= own.size]
+    columns = [course.inputs[s] if isinstance(s, str) else np.full((2 * len(course.x0), 1), s) for s in sources]
+    return np.hstack([np.empty((2 * len(course.x0), 0)), *columns])
 
 
 def _heat_before(course: Course, entries: Sequence[str]) -> Array:
@@ -105,6 +119,8 @@ def _seen(machine: Machine | None, network: Network, prediction: Prediction) -> 
     if machine is None:
         return np.zeros_like(prediction.cells)
     outputs, course = readouts(network, parts=False), prediction.course
-    rows = np.vstack([outputs.rows @ course.T_ends.T, course.readings[len(course.readouts.rows) :]])
+    rows = np.vstack(
+        [outputs.rows[:, : course.T_ends.shape[1]] @ course.T_ends.T, course.readings[len(course.readouts.rows) :]]
+    )
     seen = channels_of(machine, outputs, rows, prediction.inputs, prediction.run.channels)
     return prediction.means(seen - prediction.values)

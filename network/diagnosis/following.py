@@ -1,7 +1,4 @@
-"""Forward, step by step, from one null: what explains most is kept while it gains more than chance does.
-
-Then the first finding is judged again beside the others, and each is taken out once to see whether it is still needed.
-"""
+"""Forward, step by step, from one null: what explains most is kept while it gains more than chance does."""
 
 from __future__ import annotations
 
@@ -9,22 +6,22 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-import numpy as np
-
 from network.calibration.parameters import Parameter
 from network.calibration.slack import installed_power
 from network.diagnosis.candidates import Candidate, candidates
 from network.diagnosis.case import Case, Hypothesis, rejudged, relaid, renoised
 from network.diagnosis.chance import LEAST, threshold_of
-from network.diagnosis.confirm import left_out, rebuilt, rivals, without
+from network.diagnosis.checking import checked
+from network.diagnosis.confirm import rivals
 from network.diagnosis.locate import locate
 from network.diagnosis.placing import placed
-from network.diagnosis.refine import FAR, settled
+from network.diagnosis.refine import FAR
 from network.diagnosis.relays import likely, relays
 from network.diagnosis.restarting import restarted
 from network.diagnosis.screen import Score, screen
+from network.diagnosis.settling import settled
 from network.diagnosis.slimming import slim
-from network.diagnosis.standing_in import stand_in
+from network.diagnosis.standing_in import carried, corrected, stand_in
 from network.diagnosis.together import spread
 from network.diagnosis.verdict import UnknownHeat
 
@@ -35,13 +32,11 @@ WORTH = 0.015
 """Share of the misfit χ that a finding must take away."""
 HOPE = 0.5
 """Linear score of a further candidate over what a name is worth, below which it is not fitted."""
-HOLDS = 1.02
-"""Misfit on left-out runs, relative to before, that a finding may leave."""
 SWAYING = 1.25
 """Misfit χ from which a relay is looked for."""
 LITTLE = 0.6
 """Share of the misfit χ that other findings leave, above which relays are looked for in more than the beginning."""
-CARRIED = 2
+CARRIED = 3
 """Rivals that are fitted again on the finer lumps."""
 
 
@@ -108,7 +103,10 @@ def followed(
         steps.append(_led(kept, spread(partial(_rejudged, now), ranked, jobs, None)))
         current = kept
         tell(0.15 + 0.25 * len(steps))
-    return _checked(null, case, current, befores, steps, threshold, jobs)
+    current, gains = checked(null, case, current, steps, threshold, jobs)
+    if null.found == current.found:
+        return Followed(current, (), (), (), threshold)
+    return Followed(current, tuple(befores), tuple(steps), gains, threshold)
 
 
 def _shows_nothing(seen: Screened) -> bool:
@@ -147,7 +145,11 @@ def _carried(
     """The best of the rivals on the lumps of what is there; None where there is none."""
     if before is current or not ranked:
         return rejudged(case, ranked[0]) if ranked else None
-    fine = (relaid(replace(case, began=h.case.began), current.root, h.found, h.values, False) for h in ranked[:CARRIED])
+    told = [h for h in (corrected(h, current.root) for h in ranked[:CARRIED] if not h.switches) if h is not None]
+    best = max(told, key=lambda h: h.evidence, default=None)
+    fine = [carried(case, best, current.root)] if best is not None else []
+    for h in (h for h in ranked[:CARRIED] if h.switches):
+        fine.append(relaid(replace(case, began=h.case.began), current.root, h.found, h.values, False))
     return max((h for h in fine if h is not None), key=lambda h: h.evidence, default=None)
 
 
@@ -160,49 +162,6 @@ def _led(best: Hypothesis, ranked: Sequence[Hypothesis]) -> tuple[Hypothesis, ..
     return tuple(sorted(ranked, key=lambda h: (h.found[-1].key != best.found[-1].key, -h.evidence)))
 
 
-def _checked(
-    null: Hypothesis, case: Case, current: Hypothesis, befores: Sequence[Hypothesis],
-    steps: Sequence[tuple[Hypothesis, ...]], threshold: float, jobs: int,
-) -> Followed:  # fmt: skip
-    """What was found, without what is superfluous; nothing where it does not tell runs left out."""
-    if len(steps) > 1:
-        current = _reranked(case, current, steps)
-    current, gains = _needed(case, current, threshold)
-    before = rejudged(case, null)
-    if current.found and not _predicts(before, current, jobs):
-        return Followed(before, (), (), (), threshold)
-    return Followed(current, tuple(befores), tuple(steps), gains, threshold)
-
-
 def _is_gain(before: Hypothesis, after: Hypothesis, threshold: float) -> bool:
     """More evidence than chance gives, and a misfit that is worth a name."""
     return after.evidence - before.evidence > threshold and after.chi < before.chi * (1 - WORTH)
-
-
-def _reranked(case: Case, current: Hypothesis, steps: Sequence[Sequence[Hypothesis]]) -> Hypothesis:
-    """The first finding against its rivals, now that the others are in."""
-    best = current
-    for rival in steps[0][1:4]:
-        other = rebuilt(case, current, [rival.found[-1], *current.found[1:]])
-        if other is not None and other.evidence > best.evidence:
-            best = other
-    return best
-
-
-def _needed(case: Case, current: Hypothesis, threshold: float) -> tuple[Hypothesis, tuple[float, ...]]:
-    """Without the findings that the others have made superfluous, and the evidence that each of the rest adds."""
-    gains: list[float] = []
-    while len(gains) < len(current.found):
-        less = without(case, current, len(gains))
-        gain = float("inf") if less is None else current.evidence - less.evidence
-        if less is not None and len(current.found) > 1 and gain < threshold:
-            current, gains = less, []
-        else:
-            gains.append(gain)
-    return current, tuple(gains)
-
-
-def _predicts(before: Hypothesis, after: Hypothesis, jobs: int) -> bool:
-    """Whether runs left out of the fit are told at least as well."""
-    was, now = (left_out(stand_in(h), jobs) for h in (before, after))
-    return not np.isfinite(was) or now < HOLDS * was

@@ -6,16 +6,19 @@ from collections.abc import Mapping
 from typing import Any
 
 from network.diagnosis.candidates import Candidate, candidates
-from network.diagnosis.case import Case, Hypothesis, relaid, suppose
+from network.diagnosis.case import Case, Hypothesis, suppose
 from network.machine import Machine
 
-ROUNDS = 3
+LEVELS = 3
+"""Times that lumps are refined."""
 GAIN = 20.0
 """Log evidence that a finer structure must add to be looked at further."""
 ENOUGH = 1.02
 """Misfit χ at which it is fine enough."""
 FAR = 1.6
 """Misfit χ that lumps alone will not mend: what is missing is looked for first, and the lumps again with it."""
+FINEST = 400
+"""Lumps beyond which a machine is not refined."""
 
 
 def finer(machine: Machine) -> Mapping[str, Any] | None:
@@ -34,7 +37,7 @@ def structural(machine: Machine) -> list[Candidate]:
 def refined(case: Case, written: Hypothesis) -> list[Hypothesis]:
     """The machine as written, then ever finer ones while that helps."""
     levels, machine = [written], written.machine
-    for _ in range(ROUNDS):
+    for _ in range(LEVELS):
         if levels[-1].chi < ENOUGH or (patch := finer(machine)) is None:
             break
         machine = machine.patched(patch)
@@ -44,15 +47,3 @@ def refined(case: Case, written: Hypothesis) -> list[Hypothesis]:
         if finer_one.evidence < best.evidence + GAIN or finer_one.chi > FAR:
             break
     return levels
-
-
-def settled(case: Case, best: Hypothesis) -> Hypothesis:
-    """A hypothesis on ever finer lumps, while that helps."""
-    for _ in range(ROUNDS):
-        if (best.found and best.chi < ENOUGH) or (patch := finer(best.root)) is None:
-            break
-        finer_one = relaid(case, best.root.patched(patch), best.found, best.values, False)
-        if finer_one is None or finer_one.evidence < best.evidence + GAIN:
-            break
-        best = finer_one
-    return best

@@ -8,8 +8,8 @@ Econometric Theory and Methods (2004), ch. 15; unverified.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -24,18 +24,31 @@ VARIED = 24
 """Candidates of which stretches of bars are looked at."""
 SCALES = (0.25, 1.0, 4.0)
 """Multiples of the typical strength tried where the answer is not one of heat alone."""
+OFF = (-1.0, 0.0, 1.0)
+"""Prior 1σ by which a temperature that a candidate brings is moved."""
+LEAST = 0.02
+"""Multiple of the typical strength that a fit begins from at least."""
 
 
 @dataclass(frozen=True)
 class Score:
     """The linear gain [nats] of a candidate at its best strength (a multiple of the typical one); detectable: change at
-    the typical strength that no parameter takes up [σ]; lean: whitened d with the parameters' share taken out."""
+    the typical strength that no parameter takes up [σ]; lean: whitened d with the parameters' share taken out; own: its
+    numbers, by path, that this was found at."""
 
     candidate: Candidate
     gain: float
     amplitude: float
     detectable: float
     lean: Array
+    own: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def best(self) -> dict[str, float]:
+        """Its numbers at the best strength."""
+        first = self.candidate.own[0]
+        wanted = first.value(first.centre) * max(self.amplitude, LEAST)
+        return {**self.own, first.path: float(np.clip(wanted, first.value(first.low), first.value(first.high)))}
 
 
 def whitened(fit: Linearised, means: Array) -> Array:
@@ -64,43 +77,45 @@ def screen(fit: Linearised, found: Sequence[Candidate], values: Mapping[str, flo
 
 def _scored(fit: Linearised, found: Sequence[Candidate], values: Mapping[str, float]) -> list[Score]:
     """Scores of candidates as they are, the best of each."""
-    tried = [(c, scale) for c in found for scale in _scales(c)]
-    changes = [_change(fit, c, values, scale) for c, scale in tried]
-    kept = [(c, scale, d) for (c, scale), d in zip(tried, changes, strict=True) if d is not None]
+    tried = [(c, scale, own) for c in found for scale, own in _variants(c)]
+    changes = [direction(c, {**values, **own}, fit.problem.data, fit.predictions) for c, _, own in tried]
+    kept = [(*of, d) for of, d in zip(tried, changes, strict=True) if d is not None and np.isfinite(d).all()]
     if not kept:
         return []
-    D = whitened(fit, np.array([d for _, _, d in kept]))
+    D = whitened(fit, np.array([d for *_, d in kept]))
     M_D = lean(fit, D)
     scores: dict[tuple[str, ...], Score] = {}
-    for (c, scale, _), d, M_d in zip(kept, D, M_D, strict=True):
-        score = _score(fit, c, scale, d, M_d)
+    for (c, scale, own, _), d, M_d in zip(kept, D, M_D, strict=True):
+        score = _score(fit, c, scale, own, d, M_d)
         if score is not None and (c.key not in scores or score.gain > scores[c.key].gain):
             scores[c.key] = score
     return sorted(scores.values(), key=lambda s: -s.gain)
 
 
-def _change(fit: Linearised, candidate: Candidate, values: Mapping[str, float], scale: float) -> Array | None:
-    """What a candidate changes at a multiple of its typical strength."""
-    own = candidate.usual
-    if scale != 1.0:
-        first = candidate.own[0]
-        own[first.path] = float(np.clip(own[first.path] * scale, first.value(first.low), first.value(first.high)))
-    change = direction(candidate, {**values, **own}, fit.problem.data, fit.predictions)
-    return change if change is not None and np.isfinite(change).all() else None
-
-
-def _score(fit: Linearised, candidate: Candidate, scale: float, d: Array, M_d: Array) -> Score | None:
+def _score(
+    fit: Linearised, candidate: Candidate, scale: float, own: Mapping[str, float], d: Array, M_d: Array
+) -> Score | None:  # fmt: skip
     """None where it changes nothing that can be seen."""
     kappa, g = float(d @ M_d), float(M_d @ fit.left)
     if kappa <= 1e-6:
         return None
     chi2 = max(1.0, float(np.mean(fit.left**2)))
     a = float(np.clip(g / kappa, 0.0, MOST))
-    return Score(candidate, (a * g - a * a * kappa / 2) / chi2, a * scale, np.sqrt(kappa), M_d)
+    return Score(candidate, (a * g - a * a * kappa / 2) / chi2, a * scale, np.sqrt(kappa), M_d, own)
 
 
-def _scales(candidate: Candidate) -> tuple[float, ...]:
-    """More than one where it brings states of its own, so that its answer is not proportional to its strength."""
-    brings_parts = bool(candidate.patch.get("nodes"))
-    bent = any(e.has_state for n in candidate.channels for e in candidate.machine.sensors[n].effects)
-    return SCALES if brings_parts or bent else (1.0,)
+def _variants(c: Candidate) -> Iterator[tuple[float, dict[str, float]]]:
+    """The numbers at which a candidate is looked at, each with the multiple of the typical strength: more than one
+    strength where it brings states of its own, for its answer is not proportional to it then; temperatures that it
+    brings at the middle of their priors and 1σ off, for they say which way its heat flows."""
+    first, warm = c.own[0], [p for p in c.own[1:] if p.field.unit == "degC"]
+    for scale in SCALES if _brings_states(c) else (1.0,):
+        own = c.usual
+        own[first.path] = float(np.clip(own[first.path] * scale, first.value(first.low), first.value(first.high)))
+        for off in OFF if warm else (0.0,):
+            yield scale, {**own, **{p.path: p.value(p.centre + off * p.spread) for p in warm}}
+
+
+def _brings_states(c: Candidate) -> bool:
+    brings_parts = any(c.machine.nodes[n].is_part for n in c.patch.get("nodes", ()))
+    return brings_parts or any(e.has_state for n in c.channels for e in c.machine.sensors[n].effects)

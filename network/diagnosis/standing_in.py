@@ -1,13 +1,15 @@
-"""A coarser machine in the stead of a finer one: what its lumps lack is found once and taken from what was measured.
+"""A coarser machine in the stead of a finer one: what its lumps lack is found and taken from what was measured.
 
 y_fine(θ) ≈ y_coarse(θ) + [y_fine(θ₀) − y_coarse(θ₀)] about a fit θ₀, with an error of second order in lumping times
-θ − θ₀. Rivals are compared on the coarse machine; what is kept is fitted again on the fine one. Source: additive
-corrections of first-order model management, Alexandrov & Lewis, Optimization and Engineering 2 (2001) 413; unverified.
+θ − θ₀. Rivals are compared on the coarse machine; of what is kept the lack is found again about its own numbers, until
+it stays, so that the fine machine is run but never searched. Source: additive corrections of first-order model
+management, Alexandrov & Lewis, Optimization and Engineering 2 (2001) 413; defect correction, Stetter, Numer. Math. 29
+(1978) 425; unverified.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,33 +18,69 @@ from network.calibration.evidence import Measured
 from network.calibration.predictor import Model
 from network.declare import Array
 from network.diagnosis.candidates import Candidate, laid_over
-from network.diagnosis.case import Hypothesis, Lack, parameters_of, suppose
-from network.diagnosis.refine import ROUNDS, finer
+from network.diagnosis.case import Case, Hypothesis, Lack, parameters_of, suppose
+from network.diagnosis.refine import LEVELS, finer
 from network.machine import Machine
 from network.refusal import Failed
 
 SMALL = 30
 """Lumps up to which a machine stands for itself."""
-LACK = 6.0
-"""Most that the coarser lumps may lack, rms in noise units."""
-STEPS = 6
+LACK, SWITCHED_LACK = 40.0, 6.0
+"""Most that the coarser lumps may lack, rms in noise units; the same where relays are found, whose switchings move."""
+CUTS = (3, 5)
+"""Lumps a bar that are tried."""
+STEPS, ROUNDS = 6, 3
+"""Of a fit with a lack, and how often the lack is found again."""
+STAYS = 0.1
+"""Change of the lack, rms in noise units, that no longer matters."""
+LAST_STEPS = 2
+"""Of the fit on the finer lumps themselves, in the end."""
 
 
 def stand_in(fine: Hypothesis) -> Hypothesis:
     """The same hypothesis on the coarsest lumps that lack little, told what they lack; itself where there are none."""
     if lumps_of(fine.machine) <= SMALL:
         return fine
+    most = SWITCHED_LACK if fine.switches else LACK
     for machine, found in _coarser(fine):
         try:
-            lack = _lacking(fine, machine)
-            if _rms(fine, lack) > LACK:
-                continue
-            told = tuple(_over_time(d, x) for d, x in zip(fine.fit.problem.data, lack, strict=True))
-            case = replace(fine.case, machine=found[0].base if found else machine, lacking=told)
-            return suppose(case, machine, found, fine.own, fine.values, steps=STEPS)
+            coarse = replace(fine, machine=machine, found=found)
+            lack = _lacking(coarse, fine.machine)
+            if _rms(fine, lack) <= most:
+                return _fitted(coarse, lack)
         except (Failed, np.linalg.LinAlgError):
             continue
     return fine
+
+
+def corrected(coarse: Hypothesis, root: Machine) -> Hypothesis | None:
+    """A hypothesis on coarse lumps fitted as if it were on those of a finer machine; None where it does not fit there
+    or runs away."""
+    laid, before = laid_over(root, coarse.found), None
+    if laid is None:
+        return None
+    try:
+        for _ in range(ROUNDS):
+            lack = _lacking(coarse, laid[-1].machine if laid else root)
+            if before is not None and _rms(coarse, [x - y for x, y in zip(lack, before, strict=True)]) < STAYS:
+                break
+            coarse, before = _fitted(coarse, lack), lack
+    except (Failed, np.linalg.LinAlgError):
+        return None
+    return coarse
+
+
+def carried(case: Case, coarse: Hypothesis, root: Machine) -> Hypothesis | None:
+    """A hypothesis fitted a few steps on finer lumps; None where it does not fit there or runs away."""
+    laid = laid_over(root, coarse.found)
+    if laid is None:
+        return None
+    machine, own = laid[-1].machine if laid else root, [p for c in laid for p in c.own]
+    try:
+        about = replace(case, began=coarse.case.began)
+        return suppose(about, machine, laid, own, coarse.values, steps=LAST_STEPS)
+    except (Failed, np.linalg.LinAlgError):
+        return None
 
 
 def lumps_of(machine: Machine) -> int:
@@ -50,34 +88,52 @@ def lumps_of(machine: Machine) -> int:
 
 
 def _coarser(fine: Hypothesis) -> Iterator[tuple[Machine, tuple[Candidate, ...]]]:
-    """The machine as it was written and its refinements short of this one, with the findings laid over them."""
-    root = fine.case.machine
-    for _ in range(ROUNDS + 1):
-        if lumps_of(root) >= lumps_of(fine.root):
-            return
-        laid = laid_over(root, fine.found)
-        if laid is not None:
+    """The machine as written, with a few lumps a bar, and its refinements short of this one, the findings over them."""
+    written = fine.case.machine
+    roots = [written, *(_cut(fine.root, lumps) for lumps in CUTS), *_refined(written)]
+    for root in roots:
+        if lumps_of(root) < lumps_of(fine.root) and (laid := laid_over(root, fine.found)) is not None:
             yield laid[-1].machine if laid else root, laid
-        patch = finer(root)
+
+
+def _cut(machine: Machine, lumps: int) -> Machine:
+    """The machine with at most so many lumps a bar."""
+    wide = {name: node.to_plain() for name, node in machine.nodes.items() if node.lumps > lumps}
+    return machine.patched({"nodes": {name: {**body, "lumps": lumps} for name, body in wide.items()}})
+
+
+def _refined(machine: Machine) -> Iterator[Machine]:
+    for _ in range(LEVELS):
+        patch = finer(machine)
         if patch is None:
             return
-        root = root.patched(patch)
+        machine = machine.patched(patch)
+        yield machine
 
 
-def _lacking(fine: Hypothesis, machine: Machine) -> tuple[Array, ...]:
-    """Means of all runs on the fine lumps less those on coarser ones, at the same numbers. Raises Failed where the
+def _fitted(coarse: Hypothesis, lack: Sequence[Array]) -> Hypothesis:
+    """A coarse hypothesis told what its lumps lack."""
+    told = tuple(_over_time(d, x) for d, x in zip(coarse.fit.problem.data, lack, strict=True))
+    case = replace(coarse.case, lacking=told)
+    return suppose(case, coarse.machine, coarse.found, coarse.own, coarse.values, steps=STEPS)
+
+
+def _lacking(coarse: Hypothesis, finer: Machine) -> tuple[Array, ...]:
+    """Means of all runs on finer lumps less those on the coarse ones, at the same numbers. Raises Failed where the
     machines do not have the same numbers."""
-    parameters = parameters_of(machine, fine.own)
-    if [p.path for p in parameters] != [p.path for p in fine.fit.problem.parameters]:
+    parameters, theta = coarse.fit.problem.parameters, coarse.fit.theta
+    runs = [d.run for d in coarse.fit.problem.data]
+    if any([p.path for p in parameters_of(m, coarse.own)] != [p.path for p in parameters]
+           for m in (coarse.machine, finer)):  # fmt: skip
         raise Failed("the coarser machine has other numbers")
-    there = Model(machine, parameters, [d.run for d in fine.fit.problem.data]).predict(fine.fit.theta)
-    return tuple(f.cells - c.cells for f, c in zip(fine.predictions, there, strict=True))
+    there, here = (Model(m, parameters, runs).predict(theta) for m in (finer, coarse.machine))
+    return tuple(f.cells - c.cells for f, c in zip(there, here, strict=True))
 
 
 def _over_time(data: Measured, lack: Array) -> Lack:
     return Lack(data.centres, lack.reshape(len(data.run.channels), -1))
 
 
-def _rms(fine: Hypothesis, lack: tuple[Array, ...]) -> float:
-    white = [w(x) for w, x in zip(fine.fit.problem.whiteners, lack, strict=True)]
+def _rms(h: Hypothesis, lack: Sequence[Array]) -> float:
+    white = [w(x) for w, x in zip(h.fit.problem.whiteners, lack, strict=True)]
     return float(np.sqrt(np.mean(np.concatenate(white) ** 2)))

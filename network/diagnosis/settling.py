@@ -1,0 +1,52 @@
+"""A hypothesis on ever finer lumps, while that helps: tried on coarse lumps that are told what they lack."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from network.diagnosis.case import Case, Hypothesis, relaid
+from network.diagnosis.refine import ENOUGH, FINEST, GAIN, LEVELS, finer
+from network.diagnosis.standing_in import carried, corrected, lumps_of, stand_in
+from network.machine import Machine
+
+
+def settled(case: Case, best: Hypothesis) -> Hypothesis:
+    """The hypothesis on as many lumps as it takes."""
+    if best.found and best.chi < ENOUGH:
+        return best
+    return _step_by_step(case, best) if best.switches else _at_a_distance(case, best)
+
+
+def _at_a_distance(case: Case, best: Hypothesis) -> Hypothesis:
+    """By what the finer lumps would read, and a few steps on them."""
+    coarse = stand_in(best)
+    for root in _finer(best.root):
+        told = corrected(coarse, root)
+        other = None if told is None else carried(case, told, root)
+        if told is None or other is None or other.evidence < best.evidence + GAIN:
+            break
+        coarse, best = told, other
+        if best.found and best.chi < ENOUGH:
+            break
+    return best
+
+
+def _step_by_step(case: Case, best: Hypothesis) -> Hypothesis:
+    """By fits on the finer lumps, led back into step."""
+    for finer_root in _finer(best.root):
+        finer_one = relaid(case, finer_root, best.found, best.values, False)
+        if finer_one is None or finer_one.evidence < best.evidence + GAIN:
+            break
+        best = finer_one
+        if best.chi < ENOUGH:
+            break
+    return best
+
+
+def _finer(root: Machine) -> Iterator[Machine]:
+    for _ in range(LEVELS):
+        patch = finer(root)
+        if patch is None or lumps_of(root.patched(patch)) > FINEST:
+            return
+        root = root.patched(patch)
+        yield root
