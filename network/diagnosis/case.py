@@ -193,11 +193,21 @@ def relaid(
     machine = laid[-1].machine if laid else machine
     try:
         if not in_step and any(c.switches for c in laid):
-            for share in LED:
-                values = suppose(case.until(share), machine, laid, own, values, steps=LED_STEPS).values
+            values = led(case, machine, laid, own, values, LED).values
         return suppose(case, machine, laid, own, values)
     except (Failed, np.linalg.LinAlgError):
         return None
+
+
+def led(
+    case: Case, machine: Machine, found: Sequence[Candidate], own: Sequence[Parameter], values: Mapping[str, float],
+    shares: Sequence[float],
+) -> Hypothesis:  # fmt: skip
+    """A hypothesis fitted a few steps over ever more of the runs, to the last of some shares of them."""
+    told = suppose(case.until(shares[0]), machine, found, own, values, steps=LED_STEPS)
+    for share in shares[1:]:
+        told = suppose(case.until(share), machine, found, own, told.values, steps=LED_STEPS)
+    return told
 
 
 def parameters_of(machine: Machine, own: Sequence[Parameter]) -> tuple[Parameter, ...]:

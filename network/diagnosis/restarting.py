@@ -10,25 +10,32 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 
-from network.diagnosis.case import Hypothesis, begun, relaid
+import numpy as np
+
+from network.diagnosis.case import Case, Hypothesis, begun, led, relaid, suppose
 from network.diagnosis.drawing import Space
+from network.diagnosis.slimming import slim
 from network.diagnosis.together import spread
+from network.refusal import Failed
 
 SHIFTS = (-0.6, -0.3, 0.3, 0.6)
 """K by which starts and switching temperatures are moved together."""
+TRIED, REST = (0.25, 0.4, 0.6), (0.8,)
+"""Shares of the runs over which other starts are tried, and over which the best of them is led on."""
 
 
 def restarted(best: Hypothesis, jobs: int = 1) -> Hypothesis:
     """The hypothesis fitted about the starts that it finds, and about others, where relays switch and that helps."""
-    if not any(c.switches for c in best.found):
+    if not best.switches:
         return best
     best = _better(best, relaid(begun(best.case, best), best.root, best.found, best.values))
     loose = {n for c in best.found if c.switches for n in Space(c).parts}
     if not loose:
         return best
-    for other in spread(partial(_shifted, best, loose), SHIFTS, jobs, None):
-        best = _better(best, other)
-    return best
+    tried = spread(partial(_shifted, best, loose), (0.0, *SHIFTS), jobs, None)
+    ranked = sorted((h for h in tried if h is not None), key=lambda h: -h.evidence)
+    is_other = ranked and tried[0] is not ranked[0]
+    return _better(best, _to_the_end(best.case, ranked[0])) if is_other else best
 
 
 def _better(best: Hypothesis, other: Hypothesis | None) -> Hypothesis:
@@ -36,12 +43,26 @@ def _better(best: Hypothesis, other: Hypothesis | None) -> Hypothesis:
 
 
 def _shifted(best: Hypothesis, loose: set[str], shift: float) -> Hypothesis | None:
-    """The hypothesis from starts and temperatures of its findings moved by a few tenths of a kelvin."""
+    """The hypothesis from starts and temperatures of its findings moved by a few tenths of a kelvin, over some of the
+    runs."""
     case = begun(best.case, best)
     degrees = {p.path for p in best.own if p.field.unit == "degC"}
     values = {path: x + shift if path in degrees else x for path, x in best.values.items()}
-    moved = tuple(_moved(start, loose, shift) for start in case.began)
-    return relaid(replace(case, began=moved), best.root, best.found, values, in_step=False)
+    moved = replace(case, began=tuple(_moved(start, loose, shift) for start in case.began))
+    try:
+        return slim(led(moved, best.machine, best.found, best.own, values, TRIED))
+    except (Failed, np.linalg.LinAlgError):
+        return None
+
+
+def _to_the_end(case: Case, h: Hypothesis) -> Hypothesis | None:
+    """A hypothesis over some of the runs, led over the rest of them."""
+    about = replace(case, began=h.case.began)
+    try:
+        further = led(about, h.machine, h.found, h.own, h.values, REST)
+        return suppose(about, h.machine, h.found, h.own, further.values)
+    except (Failed, np.linalg.LinAlgError):
+        return None
 
 
 def _moved(start: Mapping[str, float], loose: set[str], shift: float) -> dict[str, float]:
