@@ -17,8 +17,13 @@ from network.diagnosis.screen import Score, screen
 from network.diagnosis.slimming import beside, slim
 from network.diagnosis.together import spread
 
-SHORTLIST = 8
-"""Candidates refitted for each point they were screened about."""
+SHORTLIST, OF_A_KIND = 8, 3
+"""Candidates refitted for each point they were screened about, and how many of one kind."""
+POOR, WIDER = 0.6, (48, 16)
+"""Share of the misfit χ that the best of them leaves from which more are fitted, and how many then: far from the fit
+the linear score of what is missing may be poor."""
+UNTOLD = 1.5
+"""Misfit χ that must be left for that, too."""
 LARGE = 120
 """Lumps from which candidates are screened about the fit only."""
 BRIEF, KEPT, CONTINUED = 5, 6, 0.3
@@ -45,21 +50,21 @@ def nominal(fit: Linearised) -> Linearised:
 
 def shortlist(current: Hypothesis, found: Sequence[Candidate], scores: Sequence[Score]) -> list[Score]:
     """The best of the screening about the fit (scores) and about the file's own numbers."""
-    chosen = {s.candidate.key: s for s in reversed(_varied(scores))}
+    chosen = {s.candidate.key: s for s in reversed(_varied(scores, SHORTLIST, OF_A_KIND))}
     if sum(node.lumps for node in current.machine.nodes.values()) < LARGE:
         about = nominal(current.fit)
-        for s in _varied(screen(about, found, values_at(about.problem.parameters, about.theta))):
+        for s in _varied(screen(about, found, values_at(about.problem.parameters, about.theta)), SHORTLIST, OF_A_KIND):
             chosen.setdefault(s.candidate.key, s)
     return list(chosen.values())
 
 
-def _varied(scores: Sequence[Score]) -> list[Score]:
-    """The best scores, at most three of a kind."""
+def _varied(scores: Sequence[Score], most: int, of_a_kind: int) -> list[Score]:
+    """The best scores, at most so many of a kind."""
     kept: list[Score] = []
     for s in scores:
-        if s.gain > 1 and sum(k.candidate.kind is s.candidate.kind for k in kept) < 3:
+        if s.gain > 1 and sum(k.candidate.kind is s.candidate.kind for k in kept) < of_a_kind:
             kept.append(s)
-    return kept[:SHORTLIST]
+    return kept[:most]
 
 
 def _begun(case: Case, current: Hypothesis, trial: Score) -> Hypothesis | None:
@@ -88,11 +93,21 @@ def rivals(
     """Everything without a relay worth a fit beside what is there, fitted, the best evidence first. found, scores: what
     is proposed for the current machine, and its screening about the current fit."""
     trials = shortlist(current, found, scores)
-    begun = [h for h in spread(partial(_begun, case, current), trials, jobs, tell) if h is not None]
+    begun = _all_begun(case, current, trials, jobs, tell)
+    if min((h.chi for h in begun), default=np.inf) > max(POOR * current.chi, UNTOLD):
+        tried = {s.candidate.key for s in trials}
+        more = [s for s in _varied(scores, *WIDER) if s.candidate.key not in tried]
+        begun += _all_begun(case, current, more, jobs, None)
     likely, others = _parted(current, begun, KEPT, CONTINUED)
     fits = [*spread(partial(_continued, case, current), likely, jobs, None), *others]
     likely, others = _parted(current, fits, FINALISTS, FINISHED)
     return sorted([*spread(partial(_to_the_end, case), likely, jobs, None), *others], key=lambda h: -h.evidence)
+
+
+def _all_begun(
+    case: Case, current: Hypothesis, trials: Sequence[Score], jobs: int, tell: Tell
+) -> list[Hypothesis]:  # fmt: skip
+    return [h for h in spread(partial(_begun, case, current), trials, jobs, tell) if h is not None]
 
 
 def _parted(

@@ -36,6 +36,8 @@ SWAYING = 1.25
 """Misfit χ from which a relay is looked for."""
 LITTLE = 0.6
 """Share of the misfit χ that other findings leave, above which relays are looked for in more than the beginning."""
+VAIN = 0.65
+"""Share of the excess χ² − 1 that a step may leave, where much is left: beyond, further names would be guesses."""
 CARRIED = 3
 """Rivals that are fitted again on the finer lumps."""
 
@@ -101,8 +103,11 @@ def followed(
         now = replace(before.case, noise=case.noise, sigma=case.sigma)
         befores.append(slim(rejudged(now, before)))
         steps.append(_led(kept, spread(partial(_rejudged, now), ranked, jobs, None)))
+        left = (kept.chi**2 - 1) / (current.chi**2 - 1)
         current = kept
         tell(0.15 + 0.25 * len(steps))
+        if current.chi > FAR and left > VAIN:
+            break
     current, gains = checked(null, case, current, steps, threshold, jobs)
     if null.found == current.found:
         return Followed(current, (), (), (), threshold)

@@ -10,10 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import product
 
 import numpy as np
 
 from network.calibration.fitting import Linearised
+from network.calibration.parameters import Parameter
 from network.declare import Array
 from network.diagnosis.candidates import Candidate, along
 from network.diagnosis.directions import direction
@@ -24,6 +26,8 @@ VARIED = 24
 """Candidates of which stretches of bars are looked at."""
 SCALES = (0.25, 1.0, 4.0)
 """Multiples of the typical strength tried where the answer is not one of heat alone."""
+SIZED = 2
+"""Numbers of such a candidate that are tried so."""
 OFF = (-1.0, 0.0, 1.0)
 """Prior 1σ by which a temperature that a candidate brings is moved."""
 LEAST = 0.02
@@ -105,15 +109,20 @@ def _score(
 
 
 def _variants(c: Candidate) -> Iterator[tuple[float, dict[str, float]]]:
-    """The numbers at which a candidate is looked at, each with the multiple of the typical strength: more than one
-    strength where it brings states of its own, for its answer is not proportional to it then; temperatures that it
+    """The numbers at which a candidate is looked at, each with the multiple of the typical strength. More than one size
+    where it brings states of its own, for its answer is not proportional to its strength then; temperatures that it
     brings at the middle of their priors and 1σ off, for they say which way its heat flows."""
-    first, warm = c.own[0], [p for p in c.own[1:] if p.field.unit == "degC"]
-    for scale in SCALES if _brings_states(c) else (1.0,):
-        own = c.usual
-        own[first.path] = float(np.clip(own[first.path] * scale, first.value(first.low), first.value(first.high)))
-        for off in OFF if warm else (0.0,):
-            yield scale, {**own, **{p.path: p.value(p.centre + off * p.spread) for p in warm}}
+    warm = [p for p in c.own[1:] if p.field.unit == "degC"]
+    sized = [p for p in c.own if p.is_log][:SIZED] if _brings_states(c) else []
+    for off in OFF if warm else (0.0,):
+        own = {**c.usual, **{p.path: p.value(p.centre + off * p.spread) for p in warm}}
+        for scales in product(SCALES, repeat=len(sized)):
+            scaled = {p.path: _within(p, own[p.path] * x) for p, x in zip(sized, scales, strict=True)}
+            yield scaled.get(c.own[0].path, own[c.own[0].path]) / own[c.own[0].path], {**own, **scaled}
+
+
+def _within(p: Parameter, value: float) -> float:
+    return float(np.clip(value, p.value(p.low), p.value(p.high)))
 
 
 def _brings_states(c: Candidate) -> bool:

@@ -20,6 +20,8 @@ def settled(case: Case, best: Hypothesis) -> Hypothesis:
 def _at_a_distance(case: Case, best: Hypothesis) -> Hypothesis:
     """By what the finer lumps would read, and a few steps on them."""
     coarse = stand_in(best)
+    again = None if coarse is best else carried(case, coarse, best.root)
+    best = again if again is not None and again.evidence > best.evidence else best
     for root in _finer(best.root):
         told = corrected(coarse, root)
         other = None if told is None else carried(case, told, root)
