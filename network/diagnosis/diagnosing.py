@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from network.calibration.threads import on_one_thread
 from network.diagnosis.case import Case, Hypothesis, rejudged, renoised, suppose, under_file_noise
 from network.diagnosis.confirm import ADEQUATE
+from network.diagnosis.episodes import Episodes, episodes
 from network.diagnosis.following import FULL, Screened, followed, screened
 from network.diagnosis.intake import taken_in
 from network.diagnosis.judging import diagnosis_of
@@ -34,9 +35,14 @@ BEHIND = 3.0
 @dataclass(frozen=True, eq=False)
 class Search:
     """What a diagnosis tried on its way: the machine as written and calibrated, the best, of each step what stood
-    before it (befores) and all its rivals, where it differed, the gain that chance reaches, what could be missing."""
+    before it (befores) and all its rivals, where it differed, the gain that chance reaches, what could be missing.
 
+    given: the recordings as they were; fault: what was wrong with a channel of them, set right in those of the case.
+    """
+
+    given: Case
     case: Case
+    fault: Episodes | None
     written: Hypothesis
     plain: Hypothesis
     null: Hypothesis
@@ -67,11 +73,15 @@ def diagnose(
 
 
 def _searched(case: Case, seed: int, jobs: int, tell: Callable[[float], None]) -> Search:
-    written = suppose(case, case.machine)
-    tell(0.05)
-    levels = refined(case, written)
+    given = case
+    levels = refined(case, suppose(case, case.machine))
+    tell(0.1)
+    faulty = episodes(max(levels, key=lambda h: h.evidence)) if levels[-1].chi > FULL else None
+    if faulty is not None:
+        case = faulty[1].case
+        levels = refined(case, suppose(case, case.machine))
     tell(0.15)
-    best = max(levels, key=lambda h: h.evidence)
+    written, best = levels[0], max(levels, key=lambda h: h.evidence)
     case = renoised(case, best)
     tracks = [rejudged(case, h) for h in _tracks(levels, best)]
     as_written = rejudged(case, written)
@@ -86,9 +96,11 @@ def _searched(case: Case, seed: int, jobs: int, tell: Callable[[float], None]) -
         if track is not null and not any(f.best.chi < ADEQUATE for f in found):
             found.append(followed(track, screened(track), located, seed, jobs, tell))
     won = max(found, key=lambda f: rejudged(case, f.best).evidence)
-    plain = suppose(under_file_noise(case), case.machine, offsets=False)
-    steps = won.befores, won.steps
-    return Search(case, as_written, plain, null, won.best, *steps, won.gains, located, won.threshold, seen)
+    plain = suppose(under_file_noise(given), given.machine, offsets=False)
+    steps, fault = (won.befores, won.steps), None if faulty is None else faulty[0]
+    return Search(
+        given, case, fault, as_written, plain, null, won.best, *steps, won.gains, located, won.threshold, seen
+    )
 
 
 def _tracks(levels: Sequence[Hypothesis], best: Hypothesis) -> list[Hypothesis]:

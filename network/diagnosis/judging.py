@@ -34,6 +34,8 @@ SHARE = 0.5
 """Of the excess χ² − 1 that findings must take away to be told beside what stays unknown."""
 SHIFT = 2.0
 """Prior σ from which a number counts as wrong."""
+FAULTY = 0.98
+"""Confidence in a fault whose jumps are of one share, there and back."""
 STRAY = 2.0
 """Standard deviations at which unknown heat counts."""
 
@@ -45,8 +47,8 @@ def diagnosis_of(
     best = search.best
     is_finer = best.root.to_plain() != search.written.machine.to_plain()
     before = numbers_in(search.plain)
-    after = before if best is search.written or not (best.found or is_finer) else numbers_in(best)
-    findings = list(_findings(search, after))
+    after = numbers_in(best) if search.fault or best.found or is_finer else before
+    findings = [*_faults(search), *_findings(search, after)]
     finer_gain = search.null.evidence - search.written.evidence
     coarse = lumping_of(search.written, best.root, finer_gain, search.threshold) if is_finer else None
     findings, verdict = _weighed(search, findings, coarse)
@@ -64,6 +66,17 @@ def numbers_in(h: Hypothesis) -> Machine:
     """The machine of a hypothesis with its numbers ± their standard errors."""
     std = np.sqrt(np.diag(h.fit.covariance))[: len(h.fit.theta)] * max(1.0, h.chi)
     return calibrated(h.machine, h.fit.problem.parameters, h.fit.theta, std)
+
+
+def _faults(search: Search) -> Iterator[Finding]:
+    """What was wrong with a channel for some of the time."""
+    if (e := search.fault) is not None:
+        c, first = e.candidate, e.candidate.own[0]
+        share = {first.path.rpartition(".")[2]: Quantity(e.loose.share, e.loose.std, first.field.unit)}
+        said, windows = f"{e.told[:1].upper()}{e.told[1:]}", next(w for w in e.loose.windows if w)
+        yield Finding(
+            c.kind.kind, c.section, (), c.channels, FAULTY, share, said, {}, e.gain, search.threshold, windows
+        )  # fmt: skip
 
 
 def _findings(search: Search, after: Machine) -> Iterator[Finding]:
@@ -195,10 +208,21 @@ def windows_of(located: Sequence[UnknownHeat]) -> tuple[tuple[float, float], ...
 
 
 def _fits(search: Search, before: Machine, after: Machine, holdout: Sequence[Recording]) -> Fits:
-    pairs = (search.plain, before), (search.plain if after is before else search.best, after)
-    told = [_compared(h, machine, runs) for runs in (search.case.recordings, holdout) for h, machine in pairs]
+    best = search.plain if after is before else search.best
+    told = [_compared(search.plain, before, search.given.recordings), _compared(best, after, search.case.recordings)]
+    held = [_compared(search.plain, before, holdout), _compared(best, after, _set_right(search, after, holdout))]
     assert told[0] is not None and told[1] is not None
-    return Fits(told[0], told[1], told[2], told[3])
+    return Fits(told[0], told[1], held[0], held[1])
+
+
+def _set_right(search: Search, after: Machine, holdout: Sequence[Recording]) -> Sequence[Recording]:
+    """Held-out recordings without the fault that was found in the others."""
+    fault = search.fault
+    raw = _compared(search.best, after, holdout) if fault is not None else None
+    if fault is None or raw is None:
+        return holdout
+    return [fault.found_in(r.recording, r.channels[fault.channel]) if fault.channel in r.channels else r.recording
+            for r in raw.recordings]  # fmt: skip
 
 
 def _compared(h: Hypothesis, machine: Machine, runs: Sequence[Recording]) -> Comparison | None:

@@ -25,12 +25,14 @@ from network.refusal import Failed
 
 SMALL = 30
 """Lumps up to which a machine stands for itself."""
-LACK, SWITCHED_LACK = 40.0, 6.0
+LACK, SWITCHED_LACK = 150.0, 6.0
 """Most that the coarser lumps may lack, rms in noise units; the same where relays are found, whose switchings move."""
 CUTS = (3, 5)
 """Lumps a bar that are tried."""
 STEPS, ROUNDS = 6, 3
 """Of a fit with a lack, and how often the lack is found again."""
+AGAIN, MOVED = 2, 0.5
+"""Fits of a stand-in until its lack stays, to a share of the misfit χ."""
 STAYS = 0.1
 """Change of the lack, rms in noise units, that no longer matters."""
 LAST_STEPS = 2
@@ -46,11 +48,23 @@ def stand_in(fine: Hypothesis) -> Hypothesis:
         try:
             coarse = replace(fine, machine=machine, found=found)
             lack = _lacking(coarse, fine.machine)
-            if _rms(fine, lack) <= most:
-                return _fitted(coarse, lack)
+            told = _agreed(coarse, lack, fine) if _rms(fine, lack) <= most else None
+            if told is not None:
+                return told
         except (Failed, np.linalg.LinAlgError):
             continue
     return fine
+
+
+def _agreed(coarse: Hypothesis, lack: Sequence[Array], fine: Hypothesis) -> Hypothesis | None:
+    """A coarse hypothesis fitted with what it lacks; None where the lack does not stay what it was, for then the fit
+    has followed the lumps and not the machine."""
+    for _ in range(AGAIN):
+        coarse, before = _fitted(coarse, lack), lack
+        lack = _lacking(coarse, fine.machine)
+        if _rms(fine, [x - y for x, y in zip(lack, before, strict=True)]) < MOVED * max(1.0, fine.chi):
+            return coarse
+    return None
 
 
 def corrected(coarse: Hypothesis, root: Machine) -> Hypothesis | None:

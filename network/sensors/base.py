@@ -16,12 +16,14 @@ from network.mechanisms.base import Inputs
 class SensorEffect(Effect):
     """One effect between the truth and the reading.
 
-    quantities: what a channel may measure for it to act on; has_state: it keeps a state z of its own, dz/dt = rate.
+    quantities: what a channel may measure for it to act on; has_state: it keeps a state z of its own, dz/dt = rate;
+    comes_and_goes: it may hold for some time and not for some, otherwise in every run (its `truth` is then needed).
     """
 
     section = "effects"
     quantities: ClassVar[tuple[str, ...]] = ("temperature", "displacement", "angle")
     has_state: ClassVar[bool] = False
+    comes_and_goes: ClassVar[bool] = False
 
     def is_steady(self) -> bool:
         """Its reading follows from truth and state alone, at all times; only then may one with a state come after."""
@@ -34,6 +36,10 @@ class SensorEffect(Effect):
     @abstractmethod
     def reading(self, truth: Array, state: Array, u: Inputs) -> Array:
         """What is read, in the channel's SI unit (°C, m, rad), with the inputs `u` of that instant."""
+
+    def truth(self, reading: Array, u: Inputs) -> Array:
+        """What the reading would be without it, where it holds; only for effects without a state."""
+        raise NotImplementedError(f"{self.kind} does not say what lies behind a reading")
 
     @classmethod
     def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:

@@ -28,6 +28,7 @@ class SensorFault(SensorEffect, kind="sensor_fault"):
     """
 
     quantities = ("temperature",)
+    comes_and_goes = True
     share = param("1", 0, 1, "how far it reads from its part towards the air", typical=0.2)
     surroundings: Any = HeldField(
         "degC", -50, 100, "temperature of the air, or the input that has it", REQUIRED, typical=22
@@ -57,8 +58,15 @@ class SensorFault(SensorEffect, kind="sensor_fault"):
         if self.ends is not None and self.ends <= self.begins:
             yield "ends", "ends before it begins", "give a time after `begins`"
 
+    def truth(self, reading: Array, u: Inputs) -> Array:
+        held: Array = (reading - self.share * self._air(u)) / (1 - self.share)
+        return held
+
+    def _air(self, u: Inputs) -> Array:
+        return u[self.surroundings] if isinstance(self.surroundings, str) else np.asarray(self.surroundings)
+
     def reading(self, truth: Array, state: Array, u: Inputs) -> Array:
-        air = u[self.surroundings] if isinstance(self.surroundings, str) else self.surroundings
+        air = self._air(u)
         t = np.real(u["time"]) + SAME_INSTANT
         loose = (t >= np.real(self.begins)) & (t < (np.inf if self.ends is None else np.real(self.ends)))
         shown: Array = truth + self.share * loose * (air - truth)

@@ -1,0 +1,152 @@
+"""A sensor that is read otherwise for some time and not for some: found by its jumps, its readings set right again.
+
+Such a fault is no part of the machine, and comes at other times in every run. What it did to the readings is undone
+with the share that its jumps tell; around them, where it changes, readings are left out. It counts where a fit to the
+readings so set right explains more than chance does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from network.calibration.parameters import at_values
+from network.calibration.predictor import Prediction
+from network.comparison import ChannelResidual
+from network.declare import Array
+from network.diagnosis.candidates import Candidate, candidates
+from network.diagnosis.case import Case, Hypothesis, suppose
+from network.diagnosis.jumps import Loose, Steps, Windows, loose_in, steps_of
+from network.machine import Machine
+from network.recording import Recording
+from network.sensors.base import SensorEffect
+
+EDGE = 100.0
+"""s about a jump in which readings are left out."""
+PER_WINDOW = 14.0
+"""Nats that the instants of a window cost."""
+ROUNDS = 3
+"""Times that the windows are found again about the better fit."""
+LEFT = 0.5
+"""Share of the excess χ² − 1 that the fault may leave."""
+
+
+@dataclass(frozen=True, eq=False)
+class Episodes:
+    """A fault of one channel: the kind on that channel, its share of full strength and windows in the recordings as
+    they were, and what it explains [nats]."""
+
+    candidate: Candidate
+    loose: Loose
+    recordings: tuple[Recording, ...]
+    gain: float = 0.0
+
+    @property
+    def channel(self) -> str:
+        return self.candidate.channels[0]
+
+    @cached_property
+    def machine(self) -> Machine:
+        """The machine with the fault in it, all the time."""
+        return at_values(self.candidate.machine, {self.candidate.own[0].path: self.loose.share})
+
+    @property
+    def told(self) -> str:
+        """What is wrong, and when."""
+        names = [r.name for r in self.recordings]
+        each = (f"{name} from {' and '.join(f'{a / 60:.0f} to {b / 60:.0f} min' for a, b in windows)}"
+                for name, windows in zip(names, self.loose.windows, strict=True) if windows)  # fmt: skip
+        fault = self.candidate.kind.told(self.machine, self.candidate.patch)
+        when = f"now and then: in {'; in '.join(each)}"
+        return f"{fault}, {when}. Its readings were set right there; the machine is as it was."
+
+    @cached_property
+    def effect(self) -> SensorEffect:
+        return effect_of(self.machine, self.candidate)
+
+    def undone(self, recording: Recording, windows: Windows, sets_right: bool = True) -> Recording:
+        """A recording with the readings of the windows set right, and none about their ends."""
+        column, t = recording.columns[self.channel], recording.t
+        values = column.values.copy()
+        truth = self.effect.truth(values, _inputs(self.effect, recording))
+        for begin, end in windows:
+            inside = (t >= begin) & (t < end)
+            values = np.where(inside & sets_right, truth, values)
+            for edge in (begin, end):
+                values = np.where(np.abs(t - edge) < EDGE, np.nan, values)
+        columns = {**recording.columns, self.channel: replace(column, values=values)}
+        return replace(recording, columns=columns)
+
+    def found_in(self, recording: Recording, channel: ChannelResidual) -> Recording:
+        """A recording of which only the residual is known, set right where that jumps by the same share."""
+        full = at_values(self.candidate.machine, {self.candidate.own[0].path: 1.0})
+        change = change_of(effect_of(full, self.candidate), recording, channel.simulated)
+        steps = steps_of(recording.t, channel.residual, change)
+        return recording if steps is None else self.undone(recording, steps.windows(self.loose.share))
+
+
+def episodes(h: Hypothesis) -> tuple[Episodes, Hypothesis] | None:
+    """The fault that explains most, and the hypothesis fitted to the readings set right; None where there is none."""
+    tried = [pair for e in _found(h, h) if (pair := _confirmed(h, e)) is not None]
+    best = max(tried, key=lambda pair: pair[0].gain, default=None)
+    for _ in range(ROUNDS if best is not None else 0):
+        assert best is not None
+        again = [pair for e in _found(h, best[1]) if e.channel == best[0].channel and (pair := _confirmed(h, e))]
+        if not again or again[0][0].gain < best[0].gain + PER_WINDOW:
+            break
+        best = again[0]
+    return best
+
+
+def _found(h: Hypothesis, about: Hypothesis) -> Iterator[Episodes]:
+    """Faults in the recordings of a hypothesis as its predictions, or better ones, show them."""
+    for c in candidates(h.machine, h.case.drivers):
+        if c.channels and effect_of(c.machine, c).comes_and_goes:
+            full = effect_of(at_values(c.machine, {c.own[0].path: 1.0}), c)
+            pairs = zip(about.predictions, h.case.recordings, strict=True)
+            runs = [steps for p, r in pairs if (steps := _seen(full, p, r, c.channels[0])) is not None]
+            loose = loose_in(runs) if len(runs) == len(h.predictions) else None
+            if loose is not None:
+                yield Episodes(c, loose, h.case.recordings)
+
+
+def _confirmed(h: Hypothesis, e: Episodes) -> tuple[Episodes, Hypothesis] | None:
+    """A fit to the readings set right against one to those around the jumps left out."""
+    before, after = (suppose(_with(h.case, e, right), h.machine, h.found, h.own, h.values) for right in (False, True))
+    gain = after.evidence - before.evidence - PER_WINDOW * sum(map(len, e.loose.windows))
+    if gain <= 0 or after.chi**2 - 1 > LEFT * (before.chi**2 - 1):
+        return None
+    return replace(e, gain=gain), after
+
+
+def _with(case: Case, e: Episodes, sets_right: bool) -> Case:
+    runs = zip(case.recordings, e.loose.windows, strict=True)
+    return replace(case, recordings=tuple(e.undone(r, windows, sets_right) for r, windows in runs))
+
+
+def effect_of(machine: Machine, c: Candidate) -> SensorEffect:
+    """The effect that a candidate puts on its channel."""
+    return next(e for e in machine.sensors[c.channels[0]].effects if isinstance(e, c.kind))
+
+
+def change_of(full: SensorEffect, recording: Recording, truth: Array) -> Array:
+    """What an effect adds to a reading."""
+    return np.asarray(full.reading(truth, np.zeros_like(truth), _inputs(full, recording)) - truth)
+
+
+def _seen(full: SensorEffect, prediction: Prediction, recording: Recording, channel: str) -> Steps | None:
+    """The steps of a channel's residual; None where it was not recorded."""
+    if channel not in prediction.run.channels:
+        return None
+    values = prediction.values[prediction.run.channels.index(channel)]
+    edges, K = prediction.course.problem.plan.edges, values.shape[-1] // 2
+    truth = np.interp(recording.t, edges, np.append(values[:K], values[-1]))
+    residual = recording.columns[channel].values - truth
+    return steps_of(recording.t, residual, change_of(full, recording, truth))
+
+
+def _inputs(effect: SensorEffect, recording: Recording) -> Mapping[str, Array]:
+    return {"time": recording.t, **{name: recording.signal(name).at(recording.t) for name in effect.needs()}}
