@@ -7,7 +7,7 @@ readings so set right explains more than chance does.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -19,7 +19,7 @@ from network.comparison import ChannelResidual
 from network.declare import Array
 from network.diagnosis.candidates import Candidate, candidates
 from network.diagnosis.case import Case, Hypothesis, suppose
-from network.diagnosis.jumps import Loose, Steps, Windows, loose_in, steps_of
+from network.diagnosis.jumps import SHARES, Loose, Windows, loose_in, steps_of
 from network.machine import Machine
 from network.recording import Recording
 from network.sensors.base import SensorEffect
@@ -90,27 +90,41 @@ class Episodes:
 
 def episodes(h: Hypothesis) -> tuple[Episodes, Hypothesis] | None:
     """The fault that explains most, and the hypothesis fitted to the readings set right; None where there is none."""
-    tried = [pair for e in _found(h, h) if (pair := _confirmed(h, e)) is not None]
+    tried = [pair for e in _found(h) if (pair := _confirmed(h, e)) is not None]
     best = max(tried, key=lambda pair: pair[0].gain, default=None)
     for _ in range(ROUNDS if best is not None else 0):
         assert best is not None
-        again = [pair for e in _found(h, best[1]) if e.channel == best[0].channel and (pair := _confirmed(h, e))]
-        if not again or again[0][0].gain < best[0].gain + PER_WINDOW:
+        again = _confirmed(h, _renewed(h, *best))
+        if again is None or again[1].chi > best[1].chi:
             break
-        best = again[0]
+        best = again
     return best
 
 
-def _found(h: Hypothesis, about: Hypothesis) -> Iterator[Episodes]:
-    """Faults in the recordings of a hypothesis as its predictions, or better ones, show them."""
+def _found(h: Hypothesis) -> Iterator[Episodes]:
+    """Faults that jumps of the residuals show."""
     for c in candidates(h.machine, h.case.drivers):
         if c.channels and effect_of(c.machine, c).comes_and_goes:
-            full = effect_of(at_values(c.machine, {c.own[0].path: 1.0}), c)
-            pairs = zip(about.predictions, h.case.recordings, strict=True)
-            runs = [steps for p, r in pairs if (steps := _seen(full, p, r, c.channels[0])) is not None]
-            loose = loose_in(runs) if len(runs) == len(h.predictions) else None
+            seen = [steps for run in _seen(h, c, h.case.recordings) if (steps := steps_of(*run)) is not None]
+            loose = loose_in(seen) if len(seen) == len(h.predictions) else None
             if loose is not None:
                 yield Episodes(c, loose, h.case.recordings)
+
+
+def _renewed(h: Hypothesis, e: Episodes, about: Hypothesis) -> Episodes:
+    """A fault with its share told by all readings in its windows, and its windows by that share, about a better fit."""
+    runs, windows = _seen(about, e.candidate, h.case.recordings), e.loose.windows
+    inside = [np.any([(t >= a) & (t < b) for a, b in own] or [t < t[0]], axis=0)
+              for (t, _, _), own in zip(runs, windows, strict=True)]  # fmt: skip
+    r = np.concatenate([residual[i] for (_, residual, _), i in zip(runs, inside, strict=True)])
+    full = np.concatenate([change[i] for (_, _, change), i in zip(runs, inside, strict=True)])
+    good = np.isfinite(r)
+    share = float(np.clip(full[good] @ r[good] / (full[good] @ full[good]), *SHARES))
+    now = [
+        own if (steps := steps_of(*run)) is None else steps.windows(share)
+        for run, own in zip(runs, windows, strict=True)
+    ]
+    return replace(e, loose=replace(e.loose, share=share, windows=tuple(now)))
 
 
 def _confirmed(h: Hypothesis, e: Episodes) -> tuple[Episodes, Hypothesis] | None:
@@ -137,15 +151,20 @@ def change_of(full: SensorEffect, recording: Recording, truth: Array) -> Array:
     return np.asarray(full.reading(truth, np.zeros_like(truth), _inputs(full, recording)) - truth)
 
 
-def _seen(full: SensorEffect, prediction: Prediction, recording: Recording, channel: str) -> Steps | None:
-    """The steps of a channel's residual; None where it was not recorded."""
-    if channel not in prediction.run.channels:
-        return None
+def _seen(h: Hypothesis, c: Candidate, recordings: Sequence[Recording]) -> list[tuple[Array, Array, Array]]:
+    """Of a channel in every run that has it: times, residual, and change at full strength."""
+    full = effect_of(at_values(c.machine, {c.own[0].path: 1.0}), c)
+    pairs = zip(h.predictions, recordings, strict=True)
+    return [_at_samples(full, p, r, c.channels[0]) for p, r in pairs if c.channels[0] in p.run.channels]
+
+
+def _at_samples(
+    full: SensorEffect, prediction: Prediction, recording: Recording, channel: str
+) -> tuple[Array, Array, Array]:  # fmt: skip
     values = prediction.values[prediction.run.channels.index(channel)]
     edges, K = prediction.course.problem.plan.edges, values.shape[-1] // 2
     truth = np.interp(recording.t, edges, np.append(values[:K], values[-1]))
-    residual = recording.columns[channel].values - truth
-    return steps_of(recording.t, residual, change_of(full, recording, truth))
+    return recording.t, recording.columns[channel].values - truth, change_of(full, recording, truth)
 
 
 def _inputs(effect: SensorEffect, recording: Recording) -> Mapping[str, Array]:

@@ -34,6 +34,8 @@ SHARE = 0.5
 """Of the excess χ² − 1 that findings must take away to be told beside what stays unknown."""
 SHIFT = 2.0
 """Prior σ from which a number counts as wrong."""
+REPLACED = 0.5
+"""Confidence in a finding that took the place of another only beside later ones."""
 FAULTY = 0.98
 """Confidence in a fault whose jumps are of one share, there and back."""
 STRAY = 2.0
@@ -84,7 +86,8 @@ def _findings(search: Search, after: Machine) -> Iterator[Finding]:
         k = min(i, len(search.steps) - 1)
         ranked = search.steps[k]
         told = list(_rivals(ranked, search.befores[k], c.key))
-        sure = confidence(ranked, search.best.chi)
+        is_first = ranked[0].found[-1].key == c.key
+        sure = confidence(ranked, search.best.chi) if is_first else REPLACED
         gain = search.gains[i] if i < len(search.gains) else 0.0
         yield Finding(
             c.kind.kind, c.section, c.places, c.channels, sure, _quantities(search.best, c),

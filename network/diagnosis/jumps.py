@@ -29,8 +29,9 @@ FEWEST = 4
 SHARES = (0.02, 0.95)
 """Least and largest share that is told."""
 
-COST, MOST = 8.0, 40.0
-"""Nats that a switch costs in looking for windows, and what one may win or lose at most."""
+COST, MOST, BLURRED = 8.0, 40.0, 0.1
+"""Nats that a switch costs in looking for windows, what a step may cost without one at most, and how far a jump's size
+may be off."""
 
 Windows = tuple[tuple[float, float], ...]
 
@@ -65,17 +66,20 @@ class Steps:
         return np.asarray(self.size[peak] / self.full[peak])
 
     def windows(self, share: float) -> Windows:
-        """The windows of a share that explain the steps best: a switch there and back is worth what it takes off the
-        steps' squares, less its cost (Viterbi's algorithm over the two states)."""
-        own = share * self.full
-        there, back = (np.clip((self.size**2 - (self.size - x) ** 2) / (2 * self.scatter**2), -MOST, MOST) - COST
-                       for x in (own, -own))  # fmt: skip
-        best, came = np.array([0.0, -COST]), np.zeros((len(own), 2), bool)
-        for k in range(len(own)):
+        """The windows of a share that explain the steps best (Viterbi's algorithm over the two states)."""
+        there, back = self._worth(share * self.full), self._worth(-share * self.full)
+        best, came = np.array([0.0, -COST]), np.zeros((len(there), 2), bool)
+        for k in range(len(there)):
             moved = np.array([best[1] + back[k], best[0] + there[k]])
             came[k] = moved > best
             best = np.maximum(best, moved)
         return tuple(self._traced(came, int(best.argmax())))
+
+    def _worth(self, jump: Array) -> Array:
+        """Nats by which every step is more likely with a jump than without, where others may happen too."""
+        without = np.minimum(self.size**2 / (2 * self.scatter**2), MOST)
+        scatter2 = self.scatter**2 + (BLURRED * jump) ** 2
+        return np.asarray(without - np.minimum((self.size - jump) ** 2 / (2 * scatter2), 2 * MOST) - COST)
 
     def _traced(self, came: Mask, state: int) -> Iterator[tuple[float, float]]:
         """Windows from the switches on the best path, from its end on."""

@@ -1,0 +1,82 @@
+"""A contact that is loose now and then: its jumps, its windows, and the diagnosis that sets its readings right."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from test_diagnosis import HELD_OUT, LADDERS, plant, recorded
+
+from network.diagnosis.diagnosing import diagnose
+from network.diagnosis.jumps import COST, loose_in, steps_of
+from network.diagnosis.verdict import Diagnosis
+from network.recording import Recording
+
+SHARE = 0.3
+WINDOWS = (((52, 70), (90, 104)), ((15, 30), (62, 80), (110, 130)))
+HELD_WINDOWS = ((40, 60), (100, 120))
+
+
+def loosened(recording: Recording, windows: tuple[tuple[float, float], ...]) -> Recording:
+    """The recording with T_housing on the way to the air in some windows [min]."""
+    t, column = recording.t / 60, recording.columns["T_housing"]
+    loose = np.any([(t >= a) & (t < b) for a, b in windows], axis=0)
+    values = column.values + SHARE * loose * (recording.columns["ambient"].values - column.values)
+    return replace(recording, columns={**recording.columns, "T_housing": replace(column, values=values)})
+
+
+@cache
+def found(is_loose: bool = True) -> Diagnosis:
+    runs = [recorded(plant(), ladder, i) for i, ladder in enumerate(LADDERS)]
+    held = recorded(plant(), HELD_OUT, 7)
+    if is_loose:
+        runs = [loosened(r, w) for r, w in zip(runs, WINDOWS, strict=True)]
+        held = loosened(held, HELD_WINDOWS)
+    return diagnose(plant(), runs, [held])
+
+
+def test_a_loose_contact_is_found_on_its_channel_with_its_share() -> None:
+    d = found()
+    finding = d.findings[0]
+    assert d.verdict == "sensor_fault" and finding.kind == "sensor_fault" and finding.channels == ("T_housing",)
+    assert finding.parameters["share"].value == pytest.approx(SHARE, abs=0.02) and not finding.patch
+
+
+def test_its_windows_are_told_to_the_bin() -> None:
+    told = np.array(found().findings[0].windows) / 60
+    np.testing.assert_allclose(told, WINDOWS[0], atol=1.5)
+    assert "in run 1 from" in found().findings[0].sentence
+
+
+def test_held_out_readings_are_set_right_by_the_same_share() -> None:
+    fits = found().fits.summary()["holdout"]
+    assert fits["before"]["rmse_in_noise"] > 5 and fits["after"]["rmse_in_noise"] < 1.2
+
+
+def test_the_machine_stays_as_it_was() -> None:
+    assert found().after.to_plain().keys() == found().machine.to_plain().keys()
+    assert [*found().after.sensors] == [*found().machine.sensors]
+    assert not any(s.effects for s in found().after.sensors.values())
+
+
+def test_a_good_contact_is_not_accused() -> None:
+    assert found(False).verdict in ("adequate", "parameters_only") and not found(False).findings
+
+
+def test_a_drift_makes_no_jump_and_a_step_makes_one() -> None:
+    t, rng = np.arange(0, 7200.0, 10), np.random.default_rng(1)
+    drift = 2 * np.sin(t / 2000) + 0.05 * rng.standard_normal(len(t))
+    steps = steps_of(t, drift + 0.8 * (t > 3600), np.full(len(t), 4.0))
+    none = steps_of(t, drift, np.full(len(t), 4.0))
+    assert steps is not None and none is not None and len(none.shares) == 0
+    assert steps.shares == pytest.approx([0.2], abs=0.02)
+
+
+def test_too_short_a_run_and_too_few_jumps_tell_nothing() -> None:
+    t = np.arange(0, 600.0, 10)
+    assert steps_of(t, np.zeros(len(t)), np.ones(len(t))) is None
+    t = np.arange(0, 7200.0, 10)
+    once = steps_of(t, 1.0 * (t > 3600) + 0.01 * np.sin(t), np.full(len(t), 4.0))
+    assert once is not None and loose_in([once]) is None and COST > 0
