@@ -7,7 +7,7 @@ follows from the patch.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -31,8 +31,9 @@ EXPONENT_SPREAD = 0.25
 """The same for a bare number that has a default, like an exponent."""
 STRETCHES = ((0.0, 0.25), (0.25, 0.5), (0.5, 0.75), (0.75, 1.0))
 """Of a bar, in shares of its length, at which a candidate is looked at besides."""
-DEGREES = 3.0
-"""K: prior 1σ of a temperature that a proposal brings."""
+DEGREES, AROUND = 3.0, 2.0
+"""K: prior 1σ of a temperature that a proposal brings, and how many of them surroundings that it brings may be off:
+farther, and a place that keeps its temperature is only a way to write any heat."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +188,9 @@ def _stands(kind: type[Effect], field: ParamField, patch: Mapping[str, Any]) -> 
 def _own(machine: Machine, path: str, field: ParamField, is_strength: bool) -> Parameter:
     value = _value(machine, path, field)
     if field.unit == "degC":
-        return parameter(machine, path, Number(value, "normal", DEGREES))
+        own = parameter(machine, path, Number(value, "normal", DEGREES))
+        around = path.startswith("nodes.")
+        return replace(own, low=value - AROUND * DEGREES, high=value + AROUND * DEGREES) if around else own
     if value <= 0 or field.may_be_negative:
         return parameter(machine, path, Number(value, "normal", SIGNED_SPREAD * max(abs(value), abs(field.proposal()))))
     if is_strength:

@@ -22,7 +22,7 @@ SHORTLIST, OF_A_KIND = 8, 3
 POOR, WIDER = 0.6, (48, 16)
 """Share of the misfit χ that the best of them leaves from which more are fitted, and how many then: far from the fit
 the linear score of what is missing may be poor."""
-UNTOLD = 1.5
+UNTOLD = 1.25
 """Misfit χ that must be left for that, too."""
 LARGE = 120
 """Lumps from which candidates are screened about the fit only."""
