@@ -27,7 +27,9 @@ from network.diagnosis.verdict import UnknownHeat
 
 MOST_FINDINGS = 3
 FULL = 1.06
-"""Misfit χ below which nothing more is looked for."""
+"""Misfit χ below which nothing is looked for."""
+FURTHER = 1.1
+"""The same beside what was found already."""
 WORTH = 0.015
 """Share of the misfit χ that a finding must take away."""
 HOPE = 0.5
@@ -79,7 +81,7 @@ def followed(
     befores: list[Hypothesis] = []
     steps: list[tuple[Hypothesis, ...]] = []
     threshold = LEAST
-    while current.chi > FULL and len(current.found) < MOST_FINDINGS:
+    while current.chi > (FURTHER if steps else FULL) and len(current.found) < MOST_FINDINGS:
         seen = screened(current) if steps else first
         if steps and _shows_nothing(seen):
             break

@@ -9,6 +9,9 @@ from network.diagnosis.refine import ENOUGH, FINEST, GAIN, LEVELS, finer
 from network.diagnosis.standing_in import carried, corrected, lumps_of, stand_in
 from network.machine import Machine
 
+LITTLE = 0.015
+"""Share of the misfit χ that finer lumps must take away for still finer ones to be tried."""
+
 
 def settled(case: Case, best: Hypothesis) -> Hypothesis:
     """The hypothesis on as many lumps as it takes."""
@@ -27,8 +30,9 @@ def _at_a_distance(case: Case, best: Hypothesis) -> Hypothesis:
         other = None if told is None else carried(case, told, root)
         if told is None or other is None or other.evidence < best.evidence + GAIN:
             break
+        is_little = other.chi > (1 - LITTLE) * best.chi
         coarse, best = told, other
-        if best.found and best.chi < ENOUGH:
+        if is_little or (best.found and best.chi < ENOUGH):
             break
     return best
 

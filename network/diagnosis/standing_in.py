@@ -31,8 +31,8 @@ CUTS = (3, 5)
 """Lumps a bar that are tried."""
 STEPS, ROUNDS = 6, 3
 """Of a fit with a lack, and how often the lack is found again."""
-AGAIN, MOVED = 2, 0.5
-"""Fits of a stand-in until its lack stays, to a share of the misfit χ."""
+AGAIN, MOVED, HOPELESS = 2, 0.5, 2.0
+"""Fits of a stand-in until its lack stays, to a share of the misfit χ; and where it moves too far to try again."""
 STAYS = 0.1
 """Change of the lack, rms in noise units, that no longer matters."""
 LAST_STEPS = 2
@@ -62,8 +62,9 @@ def _agreed(coarse: Hypothesis, lack: Sequence[Array], fine: Hypothesis) -> Hypo
     for _ in range(AGAIN):
         coarse, before = _fitted(coarse, lack), lack
         lack = _lacking(coarse, fine.machine)
-        if _rms(fine, [x - y for x, y in zip(lack, before, strict=True)]) < MOVED * max(1.0, fine.chi):
-            return coarse
+        moved = _rms(fine, [x - y for x, y in zip(lack, before, strict=True)]) / max(1.0, fine.chi)
+        if moved < MOVED or moved > HOPELESS:
+            return coarse if moved < MOVED else None
     return None
 
 
@@ -102,9 +103,8 @@ def lumps_of(machine: Machine) -> int:
 
 
 def _coarser(fine: Hypothesis) -> Iterator[tuple[Machine, tuple[Candidate, ...]]]:
-    """The machine as written, with a few lumps a bar, and its refinements short of this one, the findings over them."""
-    written = fine.case.machine
-    roots = [written, *(_cut(fine.root, lumps) for lumps in CUTS), *_refined(written)]
+    """The machine with a few lumps a bar, and its refinements short of this one, the findings over them."""
+    roots = [*(_cut(fine.root, lumps) for lumps in CUTS), *_refined(fine.case.machine)]
     for root in roots:
         if lumps_of(root) < lumps_of(fine.root) and (laid := laid_over(root, fine.found)) is not None:
             yield laid[-1].machine if laid else root, laid
