@@ -32,7 +32,7 @@ def checked(
     coarse, gains = _needed(coarse, current, threshold)
     if [c.key for c in coarse.found] != [c.key for c in current.found]:
         current = _like(coarse, current, case)
-    return (current, gains) if _predicts(before, current, jobs) else (before, ())
+    return (current, gains) if _predicts(stand_in(before), coarse, jobs) else (before, ())
 
 
 def _like(coarse: Hypothesis, current: Hypothesis, case: Case) -> Hypothesis:
@@ -78,5 +78,5 @@ def _needed(
 
 def _predicts(before: Hypothesis, after: Hypothesis, jobs: int) -> bool:
     """Whether runs left out of the fit are told at least as well."""
-    was, now = (left_out(stand_in(h), jobs) for h in (before, after))
+    was, now = (left_out(h, jobs) for h in (before, after))
     return not np.isfinite(was) or now < HOLDS * was

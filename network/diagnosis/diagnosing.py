@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 from network.calibration.threads import on_one_thread
 from network.diagnosis.case import Case, Hypothesis, rejudged, renoised, suppose, under_file_noise
-from network.diagnosis.confirm import ADEQUATE
 from network.diagnosis.episodes import Episodes, episodes
 from network.diagnosis.following import FULL, Screened, followed, screened
 from network.diagnosis.intake import taken_in
@@ -28,6 +27,8 @@ from network.recording import Recording
 
 MANY = 120
 """Lumps from which it is not worked out what would not have shown, where nothing is looked for."""
+TOLD = 1.25
+"""Misfit χ of what was found from one refinement, above which the machine as written is followed, too."""
 BEHIND = 3.0
 """Misfit of the machine as written over that of its best refinement, beyond which it is not looked at by itself."""
 
@@ -93,7 +94,7 @@ def _searched(case: Case, seed: int, jobs: int, tell: Callable[[float], None]) -
     seen = Screened(null, (), ()) if is_told else screened(null)
     found = [followed(null, seen, located, seed, jobs, tell)]
     for track in tracks:
-        if track is not null and not any(f.best.chi < ADEQUATE for f in found):
+        if track is not null and not any(f.best.chi < TOLD for f in found):
             found.append(followed(track, screened(track), located, seed, jobs, tell))
     won = max(found, key=lambda f: rejudged(case, f.best).evidence)
     plain = suppose(under_file_noise(given), given.machine, offsets=False)
