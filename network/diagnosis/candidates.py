@@ -126,8 +126,8 @@ def candidate(machine: Machine, kind: type[Effect], patch: Mapping[str, Any]) ->
     return Candidate(kind, patch, machine, patched, own_parameters(patched, kind, patch))
 
 
-def laid_over(machine: Machine, found: Iterable[Candidate]) -> tuple[Candidate, ...] | None:
-    """Findings laid over another machine, one on the other; None where one does not fit."""
+def laid_over(machine: Machine, found: Iterable[Candidate]) -> tuple[Machine, tuple[Candidate, ...]] | None:
+    """Another machine with findings laid over it, one on the other, and these; None where one does not fit."""
     laid: list[Candidate] = []
     for c in found:
         again = candidate(machine, c.kind, c.patch)
@@ -135,7 +135,7 @@ def laid_over(machine: Machine, found: Iterable[Candidate]) -> tuple[Candidate, 
             return None
         laid.append(again)
         machine = again.machine
-    return tuple(laid)
+    return machine, tuple(laid)
 
 
 def _spelled_out(kind: type[Effect], patch: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from network.calibration.colour import colours
 from network.calibration.evidence import Measured, measured
-from network.calibration.fitting import Linearised, Problem, chi_of, linearise, make_problem, minimise
+from network.calibration.fitting import STEPS, Linearised, Problem, chi_of, linearise, make_problem, minimise
 from network.calibration.noise import Noise
 from network.calibration.parameters import Parameter, at_values, centres, free_parameters, values_at
 from network.calibration.predictor import Prediction
@@ -168,7 +168,7 @@ class Hypothesis:
 
 def suppose(
     case: Case, machine: Machine, found: Sequence[Candidate] = (), own: Sequence[Parameter] = (),
-    start: Mapping[str, float] | None = None, offsets: bool = True, steps: int = 25,
+    start: Mapping[str, float] | None = None, offsets: bool = True, steps: int = STEPS,
 ) -> Hypothesis:  # fmt: skip
     """Fits a machine with the patches already in it; `start`: numbers by path to begin from."""
     parameters = parameters_of(machine, own)
@@ -182,19 +182,20 @@ def suppose(
 
 
 def relaid(
-    case: Case, machine: Machine, found: Sequence[Candidate], values: Mapping[str, float], in_step: bool = True
-) -> Hypothesis | None:
+    case: Case, machine: Machine, found: Sequence[Candidate], values: Mapping[str, float], in_step: bool = True,
+    steps: int = STEPS,
+) -> Hypothesis | None:  # fmt: skip
     """Findings laid over a machine one after the other, fitted from some numbers; None where they do not fit. in_step:
     whether relays switch at these numbers as they did; else they are led over ever more of the runs."""
-    laid = laid_over(machine, found)
-    if laid is None:
+    over = laid_over(machine, found)
+    if over is None:
         return None
+    machine, laid = over
     own = [p for c in laid for p in c.own]
-    machine = laid[-1].machine if laid else machine
     try:
         if not in_step and any(c.switches for c in laid):
             values = led(case, machine, laid, own, values, LED).values
-        return suppose(case, machine, laid, own, values)
+        return suppose(case, machine, laid, own, values, steps=steps)
     except (Failed, np.linalg.LinAlgError):
         return None
 

@@ -6,13 +6,10 @@ import re
 from collections.abc import Iterator
 from functools import partial
 
-import numpy as np
-
 from network.diagnosis.candidates import Candidate, candidate, renamed
-from network.diagnosis.case import Hypothesis, suppose
-from network.diagnosis.slimming import slim
+from network.diagnosis.case import Hypothesis
+from network.diagnosis.slimming import tried
 from network.diagnosis.together import spread
-from network.refusal import Failed
 
 STEPS = (0.1, 0.05)
 """Shares of a bar's length by which the ends of a stretch are moved, one round each."""
@@ -26,8 +23,8 @@ FIT_STEPS = 4
 def placed(best: Hypothesis, jobs: int = 1) -> Hypothesis:
     """The hypothesis with the stretches of its last finding where they explain most."""
     for step in STEPS:
-        tried = [c for place in _stretches(best.found[-1]) for c in _moved(best.found[-1], place, step)]
-        fits = spread(partial(_fitted, best), tried, jobs, None)
+        moved = [c for place in _stretches(best.found[-1]) for c in _moved(best.found[-1], place, step)]
+        fits = spread(partial(_fitted, best), moved, jobs, None)
         better = max((h for h in fits if h is not None), key=lambda h: h.evidence, default=None)
         if better is not None and better.evidence > best.evidence + GAIN:
             best = better
@@ -52,7 +49,4 @@ def _moved(c: Candidate, place: str, step: float) -> Iterator[Candidate]:
 
 
 def _fitted(best: Hypothesis, c: Candidate) -> Hypothesis | None:
-    try:
-        return slim(suppose(best.case, c.machine, (*best.found[:-1], c), best.own, best.values, steps=FIT_STEPS))
-    except (Failed, np.linalg.LinAlgError):
-        return None
+    return tried(best.case, (*best.found[:-1], c), best.own, best.values, FIT_STEPS)

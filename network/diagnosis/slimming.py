@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from network.calibration.parameters import Parameter
 from network.calibration.predictor import Model
 from network.diagnosis.candidates import Candidate
 from network.diagnosis.case import Case, Hypothesis, suppose
@@ -31,7 +32,14 @@ def beside(
     case: Case, current: Hypothesis, c: Candidate, start: Mapping[str, float], steps: int
 ) -> Hypothesis | None:  # fmt: skip
     """A candidate fitted beside what is there, a few steps from some numbers; None where it runs away."""
+    return tried(case, (*current.found, c), (*current.own, *c.own), start, steps)
+
+
+def tried(
+    case: Case, found: Sequence[Candidate], own: Sequence[Parameter], start: Mapping[str, float], steps: int
+) -> Hypothesis | None:  # fmt: skip
+    """Findings, each laid over those before it, fitted a few steps from some numbers; None where they run away."""
     try:
-        return slim(suppose(case, c.machine, (*current.found, c), (*current.own, *c.own), start, steps=steps))
+        return slim(suppose(case, found[-1].machine, found, own, start, steps=steps))
     except (Failed, np.linalg.LinAlgError):
         return None

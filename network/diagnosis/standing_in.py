@@ -18,7 +18,7 @@ from network.calibration.evidence import Measured
 from network.calibration.predictor import Model
 from network.declare import Array
 from network.diagnosis.candidates import Candidate, laid_over
-from network.diagnosis.case import Case, Hypothesis, Lack, parameters_of, suppose
+from network.diagnosis.case import Case, Hypothesis, Lack, parameters_of, relaid, suppose
 from network.diagnosis.refine import LEVELS, finer
 from network.machine import Machine
 from network.refusal import Failed
@@ -71,12 +71,12 @@ def _agreed(coarse: Hypothesis, lack: Sequence[Array], fine: Hypothesis) -> Hypo
 def corrected(coarse: Hypothesis, root: Machine) -> Hypothesis | None:
     """A hypothesis on coarse lumps fitted as if it were on those of a finer machine; None where it does not fit there
     or runs away."""
-    laid, before = laid_over(root, coarse.found), None
-    if laid is None:
+    over, before = laid_over(root, coarse.found), None
+    if over is None:
         return None
     try:
         for _ in range(ROUNDS):
-            lack = _lacking(coarse, laid[-1].machine if laid else root)
+            lack = _lacking(coarse, over[0])
             if before is not None and _rms(coarse, [x - y for x, y in zip(lack, before, strict=True)]) < STAYS:
                 break
             coarse, before = _fitted(coarse, lack), lack
@@ -87,15 +87,8 @@ def corrected(coarse: Hypothesis, root: Machine) -> Hypothesis | None:
 
 def carried(case: Case, coarse: Hypothesis, root: Machine) -> Hypothesis | None:
     """A hypothesis fitted a few steps on finer lumps; None where it does not fit there or runs away."""
-    laid = laid_over(root, coarse.found)
-    if laid is None:
-        return None
-    machine, own = laid[-1].machine if laid else root, [p for c in laid for p in c.own]
-    try:
-        about = replace(case, began=coarse.case.began)
-        return suppose(about, machine, laid, own, coarse.values, steps=LAST_STEPS)
-    except (Failed, np.linalg.LinAlgError):
-        return None
+    about = replace(case, began=coarse.case.began)
+    return relaid(about, root, coarse.found, coarse.values, steps=LAST_STEPS)
 
 
 def lumps_of(machine: Machine) -> int:
@@ -106,8 +99,8 @@ def _coarser(fine: Hypothesis) -> Iterator[tuple[Machine, tuple[Candidate, ...]]
     """The machine with a few lumps a bar, and its refinements short of this one, the findings over them."""
     roots = [*(_cut(fine.root, lumps) for lumps in CUTS), *_refined(fine.case.machine)]
     for root in roots:
-        if lumps_of(root) < lumps_of(fine.root) and (laid := laid_over(root, fine.found)) is not None:
-            yield laid[-1].machine if laid else root, laid
+        if lumps_of(root) < lumps_of(fine.root) and (over := laid_over(root, fine.found)) is not None:
+            yield over
 
 
 def _cut(machine: Machine, lumps: int) -> Machine:
