@@ -107,8 +107,7 @@ def run_level(job: Job, level: str) -> LevelRun:
     shown = {n: v for n, v in run.sensors.items() if machine.sensors[n].place is not None}
     if not sensed:
         shown = {name: T for name, T in run.parts.items() if machine.nodes[name].is_part}
-    lumps = sum(node.lumps for node in machine.nodes.values() if node.is_part)
-    return LevelRun(level, lumps, run.t, run.tcp, shown, *_in_noise(job, run.sensors), seconds, run.method)
+    return LevelRun(level, machine.lumps, run.t, run.tcp, shown, *_in_noise(job, run.sensors), seconds, run.method)
 
 
 def _repeated(job: Job, machine: Machine, parts: bool) -> Iterator[Trajectory]:

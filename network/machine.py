@@ -83,6 +83,11 @@ class Machine:
     def material(self, name: str) -> Material | None:
         return self.materials.get(name)
 
+    @property
+    def lumps(self) -> int:
+        """How many there are, in all parts."""
+        return sum(node.lumps for node in self.nodes.values() if node.is_part)
+
     def joined_parts(self) -> Iterator[tuple[str, str]]:
         """Pairs of different parts that some link joins, each pair once."""
         seen = set()

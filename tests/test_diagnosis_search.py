@@ -22,7 +22,7 @@ from network.diagnosis.directions import direction
 from network.diagnosis.drawing import SHORT, Space, seek
 from network.diagnosis.refine import finer
 from network.diagnosis.slimming import slim
-from network.diagnosis.standing_in import lumps_of, stand_in
+from network.diagnosis.standing_in import stand_in
 from network.graph import build
 from network.machine import Machine
 
@@ -114,7 +114,7 @@ def test_a_held_node_that_becomes_a_tank_may_start_anywhere() -> None:
 def test_coarser_lumps_that_are_told_what_they_lack_leave_the_same() -> None:
     h = fine()
     coarse = stand_in(h)
-    assert lumps_of(coarse.machine) < lumps_of(h.machine)
+    assert coarse.machine.lumps < h.machine.lumps
     assert coarse.chi == pytest.approx(h.chi, rel=0.02)
     for p, values in ((p, coarse.values[p.path]) for p in h.fit.problem.parameters):
         assert values == pytest.approx(h.values[p.path], rel=0.02)

@@ -14,6 +14,7 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from network.calibration.colour import colours
 from network.calibration.evidence import Measured
 from network.calibration.fitting import Linearised, Problem, minimise
+from network.calibration.hygiene import NORMAL
 from network.calibration.noise import Noise, averaged_ou, cell_widths, whitener
 from network.calibration.starting import ADEQUATE, rms
 from network.declare import Array
@@ -110,7 +111,7 @@ def _weighted(fit: Fit) -> Fit:
     """Cells far out for what most of them scatter count less, as by Huber; not where the bulk disagrees already."""
     for _ in range(ROUNDS):
         z = fit.at.left
-        scale = max(float(np.median(np.abs(z))) / 0.6745, 1.0)
+        scale = max(float(np.median(np.abs(z))) / NORMAL, 1.0)
         out = np.abs(z) > HUBER * scale
         if scale > ADEQUATE or not out.any() or out.mean() > MOST_WEIGHTED:
             return fit

@@ -107,10 +107,13 @@ def kinds() -> Iterator[type[Effect]]:
                 yield kind
 
 
-def candidates(machine: Machine, known: Iterable[str], structural: bool = False) -> tuple[Candidate, ...]:
+def candidates(
+    machine: Machine, known: Iterable[str], structural: bool = False, among: Iterable[type[Effect]] | None = None
+) -> tuple[Candidate, ...]:
     """All that is proposed for a machine and can be computed with the inputs known: what has a strength to be fitted,
-    or what is structural."""
-    wanted = [k for k in kinds() if isinstance(k.fields[k.strength], ParamField) != structural]
+    or what is structural. among: the kinds in question, if not all."""
+    known_kinds = kinds() if among is None else among
+    wanted = [k for k in known_kinds if isinstance(k.fields[k.strength], ParamField) != structural]
     found = (c for kind in wanted for patch in kind.proposes(machine) if (c := candidate(machine, kind, patch)))
     have = {*known}
     return tuple(c for c in found if have.issuperset(c.machine.inputs))

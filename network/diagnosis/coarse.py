@@ -10,7 +10,7 @@ from network.diagnosis.case import Hypothesis
 from network.diagnosis.directions import direction
 from network.diagnosis.refine import structural
 from network.diagnosis.screen import whitened
-from network.diagnosis.verdict import Finding
+from network.diagnosis.verdict import Finding, sentence
 from network.machine import Machine
 
 SURE = 0.95
@@ -34,6 +34,5 @@ def lumping_of(written: Hypothesis, now: Machine, gain: float, threshold: float)
     places = tuple(dict.fromkeys(n for c in meant for n in c.places))
     tree = now.to_plain()["nodes"]
     nodes = {name: tree[name] for name in now.nodes if tree.get(name) != written.machine.to_plain()["nodes"].get(name)}
-    said = "; ".join(first.kind.told(now, c.patch) for c in meant)
-    said = f"{said[:1].upper()}{said[1:]}."
+    said = sentence("; ".join(first.kind.told(now, c.patch) for c in meant)) + "."
     return Finding(first.kind.kind, first.section, places, (), SURE, {}, said, {"nodes": nodes}, gain, threshold)

@@ -13,6 +13,7 @@ from network.calibration.parameters import centres, values_at
 from network.declare import Array
 from network.diagnosis.candidates import Candidate
 from network.diagnosis.case import Case, Hypothesis, suppose
+from network.diagnosis.refine import FULL
 from network.diagnosis.screen import Score, screen
 from network.diagnosis.slimming import beside, slim
 from network.diagnosis.together import spread
@@ -32,9 +33,6 @@ FIRST_STEPS, FINALISTS, FINISHED = 7, 3, 0.7
 """Steps of these, how many of them are then fitted to the end at most, and the share of the best gain for that."""
 CLEAR, LEAST = 200.0, 2
 """Nats of a gain from which shares of it count, and how many fits go on in any case."""
-ADEQUATE = 1.06
-"""Misfit χ up to which a fit is left as it is, and nothing else is followed."""
-
 LEFT_OUT_STEPS = 4
 """Steps of a fit without one run, from the fit to all."""
 
@@ -51,7 +49,7 @@ def nominal(fit: Linearised) -> Linearised:
 def shortlist(current: Hypothesis, found: Sequence[Candidate], scores: Sequence[Score]) -> list[Score]:
     """The best of the screening about the fit (scores) and about the file's own numbers."""
     chosen = {s.candidate.key: s for s in reversed(_varied(scores, SHORTLIST, OF_A_KIND))}
-    if sum(node.lumps for node in current.machine.nodes.values()) < LARGE:
+    if current.machine.lumps < LARGE:
         about = nominal(current.fit)
         for s in _varied(screen(about, found, values_at(about.problem.parameters, about.theta)), SHORTLIST, OF_A_KIND):
             chosen.setdefault(s.candidate.key, s)
@@ -122,7 +120,7 @@ def _parted(
 
 
 def _to_the_end(case: Case, h: Hypothesis) -> Hypothesis:
-    return slim(suppose(case, h.machine, h.found, h.own, h.values)) if h.chi > ADEQUATE else h
+    return slim(suppose(case, h.machine, h.found, h.own, h.values)) if h.chi > FULL else h
 
 
 def left_out(hypothesis: Hypothesis, jobs: int = 1) -> float:

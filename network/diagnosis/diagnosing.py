@@ -13,13 +13,12 @@ from dataclasses import dataclass
 from network.calibration.threads import on_one_thread
 from network.diagnosis.case import Case, Hypothesis, rejudged, renoised, suppose, under_file_noise
 from network.diagnosis.episodes import Episodes, episodes
-from network.diagnosis.following import FULL, Screened, followed, screened
+from network.diagnosis.following import Screened, followed, screened
 from network.diagnosis.intake import taken_in
 from network.diagnosis.judging import diagnosis_of
 from network.diagnosis.locate import locate
-from network.diagnosis.refine import FAR, refined
+from network.diagnosis.refine import FAR, FULL, refined
 from network.diagnosis.settling import settled
-from network.diagnosis.standing_in import lumps_of
 from network.diagnosis.verdict import Diagnosis, UnknownHeat
 from network.inputs import Start
 from network.machine import Machine
@@ -90,7 +89,7 @@ def _searched(case: Case, seed: int, jobs: int, tell: Callable[[float], None]) -
         tracks[0] = settled(case, tracks[0])
     null = max(tracks, key=lambda h: h.evidence)
     located = locate(null.fit, null.machine)
-    is_told = null.chi < FULL and lumps_of(null.machine) > MANY
+    is_told = null.chi < FULL and null.machine.lumps > MANY
     seen = Screened(null, (), ()) if is_told else screened(null)
     found = [followed(null, seen, located, seed, jobs, tell)]
     for track in tracks:

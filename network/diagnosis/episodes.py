@@ -7,7 +7,7 @@ readings so set right explains more than chance does.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -16,8 +16,8 @@ import numpy as np
 from network.calibration.parameters import at_values
 from network.calibration.predictor import Prediction
 from network.comparison import ChannelResidual
-from network.declare import Array
-from network.diagnosis.candidates import Candidate, candidates
+from network.declare import Array, Mask
+from network.diagnosis.candidates import Candidate, candidates, kinds
 from network.diagnosis.case import Case, Hypothesis, suppose
 from network.diagnosis.jumps import SHARES, Loose, Windows, loose_in, steps_of
 from network.machine import Machine
@@ -51,7 +51,7 @@ class Episodes:
     @cached_property
     def machine(self) -> Machine:
         """The machine with the fault in it, all the time."""
-        return at_values(self.candidate.machine, {self.candidate.own[0].path: self.loose.share})
+        return _at_share(self.candidate, self.loose.share)
 
     @property
     def told(self) -> str:
@@ -70,20 +70,17 @@ class Episodes:
     def undone(self, recording: Recording, windows: Windows, sets_right: bool = True) -> Recording:
         """A recording with the readings of the windows set right, and none about their ends."""
         column, t = recording.columns[self.channel], recording.t
-        values = column.values.copy()
-        truth = self.effect.truth(values, _inputs(self.effect, recording))
-        for begin, end in windows:
-            inside = (t >= begin) & (t < end)
-            values = np.where(inside & sets_right, truth, values)
-            for edge in (begin, end):
-                values = np.where(np.abs(t - edge) < EDGE, np.nan, values)
+        truth = self.effect.truth(column.values, _inputs(self.effect, recording))
+        values = np.where(_inside(t, windows) & sets_right, truth, column.values)
+        about = [(edge - EDGE, edge + EDGE) for window in windows for edge in window]
+        values = np.where(_inside(t, about), np.nan, values)
         columns = {**recording.columns, self.channel: replace(column, values=values)}
         return replace(recording, columns=columns)
 
     def found_in(self, recording: Recording, channel: ChannelResidual) -> Recording:
         """A recording of which only the residual is known, set right where that jumps by the same share."""
-        full = at_values(self.candidate.machine, {self.candidate.own[0].path: 1.0})
-        change = change_of(effect_of(full, self.candidate), recording, channel.simulated)
+        full = effect_of(_at_share(self.candidate, 1.0), self.candidate)
+        change = change_of(full, recording, channel.simulated)
         steps = steps_of(recording.t, channel.residual, change)
         return recording if steps is None else self.undone(recording, steps.windows(self.loose.share))
 
@@ -91,9 +88,10 @@ class Episodes:
 def episodes(h: Hypothesis) -> tuple[Episodes, Hypothesis] | None:
     """The fault that explains most, and the hypothesis fitted to the readings set right; None where there is none."""
     tried = [pair for e in _found(h) if (pair := _confirmed(h, e)) is not None]
-    best = max(tried, key=lambda pair: pair[0].gain, default=None)
-    for _ in range(ROUNDS if best is not None else 0):
-        assert best is not None
+    if not tried:
+        return None
+    best = max(tried, key=lambda pair: pair[0].gain)
+    for _ in range(ROUNDS):
         again = _confirmed(h, _renewed(h, *best))
         if again is None or again[1].chi > best[1].chi:
             break
@@ -103,19 +101,18 @@ def episodes(h: Hypothesis) -> tuple[Episodes, Hypothesis] | None:
 
 def _found(h: Hypothesis) -> Iterator[Episodes]:
     """Faults that jumps of the residuals show."""
-    for c in candidates(h.machine, h.case.drivers):
-        if c.channels and effect_of(c.machine, c).comes_and_goes:
-            seen = [steps for run in _seen(h, c, h.case.recordings) if (steps := steps_of(*run)) is not None]
-            loose = loose_in(seen) if len(seen) == len(h.predictions) else None
-            if loose is not None:
-                yield Episodes(c, loose, h.case.recordings)
+    come_and_go = [kind for kind in kinds() if issubclass(kind, SensorEffect) and kind.comes_and_goes]
+    for c in candidates(h.machine, h.case.drivers, among=come_and_go):
+        seen = [steps for run in _seen(h, c, h.case.recordings) if (steps := steps_of(*run)) is not None]
+        loose = loose_in(seen) if len(seen) == len(h.predictions) else None
+        if loose is not None:
+            yield Episodes(c, loose, h.case.recordings)
 
 
 def _renewed(h: Hypothesis, e: Episodes, about: Hypothesis) -> Episodes:
     """A fault with its share told by all readings in its windows, and its windows by that share, about a better fit."""
     runs, windows = _seen(about, e.candidate, h.case.recordings), e.loose.windows
-    inside = [np.any([(t >= a) & (t < b) for a, b in own] or [t < t[0]], axis=0)
-              for (t, _, _), own in zip(runs, windows, strict=True)]  # fmt: skip
+    inside = [_inside(t, own) for (t, _, _), own in zip(runs, windows, strict=True)]
     r = np.concatenate([residual[i] for (_, residual, _), i in zip(runs, inside, strict=True)])
     full = np.concatenate([change[i] for (_, _, change), i in zip(runs, inside, strict=True)])
     good = np.isfinite(r)
@@ -153,9 +150,18 @@ def change_of(full: SensorEffect, recording: Recording, truth: Array) -> Array:
 
 def _seen(h: Hypothesis, c: Candidate, recordings: Sequence[Recording]) -> list[tuple[Array, Array, Array]]:
     """Of a channel in every run that has it: times, residual, and change at full strength."""
-    full = effect_of(at_values(c.machine, {c.own[0].path: 1.0}), c)
+    full = effect_of(_at_share(c, 1.0), c)
     pairs = zip(h.predictions, recordings, strict=True)
     return [_at_samples(full, p, r, c.channels[0]) for p, r in pairs if c.channels[0] in p.run.channels]
+
+
+def _at_share(c: Candidate, share: float) -> Machine:
+    return at_values(c.machine, {c.own[0].path: share})
+
+
+def _inside(t: Array, windows: Iterable[tuple[float, float]]) -> Mask:
+    none = np.zeros(len(t), bool)
+    return np.asarray(np.any([none, *((t >= begin) & (t < end) for begin, end in windows)], axis=0))
 
 
 def _at_samples(

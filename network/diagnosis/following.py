@@ -15,7 +15,7 @@ from network.diagnosis.checking import checked
 from network.diagnosis.confirm import rivals
 from network.diagnosis.locate import locate
 from network.diagnosis.placing import placed
-from network.diagnosis.refine import FAR
+from network.diagnosis.refine import FAR, FULL
 from network.diagnosis.relays import likely, relays
 from network.diagnosis.restarting import restarted
 from network.diagnosis.screen import Score, screen
@@ -26,8 +26,6 @@ from network.diagnosis.together import spread
 from network.diagnosis.verdict import UnknownHeat
 
 MOST_FINDINGS = 3
-FULL = 1.06
-"""Misfit χ below which nothing is looked for."""
 FURTHER = 1.1
 """The same beside what was found already."""
 WORTH = 0.015

@@ -18,7 +18,7 @@ from network.diagnosis.case import Hypothesis
 from network.diagnosis.coarse import lumping_of
 from network.diagnosis.isolability import isolability
 from network.diagnosis.ranking import ALIKE, confidence, distinct, shares
-from network.diagnosis.verdict import UNKNOWN, Diagnosis, Finding, Fits, Quantity, Rival, UnknownHeat
+from network.diagnosis.verdict import UNKNOWN, Diagnosis, Finding, Fits, Quantity, Rival, UnknownHeat, sentence
 from network.machine import Machine
 from network.proposals import bodies
 from network.recording import Recording
@@ -75,9 +75,10 @@ def _faults(search: Search) -> Iterator[Finding]:
     if (e := search.fault) is not None:
         c, first = e.candidate, e.candidate.own[0]
         share = {first.path.rpartition(".")[2]: Quantity(e.loose.share, e.loose.std, first.field.unit)}
-        said, windows = f"{e.told[:1].upper()}{e.told[1:]}", next(w for w in e.loose.windows if w)
+        windows = next(w for w in e.loose.windows if w)
         yield Finding(
-            c.kind.kind, c.section, (), c.channels, FAULTY, share, said, {}, e.gain, search.threshold, windows
+            c.kind.kind, c.section, (), c.channels, FAULTY, share, sentence(e.told), {}, e.gain,
+            search.threshold, windows,
         )  # fmt: skip
 
 
@@ -140,8 +141,7 @@ def _sentence(h: Hypothesis, c: Candidate, after: Machine) -> str:
     spread = float(np.sqrt(np.diag(h.fit.covariance))[index[first.path]]) * max(1.0, h.chi)
     unit = "K" if first.field.unit == "degC" else first.field.unit
     std = show(first.std(float(h.fit.theta[index[first.path]]), spread), unit, 2)
-    told = c.kind.told(after, c.patch)
-    return f"{told[:1].upper()}{told[1:]} ({first.path.rpartition('.')[2].replace('_', ' ')} ± {std})."
+    return f"{sentence(c.kind.told(after, c.patch))} ({first.path.rpartition('.')[2].replace('_', ' ')} ± {std})."
 
 
 def _patch(c: Candidate, after: Machine) -> dict[str, Any]:
@@ -193,11 +193,11 @@ def _unknown(search: Search, kept: Sequence[Finding]) -> Finding:
     std = float(np.sqrt(np.mean(np.concatenate(top.std) ** 2)))
     size = Quantity(top.rms, std, "W" if top.kind != "channel" else "1")
     what = f"an unknown heat of {top.rms:.3g} {unit} (rms)" if top.kind != "channel" else "an unknown offset"
-    sentence = f"{what[:1].upper()}{what[1:]} at {' and '.join(places)} that no kind of the catalogue explains."
+    said = f"{sentence(what)} at {' and '.join(places)} that no kind of the catalogue explains."
     is_channel = top.kind == "channel"
     return Finding(
         UNKNOWN, "sensors" if is_channel else "sources", () if is_channel else places, places if is_channel else (),
-        top.probability, {"heat": size}, sentence, {}, top.gain, search.threshold, windows_of(left),
+        top.probability, {"heat": size}, said, {}, top.gain, search.threshold, windows_of(left),
     )  # fmt: skip
 
 

@@ -8,12 +8,13 @@ e.g. Glaz, Naus & Wallenstein, Scan Statistics (2001); unverified.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from network.calibration.hygiene import NORMAL
 from network.declare import Array, Mask
 
 BIN = 60.0
@@ -38,12 +39,11 @@ Windows = tuple[tuple[float, float], ...]
 
 @dataclass(frozen=True)
 class Loose:
-    """share: of full strength, and its 1σ; windows: of each run [s]; jumps: how many it was told from."""
+    """share: of full strength, and its 1σ; windows: of each run [s]."""
 
     share: float
     std: float
     windows: tuple[Windows, ...]
-    jumps: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ class Steps:
             moved = np.array([best[1] + back[k], best[0] + there[k]])
             came[k] = moved > best
             best = np.maximum(best, moved)
-        return tuple(self._traced(came, int(best.argmax())))
+        return self._traced(came, int(best.argmax()))
 
     def _worth(self, jump: Array) -> Array:
         """Nats by which every step is more likely with a jump than without, where others may happen too."""
@@ -81,7 +81,7 @@ class Steps:
         scatter2 = self.scatter**2 + (BLURRED * jump) ** 2
         return np.asarray(without - np.minimum((self.size - jump) ** 2 / (2 * scatter2), 2 * MOST) - COST)
 
-    def _traced(self, came: Mask, state: int) -> Iterator[tuple[float, float]]:
+    def _traced(self, came: Mask, state: int) -> Windows:
         """Windows from the switches on the best path, from its end on."""
         found, end = list[tuple[float, float]](), self.end
         for k in range(len(came) - 1, -1, -1):
@@ -91,7 +91,7 @@ class Steps:
                 end, state = float(self.t[k]), 1 - state
         if state:
             found.append((0.0, end))
-        yield from reversed(found)
+        return tuple(reversed(found))
 
 
 def steps_of(t: Array, residual: Array, change: Array) -> Steps | None:
@@ -104,7 +104,7 @@ def steps_of(t: Array, residual: Array, change: Array) -> Steps | None:
     inner = sliding_window_view(r, width)
     step = inner[:, SIDE + 1 :].mean(axis=1) - inner[:, :SIDE].mean(axis=1)
     drift = np.median(sliding_window_view(np.pad(step, AROUND, "edge"), 2 * AROUND + 1), axis=1)
-    scatter = float(np.median(np.abs(step - drift))) / 0.6745
+    scatter = float(np.median(np.abs(step - drift))) / NORMAL
     at = middles[SIDE:-SIDE]
     return Steps(at, step - drift, np.interp(at, t, change), max(scatter, 1e-12), float(t[-1]))
 
@@ -113,15 +113,9 @@ def _binned(t: Array, values: Array) -> tuple[Array, Array]:
     """Middles and medians of the bins; empty ones are bridged."""
     good = np.isfinite(values)
     which = ((t - t[0]) // max(BIN, 2 * float(np.median(np.diff(t))))).astype(int)
-    medians = np.full(which.max() + 1, np.nan)
     middles = np.bincount(which, t) / np.maximum(np.bincount(which), 1)
-    order = np.argsort(which[good], kind="stable")
-    cuts = np.flatnonzero(np.diff(which[good][order])) + 1
-    for some in np.split(np.flatnonzero(good)[order], cuts):
-        if len(some):
-            medians[which[some[0]]] = np.median(values[some])
-    known = np.isfinite(medians)
-    return middles[known], medians[known]
+    known, first = np.unique(which[good], return_index=True)
+    return middles[known], np.array([np.median(some) for some in np.split(values[good], first[1:]) if len(some)])
 
 
 def loose_in(runs: Sequence[Steps]) -> Loose | None:
@@ -137,4 +131,4 @@ def loose_in(runs: Sequence[Steps]) -> Loose | None:
     windows = tuple(steps.windows(share) for steps in runs)
     if not SHARES[0] < share < SHARES[1] or not any(windows):
         return None
-    return Loose(share, float(np.std(alike) / np.sqrt(len(alike))), windows, len(alike))
+    return Loose(share, float(np.std(alike) / np.sqrt(len(alike))), windows)

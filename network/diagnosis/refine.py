@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator
 from typing import Any
 
 from network.diagnosis.candidates import Candidate, candidates
@@ -15,19 +15,25 @@ GAIN = 20.0
 """Log evidence that a finer structure must add to be looked at further."""
 ENOUGH = 1.02
 """Misfit χ at which it is fine enough."""
+FULL = 1.06
+"""Misfit χ below which nothing is missing: no more is looked for, and a fit is left as it is."""
 FAR = 1.6
 """Misfit χ that lumps alone will not mend: what is missing is looked for first, and the lumps again with it."""
 FINEST = 400
 """Lumps beyond which a machine is not refined."""
 
 
-def finer(machine: Machine) -> Mapping[str, Any] | None:
-    """One patch of all structural proposals, which a refinement may repeat; None where there is none."""
-    merged: dict[str, dict[str, Any]] = {}
-    for c in structural(machine):
-        for section, entries in c.patch.items():
-            merged.setdefault(section, {}).update(entries)
-    return merged or None
+def ever_finer(machine: Machine, most: int | None = None) -> Iterator[Machine]:
+    """The machine with all structural proposals laid over it, and again over that, to so many lumps."""
+    for _ in range(LEVELS):
+        patch: dict[str, dict[str, Any]] = {}
+        for c in structural(machine):
+            for section, entries in c.patch.items():
+                patch.setdefault(section, {}).update(entries)
+        machine = machine.patched(patch)
+        if not patch or (most is not None and machine.lumps > most):
+            return
+        yield machine
 
 
 def structural(machine: Machine) -> list[Candidate]:
@@ -36,11 +42,10 @@ def structural(machine: Machine) -> list[Candidate]:
 
 def refined(case: Case, written: Hypothesis) -> list[Hypothesis]:
     """The machine as written, then ever finer ones while that helps."""
-    levels, machine = [written], written.machine
-    for _ in range(LEVELS):
-        if levels[-1].chi < ENOUGH or (patch := finer(machine)) is None:
+    levels = [written]
+    for machine in ever_finer(written.machine):
+        if levels[-1].chi < ENOUGH:
             break
-        machine = machine.patched(patch)
         best = max(levels, key=lambda h: h.evidence)
         finer_one = suppose(case, machine, start=best.values if best is not written else None)
         levels.append(finer_one)

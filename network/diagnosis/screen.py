@@ -51,8 +51,7 @@ class Score:
     def best(self) -> dict[str, float]:
         """Its numbers at the best strength."""
         first = self.candidate.own[0]
-        wanted = first.value(first.centre) * max(self.amplitude, LEAST)
-        return {**self.own, first.path: float(np.clip(wanted, first.value(first.low), first.value(first.high)))}
+        return {**self.own, first.path: _within(first, first.value(first.centre) * max(self.amplitude, LEAST))}
 
 
 def whitened(fit: Linearised, means: Array) -> Array:

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from network.diagnosis.case import Case, Hypothesis, relaid
-from network.diagnosis.refine import ENOUGH, FINEST, GAIN, LEVELS, finer
-from network.diagnosis.standing_in import carried, corrected, lumps_of, stand_in
-from network.machine import Machine
+from network.diagnosis.refine import ENOUGH, FINEST, GAIN, ever_finer
+from network.diagnosis.standing_in import carried, corrected, stand_in
 
 LITTLE = 0.015
 """Share of the misfit χ that finer lumps must take away for still finer ones to be tried."""
@@ -25,7 +22,7 @@ def _at_a_distance(case: Case, best: Hypothesis) -> Hypothesis:
     coarse = stand_in(best)
     again = None if coarse is best else carried(case, coarse, best.root)
     best = again if again is not None and again.evidence > best.evidence else best
-    for root in _finer(best.root):
+    for root in ever_finer(best.root, FINEST):
         told = corrected(coarse, root)
         other = None if told is None else carried(case, told, root)
         if told is None or other is None or other.evidence < best.evidence + GAIN:
@@ -39,7 +36,7 @@ def _at_a_distance(case: Case, best: Hypothesis) -> Hypothesis:
 
 def _step_by_step(case: Case, best: Hypothesis) -> Hypothesis:
     """By fits on the finer lumps, led back into step."""
-    for finer_root in _finer(best.root):
+    for finer_root in ever_finer(best.root, FINEST):
         finer_one = relaid(case, finer_root, best.found, best.values, False)
         if finer_one is None or finer_one.evidence < best.evidence + GAIN:
             break
@@ -47,12 +44,3 @@ def _step_by_step(case: Case, best: Hypothesis) -> Hypothesis:
         if best.chi < ENOUGH:
             break
     return best
-
-
-def _finer(root: Machine) -> Iterator[Machine]:
-    for _ in range(LEVELS):
-        patch = finer(root)
-        if patch is None or lumps_of(root.patched(patch)) > FINEST:
-            return
-        root = root.patched(patch)
-        yield root

@@ -19,7 +19,7 @@ from network.calibration.predictor import Model
 from network.declare import Array
 from network.diagnosis.candidates import Candidate, laid_over
 from network.diagnosis.case import Case, Hypothesis, Lack, parameters_of, relaid, suppose
-from network.diagnosis.refine import LEVELS, finer
+from network.diagnosis.refine import ever_finer
 from network.machine import Machine
 from network.refusal import Failed
 
@@ -41,7 +41,7 @@ LAST_STEPS = 2
 
 def stand_in(fine: Hypothesis) -> Hypothesis:
     """The same hypothesis on the coarsest lumps that lack little, told what they lack; itself where there are none."""
-    if lumps_of(fine.machine) <= SMALL:
+    if fine.machine.lumps <= SMALL:
         return fine
     most = SWITCHED_LACK if fine.switches else LACK
     for machine, found in _coarser(fine):
@@ -91,15 +91,11 @@ def carried(case: Case, coarse: Hypothesis, root: Machine) -> Hypothesis | None:
     return relaid(about, root, coarse.found, coarse.values, steps=LAST_STEPS)
 
 
-def lumps_of(machine: Machine) -> int:
-    return sum(node.lumps for node in machine.nodes.values() if node.is_part)
-
-
 def _coarser(fine: Hypothesis) -> Iterator[tuple[Machine, tuple[Candidate, ...]]]:
     """The machine with a few lumps a bar, and its refinements short of this one, the findings over them."""
-    roots = [*(_cut(fine.root, lumps) for lumps in CUTS), *_refined(fine.case.machine)]
+    roots = [*(_cut(fine.root, lumps) for lumps in CUTS), *ever_finer(fine.case.machine)]
     for root in roots:
-        if lumps_of(root) < lumps_of(fine.root) and (over := laid_over(root, fine.found)) is not None:
+        if root.lumps < fine.root.lumps and (over := laid_over(root, fine.found)) is not None:
             yield over
 
 
@@ -107,15 +103,6 @@ def _cut(machine: Machine, lumps: int) -> Machine:
     """The machine with at most so many lumps a bar."""
     wide = {name: node.to_plain() for name, node in machine.nodes.items() if node.lumps > lumps}
     return machine.patched({"nodes": {name: {**body, "lumps": lumps} for name, body in wide.items()}})
-
-
-def _refined(machine: Machine) -> Iterator[Machine]:
-    for _ in range(LEVELS):
-        patch = finer(machine)
-        if patch is None:
-            return
-        machine = machine.patched(patch)
-        yield machine
 
 
 def _fitted(coarse: Hypothesis, lack: Sequence[Array]) -> Hypothesis:

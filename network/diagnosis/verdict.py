@@ -17,6 +17,11 @@ CLEAR = 3.0
 """σ from which a run counts as telling two explanations apart."""
 
 
+def sentence(words: str) -> str:
+    """The words, the first letter large."""
+    return words[:1].upper() + words[1:]
+
+
 @dataclass(frozen=True)
 class Quantity:
     """A number of a finding, SI; unit: as it is shown; std: 0 where it was not free."""
