@@ -20,7 +20,7 @@ from network.diagnosis.candidates import Candidate, candidates
 from network.diagnosis.case import Case, Hypothesis, begun, suppose
 from network.diagnosis.directions import direction
 from network.diagnosis.drawing import SHORT, Space, seek
-from network.diagnosis.refine import finer
+from network.diagnosis.refine import ever_finer
 from network.diagnosis.slimming import slim
 from network.diagnosis.standing_in import stand_in
 from network.graph import build
@@ -52,8 +52,8 @@ def bars(lumps: int = 1) -> Machine:
 @cache
 def fine() -> Hypothesis:
     case = Case(bars(), tuple(recorded(bars(40), ladder, i) for i, ladder in enumerate(LADDERS)))
-    refined = case.machine.patched(finer(case.machine) or {})
-    return suppose(case, refined.patched(finer(refined) or {}))
+    _, twice, *_ = ever_finer(case.machine)
+    return suppose(case, twice)
 
 
 def relay_on(part: str, h: Hypothesis) -> Candidate:
