@@ -18,7 +18,7 @@ from network.calibration.partials import Slots
 from network.calibration.predictor import Model
 from network.diagnosis.candidates import Candidate, candidates
 from network.diagnosis.case import Case, Hypothesis, begun, suppose
-from network.diagnosis.directions import direction
+from network.diagnosis.directions import directions
 from network.diagnosis.drawing import SHORT, Space, seek
 from network.diagnosis.refine import ever_finer
 from network.diagnosis.slimming import slim
@@ -65,7 +65,7 @@ def test_a_candidates_heat_alone_tells_what_the_whole_run_does(kind: str) -> Non
     h = null()
     c = next(c for c in candidates(h.machine, h.case.drivers) if c.kind.kind == kind)
     small = {p.path: p.value(p.centre) for p in c.own} | {c.own[0].path: 1e-3 * c.own[0].value(c.own[0].centre)}
-    told = direction(c, {**h.values, **small}, h.fit.problem.data, h.predictions)
+    (told,) = directions([(c, {**h.values, **small})], h.fit.problem.data, h.predictions)
     theta = np.array([np.log(small[p.path]) if p.is_log else small[p.path] for p in c.own])
     whole = Model(c.machine, (*h.fit.problem.parameters, *c.own), [d.run for d in h.fit.problem.data])
     there = whole.predict(np.concatenate([h.fit.theta, theta]))

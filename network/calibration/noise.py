@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
@@ -19,11 +19,13 @@ from network.calibration.course import Push
 from network.calibration.evidence import Measured
 from network.calibration.ou import sampled_ou
 from network.calibration.predictor import Prediction
-from network.declare import Array
+from network.declare import Array, Indices
 
 SLACK_STEP = 600.0
 """s: distance of the knots of the slack's heat."""
 MOST_SLACK_KNOTS = 60
+REMEMBERED = 64
+"""Roots of coloured covariances."""
 
 
 @dataclass(frozen=True)
@@ -42,21 +44,27 @@ class Noise:
 
 @dataclass(frozen=True)
 class Whitener:
-    """L⁻¹ with L Lᵀ = Σ over the cells that hold samples."""
+    """L⁻¹ with L Lᵀ = Σ over the cells that hold samples. roots: of the blocks of Σ one after the other, each L, or 1σ
+    where a block is diagonal."""
 
     known: Array
-    root: Array
+    roots: tuple[Array, ...]
+
+    @cached_property
+    def blocks(self) -> tuple[tuple[slice, Array], ...]:
+        """Each root with its rows."""
+        ends = np.cumsum([0, *(len(root) for root in self.roots)]).tolist()
+        return tuple((slice(a, b), root) for a, b, root in zip(ends[:-1], ends[1:], self.roots, strict=True))
 
     @property
     def count(self) -> int:
         """Cells that hold samples."""
-        return len(self.root)
+        return sum(len(root) for root in self.roots)
 
     @property
     def log_determinant(self) -> float:
         """log |Σ|."""
-        diagonal = self.root if self.root.ndim == 1 else np.diag(self.root)
-        return 2 * float(np.log(diagonal).sum())
+        return 2 * sum(float(np.log(root if root.ndim == 1 else np.diag(root)).sum()) for root in self.roots)
 
     def __call__(self, values: Array) -> Array:
         """L⁻¹ applied to values over all cells (…, cells): (…, known cells)."""
@@ -68,25 +76,51 @@ class Whitener:
 
     def again(self, own: Array) -> Array:
         """L⁻¹ applied to values over the cells that hold samples (…, known cells)."""
-        if self.root.ndim == 1:
-            return np.asarray(own / self.root)
-        flat = own.reshape(-1, own.shape[-1])
-        return np.asarray(solve_triangular(self.root, flat.T, lower=True).T.reshape(own.shape))
+        out = np.empty(own.shape)
+        for rows, root in self.blocks:
+            out[..., rows] = own[..., rows] / root if root.ndim == 1 else _solved(root, own[..., rows])
+        return out
 
     def undone(self, values: Array) -> Array:
         """L applied to whitened values (…, known cells)."""
-        return np.asarray(values * self.root if self.root.ndim == 1 else values @ self.root.T)
+        out = np.empty(values.shape)
+        for rows, root in self.blocks:
+            out[..., rows] = values[..., rows] * root if root.ndim == 1 else values[..., rows] @ root.T
+        return out
+
+
+def _solved(root: Array, values: Array) -> Array:
+    flat = values.reshape(-1, values.shape[-1])
+    return np.asarray(solve_triangular(root, flat.T, lower=True, check_finite=False).T.reshape(values.shape))
 
 
 def whitener(data: Measured, noise: Noise, slack: Array | None = None) -> Whitener:
     """The whitening of one run; `slack`: its covariance by misplaced heat, from `slack_covariance`."""
     known = data.known
-    if noise.is_white:
-        return Whitener(known, np.sqrt(data.variance[known]))
-    covariance = np.diag(data.variance[known]) + coloured(data, noise)[np.ix_(known, known)]
-    if slack is not None:
-        covariance += slack[np.ix_(known, known)]
-    return Whitener(known, cholesky(covariance, lower=True))
+    if slack is None:
+        return Whitener(known, tuple(_root_of(data, noise, i) for i in range(len(data.run.channels))))
+    covariance = np.diag(data.variance[known]) + (coloured(data, noise) + slack)[np.ix_(known, known)]
+    return Whitener(known, (cholesky(covariance, lower=True),))
+
+
+def _root_of(data: Measured, noise: Noise, i: int) -> Array:
+    """The root of one channel's covariance."""
+    cells, name = data.run.knots.cells, data.run.channels[i]
+    own = slice(i * cells, (i + 1) * cells)
+    variance, (s, tau) = data.variance[own][data.known[own]], noise.coloured.get(name, (0.0, 1.0))
+    if not s:
+        return np.asarray(np.sqrt(variance))
+    t, cell = _samples(data, name)
+    known = data.known[own]
+    return _coloured_root(s, tau, t.tobytes(), cell.tobytes(), known.tobytes(), variance.tobytes())
+
+
+@lru_cache(maxsize=REMEMBERED)
+def _coloured_root(s: float, tau: float, t: bytes, cell: bytes, known: bytes, variance: bytes) -> Array:
+    """The same from what it depends on, which many fits of one case share."""
+    of = np.frombuffer(known, bool)
+    shape = sampled_ou(np.frombuffer(t), np.frombuffer(cell, int), len(of), tau)
+    return np.asarray(cholesky(np.diag(np.frombuffer(variance)) + s * s * shape[np.ix_(of, of)], lower=True))
 
 
 def coloured(data: Measured, noise: Noise) -> Array:
@@ -103,8 +137,13 @@ def coloured(data: Measured, noise: Noise) -> Array:
 
 def of_channel(data: Measured, name: str, tau: float) -> Array:
     """Correlation of the cells' means of one channel under OU noise."""
+    return sampled_ou(*_samples(data, name), data.run.knots.cells, tau)
+
+
+def _samples(data: Measured, name: str) -> tuple[Array, Indices]:
+    """Instants of the samples of a channel, and their cells."""
     knots, present = data.run.knots, data.run.present[name]
-    return sampled_ou(knots.samples[present], knots.cell_of[present], knots.cells, tau)
+    return knots.samples[present], knots.cell_of[present]
 
 
 def cell_widths(data: Measured) -> Array:

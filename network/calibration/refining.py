@@ -142,7 +142,7 @@ def left_si(at: Linearised) -> list[Array]:
         known = np.flatnonzero(d.known)
         own = at.left[first : first + len(known)]
         values = np.full(len(d.means), np.nan)
-        values[known] = own * w.root if w.root.ndim == 1 else w.root @ own
+        values[known] = w.undone(own)
         out.append(values)
         first += len(known)
     return out

@@ -80,16 +80,25 @@ class SwitchedCourse(Course):
         parameter behind a push moves the guards, too."""
         if not self.events or not pushes:
             return pushes
-        jumps = list(zip(self._intervals.tolist(), self._jumps, strict=True))
-        kicks = [kick(self, jump) for jump in jumps]
-        smooth, mutual = self._guard_changes(pushes), self._guard_changes(kicks)
-        rate = self._guard_rates
-        coupling = np.where(self._intervals <= self._crossings[:, None], mutual.T, 0.0) / rate[:, None]
-        np.fill_diagonal(coupling, 0.0)
-        right = -(smooth if by_guard is None else smooth + by_guard) / rate
-        moved = solve_triangular(np.tril(coupling) + np.eye(len(rate)), right.T, lower=True).T
-        return [replace(p, kicks=(*p.kicks, *((at, jump * dt) for (at, jump), dt in zip(jumps, moved[i], strict=True))))
-                for i, p in enumerate(pushes)]  # fmt: skip
+        smooth = self._guard_changes(pushes)
+        right = -(smooth if by_guard is None else smooth + by_guard) / self._guard_rates
+        moved = solve_triangular(self._coupling, right.T, lower=True, check_finite=False).T
+        return [replace(p, kicks=(*p.kicks, *((at, jump * dt) for (at, jump), dt in zip(self._kicks, by, strict=True))))
+                for p, by in zip(pushes, moved, strict=True)]  # fmt: skip
+
+    @cached_property
+    def _kicks(self) -> list[tuple[int, Array]]:
+        """Interval and jump of every switching."""
+        return list(zip(self._intervals.tolist(), self._jumps, strict=True))
+
+    @cached_property
+    def _coupling(self) -> Array:
+        """What every switching does to later crossings, beside ones: lower triangular (events, events)."""
+        mutual = self._guard_changes([kick(self, jump) for jump in self._kicks])
+        rate = self._guard_rates[:, None]
+        coupling = np.where(self._intervals <= self._crossings[:, None], mutual.T, 0.0) / rate
+        np.fill_diagonal(coupling, 1.0)
+        return np.tril(coupling)
 
     @cached_property
     def _intervals(self) -> Indices:

@@ -7,7 +7,7 @@ import numpy as np
 from network.calibration.fitting import linearise
 from network.calibration.parameters import centres
 from network.diagnosis.case import Hypothesis
-from network.diagnosis.directions import direction
+from network.diagnosis.directions import directions
 from network.diagnosis.refine import structural
 from network.diagnosis.screen import whitened
 from network.diagnosis.verdict import Finding, sentence
@@ -21,11 +21,9 @@ CLEAR = 0.3
 def lumping_of(written: Hypothesis, now: Machine, gain: float, threshold: float) -> Finding | None:
     """The finding for a machine that was refined, with the evidence that gained; None where nothing changes."""
     fit = linearise(written.fit.problem, centres(written.fit.problem.parameters))
-    changes = {}
-    for c in structural(written.machine):
-        moved = direction(c, {}, fit.problem.data, fit.predictions)
-        if moved is not None and c.places:
-            changes[c] = float(np.linalg.norm(whitened(fit, moved)))
+    able = [c for c in structural(written.machine) if c.places]
+    moved = directions([(c, {}) for c in able], fit.problem.data, fit.predictions)
+    changes = {c: float(np.linalg.norm(whitened(fit, d))) for c, d in zip(able, moved, strict=True) if d is not None}
     if not changes:
         return None
     largest = max(changes.values())

@@ -27,26 +27,51 @@ from network.refusal import Failed
 
 UNREAD = ("links.", "sources.", "nodes.")
 """Entries that leave alone what is read where."""
+AT_ONCE = 64
+"""Candidates that are answered together."""
 NOTHING = 1e-9
 """W below which a lump gets no further heat."""
 
 
-def direction(
-    candidate: Candidate, values: Mapping[str, float], data: Sequence[Measured], predictions: Sequence[Prediction]
-) -> Array | None:
-    """Change of the cells' means of all runs that a candidate brings; None where it cannot be computed.
+Heat = tuple[Push | None, Array]
+"""A further heat on one run, and what is read otherwise beside its answer."""
 
-    values: the numbers at which the predictions were made, and those of the candidate.
-    """
+
+def directions(
+    tried: Sequence[tuple[Candidate, Mapping[str, float]]], data: Sequence[Measured], predictions: Sequence[Prediction]
+) -> list[Array | None]:
+    """Changes of the cells' means of all runs that candidates bring, each at the numbers beside it (those at which the
+    predictions were made, and its own); None where they cannot be computed."""
+    found: list[Array | None] = []
+    for first in range(0, len(tried), AT_ONCE):
+        known = [_known(c, values, data, predictions) for c, values in tried[first : first + AT_ONCE]]
+        answers = [_answers([h[r] for h in known if isinstance(h, list)], p) for r, p in enumerate(predictions)]
+        heats = iter(np.hstack(answers))
+        found += [next(heats) if isinstance(h, list) else h for h in known]
+    return found
+
+
+def _known(
+    candidate: Candidate, values: Mapping[str, float], data: Sequence[Measured], predictions: Sequence[Prediction]
+) -> list[Heat] | Array | None:
+    """The further heat of every run, where that is all; the change itself, where it is not."""
     try:
-        by_heat = _by_heat(candidate, values, predictions)
-        if by_heat is not None:
-            return by_heat
+        heats = _heats(candidate, values, predictions)
+        if heats is not None:
+            return heats
         machine = _at(candidate.machine, values)
         moved = Model(machine, (), [d.run for d in data]).predict(np.empty(0))
         return np.concatenate([m.means(m.values) - p.means(p.values) for m, p in zip(moved, predictions, strict=True)])
     except (Failed, np.linalg.LinAlgError, FloatingPointError):
         return None
+
+
+def _answers(heats: Sequence[Heat], prediction: Prediction) -> Array:
+    """Changes of the cells' means of one run (heats, ·)."""
+    out = np.array([seen for _, seen in heats]).reshape(len(heats), len(prediction.cells))
+    warm = [i for i, (push, _) in enumerate(heats) if push is not None]
+    out[warm] += prediction.answered([push for push, _ in heats if push is not None])
+    return out
 
 
 def _at(machine: Machine, values: Mapping[str, float], only: Sequence[str] | None = None) -> Machine:
@@ -55,8 +80,10 @@ def _at(machine: Machine, values: Mapping[str, float], only: Sequence[str] | Non
     return at_values(machine, {p: v for p, v in values.items() if p.rpartition(".")[0] in entries})
 
 
-def _by_heat(candidate: Candidate, values: Mapping[str, float], predictions: Sequence[Prediction]) -> Array | None:
-    """The answers to the heat of the entries that are new or other; None where that is not all there is to it."""
+def _heats(
+    candidate: Candidate, values: Mapping[str, float], predictions: Sequence[Prediction]
+) -> list[Heat] | None:  # fmt: skip
+    """The heat of the entries that are new or other; None where that is not all there is to it."""
     if any(name in candidate.base.nodes for name in candidate.patch.get("nodes", ())):
         return None
     changed = [path for path, _ in bodies(candidate.patch)]
@@ -67,7 +94,7 @@ def _by_heat(candidate: Candidate, values: Mapping[str, float], predictions: Seq
         return None
     reads = any(not path.startswith(UNREAD) for path in changed)
     seen = machine if reads else None
-    return np.concatenate([_answer(now, changed, p) + _seen(seen, now, p) for p in predictions])
+    return [(_further(now, changed, p), _seen(seen, now, p)) for p in predictions]
 
 
 def _is_alike(network: Network, prediction: Prediction) -> bool:
@@ -78,8 +105,8 @@ def _is_alike(network: Network, prediction: Prediction) -> bool:
     return lumps and held and network.size - own.size == len(network.held) - len(own.held)
 
 
-def _answer(now: Network, changed: Sequence[str], prediction: Prediction) -> Array:
-    """Changes of the cells' means by the heat of the changed entries that flows now and did not before."""
+def _further(now: Network, changed: Sequence[str], prediction: Prediction) -> Push | None:
+    """The heat of the changed entries that flows now and did not before; None where that is none."""
     course = prediction.course
     own, K = course.problem.plan.network, len(course.x0)
     T = np.hstack([course.T_ends, _held_beside(now, own, course)])
@@ -87,9 +114,7 @@ def _answer(now: Network, changed: Sequence[str], prediction: Prediction) -> Arr
     heat = into - _heat_before(course, changed)
     lumps = np.flatnonzero(np.abs(heat).max(axis=0) > NOTHING)
     lumps = lumps[np.isin(lumps, np.concatenate([own.free, own.massless]))]
-    if not len(lumps):
-        return np.zeros_like(prediction.cells)
-    return np.asarray(prediction.answered([Push(lumps, heat[:K, lumps], heat[K:, lumps])])[0])
+    return Push(lumps, heat[:K, lumps], heat[K:, lumps]) if len(lumps) else None
 
 
 def _held_beside(now: Network, own: Network, course: Course) -> Array:

@@ -18,7 +18,7 @@ from network.calibration.fitting import Linearised
 from network.calibration.parameters import Parameter
 from network.declare import Array
 from network.diagnosis.candidates import Candidate, along
-from network.diagnosis.directions import direction
+from network.diagnosis.directions import directions
 
 MOST = 30.0
 """Multiples of the typical strength that the linear score may suppose."""
@@ -81,7 +81,7 @@ def screen(fit: Linearised, found: Sequence[Candidate], values: Mapping[str, flo
 def _scored(fit: Linearised, found: Sequence[Candidate], values: Mapping[str, float]) -> list[Score]:
     """Scores of candidates as they are, the best of each."""
     tried = [(c, scale, own) for c in found for scale, own in _variants(c)]
-    changes = [direction(c, {**values, **own}, fit.problem.data, fit.predictions) for c, _, own in tried]
+    changes = directions([(c, {**values, **own}) for c, _, own in tried], fit.problem.data, fit.predictions)
     kept = [(*of, d) for of, d in zip(tried, changes, strict=True) if d is not None and np.isfinite(d).all()]
     if not kept:
         return []
