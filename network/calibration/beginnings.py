@@ -12,7 +12,7 @@ from network.calibration.evidence import START_ANYWHERE, Measured, measured
 from network.calibration.fitting import Problem, linearise, make_problem
 from network.calibration.noise import Noise
 from network.calibration.parameters import Parameter, at_values, values_at
-from network.comparison import Comparison, compare
+from network.comparison import Comparison, RecordingResidual, compare
 from network.declare import Array
 from network.inputs import Start
 from network.machine import Machine
@@ -64,12 +64,18 @@ def _settled(
 
 
 def begun(
+    machine: Machine, original: Machine, parameters: Sequence[Parameter], theta: Array, recording: Recording,
+    start: Start | None, misfit: float,
+) -> RecordingResidual:  # fmt: skip
+    """Residuals of one recording of a calibrated machine with its start estimated."""
+    found = beginning(original, parameters, theta, recording, start, misfit)
+    return compare(machine, recording, start=found).recordings[0]
+
+
+def all_begun(
     machine: Machine, original: Machine, parameters: Sequence[Parameter], theta: Array,
     recordings: Sequence[Recording], start: Start | None, misfit: float,
 ) -> Comparison | None:  # fmt: skip
-    """Residuals of a calibrated machine with estimated starts; None without recordings."""
-    if not recordings:
-        return None
-    starts = [beginning(original, parameters, theta, r, start, misfit) for r in recordings]
-    each = [compare(machine, r, start=s).recordings[0] for r, s in zip(recordings, starts, strict=True)]
-    return Comparison(machine, tuple(each))
+    """The same of several; None without recordings."""
+    each = [begun(machine, original, parameters, theta, r, start, misfit) for r in recordings]
+    return Comparison(machine, tuple(each)) if each else None

@@ -13,7 +13,7 @@ from threadpoolctl import threadpool_limits
 
 from network.calibration.admission import admitted, check_apart, check_parameters
 from network.calibration.bands import Band, bands
-from network.calibration.beginnings import begun
+from network.calibration.beginnings import all_begun
 from network.calibration.evidence import Measured
 from network.calibration.fitting import make_problem
 from network.calibration.judging import sentences, shift, told_holdout, told_starts
@@ -145,7 +145,7 @@ def _calibrated(
     )
     after, after_holdout = compare(result, train, start=start), _compared(result, held_out, start)
     own, misfit = (result, machine, parameters, fit.at.theta), max(1.0, rms(fit.at.left))
-    started, started_holdout = (begun(*own, some, start, misfit) for some in (train, held_out))
+    started, started_holdout = (all_begun(*own, some, start, misfit) for some in (train, held_out))
     told = [*told_holdout(before_holdout, after_holdout, after), *sentences(found, fit, known)]
     told += told_starts(after, started)
     return Calibration(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from network.calibration.threads import on_one_thread
 from network.diagnosis.case import Case, Hypothesis, rejudged, renoised, suppose, under_file_noise
@@ -69,7 +69,8 @@ def diagnose(
     runs = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
     let_in = taken_in(machine, runs, tuple(holdout), start)
     found = _searched(Case(machine, let_in.recordings, start), seed, jobs, tell)
-    return diagnosis_of(found, let_in.holdout, let_in.warnings, seed, time.perf_counter() - began)
+    told = diagnosis_of(found, let_in.holdout, let_in.warnings, seed, jobs)
+    return replace(told, seconds=time.perf_counter() - began)
 
 
 def _searched(case: Case, seed: int, jobs: int, tell: Callable[[float], None]) -> Search:

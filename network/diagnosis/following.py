@@ -14,7 +14,7 @@ from network.diagnosis.chance import LEAST, threshold_of
 from network.diagnosis.checking import checked
 from network.diagnosis.confirm import rivals
 from network.diagnosis.locate import locate
-from network.diagnosis.placing import placed
+from network.diagnosis.placing import well_placed
 from network.diagnosis.refine import FAR, FULL
 from network.diagnosis.relays import likely, relays
 from network.diagnosis.restarting import restarted
@@ -86,7 +86,7 @@ def followed(
         before, told = seen.before, partial(_further, tell, 0.15 + 0.25 * len(steps))
         threshold = threshold if steps else threshold_of(seen.scores, seed)
         ranked = rivals(before.case, before, seen.proposed, seen.scores, jobs, told)
-        ranked = [*(placed(h, jobs) for h in ranked[:1]), *ranked[1:]]
+        ranked = well_placed(before, ranked, jobs)
         kept = _kept(case, current, before, ranked, threshold, jobs)
         if (kept or current).chi > SWAYING:
             where = located if not steps else locate(before.fit, before.machine)

@@ -7,17 +7,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from network.calibration.beginnings import begun as started
+from network.calibration.beginnings import begun
 from network.calibration.fitting import chi_of
 from network.calibration.parameters import Parameter
 from network.calibration.patching import calibrated
-from network.comparison import Comparison
+from network.comparison import Comparison, RecordingResidual
 from network.diagnosis.advise import experiments
 from network.diagnosis.candidates import Candidate
 from network.diagnosis.case import Hypothesis
 from network.diagnosis.coarse import lumping_of
 from network.diagnosis.isolability import isolability
 from network.diagnosis.ranking import ALIKE, confidence, distinct, shares
+from network.diagnosis.together import spread
 from network.diagnosis.verdict import UNKNOWN, Diagnosis, Finding, Fits, Quantity, Rival, UnknownHeat, sentence
 from network.machine import Machine
 from network.proposals import bodies
@@ -43,7 +44,7 @@ STRAY = 2.0
 
 
 def diagnosis_of(
-    search: Search, holdout: Sequence[Recording], warnings: Sequence[str], seed: int, seconds: float
+    search: Search, holdout: Sequence[Recording], warnings: Sequence[str], seed: int, jobs: int
 ) -> Diagnosis:
     """The diagnosis that a search amounts to."""
     best = search.best
@@ -54,13 +55,13 @@ def diagnosis_of(
     finer_gain = search.null.evidence - search.written.evidence
     coarse = lumping_of(search.written, best.root, finer_gain, search.threshold) if is_finer else None
     findings, verdict = _weighed(search, findings, coarse)
-    fits = _fits(search, before, after, holdout)
+    fits = _fits(search, before, after, holdout, jobs)
     known = isolability(search.screened.scores, search.screened.proposed)
     notes = (*warnings, *_notes(search), *([known.sentence] if known.sentence else ()))
     return Diagnosis(
         search.case.machine, before, after, verdict, tuple(findings), _channels(fits), search.located[:8], fits,
         tuple(_rivals(search.steps[0], search.befores[0]) if search.steps else ()), notes,
-        tuple(experiments(search, known.unseen)), _shifts(best), seed, seconds,
+        tuple(experiments(search, known.unseen)), _shifts(best), seed,
     )  # fmt: skip
 
 
@@ -210,27 +211,30 @@ def windows_of(located: Sequence[UnknownHeat]) -> tuple[tuple[float, float], ...
     return tuple((float(t[a]), float(t[b - 1])) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a > 1)
 
 
-def _fits(search: Search, before: Machine, after: Machine, holdout: Sequence[Recording]) -> Fits:
+def _fits(search: Search, before: Machine, after: Machine, holdout: Sequence[Recording], jobs: int) -> Fits:
     best = search.plain if after is before else search.best
-    told = [_compared(search.plain, before, search.given.recordings), _compared(best, after, search.case.recordings)]
-    held = [_compared(search.plain, before, holdout), _compared(best, after, _set_right(search, after, holdout))]
-    assert told[0] is not None and told[1] is not None
-    return Fits(told[0], told[1], held[0], held[1])
+    held = _set_right(search, after, holdout)
+    sets = [(search.plain, before, search.given.recordings), (best, after, search.case.recordings),
+            (search.plain, before, holdout), (best, after, held)]  # fmt: skip
+    told = iter(spread(_compared, [(h, m, r) for h, m, runs in sets for r in runs], jobs, None))
+    train, fitted, *rest = (Comparison(m, tuple(next(told) for _ in runs)) for _, m, runs in sets)
+    return Fits(train, fitted, *(rest if holdout else (None, None)))
 
 
 def _set_right(search: Search, after: Machine, holdout: Sequence[Recording]) -> Sequence[Recording]:
     """Held-out recordings without the fault that was found in the others."""
     fault = search.fault
-    raw = _compared(search.best, after, holdout) if fault is not None else None
-    if fault is None or raw is None:
+    if fault is None:
         return holdout
+    raw = [_compared((search.best, after, r)) for r in holdout]
     return [fault.found_in(r.recording, r.channels[fault.channel]) if fault.channel in r.channels else r.recording
-            for r in raw.recordings]  # fmt: skip
+            for r in raw]  # fmt: skip
 
 
-def _compared(h: Hypothesis, machine: Machine, runs: Sequence[Recording]) -> Comparison | None:
-    """Residuals of runs, the temperatures of their parts at the start estimated."""
-    return started(machine, h.machine, h.fit.problem.parameters, h.fit.theta, runs, h.case.start, max(1.0, h.chi))
+def _compared(of: tuple[Hypothesis, Machine, Recording]) -> RecordingResidual:
+    """Residuals of a run of a machine with the numbers of a hypothesis, temperatures at the start estimated."""
+    h, machine, run = of
+    return begun(machine, h.machine, h.fit.problem.parameters, h.fit.theta, run, h.case.start, max(1.0, h.chi))
 
 
 def _channels(fits: Fits) -> Mapping[str, float]:

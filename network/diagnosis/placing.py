@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 
+import numpy as np
+
+from network.calibration.linearised import Linearised, linearise
+from network.declare import Array
 from network.diagnosis.candidates import Candidate, candidate, renamed
 from network.diagnosis.case import Hypothesis
+from network.diagnosis.directions import directions
+from network.diagnosis.screen import lean, whitened
 from network.diagnosis.slimming import tried
 from network.diagnosis.together import spread
 
@@ -17,18 +23,29 @@ LEAST = 0.05
 """Shortest stretch."""
 GAIN = 6.0
 """Log evidence that another stretch must add."""
-FIT_STEPS = 4
+MOST, NEAR = 3, 0.7
+"""Rivals that are moved at most, and the share of the best gain in evidence they need for that."""
+TRIED, FIT_STEPS = 2, 4
+"""Stretches that are fitted in a round, and in how many steps."""
 
 
 def placed(best: Hypothesis, jobs: int = 1) -> Hypothesis:
     """The hypothesis with the stretches of its last finding where they explain most."""
     for step in STEPS:
         moved = [c for place in _stretches(best.found[-1]) for c in _moved(best.found[-1], place, step)]
-        fits = spread(partial(_fitted, best), moved, jobs, None)
+        fits = spread(partial(_fitted, best), _promising(best, moved), jobs, None)
         better = max((h for h in fits if h is not None), key=lambda h: h.evidence, default=None)
         if better is not None and better.evidence > best.evidence + GAIN:
             best = better
     return best
+
+
+def well_placed(before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int = 1) -> list[Hypothesis]:
+    """Rivals beside a hypothesis, the best evidence first, those that come near the best of them where they explain
+    most."""
+    best = ranked[0].evidence if ranked else 0.0
+    near = [h for h in ranked[:MOST] if h.evidence - before.evidence > NEAR * (best - before.evidence)]
+    return sorted([*(placed(h, jobs) for h in near), *ranked[len(near) :]], key=lambda h: -h.evidence)
 
 
 def _stretches(c: Candidate) -> list[str]:
@@ -46,6 +63,22 @@ def _moved(c: Candidate, place: str, step: float) -> Iterator[Candidate]:
             moved = candidate(c.base, c.kind, renamed(c.patch, place.strip(), f"{name}@{low:.4g}..{high:.4g}"))
             if moved is not None:
                 yield moved
+
+
+def _promising(best: Hypothesis, moved: Sequence[Candidate]) -> list[Candidate]:
+    """Those that would gain most, linearly, about the fit, as in the screening."""
+    if not moved:
+        return []
+    fit = linearise(best.fit.problem, best.fit.theta)
+    changes = directions([(c, best.values) for c in moved], fit.problem.data, fit.predictions)
+    gains = [_gain(fit, whitened(fit, d)) if d is not None else 0.0 for d in changes]
+    able = [k for k in np.argsort(gains)[::-1] if gains[k] > 0]
+    return [moved[k] for k in able[:TRIED]]
+
+
+def _gain(fit: Linearised, d: Array) -> float:
+    M_d = lean(fit, d)
+    return float(M_d @ fit.left - d @ M_d / 2)
 
 
 def _fitted(best: Hypothesis, c: Candidate) -> Hypothesis | None:

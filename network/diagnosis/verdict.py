@@ -164,7 +164,7 @@ class Diagnosis:
     advice: tuple[Experiment, ...]
     shifts: Mapping[str, float]
     seed: int
-    seconds: float
+    seconds: float = 0.0
     patch: Mapping[str, Any] = field(default_factory=dict)
 
     def summary(self) -> dict[str, Any]:
