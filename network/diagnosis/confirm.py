@@ -46,12 +46,15 @@ def nominal(fit: Linearised) -> Linearised:
     return replace(at, problem=replace(at.problem, firm_theta=chi, firm_eta=chi))
 
 
-def shortlist(current: Hypothesis, found: Sequence[Candidate], scores: Sequence[Score]) -> list[Score]:
+def shortlist(
+    current: Hypothesis, found: Sequence[Candidate], scores: Sequence[Score], jobs: int
+) -> list[Score]:  # fmt: skip
     """The best of the screening about the fit (scores) and about the file's own numbers."""
     chosen = {s.candidate.key: s for s in reversed(_varied(scores, SHORTLIST, OF_A_KIND))}
     if current.machine.lumps < LARGE:
         about = nominal(current.fit)
-        for s in _varied(screen(about, found, values_at(about.problem.parameters, about.theta)), SHORTLIST, OF_A_KIND):
+        others = screen(about, found, values_at(about.problem.parameters, about.theta), jobs)
+        for s in _varied(others, SHORTLIST, OF_A_KIND):
             chosen.setdefault(s.candidate.key, s)
     return list(chosen.values())
 
@@ -90,7 +93,7 @@ def rivals(
 ) -> list[Hypothesis]:  # fmt: skip
     """Everything without a relay worth a fit beside what is there, fitted, the best evidence first. found, scores: what
     is proposed for the current machine, and its screening about the current fit."""
-    trials = shortlist(current, found, scores)
+    trials = shortlist(current, found, scores, jobs)
     begun = _all_begun(case, current, trials, jobs, tell)
     if min((h.chi for h in begun), default=np.inf) > max(POOR * current.chi, UNTOLD):
         tried = {s.candidate.key for s in trials}

@@ -91,11 +91,11 @@ def _searched(case: Case, seed: int, jobs: int, tell: Callable[[float], None]) -
     null = max(tracks, key=lambda h: h.evidence)
     located = locate(null.fit, null.machine)
     is_told = null.chi < FULL and null.machine.lumps > MANY
-    seen = Screened(null, (), ()) if is_told else screened(null)
+    seen = Screened(null, (), ()) if is_told else screened(null, jobs)
     found = [followed(null, seen, located, seed, jobs, tell)]
     for track in tracks:
         if track is not null and not any(f.best.chi < TOLD for f in found):
-            found.append(followed(track, screened(track), located, seed, jobs, tell))
+            found.append(followed(track, screened(track, jobs), located, seed, jobs, tell))
     won = max(found, key=lambda f: rejudged(case, f.best).evidence)
     plain = suppose(under_file_noise(given), given.machine, offsets=False)
     steps, fault = (won.befores, won.steps), None if faulty is None else faulty[0]

@@ -8,6 +8,7 @@ the whole run is computed again.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from network.calibration.predictor import Model, Prediction, channels_of
 from network.channels import readouts
 from network.declare import Array
 from network.diagnosis.candidates import Candidate
+from network.diagnosis.together import spread
 from network.graph import Network, build
 from network.machine import Machine
 from network.proposals import bodies
@@ -38,17 +40,24 @@ Heat = tuple[Push | None, Array]
 
 
 def directions(
-    tried: Sequence[tuple[Candidate, Mapping[str, float]]], data: Sequence[Measured], predictions: Sequence[Prediction]
-) -> list[Array | None]:
+    tried: Sequence[tuple[Candidate, Mapping[str, float]]], data: Sequence[Measured], predictions: Sequence[Prediction],
+    jobs: int = 1,
+) -> list[Array | None]:  # fmt: skip
     """Changes of the cells' means of all runs that candidates bring, each at the numbers beside it (those at which the
     predictions were made, and its own); None where they cannot be computed."""
-    found: list[Array | None] = []
-    for first in range(0, len(tried), AT_ONCE):
-        known = [_known(c, values, data, predictions) for c, values in tried[first : first + AT_ONCE]]
-        answers = [_answers([h[r] for h in known if isinstance(h, list)], p) for r, p in enumerate(predictions)]
-        heats = iter(np.hstack(answers))
-        found += [next(heats) if isinstance(h, list) else h for h in known]
-    return found
+    portions = [tried[first : first + AT_ONCE] for first in range(0, len(tried), AT_ONCE)]
+    told = spread(partial(_together, data, predictions), portions, jobs, None)
+    return [d for portion in told for d in portion]
+
+
+def _together(
+    data: Sequence[Measured], predictions: Sequence[Prediction], tried: Sequence[tuple[Candidate, Mapping[str, float]]]
+) -> list[Array | None]:  # fmt: skip
+    """The same of a few, whose heats are answered at once."""
+    known = [_known(c, values, data, predictions) for c, values in tried]
+    answers = [_answers([h[r] for h in known if isinstance(h, list)], p) for r, p in enumerate(predictions)]
+    heats = iter(np.hstack(answers))
+    return [next(heats) if isinstance(h, list) else h for h in known]
 
 
 def _known(

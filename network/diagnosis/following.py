@@ -14,7 +14,7 @@ from network.diagnosis.chance import LEAST, threshold_of
 from network.diagnosis.checking import checked
 from network.diagnosis.confirm import rivals
 from network.diagnosis.locate import locate
-from network.diagnosis.placing import well_placed
+from network.diagnosis.placing import near, well_placed
 from network.diagnosis.refine import FAR, FULL
 from network.diagnosis.relays import likely, relays
 from network.diagnosis.restarting import restarted
@@ -63,11 +63,11 @@ class Screened:
     scores: tuple[Score, ...]
 
 
-def screened(current: Hypothesis) -> Screened:
+def screened(current: Hypothesis, jobs: int) -> Screened:
     """Everything that could be missing from a hypothesis, screened."""
     before = stand_in(current)
     proposed = tuple(c for c in candidates(before.machine, current.case.drivers) if _keeps(c, before.own))
-    return Screened(before, proposed, tuple(screen(before.fit, proposed, before.values)))
+    return Screened(before, proposed, tuple(screen(before.fit, proposed, before.values, jobs)))
 
 
 def followed(
@@ -80,7 +80,7 @@ def followed(
     steps: list[tuple[Hypothesis, ...]] = []
     threshold = LEAST
     while current.chi > (FURTHER if steps else FULL) and len(current.found) < MOST_FINDINGS:
-        seen = screened(current) if steps else first
+        seen = screened(current, jobs) if steps else first
         if steps and _shows_nothing(seen):
             break
         before, told = seen.before, partial(_further, tell, 0.15 + 0.25 * len(steps))
@@ -108,7 +108,7 @@ def followed(
         tell(0.15 + 0.25 * len(steps))
         if current.chi > FAR and left > VAIN:
             break
-    current, gains = checked(null, case, current, steps, threshold, jobs)
+    current, gains = checked(null, case, current, befores, steps, threshold, jobs)
     if null.found == current.found:
         return Followed(current, (), (), (), threshold)
     return Followed(current, tuple(befores), tuple(steps), gains, threshold)
@@ -134,7 +134,7 @@ def _kept(
     case: Case, current: Hypothesis, before: Hypothesis, ranked: Sequence[Hypothesis], threshold: float, jobs: int
 ) -> Hypothesis | None:  # fmt: skip
     """The best of the rivals on as many lumps as it takes; None where it gains no more than chance."""
-    best = _carried(case, current, before, ranked)
+    best = _carried(case, current, before, ranked, jobs)
     if best is None or not _is_gain(current, best, threshold):
         return None
     case = renoised(best.case, best)
@@ -145,17 +145,23 @@ def _kept(
 
 
 def _carried(
-    case: Case, current: Hypothesis, before: Hypothesis, ranked: Sequence[Hypothesis]
+    case: Case, current: Hypothesis, before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int
 ) -> Hypothesis | None:  # fmt: skip
     """The best of the rivals on the lumps of what is there; None where there is none."""
     if before is current or not ranked:
         return rejudged(case, ranked[0]) if ranked else None
-    told = [h for h in (corrected(h, current.root) for h in ranked[:CARRIED] if not h.switches) if h is not None]
-    best = max(told, key=lambda h: h.evidence, default=None)
+    close = near(before, ranked, CARRIED)
+    told = spread(partial(_corrected, current), [h for h in close if not h.switches], jobs, None)
+    best = max((h for h in told if h is not None), key=lambda h: h.evidence, default=None)
     fine = [carried(case, best, current.root)] if best is not None else []
-    for h in (h for h in ranked[:CARRIED] if h.switches):
+    for h in (h for h in close if h.switches):
         fine.append(relaid(replace(case, began=h.case.began), current.root, h.found, h.values, False))
     return max((h for h in fine if h is not None), key=lambda h: h.evidence, default=None)
+
+
+def _corrected(current: Hypothesis, h: Hypothesis) -> Hypothesis | None:
+    told = corrected(h, current.root)
+    return told and slim(told)
 
 
 def _rejudged(case: Case, h: Hypothesis) -> Hypothesis:

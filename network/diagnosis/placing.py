@@ -24,7 +24,7 @@ LEAST = 0.05
 GAIN = 6.0
 """Log evidence that another stretch must add."""
 MOST, NEAR = 3, 0.7
-"""Rivals that are moved at most, and the share of the best gain in evidence they need for that."""
+"""Rivals that are moved at most, and the share of the best gain in evidence that is not much less."""
 TRIED, FIT_STEPS = 2, 4
 """Stretches that are fitted in a round, and in how many steps."""
 
@@ -43,9 +43,14 @@ def placed(best: Hypothesis, jobs: int = 1) -> Hypothesis:
 def well_placed(before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int = 1) -> list[Hypothesis]:
     """Rivals beside a hypothesis, the best evidence first, those that come near the best of them where they explain
     most."""
-    best = ranked[0].evidence if ranked else 0.0
-    near = [h for h in ranked[:MOST] if h.evidence - before.evidence > NEAR * (best - before.evidence)]
-    return sorted([*(placed(h, jobs) for h in near), *ranked[len(near) :]], key=lambda h: -h.evidence)
+    close = near(before, ranked, MOST)
+    return sorted([*(placed(h, jobs) for h in close), *ranked[len(close) :]], key=lambda h: -h.evidence)
+
+
+def near(before: Hypothesis, ranked: Sequence[Hypothesis], most: int) -> list[Hypothesis]:
+    """The first of some rivals beside a hypothesis, as far as they gain not much less than the best."""
+    needed = before.evidence + NEAR * (ranked[0].evidence - before.evidence) if ranked else 0.0
+    return [h for h in ranked[:most] if h is ranked[0] or h.evidence > needed]
 
 
 def _stretches(c: Candidate) -> list[str]:

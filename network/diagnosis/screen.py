@@ -66,11 +66,13 @@ def lean(fit: Linearised, d: Array) -> Array:
     return np.asarray(d - np.linalg.solve(fit.precision, fit.slopes @ d.T).T @ fit.slopes)
 
 
-def screen(fit: Linearised, found: Sequence[Candidate], values: Mapping[str, float]) -> list[Score]:
+def screen(
+    fit: Linearised, found: Sequence[Candidate], values: Mapping[str, float], jobs: int = 1
+) -> list[Score]:  # fmt: skip
     """Scores of the candidates that a linear answer can be had for, about a fit at these numbers, best first: of each
     the best along the bars that it touches, which is looked for with those that score well as a whole."""
-    scores = _scored(fit, [c for c in found if not (c.is_structural or c.switches)], values)
-    finer = _scored(fit, [moved for s in scores[:VARIED] for moved in along(s.candidate)], values)
+    scores = _scored(fit, [c for c in found if not (c.is_structural or c.switches)], values, jobs)
+    finer = _scored(fit, [moved for s in scores[:VARIED] for moved in along(s.candidate)], values, jobs)
     best = {s.candidate.key: s for s in scores}
     for s in finer:
         if s.gain > best[s.candidate.key].gain:
@@ -78,10 +80,10 @@ def screen(fit: Linearised, found: Sequence[Candidate], values: Mapping[str, flo
     return sorted(best.values(), key=lambda s: -s.gain)
 
 
-def _scored(fit: Linearised, found: Sequence[Candidate], values: Mapping[str, float]) -> list[Score]:
+def _scored(fit: Linearised, found: Sequence[Candidate], values: Mapping[str, float], jobs: int) -> list[Score]:
     """Scores of candidates as they are, the best of each."""
     tried = [(c, scale, own) for c in found for scale, own in _variants(c)]
-    changes = directions([(c, {**values, **own}) for c, _, own in tried], fit.problem.data, fit.predictions)
+    changes = directions([(c, {**values, **own}) for c, _, own in tried], fit.problem.data, fit.predictions, jobs)
     kept = [(*of, d) for of, d in zip(tried, changes, strict=True) if d is not None and np.isfinite(d).all()]
     if not kept:
         return []

@@ -35,7 +35,7 @@ AGAIN, MOVED, HOPELESS = 2, 0.5, 2.0
 """Fits of a stand-in until its lack stays, to a share of the misfit χ; and where it moves too far to try again."""
 STAYS = 0.1
 """Change of the lack, rms in noise units, that no longer matters."""
-LAST_STEPS = 2
+LAST_STEPS = 8
 """Of the fit on the finer lumps themselves, in the end."""
 
 
