@@ -9,7 +9,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import cho_factor, solve_triangular
+from scipy.optimize import lsq_linear
 
 from network.calibration.linearised import Linearised, linearise, residual_cost, residual_of, with_slopes
 from network.calibration.parameters import centres
@@ -21,10 +22,10 @@ from network.refusal import Failed
 __all__ = ["Linearised", "Problem", "chi_of", "linearise", "make_problem", "minimise", "residual_cost"]
 
 STEPS = 25
-CLOSE, CLOSE_SHARE = 1e-2, 1e-5
-"""Decrease of J that no longer matters (J counts in squared σ), and as a share of J."""
+CLOSE, CLOSE_SHARE, CLOSE_SHARE_FAR = 1e-2, 1e-5, 1e-4
+"""Decrease of J that no longer matters (J counts in squared σ), and as a share of J, also where the run is far off."""
 FAR = 3.0
-"""Misfit χ from which a fit begins with narrowed priors."""
+"""Misfit χ from which priors of θ are narrowed."""
 NEAR = 0.02
 """Distance in θ (logarithms, or prior 1σ) over which slopes count as the same."""
 DAMPING, LEAST_DAMPING, HARDER, SOFTER, HARDEST = 1e-3, 1e-7, 8.0, 0.05, 1e9
@@ -36,23 +37,22 @@ def minimise(
 ) -> Linearised:
     """The most probable θ, from a start (the priors' centres).
 
-    First with all priors narrowed by the misfit χ, which keeps the numbers plausible while the run is far off; then
-    with those of θ as they are; those of η stay narrowed by what misfit is left.
+    While the run is far off all priors are narrowed by the misfit χ, as if the noise were that much larger, which keeps
+    the numbers plausible; then those of θ are as they are, and those of η stay narrowed by what misfit is left.
     """
     theta = centres(problem.parameters) if theta is None else theta
     low, high = (np.array([getattr(p, side) for p in problem.parameters]) for side in ("low", "high"))
-    at, damping = _tempered(linearise(problem, np.clip(theta, low, high)), True), DAMPING
-    far = chi_of(at) > FAR
+    at, damping = _tempered(linearise(problem, np.clip(theta, low, high))), DAMPING
     for k in range(steps):
         if tell:
             tell(k / steps)
+        before = at
         at, damping, gain = _improved(at, damping, low, high)
-        done = gain < max(CLOSE, CLOSE_SHARE * at.cost)
-        far = far and not done and k < steps // 3
-        at = _tempered(at, far)
-        if done and not far and at.problem.firm_theta == 1.0 and (gain < CLOSE or k > 2):
+        at = _tempered(at)
+        is_far, was_far = (x.problem.firm_theta > 1 for x in (at, before))
+        if gain < max(CLOSE, (CLOSE_SHARE_FAR if is_far else CLOSE_SHARE) * at.cost) and is_far == was_far:
             break
-    return _completed(at)
+    return _completed(_tempered(at, free=True))
 
 
 def chi_of(at: Linearised) -> float:
@@ -60,17 +60,17 @@ def chi_of(at: Linearised) -> float:
     return float(np.sqrt(at.misfit / len(at.residual))) if len(at.residual) else 0.0
 
 
-def _tempered(at: Linearised, far: bool) -> Linearised:
-    """The same point with priors narrowed by the misfit that is left."""
+def _tempered(at: Linearised, free: bool = False) -> Linearised:
+    """The same point with priors narrowed by the misfit that is left; those of θ only far off."""
     chi = max(1.0, chi_of(at))
-    return at.beside(problem=replace(at.problem, firm_theta=chi if far else 1.0, firm_eta=chi))
+    return at.beside(problem=replace(at.problem, firm_theta=chi if chi > FAR and not free else 1.0, firm_eta=chi))
 
 
 def _improved(at: Linearised, damping: float, low: Array, high: Array) -> tuple[Linearised, float, float]:
     """One accepted step, the damping after it, and what J lost (what it would lose, where that is next to nothing)."""
     refused = False
     while damping < HARDEST:
-        step = np.clip(at.theta + _step(at, damping, low, high), low, high) - at.theta
+        step = _step(at, damping, low, high)
         precision, gradient = at.reduced
         expected = float(2 * step @ gradient - step @ precision @ step)
         if expected < CLOSE / 2 or float(np.abs(step).max(initial=0.0)) < 1e-9:
@@ -115,16 +115,12 @@ def _completed(at: Linearised) -> Linearised:
 
 
 def _step(at: Linearised, damping: float, low: Array, high: Array) -> Array:
-    """The damped step of θ, η following; parameters at a bound that they push against stay."""
+    """The damped step of θ within its bounds, η following."""
     precision, gradient = at.reduced
-    precision = precision + damping * np.diag(np.diag(precision))
-    stuck = np.zeros(at.free, bool)
-    for _ in range(3):
-        moves = np.flatnonzero(~stuck)
-        step = np.zeros(at.free)
-        step[moves] = cho_solve(cho_factor(precision[np.ix_(moves, moves)]), gradient[moves])
-        out = ((at.theta <= low) & (step < 0)) | ((at.theta >= high) & (step > 0))
-        if not out.any():
-            break
-        stuck |= out
-    return step
+    root, _ = cho_factor(precision + damping * np.diag(np.diag(precision)), lower=True)
+    toward = solve_triangular(root, gradient, lower=True)
+    step = np.asarray(solve_triangular(root, toward, lower=True, trans="T"))
+    down, up = low - at.theta, high - at.theta
+    if ((step >= down) & (step <= up)).all():
+        return step
+    return np.asarray(lsq_linear(np.tril(root).T, toward, (down, up), "bvls").x)

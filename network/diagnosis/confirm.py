@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -18,6 +18,8 @@ from network.diagnosis.screen import Score, screen
 from network.diagnosis.slimming import beside, slim
 from network.diagnosis.together import spread
 
+SHOWS = 1.0
+"""Nats of a linear score from which a candidate is looked at."""
 SHORTLIST, OF_A_KIND = 8, 3
 """Candidates refitted for each point they were screened about, and how many of one kind."""
 POOR, WIDER = 0.6, (48, 16)
@@ -46,31 +48,37 @@ def nominal(fit: Linearised) -> Linearised:
     return replace(at, problem=replace(at.problem, firm_theta=chi, firm_eta=chi))
 
 
-def shortlist(
-    current: Hypothesis, found: Sequence[Candidate], scores: Sequence[Score], jobs: int
-) -> list[Score]:  # fmt: skip
+def shortlist(scores: Sequence[Score], about_file: Sequence[Score]) -> list[Score]:
     """The best of the screening about the fit (scores) and about the file's own numbers."""
-    chosen = {s.candidate.key: s for s in reversed(_varied(scores, SHORTLIST, OF_A_KIND))}
-    if current.machine.lumps < LARGE:
-        about = nominal(current.fit)
-        others = screen(about, found, values_at(about.problem.parameters, about.theta), jobs)
-        for s in _varied(others, SHORTLIST, OF_A_KIND):
-            chosen.setdefault(s.candidate.key, s)
-    return list(chosen.values())
+    both = [*_varied(scores, SHORTLIST, OF_A_KIND), *_varied(about_file, SHORTLIST, OF_A_KIND)]
+    return list({s.candidate.key: s for s in reversed(both)}.values())
+
+
+def _about_file(current: Hypothesis, found: Sequence[Candidate], jobs: int) -> list[Score]:
+    """The screening about the file's own numbers; none where that would take long."""
+    if current.machine.lumps >= LARGE:
+        return []
+    about = nominal(current.fit)
+    return screen(about, found, values_at(about.problem.parameters, about.theta), jobs)
 
 
 def _varied(scores: Sequence[Score], most: int, of_a_kind: int) -> list[Score]:
     """The best scores, at most so many of a kind."""
     kept: list[Score] = []
     for s in scores:
-        if s.gain > 1 and sum(k.candidate.kind is s.candidate.kind for k in kept) < of_a_kind:
+        if s.gain > SHOWS and sum(k.candidate.kind is s.candidate.kind for k in kept) < of_a_kind:
             kept.append(s)
     return kept[:most]
 
 
-def _begun(case: Case, current: Hypothesis, trial: Score) -> Hypothesis | None:
-    """A trial fitted a few steps from the numbers of the file, its own from the screening."""
-    return beside(case, current, trial.candidate, values_at(current.own, _tail(current)) | trial.best, BRIEF)
+def _begun(
+    case: Case, current: Hypothesis, about_file: Mapping[tuple[str, ...], Score], trial: Score
+) -> Hypothesis | None:  # fmt: skip
+    """A trial fitted a few steps from the numbers of the file, its own from the screening about these, if it shows
+    there."""
+    there = about_file.get(trial.candidate.key)
+    own = there.best if there is not None and there.gain > SHOWS else trial.best
+    return beside(case, current, trial.candidate, values_at(current.own, _tail(current)) | own, BRIEF)
 
 
 def _continued(case: Case, current: Hypothesis, begun: Hypothesis) -> Hypothesis:
@@ -93,22 +101,24 @@ def rivals(
 ) -> list[Hypothesis]:  # fmt: skip
     """Everything without a relay worth a fit beside what is there, fitted, the best evidence first. found, scores: what
     is proposed for the current machine, and its screening about the current fit."""
-    trials = shortlist(current, found, scores, jobs)
-    begun = _all_begun(case, current, trials, jobs, tell)
+    about_file = _about_file(current, found, jobs)
+    trials = shortlist(scores, about_file)
+    begin = partial(_begun, case, current, {s.candidate.key: s for s in about_file})
+    begun = _all(begin, trials, jobs, tell)
     if min((h.chi for h in begun), default=np.inf) > max(POOR * current.chi, UNTOLD):
         tried = {s.candidate.key for s in trials}
         more = [s for s in _varied(scores, *WIDER) if s.candidate.key not in tried]
-        begun += _all_begun(case, current, more, jobs, None)
+        begun += _all(begin, more, jobs, None)
     likely, others = _parted(current, begun, KEPT, CONTINUED)
     fits = [*spread(partial(_continued, case, current), likely, jobs, None), *others]
     likely, others = _parted(current, fits, FINALISTS, FINISHED)
     return sorted([*spread(partial(_to_the_end, case), likely, jobs, None), *others], key=lambda h: -h.evidence)
 
 
-def _all_begun(
-    case: Case, current: Hypothesis, trials: Sequence[Score], jobs: int, tell: Tell
+def _all(
+    begin: Callable[[Score], Hypothesis | None], trials: Sequence[Score], jobs: int, tell: Tell
 ) -> list[Hypothesis]:  # fmt: skip
-    return [h for h in spread(partial(_begun, case, current), trials, jobs, tell) if h is not None]
+    return [h for h in spread(begin, trials, jobs, tell) if h is not None]
 
 
 def _parted(
