@@ -11,7 +11,7 @@ from network.diagnosis.candidates import Candidate
 from network.diagnosis.case import Case, Hypothesis, rejudged, relaid
 from network.diagnosis.confirm import left_out
 from network.diagnosis.slimming import slim
-from network.diagnosis.standing_in import carried, corrected, stand_in
+from network.diagnosis.standing_in import stand_in
 from network.diagnosis.together import spread
 
 HOLDS = 1.02
@@ -19,8 +19,8 @@ HOLDS = 1.02
 RERANKED, REACH = 3, 3.0
 """Rivals of the first finding that are tried in its stead, and how many times what the later findings gained they may
 be behind it."""
-STEPS, NEAR = 8, 300.0
-"""Of a fit with other findings, and the evidence by which it may stay behind to be told what its lumps lack."""
+STEPS = 8
+"""Of a fit with other findings."""
 
 
 def checked(
@@ -32,58 +32,44 @@ def checked(
     before = rejudged(case, null)
     if not current.found:
         return before, ()
-    coarse = stand_in(current)
     later = sum(ranked[0].evidence - h.evidence for h, ranked in zip(befores[1:], steps[1:], strict=True))
     close = [h for h in steps[0][1 : RERANKED + 1] if steps[0][0].evidence - h.evidence < REACH * later]
-    coarse = _reranked(coarse, current, close, jobs)
-    coarse, gains = _needed(coarse, current, threshold, jobs)
-    if [c.key for c in coarse.found] != [c.key for c in current.found]:
-        current = _like(coarse, current, case)
-    return (current, gains) if _predicts(stand_in(before), coarse, jobs) else (before, ())
+    current = _reranked(current, close, jobs)
+    current, gains = _needed(current, threshold, jobs)
+    return (current, gains) if _predicts(stand_in(before), stand_in(current), jobs) else (before, ())
 
 
-def _like(coarse: Hypothesis, current: Hypothesis, case: Case) -> Hypothesis:
-    """Other findings on the lumps of what is there."""
-    is_one = coarse.root.to_plain() == current.root.to_plain()
-    return rejudged(case, coarse) if is_one else carried(case, coarse, current.root) or current
-
-
-def _refitted(
-    coarse: Hypothesis, current: Hypothesis, other: tuple[Sequence[Candidate], Mapping[str, float]]
-) -> Hypothesis | None:  # fmt: skip
-    """Other findings from some numbers in the stead of those of a hypothesis, as if on the lumps of what is there."""
-    found = relaid(coarse.case, coarse.root, *other, steps=STEPS)
-    if found is None or not coarse.case.lacking or found.switches or found.evidence < coarse.evidence - NEAR:
-        return found and slim(found)
-    found = corrected(found, current.root)
+def _refitted(current: Hypothesis, other: tuple[Sequence[Candidate], Mapping[str, float]]) -> Hypothesis | None:
+    """Other findings from some numbers in the stead of those of a hypothesis."""
+    found = relaid(current.case, current.root, *other, steps=STEPS)
     return found and slim(found)
 
 
-def _reranked(best: Hypothesis, current: Hypothesis, rivals: Sequence[Hypothesis], jobs: int) -> Hypothesis:
+def _reranked(current: Hypothesis, rivals: Sequence[Hypothesis], jobs: int) -> Hypothesis:
     """The first finding against its rivals, now that the others are in."""
-    others = [((h.found[-1], *best.found[1:]), h.values | best.values) for h in rivals]
-    told = spread(partial(_refitted, best, current), others, jobs, None)
-    better = max((h for h in told if h is not None), key=lambda h: h.evidence, default=best)
-    if better.evidence <= best.evidence:
-        return best
-    return relaid(better.case, better.root, better.found, better.values) or best
+    others = [((h.found[-1], *current.found[1:]), h.values | current.values) for h in rivals]
+    told = spread(partial(_refitted, current), others, jobs, None)
+    better = max((h for h in told if h is not None), key=lambda h: h.evidence, default=current)
+    return _to_the_end(better) if better.evidence > current.evidence else current
 
 
-def _needed(
-    coarse: Hypothesis, current: Hypothesis, threshold: float, jobs: int
-) -> tuple[Hypothesis, tuple[float, ...]]:  # fmt: skip
+def _needed(current: Hypothesis, threshold: float, jobs: int) -> tuple[Hypothesis, tuple[float, ...]]:
     """Without the findings that the others have made superfluous, and the evidence that each of the rest adds."""
     gains: list[float] = []
-    while coarse.found:
-        rests = [[c for c in coarse.found if c is not out] for out in coarse.found]
-        less = spread(partial(_refitted, coarse, current), [(rest, coarse.values) for rest in rests], jobs, None)
-        gains = [float("inf") if h is None else coarse.evidence - h.evidence for h in less]
+    while current.found:
+        rests = [[c for c in current.found if c is not out] for out in current.found]
+        less = spread(partial(_refitted, current), [(rest, current.values) for rest in rests], jobs, None)
+        gains = [float("inf") if h is None else current.evidence - h.evidence for h in less]
         k = int(np.argmin(gains))
         other = less[k]
         if other is None or len(gains) < 2 or gains[k] >= threshold:
             break
-        coarse = relaid(other.case, other.root, other.found, other.values) or other
-    return coarse, tuple(gains)
+        current = _to_the_end(other)
+    return current, tuple(gains)
+
+
+def _to_the_end(h: Hypothesis) -> Hypothesis:
+    return relaid(h.case, h.root, h.found, h.values) or h
 
 
 def _predicts(before: Hypothesis, after: Hypothesis, jobs: int) -> bool:

@@ -9,21 +9,22 @@ from functools import partial
 from network.calibration.parameters import Parameter
 from network.calibration.slack import installed_power
 from network.diagnosis.candidates import Candidate, candidates
-from network.diagnosis.case import Case, Hypothesis, rejudged, relaid, renoised
+from network.diagnosis.case import Case, Hypothesis, rejudged, renoised
 from network.diagnosis.chance import LEAST, threshold_of
 from network.diagnosis.checking import checked
 from network.diagnosis.confirm import rivals
 from network.diagnosis.locate import locate
-from network.diagnosis.placing import near, well_placed
+from network.diagnosis.placing import near, placed, well_placed
 from network.diagnosis.refine import FAR, FULL
 from network.diagnosis.relays import likely, relays
 from network.diagnosis.restarting import restarted
 from network.diagnosis.screen import Score, screen
 from network.diagnosis.settling import settled
 from network.diagnosis.slimming import slim
-from network.diagnosis.standing_in import carried, corrected, stand_in
+from network.diagnosis.standing_in import carried, stand_in
 from network.diagnosis.together import spread
 from network.diagnosis.verdict import UnknownHeat
+from network.machine import Machine
 
 MOST_FINDINGS = 3
 FURTHER = 1.1
@@ -38,6 +39,8 @@ LITTLE = 0.6
 """Share of the misfit χ that other findings leave, above which relays are looked for in more than the beginning."""
 VAIN = 0.65
 """Share of the excess χ² − 1 that a step may leave, where much is left: beyond, further names would be guesses."""
+LUMPED = 3.0
+"""Misfit χ that may be one of lumps: below, finer ones are tried before anything else is looked for."""
 CARRIED = 3
 """Rivals that are fitted again on the finer lumps."""
 
@@ -141,7 +144,7 @@ def _kept(
     if not _is_gain(rejudged(case, current), rejudged(case, best), threshold):
         return None
     best = restarted(rejudged(case, best), jobs)
-    return settled(best.case, best) if best.chi < FAR else best
+    return settled(best.case, best) if best.chi < LUMPED else best
 
 
 def _carried(
@@ -150,18 +153,14 @@ def _carried(
     """The best of the rivals on the lumps of what is there; None where there is none."""
     if before is current or not ranked:
         return rejudged(case, ranked[0]) if ranked else None
-    close = near(before, ranked, CARRIED)
-    told = spread(partial(_corrected, current), [h for h in close if not h.switches], jobs, None)
+    told = spread(partial(_on_lumps, case, current.root), near(before, ranked, CARRIED), jobs, None)
     best = max((h for h in told if h is not None), key=lambda h: h.evidence, default=None)
-    fine = [carried(case, best, current.root)] if best is not None else []
-    for h in (h for h in close if h.switches):
-        fine.append(relaid(replace(case, began=h.case.began), current.root, h.found, h.values, False))
-    return max((h for h in fine if h is not None), key=lambda h: h.evidence, default=None)
+    return best and rejudged(replace(case, began=best.case.began), best)
 
 
-def _corrected(current: Hypothesis, h: Hypothesis) -> Hypothesis | None:
-    told = corrected(h, current.root)
-    return told and slim(told)
+def _on_lumps(case: Case, root: Machine, h: Hypothesis) -> Hypothesis | None:
+    told = carried(case, h, root)
+    return told and placed(slim(told))
 
 
 def _rejudged(case: Case, h: Hypothesis) -> Hypothesis:

@@ -10,7 +10,7 @@ import numpy as np
 
 from network.calibration.linearised import Linearised, linearise
 from network.declare import Array
-from network.diagnosis.candidates import Candidate, candidate, renamed
+from network.diagnosis.candidates import STRETCHES, Candidate, candidate, renamed
 from network.diagnosis.case import Hypothesis
 from network.diagnosis.directions import directions
 from network.diagnosis.screen import lean, whitened
@@ -31,7 +31,7 @@ TRIED, FIT_STEPS = 2, 4
 
 def placed(best: Hypothesis, jobs: int = 1) -> Hypothesis:
     """The hypothesis with the stretches of its last finding where they explain most."""
-    for step in STEPS:
+    for step in (None, *STEPS):
         moved = [c for place in _stretches(best.found[-1]) for c in _moved(best.found[-1], place, step)]
         fits = spread(partial(_fitted, best), _promising(best, moved), jobs, None)
         better = max((h for h in fits if h is not None), key=lambda h: h.evidence, default=None)
@@ -58,16 +58,20 @@ def _stretches(c: Candidate) -> list[str]:
     return sorted(set(re.findall(r"[^'\"\[\]{},:]+@[0-9.]+\.\.[0-9.]+", str(dict(c.patch)))))
 
 
-def _moved(c: Candidate, place: str, step: float) -> Iterator[Candidate]:
-    """The candidate with both ends of a stretch a step further in or out, or one of them."""
+def _moved(c: Candidate, place: str, step: float | None) -> Iterator[Candidate]:
+    """The candidate with both ends of a stretch a step further in or out, or one of them; without a step, at others."""
     name, _, ends = place.strip().partition("@")
     first, last = (float(x) for x in ends.split(".."))
-    for a, b in ((-1, 0), (1, 0), (0, -1), (0, 1), (1, 1), (-1, -1)):
-        low, high = max(0.0, first + a * step), min(1.0, last + b * step)
+    for low, high in (*STRETCHES, (0.0, 1.0)) if step is None else _stepped(first, last, step):
         if high - low >= LEAST and (low, high) != (first, last):
             moved = candidate(c.base, c.kind, renamed(c.patch, place.strip(), f"{name}@{low:.4g}..{high:.4g}"))
             if moved is not None:
                 yield moved
+
+
+def _stepped(first: float, last: float, step: float) -> Iterator[tuple[float, float]]:
+    for a, b in ((-1, 0), (1, 0), (0, -1), (0, 1), (1, 1), (-1, -1)):
+        yield max(0.0, first + a * step), min(1.0, last + b * step)
 
 
 def _promising(best: Hypothesis, moved: Sequence[Candidate]) -> list[Candidate]:

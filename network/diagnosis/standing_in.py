@@ -1,10 +1,9 @@
 """A coarser machine in the stead of a finer one: what its lumps lack is found and taken from what was measured.
 
 y_fine(θ) ≈ y_coarse(θ) + [y_fine(θ₀) − y_coarse(θ₀)] about a fit θ₀, with an error of second order in lumping times
-θ − θ₀. Rivals are compared on the coarse machine; of what is kept the lack is found again about its own numbers, until
-it stays, so that the fine machine is run but never searched. Source: additive corrections of first-order model
-management, Alexandrov & Lewis, Optimization and Engineering 2 (2001) 413; defect correction, Stetter, Numer. Math. 29
-(1978) 425; unverified.
+θ − θ₀. What is proposed is screened and compared on the coarse machine; the few that come near the best are fitted on
+the fine one. Source: additive corrections of first-order model management, Alexandrov & Lewis, Optimization and
+Engineering 2 (2001) 413; unverified.
 """
 
 from __future__ import annotations
@@ -29,14 +28,12 @@ LACK, SWITCHED_LACK = 150.0, 6.0
 """Most that the coarser lumps may lack, rms in noise units; the same where relays are found, whose switchings move."""
 CUTS = (3, 5)
 """Lumps a bar that are tried."""
-STEPS, ROUNDS = 6, 3
-"""Of a fit with a lack, and how often the lack is found again."""
+STEPS, CARRIED_STEPS = 6, 15
+"""Of a fit with a lack, and of one on the finer lumps themselves."""
+DOUBTFUL = 1.25
+"""Misfit χ from which a fit may have ended beside the best one."""
 AGAIN, MOVED, HOPELESS = 2, 0.5, 2.0
 """Fits of a stand-in until its lack stays, to a share of the misfit χ; and where it moves too far to try again."""
-STAYS = 0.1
-"""Change of the lack, rms in noise units, that no longer matters."""
-LAST_STEPS = 8
-"""Of the fit on the finer lumps themselves, in the end."""
 
 
 def stand_in(fine: Hypothesis) -> Hypothesis:
@@ -68,27 +65,16 @@ def _agreed(coarse: Hypothesis, lack: Sequence[Array], fine: Hypothesis) -> Hypo
     return None
 
 
-def corrected(coarse: Hypothesis, root: Machine) -> Hypothesis | None:
-    """A hypothesis on coarse lumps fitted as if it were on those of a finer machine; None where it does not fit there
-    or runs away."""
-    over, before = laid_over(root, coarse.found), None
-    if over is None:
-        return None
-    try:
-        for _ in range(ROUNDS):
-            lack = _lacking(coarse, over[0])
-            if before is not None and _rms(coarse, [x - y for x, y in zip(lack, before, strict=True)]) < STAYS:
-                break
-            coarse, before = _fitted(coarse, lack), lack
-    except (Failed, np.linalg.LinAlgError):
-        return None
-    return coarse
-
-
 def carried(case: Case, coarse: Hypothesis, root: Machine) -> Hypothesis | None:
-    """A hypothesis fitted a few steps on finer lumps; None where it does not fit there or runs away."""
+    """A hypothesis fitted on finer lumps, where that leaves much also from the numbers of the file; None where it does
+    not fit there or runs away."""
     about = replace(case, began=coarse.case.began)
-    return relaid(about, root, coarse.found, coarse.values, steps=LAST_STEPS)
+    best = relaid(about, root, coarse.found, coarse.values, not coarse.switches, CARRIED_STEPS)
+    if best is None or best.chi < DOUBTFUL or not coarse.own or coarse.switches:
+        return best
+    own = {p.path: coarse.values[p.path] for p in coarse.own}
+    again = relaid(about, root, coarse.found, own, steps=CARRIED_STEPS)
+    return best if again is None else max(best, again, key=lambda h: h.evidence)
 
 
 def _coarser(fine: Hypothesis) -> Iterator[tuple[Machine, tuple[Candidate, ...]]]:
