@@ -39,13 +39,24 @@ farther, and a place that keeps its temperature is only a way to write any heat.
 @dataclass(frozen=True, eq=False)
 class Candidate:
     """One patch over a machine `base`. own: its strength (first) and shapes as free parameters; none where its strength
-    is a count and no number to be fitted."""
+    is a count and no number to be fitted; proposed: the patch as its kind proposes it, where it was moved since."""
 
     kind: type[Effect]
     patch: Mapping[str, Any]
     base: Machine
     machine: Machine
     own: tuple[Parameter, ...]
+    proposed: Mapping[str, Any] | None = None
+
+    def moved(self, place: str, other: str) -> Candidate | None:
+        """The candidate at another place of a bar that it names; None where it does not fit there."""
+        there = candidate(self.base, self.kind, renamed(self.patch, place, other))
+        return there and replace(there, proposed=self.proposed or self.patch)
+
+    @property
+    def back(self) -> Candidate | None:
+        """The candidate where its kind proposes it."""
+        return self if self.proposed is None else candidate(self.base, self.kind, self.proposed)
 
     @property
     def usual(self) -> dict[str, float]:
@@ -136,7 +147,7 @@ def laid_over(machine: Machine, found: Iterable[Candidate]) -> tuple[Machine, tu
         again = candidate(machine, c.kind, c.patch)
         if again is None:
             return None
-        laid.append(again)
+        laid.append(replace(again, proposed=c.proposed))
         machine = again.machine
     return machine, tuple(laid)
 
@@ -216,7 +227,7 @@ def along(c: Candidate) -> Iterator[Candidate]:
     bars = [n for n in c.places if n in c.base.nodes and c.base.nodes[n].lumps > 1]
     for name in bars:
         for first, last in STRETCHES:
-            moved = candidate(c.base, c.kind, renamed(c.patch, name, f"{name}@{first:g}..{last:g}"))
+            moved = c.moved(name, f"{name}@{first:g}..{last:g}")
             if moved is not None and moved.places == c.places:
                 yield moved
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from network.calibration.linearised import Linearised, linearise
 from network.declare import Array
-from network.diagnosis.candidates import STRETCHES, Candidate, candidate, renamed
+from network.diagnosis.candidates import STRETCHES, Candidate
 from network.diagnosis.case import Hypothesis
 from network.diagnosis.directions import directions
 from network.diagnosis.screen import lean, whitened
@@ -64,7 +64,7 @@ def _moved(c: Candidate, place: str, step: float | None) -> Iterator[Candidate]:
     first, last = (float(x) for x in ends.split(".."))
     for low, high in (*STRETCHES, (0.0, 1.0)) if step is None else _stepped(first, last, step):
         if high - low >= LEAST and (low, high) != (first, last):
-            moved = candidate(c.base, c.kind, renamed(c.patch, place.strip(), f"{name}@{low:.4g}..{high:.4g}"))
+            moved = c.moved(place.strip(), f"{name}@{low:.4g}..{high:.4g}")
             if moved is not None:
                 yield moved
 

@@ -66,14 +66,15 @@ def _agreed(coarse: Hypothesis, lack: Sequence[Array], fine: Hypothesis) -> Hypo
 
 
 def carried(case: Case, coarse: Hypothesis, root: Machine) -> Hypothesis | None:
-    """A hypothesis fitted on finer lumps, where that leaves much also from the numbers of the file; None where it does
-    not fit there or runs away."""
+    """A hypothesis fitted on finer lumps, where that leaves much also from the numbers of the file and with its last
+    finding where that was proposed; None where it does not fit there or runs away."""
     about = replace(case, began=coarse.case.began)
     best = relaid(about, root, coarse.found, coarse.values, not coarse.switches, CARRIED_STEPS)
-    if best is None or best.chi < DOUBTFUL or not coarse.own or coarse.switches:
+    back = coarse.found[-1].back if coarse.found else None
+    if best is None or back is None or best.chi < DOUBTFUL or coarse.switches:
         return best
     own = {p.path: coarse.values[p.path] for p in coarse.own}
-    again = relaid(about, root, coarse.found, own, steps=CARRIED_STEPS)
+    again = relaid(about, root, (*coarse.found[:-1], back), own | back.usual, steps=CARRIED_STEPS)
     return best if again is None else max(best, again, key=lambda h: h.evidence)
 
 
