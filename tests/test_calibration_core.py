@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from fit_networks import machines, ramped
 from fits import USUAL, problem_of, recorded, speeds, two_blocks
+from scipy.optimize import minimize
 
 from network.calibration import knots as knots_module
 from network.calibration import recursion, series
 from network.calibration.averages import averages
 from network.calibration.evidence import measured
+from network.calibration.fitting import _step
 from network.calibration.knots import cell_matrix, make_knots, on_knots
 from network.calibration.parameters import centres
 from network.calibration.predictor import Model, Run
@@ -39,6 +42,19 @@ def test_means_over_cells_are_those_of_the_exact_run_at_all_samples(name, every)
         data, run = problem.data[0], problem.model.predict(centres(problem.parameters))[0]
         off = np.abs(data.means - run.cells)[data.known] / np.sqrt(data.variance[data.known])
         assert off.max() < max(part, PART_OF_NOISE.get(name, 0.0))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_step_within_bounds_is_the_best_there_is(seed):
+    draw = np.random.default_rng(seed)
+    root, gradient = draw.standard_normal((6, 9)), 5 * draw.standard_normal(6)
+    at = SimpleNamespace(reduced=(root @ root.T, gradient), theta=np.zeros(6))
+    low, high = -draw.uniform(0, 0.3, 6), draw.uniform(0.01, 0.3, 6)
+    bounds = list(zip(low, high, strict=True))
+    best = minimize(lambda s: s @ root @ root.T @ s / 2 - gradient @ s, np.zeros(6), bounds=bounds)
+    step = _step(at, 0.0, low, high)
+    np.testing.assert_allclose(step, best.x, atol=1e-4)
+    assert ((step >= low) & (step <= high)).all()
 
 
 @pytest.mark.parametrize("name", ["linear", "bent", "relay"])

@@ -7,7 +7,7 @@ import pytest
 from fits import ANOTHER, USUAL, ou_series, problem_of, recorded, speeds, two_blocks
 
 from network.calibration.fitting import minimise
-from network.calibration.noise import Noise
+from network.calibration.noise import Noise, coloured, whitener
 from network.calibration.noise_fit import estimate_noise, rewhitened
 from network.calibration.ou import sampled_ou
 from network.inputs import linear
@@ -24,12 +24,23 @@ def test_means_over_cells_of_coloured_noise_have_the_covariance_of_their_samples
     assert np.abs(sampled_ou(t, cell, 12, tau) - dense).max() < 1e-12
 
 
+def test_channels_are_whitened_one_by_one_as_their_whole_covariance_says():
+    data = problem_of(two_blocks(), recorded(two_blocks(), speeds(*USUAL), 0)).data[0]
+    noise = Noise({data.run.channels[1]: (0.03, 200.0)})
+    known, white = data.known, whitener(data, noise)
+    covariance = (np.diag(data.variance) + coloured(data, noise))[np.ix_(known, known)]
+    root = white.again(np.eye(known.sum())).T
+    np.testing.assert_allclose(root @ covariance @ root.T, np.eye(known.sum()), atol=1e-9)
+    np.testing.assert_allclose(white.undone(white.again(np.eye(known.sum()))), np.eye(known.sum()), atol=1e-9)
+    assert white.log_determinant == pytest.approx(np.linalg.slogdet(covariance)[1], rel=1e-10)
+
+
 def test_an_innocent_machine_has_neither_colour_nor_slack():
     machine = two_blocks()
     for seed in range(4):
         runs = [recorded(machine, speeds(*steps), 2 * seed + i) for i, steps in enumerate((USUAL, ANOTHER))]
         noise = estimate_noise(minimise(problem_of(machine, *runs)))
-        assert noise.is_white
+        assert not any(s for s, _ in noise.coloured.values()) and not any(noise.slack.values())
 
 
 @pytest.mark.parametrize(("ratio", "tau"), [(1.0, 120.0), (2.5, 400.0)])

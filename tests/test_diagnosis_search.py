@@ -20,6 +20,7 @@ from network.diagnosis.candidates import Candidate, candidates
 from network.diagnosis.case import Case, Hypothesis, begun, suppose
 from network.diagnosis.directions import directions
 from network.diagnosis.drawing import SHORT, Space, seek
+from network.diagnosis.placing import placed
 from network.diagnosis.refine import ever_finer
 from network.diagnosis.slimming import slim
 from network.diagnosis.standing_in import stand_in
@@ -72,6 +73,37 @@ def test_a_candidates_heat_alone_tells_what_the_whole_run_does(kind: str) -> Non
     moved = np.concatenate([m.cells - p.cells for m, p in zip(there, h.predictions, strict=True)])
     assert told is not None
     np.testing.assert_allclose(told, moved, atol=0.02 * np.abs(moved).max())
+
+
+def test_candidates_answered_together_are_answered_as_each_alone() -> None:
+    h = null()
+    some = [c for c in candidates(h.machine, h.case.drivers) if not (c.switches or c.is_structural)][::4]
+    tried = [(c, {**h.values, **c.usual}) for c in some]
+    together = directions(tried, h.fit.problem.data, h.predictions, jobs=2)
+    assert len(together) == len(tried) > 8
+    for of, moved in zip(tried, together, strict=True):
+        (alone,) = directions([of], h.fit.problem.data, h.predictions)
+        assert (alone is None) == (moved is None)
+        if alone is not None:
+            np.testing.assert_allclose(moved, alone, atol=1e-9 * max(1.0, np.abs(alone).max()))
+
+
+def test_heat_is_moved_along_its_bar_to_where_it_is() -> None:
+    ends = {f"T_{end}": {"measures": f"column@{end}", "noise": "0.05 K"} for end in (0.15, 0.85)}
+    plain = bars(10).patched({"sensors": ends})
+    hidden = {"kind": "heat_source", "into": {"column@0.7..0.9": 1}, "power": "120 W", "with": "always"}
+    truth = plain.patched({"sources": {"hidden": hidden}})
+    case = Case(plain, tuple(recorded(truth, ladder, i) for i, ladder in enumerate(LADDERS)))
+    heats = [c for c in candidates(case.machine, case.drivers) if c.kind.kind == "heat_source"]
+    c = next(c for c in heats if c.places == ("column",))
+    off = c.moved("column", "column@0..0.25")
+    assert off is not None
+    before = suppose(case, off.machine, (off,), off.own)
+    found = placed(before)
+    ((place, _),) = found.found[0].machine.sources[next(iter(c.patch["sources"]))].into
+    assert found.evidence > before.evidence + 100 and abs((place.start + place.stop) / 2 - 0.8) < 0.11
+    back = found.found[0].back
+    assert back is not None and back.patch == c.patch and c.back is c
 
 
 def test_draws_stepped_together_run_like_each_run_by_itself() -> None:

@@ -37,10 +37,6 @@ class Noise:
     slack: Mapping[str, float] = field(default_factory=dict)
     ell: float = 4000.0
 
-    @property
-    def is_white(self) -> bool:
-        return not any(s for s, _ in self.coloured.values()) and not any(self.slack.values())
-
 
 @dataclass(frozen=True)
 class Whitener:
