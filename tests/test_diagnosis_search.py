@@ -96,7 +96,7 @@ def test_heat_is_moved_along_its_bar_to_where_it_is() -> None:
     case = Case(plain, tuple(recorded(truth, ladder, i) for i, ladder in enumerate(LADDERS)))
     heats = [c for c in candidates(case.machine, case.drivers) if c.kind.kind == "heat_source"]
     c = next(c for c in heats if c.places == ("column",))
-    off = c.moved("column", "column@0..0.25")
+    off = c.moved("column", "column@0.5..0.75")
     assert off is not None
     before = suppose(case, off.machine, (off,), off.own)
     found = placed(before)
