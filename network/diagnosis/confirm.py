@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -95,28 +95,55 @@ def _tail(current: Hypothesis) -> Array:
     return np.asarray(current.fit.theta[len(current.fit.theta) - len(current.own) :])
 
 
-def rivals(
-    case: Case, current: Hypothesis, found: Sequence[Candidate], scores: Sequence[Score],
-    jobs: int, tell: Tell = None,
-) -> list[Hypothesis]:  # fmt: skip
-    """Everything without a relay worth a fit beside what is there, fitted, the best evidence first. found, scores: what
-    is proposed for the current machine, and its screening about the current fit."""
-    about_file = _about_file(current, found, jobs)
+@dataclass(frozen=True, eq=False)
+class Begun:
+    """Candidates without a relay, fitted a few steps beside what is there. begin: does that, from a score; more: scores
+    of those that were not."""
+
+    current: Hypothesis
+    fits: tuple[Hypothesis, ...]
+    begin: Callable[[Score], Hypothesis | None]
+    more: tuple[Score, ...]
+
+    @property
+    def little(self) -> float:
+        """Misfit χ up to which an explanation leaves little."""
+        return max(POOR * self.current.chi, UNTOLD)
+
+    @property
+    def is_poor(self) -> bool:
+        """Whether none of them explains much."""
+        return min((h.chi for h in self.fits), default=np.inf) > self.little
+
+    def wider(self, jobs: int) -> Begun:
+        """With those that were not fitted yet."""
+        return replace(self, fits=(*self.fits, *_all(self.begin, self.more, jobs)), more=())
+
+    def ranked(self, jobs: int) -> list[Hypothesis]:
+        """The best of them fitted further and to the end, the best evidence first."""
+        likely, others = _parted(self.current, self.fits, KEPT, CONTINUED)
+        further = partial(_continued, self.current.case, self.current)
+        likely, rest = _parted(self.current, [*spread(further, likely, jobs, None), *others], FINALISTS, FINISHED)
+        ends = spread(partial(_to_the_end, self.current.case), likely, jobs, None)
+        return sorted([*ends, *rest], key=lambda h: -h.evidence)
+
+
+def begun(
+    current: Hypothesis, found: Sequence[Candidate], scores: Sequence[Score], jobs: int, tell: Tell = None,
+    is_near: bool = False,
+) -> Begun:  # fmt: skip
+    """The likely ones of what is proposed beside a hypothesis, each with its own fit. scores: of the screening about
+    it; is_near: whether the fit is near, so that what shows about it is all that shows."""
+    about_file = [] if is_near else _about_file(current, found, jobs)
     trials = shortlist(scores, about_file)
-    begin = partial(_begun, case, current, {s.candidate.key: s for s in about_file})
-    begun = _all(begin, trials, jobs, tell)
-    if min((h.chi for h in begun), default=np.inf) > max(POOR * current.chi, UNTOLD):
-        tried = {s.candidate.key for s in trials}
-        more = [s for s in _varied(scores, *WIDER) if s.candidate.key not in tried]
-        begun += _all(begin, more, jobs, None)
-    likely, others = _parted(current, begun, KEPT, CONTINUED)
-    fits = [*spread(partial(_continued, case, current), likely, jobs, None), *others]
-    likely, others = _parted(current, fits, FINALISTS, FINISHED)
-    return sorted([*spread(partial(_to_the_end, case), likely, jobs, None), *others], key=lambda h: -h.evidence)
+    begin = partial(_begun, current.case, current, {s.candidate.key: s for s in about_file})
+    tried = {s.candidate.key for s in trials}
+    more = [s for s in _varied(scores, *WIDER) if s.candidate.key not in tried]
+    return Begun(current, tuple(_all(begin, trials, jobs, tell)), begin, tuple(more))
 
 
 def _all(
-    begin: Callable[[Score], Hypothesis | None], trials: Sequence[Score], jobs: int, tell: Tell
+    begin: Callable[[Score], Hypothesis | None], trials: Sequence[Score], jobs: int, tell: Tell = None
 ) -> list[Hypothesis]:  # fmt: skip
     return [h for h in spread(begin, trials, jobs, tell) if h is not None]
 

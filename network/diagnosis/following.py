@@ -12,7 +12,8 @@ from network.diagnosis.candidates import Candidate, candidates
 from network.diagnosis.case import Case, Hypothesis, rejudged, renoised
 from network.diagnosis.chance import LEAST, threshold_of
 from network.diagnosis.checking import checked
-from network.diagnosis.confirm import rivals
+from network.diagnosis.confirm import begun
+from network.diagnosis.drawing import LONG, SHORT, Look
 from network.diagnosis.locate import locate
 from network.diagnosis.placing import near, placed, well_placed
 from network.diagnosis.refine import FAR, FULL
@@ -84,22 +85,12 @@ def followed(
     threshold = LEAST
     while current.chi > (FURTHER if steps else FULL) and len(current.found) < MOST_FINDINGS:
         seen = screened(current, jobs) if steps else first
-        if steps and _shows_nothing(seen):
+        if _shows_nothing(seen):
             break
         before, told = seen.before, partial(_further, tell, 0.15 + 0.25 * len(steps))
         threshold = threshold if steps else threshold_of(seen.scores, seed)
-        ranked = rivals(before.case, before, seen.proposed, seen.scores, jobs, told)
-        ranked = well_placed(before, ranked, jobs)
-        kept = _kept(case, current, before, ranked, threshold, jobs)
-        if (kept or current).chi > SWAYING:
-            where = located if not steps else locate(before.fit, before.machine)
-            able = likely([c for c in seen.proposed if c.switches], where)
-            power, far = installed_power(before.predictions), kept is None or kept.chi > LITTLE * current.chi
-            switched = relays(before.case, before, able, power, seed, jobs, far)
-            ranked = sorted([*switched, *ranked], key=lambda h: -h.evidence)
-            other = _kept(case, current, before, ranked, threshold, jobs) if switched else None
-            if other is not None and (kept is None or other.evidence > rejudged(other.case, kept).evidence):
-                kept = other
+        where = located if not steps else locate(before.fit, before.machine)
+        kept, ranked = _stepped(case, current, seen, where, threshold, seed, jobs, told)
         if kept is None:
             break
         case = kept.case
@@ -117,10 +108,55 @@ def followed(
     return Followed(current, tuple(befores), tuple(steps), gains, threshold)
 
 
+def _stepped(
+    case: Case, current: Hypothesis, seen: Screened, where: Sequence[UnknownHeat], threshold: float, seed: int,
+    jobs: int, tell: Callable[[float], None],
+) -> tuple[Hypothesis | None, list[Hypothesis]]:  # fmt: skip
+    """What is kept beside a hypothesis, and its rivals: relays are looked for before much else is tried, where what is
+    likely explains little, and last, where much is left."""
+    sway, switched = partial(_swaying, seen, where, seed, jobs), list[Hypothesis]()
+    looks: tuple[Look, ...] = (SHORT, LONG)
+    trials = begun(seen.before, seen.proposed, _worthy(seen), jobs, tell, _is_near(seen))
+    if trials.is_poor:
+        switched, looks = sway((SHORT,)), (LONG,)
+        if not switched or switched[0].chi > trials.little:
+            trials = trials.wider(jobs)
+    ranked = [*switched, *well_placed(seen.before, trials.ranked(jobs), jobs)]
+    ranked = sorted(ranked, key=lambda h: -h.evidence)
+    kept = _kept(case, current, seen.before, ranked, threshold, jobs)
+    if switched or (kept or current).chi <= SWAYING:
+        return kept, ranked
+    far = kept is None or kept.chi > LITTLE * current.chi
+    switched = sway([look for look in looks if far or look is SHORT])
+    ranked = sorted([*switched, *ranked], key=lambda h: -h.evidence)
+    other = _kept(case, current, seen.before, ranked, threshold, jobs) if switched else None
+    if other is not None and (kept is None or other.evidence > rejudged(other.case, kept).evidence):
+        kept = other
+    return kept, ranked
+
+
+def _swaying(
+    seen: Screened, where: Sequence[UnknownHeat], seed: int, jobs: int, looks: Sequence[Look]
+) -> list[Hypothesis]:  # fmt: skip
+    """The relay that explains most, looked for at the likely places."""
+    before, able = seen.before, likely([c for c in seen.proposed if c.switches], where)
+    return relays(before.case, before, able, installed_power(before.predictions), seed, jobs, looks)
+
+
 def _shows_nothing(seen: Screened) -> bool:
     """Whether no candidate scores what a name is worth, where not much is left."""
-    worth = HOPE * WORTH * len(seen.before.fit.left)
-    return seen.before.chi < SWAYING and all(s.gain < worth for s in seen.scores)
+    return _is_near(seen) and not _worthy(seen)
+
+
+def _is_near(seen: Screened) -> bool:
+    """Whether little is missing beside what was found, so that the linear scores can be believed."""
+    return bool(seen.before.found) and seen.before.chi < SWAYING
+
+
+def _worthy(seen: Screened) -> Sequence[Score]:
+    """Scores of those that may be worth a name."""
+    worth = HOPE * WORTH * len(seen.before.fit.left) if _is_near(seen) else 0.0
+    return [s for s in seen.scores if s.gain >= worth]
 
 
 def _further(tell: Callable[[float], None], done: float, share: float) -> None:

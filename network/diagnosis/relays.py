@@ -24,6 +24,8 @@ MOST = 3
 """Switched candidates that are drawn."""
 NEAR, ALMOST = 0.85, 1.3
 """Misfit of the best draw over that of the null, and over that of the nearest candidate, up to which it is fitted."""
+SEARCHES = 3
+"""Times that draws are begun anew."""
 STEPS = 8
 """Of the fits from the draws, over the share of the runs that these looked at."""
 LADDER = ((0.4, 5, 4), (0.53, 5, 3), (0.7, 6, 2), (1.0, 12, 1))
@@ -42,13 +44,14 @@ class _Start:
 
 
 def relays(
-    case: Case, current: Hypothesis, switched: Sequence[Candidate], power: float, seed: int, jobs: int, far: bool = True
-) -> list[Hypothesis]:
+    case: Case, current: Hypothesis, switched: Sequence[Candidate], power: float, seed: int, jobs: int,
+    looks: Sequence[Look] = (SHORT, LONG),
+) -> list[Hypothesis]:  # fmt: skip
     """The relay that comes nearest, fitted under the noise of the file and told under that of the case; none where no
-    draw comes near. far: whether more than the beginning of the runs is looked at where that shows none."""
+    draw comes near. looks: at how much of the runs, one after the other until one shows."""
     white = under_file_noise(case)
     null = rejudged(white, current)
-    for look in (SHORT, LONG) if far else (SHORT,):
+    for look in looks:
         found = spread(partial(_sought, null, power, seed, look), switched[:MOST], jobs, None)
         sought = [s for s in found if s is not None]
         least = min((s.ratio for s in sought), default=np.inf)
@@ -66,10 +69,19 @@ def likely(switched: Sequence[Candidate], located: Sequence[UnknownHeat]) -> lis
 
 
 def _sought(null: Hypothesis, power: float, seed: int, look: Look, candidate: Candidate) -> Sought | None:
-    try:
-        return seek(null, power, seed, look, candidate)
-    except (Failed, np.linalg.LinAlgError):
-        return None
+    """The best of some searches, for where the first draws fall decides much; none after one that comes near."""
+    best: Sought | None = None
+    for k in range(SEARCHES):
+        try:
+            found = seek(null, power, seed + k, look, candidate)
+        except (Failed, np.linalg.LinAlgError):
+            return best
+        if found is None or (best is not None and found.ratio >= best.ratio):
+            continue
+        best = found
+        if best.ratio < NEAR:
+            break
+    return best
 
 
 def _followed_up(
