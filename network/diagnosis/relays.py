@@ -24,8 +24,6 @@ MOST = 3
 """Switched candidates that are drawn."""
 NEAR, ALMOST = 0.85, 1.3
 """Misfit of the best draw over that of the null, and over that of the nearest candidate, up to which it is fitted."""
-SEARCHES = 3
-"""Times that draws are begun anew."""
 STEPS = 8
 """Of the fits from the draws, over the share of the runs that these looked at."""
 LADDER = ((0.4, 5, 4), (0.53, 5, 3), (0.7, 6, 2), (1.0, 12, 1))
@@ -69,19 +67,10 @@ def likely(switched: Sequence[Candidate], located: Sequence[UnknownHeat]) -> lis
 
 
 def _sought(null: Hypothesis, power: float, seed: int, look: Look, candidate: Candidate) -> Sought | None:
-    """The best of some searches, for where the first draws fall decides much; none after one that comes near."""
-    best: Sought | None = None
-    for k in range(SEARCHES):
-        try:
-            found = seek(null, power, seed + k, look, candidate)
-        except (Failed, np.linalg.LinAlgError):
-            return best
-        if found is None or (best is not None and found.ratio >= best.ratio):
-            continue
-        best = found
-        if best.ratio < NEAR:
-            break
-    return best
+    try:
+        return seek(null, power, seed, look, candidate)
+    except (Failed, np.linalg.LinAlgError):
+        return None
 
 
 def _followed_up(
