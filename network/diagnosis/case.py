@@ -135,6 +135,11 @@ class Hypothesis:
     def values(self) -> dict[str, float]:
         return values_at(self.fit.problem.parameters, self.fit.theta)
 
+    @property
+    def own_values(self) -> dict[str, float]:
+        """The numbers of what was found, by path."""
+        return {p.path: self.values[p.path] for p in self.own}
+
     @cached_property
     def numbers(self) -> Machine:
         """The machine with its numbers as fitted."""

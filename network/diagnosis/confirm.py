@@ -10,9 +10,8 @@ import numpy as np
 
 from network.calibration.fitting import Linearised, chi_of, linearise
 from network.calibration.parameters import centres, values_at
-from network.declare import Array
 from network.diagnosis.candidates import Candidate
-from network.diagnosis.case import Case, Hypothesis, suppose
+from network.diagnosis.case import Hypothesis, suppose
 from network.diagnosis.refine import FULL
 from network.diagnosis.screen import Score, screen
 from network.diagnosis.slimming import beside, slim
@@ -71,28 +70,22 @@ def _varied(scores: Sequence[Score], most: int, of_a_kind: int) -> list[Score]:
     return kept[:most]
 
 
-def _begun(
-    case: Case, current: Hypothesis, about_file: Mapping[tuple[str, ...], Score], trial: Score
-) -> Hypothesis | None:  # fmt: skip
+def _begun(current: Hypothesis, about_file: Mapping[tuple[str, ...], Score], trial: Score) -> Hypothesis | None:
     """A trial fitted a few steps from the numbers of the file, its own from the screening about these, if it shows
     there."""
     there = about_file.get(trial.candidate.key)
     own = there.best if there is not None and there.gain > SHOWS else trial.best
-    return beside(case, current, trial.candidate, values_at(current.own, _tail(current)) | own, BRIEF)
+    return beside(current.case, current, trial.candidate, current.own_values | own, BRIEF)
 
 
-def _continued(case: Case, current: Hypothesis, begun: Hypothesis) -> Hypothesis:
+def _continued(current: Hypothesis, begun: Hypothesis) -> Hypothesis:
     """A trial fitted further and, where that stays behind what is there, from the current numbers."""
-    c = begun.found[-1]
+    case, c = current.case, begun.found[-1]
     best = beside(case, current, c, begun.values, FIRST_STEPS) or begun
     if best.evidence < current.evidence:
         other = beside(case, current, c, current.values | c.usual, FIRST_STEPS)
         best = max((h for h in (best, other) if h is not None), key=lambda h: h.evidence)
     return best
-
-
-def _tail(current: Hypothesis) -> Array:
-    return np.asarray(current.fit.theta[len(current.fit.theta) - len(current.own) :])
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,9 +115,9 @@ class Begun:
     def ranked(self, jobs: int) -> list[Hypothesis]:
         """The best of them fitted further and to the end, the best evidence first."""
         likely, others = _parted(self.current, self.fits, KEPT, CONTINUED)
-        further = partial(_continued, self.current.case, self.current)
+        further = partial(_continued, self.current)
         likely, rest = _parted(self.current, [*spread(further, likely, jobs, None), *others], FINALISTS, FINISHED)
-        ends = spread(partial(_to_the_end, self.current.case), likely, jobs, None)
+        ends = spread(_to_the_end, likely, jobs, None)
         return sorted([*ends, *rest], key=lambda h: -h.evidence)
 
 
@@ -136,7 +129,7 @@ def begun(
     it; is_near: whether the fit is near, so that what shows about it is all that shows."""
     about_file = [] if is_near else _about_file(current, found, jobs)
     trials = shortlist(scores, about_file)
-    begin = partial(_begun, current.case, current, {s.candidate.key: s for s in about_file})
+    begin = partial(_begun, current, {s.candidate.key: s for s in about_file})
     tried = {s.candidate.key for s in trials}
     more = [s for s in _varied(scores, *WIDER) if s.candidate.key not in tried]
     return Begun(current, tuple(_all(begin, trials, jobs, tell)), begin, tuple(more))
@@ -159,8 +152,8 @@ def _parted(
     return ranked[:count], ranked[count:]
 
 
-def _to_the_end(case: Case, h: Hypothesis) -> Hypothesis:
-    return slim(suppose(case, h.machine, h.found, h.own, h.values)) if h.chi > FULL else h
+def _to_the_end(h: Hypothesis) -> Hypothesis:
+    return slim(suppose(h.case, h.machine, h.found, h.own, h.values)) if h.chi > FULL else h
 
 
 def left_out(hypothesis: Hypothesis, jobs: int = 1) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 from network.calibration.parameters import Parameter
 from network.calibration.slack import installed_power
@@ -29,7 +29,7 @@ from network.machine import Machine
 
 MOST_FINDINGS = 3
 FURTHER = 1.1
-"""The same beside what was found already."""
+"""Misfit χ below which nothing is looked for beside what was found already."""
 WORTH = 0.015
 """Share of the misfit χ that a finding must take away."""
 HOPE = 0.5
@@ -66,6 +66,11 @@ class Screened:
     proposed: tuple[Candidate, ...]
     scores: tuple[Score, ...]
 
+    @cached_property
+    def located(self) -> tuple[UnknownHeat, ...]:
+        """Where unknown heat would explain most."""
+        return locate(self.before.fit, self.before.machine)
+
 
 def screened(current: Hypothesis, jobs: int) -> Screened:
     """Everything that could be missing from a hypothesis, screened."""
@@ -89,8 +94,7 @@ def followed(
             break
         before, told = seen.before, partial(_further, tell, 0.15 + 0.25 * len(steps))
         threshold = threshold if steps else threshold_of(seen.scores, seed)
-        where = located if not steps else locate(before.fit, before.machine)
-        kept, ranked = _stepped(case, current, seen, where, threshold, seed, jobs, told)
+        kept, ranked = _stepped(case, current, seen, located, threshold, seed, jobs, told)
         if kept is None:
             break
         case = kept.case
@@ -109,12 +113,12 @@ def followed(
 
 
 def _stepped(
-    case: Case, current: Hypothesis, seen: Screened, where: Sequence[UnknownHeat], threshold: float, seed: int,
+    case: Case, current: Hypothesis, seen: Screened, located: Sequence[UnknownHeat], threshold: float, seed: int,
     jobs: int, tell: Callable[[float], None],
 ) -> tuple[Hypothesis | None, list[Hypothesis]]:  # fmt: skip
     """What is kept beside a hypothesis, and its rivals: relays are looked for before much else is tried, where what is
     likely explains little, and last, where much is left."""
-    sway, switched = partial(_swaying, seen, where, seed, jobs), list[Hypothesis]()
+    sway, switched = partial(_swaying, seen, located, seed, jobs), list[Hypothesis]()
     looks: tuple[Look, ...] = (SHORT, LONG)
     trials = begun(seen.before, seen.proposed, _worthy(seen), jobs, tell, _is_near(seen))
     if trials.is_poor:
@@ -136,10 +140,14 @@ def _stepped(
 
 
 def _swaying(
-    seen: Screened, where: Sequence[UnknownHeat], seed: int, jobs: int, looks: Sequence[Look]
+    seen: Screened, located: Sequence[UnknownHeat], seed: int, jobs: int, looks: Sequence[Look]
 ) -> list[Hypothesis]:  # fmt: skip
-    """The relay that explains most, looked for at the likely places."""
-    before, able = seen.before, likely([c for c in seen.proposed if c.switches], where)
+    """The relay that explains most, looked for at the likely places: those of the null, then those beside what was
+    found."""
+    before = seen.before
+    if not looks:
+        return []
+    able = likely([c for c in seen.proposed if c.switches], seen.located if before.found else located)
     return relays(before.case, before, able, installed_power(before.predictions), seed, jobs, looks)
 
 

@@ -8,8 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from network.calibration.linearised import Linearised, linearise
-from network.declare import Array
+from network.calibration.linearised import linearise
 from network.diagnosis.candidates import STRETCHES, Candidate
 from network.diagnosis.case import Hypothesis
 from network.diagnosis.directions import directions
@@ -80,14 +79,13 @@ def _promising(best: Hypothesis, moved: Sequence[Candidate]) -> list[Candidate]:
         return []
     fit = linearise(best.fit.problem, best.fit.theta)
     changes = directions([(c, best.values) for c in moved], fit.problem.data, fit.predictions)
-    gains = [_gain(fit, whitened(fit, d)) if d is not None else 0.0 for d in changes]
-    able = [k for k in np.argsort(gains)[::-1] if gains[k] > 0]
-    return [moved[k] for k in able[:TRIED]]
-
-
-def _gain(fit: Linearised, d: Array) -> float:
-    M_d = lean(fit, d)
-    return float(M_d @ fit.left - d @ M_d / 2)
+    told = [k for k, d in enumerate(changes) if d is not None]
+    if not told:
+        return []
+    D = whitened(fit, np.array([changes[k] for k in told]))
+    M_D = lean(fit, D)
+    gains = M_D @ fit.left - np.einsum("ij,ij->i", D, M_D) / 2
+    return [moved[told[i]] for i in np.argsort(gains)[::-1][:TRIED] if gains[i] > 0]
 
 
 def _fitted(best: Hypothesis, c: Candidate) -> Hypothesis | None:

@@ -30,8 +30,10 @@ def ever_finer(machine: Machine, most: int | None = None) -> Iterator[Machine]:
         for c in structural(machine):
             for section, entries in c.patch.items():
                 patch.setdefault(section, {}).update(entries)
+        if not patch:
+            return
         machine = machine.patched(patch)
-        if not patch or (most is not None and machine.lumps > most):
+        if most is not None and machine.lumps > most:
             return
         yield machine
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from network.diagnosis.candidates import Candidate
 from network.diagnosis.case import Case, Hypothesis, rejudged, under_file_noise
-from network.diagnosis.drawing import LONG, SHORT, Look, Sought, parts_about, seek
+from network.diagnosis.drawing import Look, Sought, parts_about, seek
 from network.diagnosis.slimming import beside, slim
 from network.diagnosis.together import spread
 from network.diagnosis.verdict import UnknownHeat
@@ -43,7 +43,7 @@ class _Start:
 
 def relays(
     case: Case, current: Hypothesis, switched: Sequence[Candidate], power: float, seed: int, jobs: int,
-    looks: Sequence[Look] = (SHORT, LONG),
+    looks: Sequence[Look],
 ) -> list[Hypothesis]:  # fmt: skip
     """The relay that comes nearest, fitted under the noise of the file and told under that of the case; none where no
     draw comes near. looks: at how much of the runs, one after the other until one shows."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
@@ -73,15 +74,13 @@ def carried(case: Case, coarse: Hypothesis, root: Machine) -> Hypothesis | None:
     back = coarse.found[-1].back if coarse.found else None
     if best is None or back is None or best.chi < DOUBTFUL or coarse.switches:
         return best
-    own = {p.path: coarse.values[p.path] for p in coarse.own}
-    again = relaid(about, root, (*coarse.found[:-1], back), own | back.usual, steps=CARRIED_STEPS)
+    again = relaid(about, root, (*coarse.found[:-1], back), coarse.own_values | back.usual, steps=CARRIED_STEPS)
     return best if again is None else max(best, again, key=lambda h: h.evidence)
 
 
 def _coarser(fine: Hypothesis) -> Iterator[tuple[Machine, tuple[Candidate, ...]]]:
     """The machine with a few lumps a bar, and its refinements short of this one, the findings over them."""
-    roots = [*(_cut(fine.root, lumps) for lumps in CUTS), *ever_finer(fine.case.machine)]
-    for root in roots:
+    for root in chain((_cut(fine.root, lumps) for lumps in CUTS), ever_finer(fine.case.machine)):
         if root.lumps < fine.root.lumps and (over := laid_over(root, fine.found)) is not None:
             yield over
 
