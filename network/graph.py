@@ -194,6 +194,8 @@ class _Builder:
             if not isinstance(link, Link):
                 continue
             index = self._name(f"links.{name}")
+            if not self._wanted(f"links.{name}"):
+                continue
             a, b = self._places(link.between[0]), list(self._reached(link))
             yield from (_Element(law, i, j, w * v, index) for i, w in a for j, v, law in b if i != j)
 
@@ -211,7 +213,8 @@ class _Builder:
             if node.lumps > 1:
                 law = Conduction(name, conductance=node.bar_conductance)
                 index, part = self._name(f"nodes.{name}"), self.parts[name]
-                yield from (_Element(law, i, i + 1, 1.0, index) for i in range(part.start, part.stop - 1))
+                lumps = range(part.start, part.stop - 1) if self._wanted(f"nodes.{name}") else ()
+                yield from (_Element(law, i, i + 1, 1.0, index) for i in lumps)
 
     def _streams(self) -> Iterator[_Element]:
         for name, stream in self.machine.links.items():

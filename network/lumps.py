@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from functools import lru_cache
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
@@ -26,16 +27,17 @@ if TYPE_CHECKING:
 
 def weights(place: Place, lumps: int) -> Array:
     """Share of each lump in a place: overlap / length of the range; a point is the lump that contains it. Sum 1."""
-    if lumps == 1:
-        return np.ones(1)
-    if place.start == place.stop:
-        point = np.zeros(lumps)
-        point[min(int(place.start * lumps), lumps - 1)] = 1.0
-        return point
+    return _weights(place.start, place.stop, lumps)
+
+
+@lru_cache(maxsize=4096)
+def _weights(start: float, stop: float, lumps: int) -> Array:
     edges = np.linspace(0, 1, lumps + 1)
-    overlap = np.minimum(edges[1:], place.stop) - np.maximum(edges[:-1], place.start)
-    share = np.clip(overlap, 0, None)
-    weight: Array = share / share.sum()
+    overlap = np.clip(np.minimum(edges[1:], stop) - np.maximum(edges[:-1], start), 0, None)
+    if start == stop:
+        overlap[min(int(start * lumps), lumps - 1)] = 1.0
+    weight: Array = overlap / overlap.sum()
+    weight.setflags(write=False)
     return weight
 
 

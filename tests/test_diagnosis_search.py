@@ -13,14 +13,16 @@ from test_diagnosis import LADDERS, LINKS, NODES, SENSORS, SOURCES, plant, recor
 from network.calibration.batch import draws_of, means_of, serves
 from network.calibration.beginnings import beginning
 from network.calibration.colour import colours
+from network.calibration.fitting import linearise
 from network.calibration.parameters import values_at
 from network.calibration.partials import Slots
 from network.calibration.predictor import Model
 from network.diagnosis.candidates import Candidate, candidates
 from network.diagnosis.case import Case, Hypothesis, begun, suppose
 from network.diagnosis.directions import directions
-from network.diagnosis.drawing import SHORT, Space, seek
+from network.diagnosis.drawing import Judge, Space, View, apart
 from network.diagnosis.placing import placed
+from network.diagnosis.polishing import polished
 from network.diagnosis.refine import ever_finer
 from network.diagnosis.slimming import slim
 from network.diagnosis.standing_in import stand_in
@@ -121,14 +123,30 @@ def test_draws_stepped_together_run_like_each_run_by_itself() -> None:
     assert (switches > 0).any()
 
 
+def judge_of(part: str, h: Hypothesis) -> Judge:
+    about = linearise(h.fit.problem, h.fit.theta)
+    return Judge(Space(relay_on(part, h)), about, values_at(about.problem.parameters, about.theta))
+
+
 def test_draws_find_a_relay_at_its_part_and_at_no_other() -> None:
     h = null("cooler")
-    by_part = {p: seek(h, 500.0, 0, SHORT, relay_on(p, h)) for p in ("housing", "column")}
-    found, other = by_part["housing"], by_part["column"]
-    assert found is not None and other is not None
-    assert found.ratio < 0.5 * other.ratio
-    numbers = found.space.numbers(found.draws[0].theta)
-    assert numbers["sources.thermostat_cooling housing.power"] == pytest.approx(250, rel=0.3)
+    best = {}
+    for part in ("housing", "column"):
+        judge = judge_of(part, h)
+        view, theta = View(judge.about, 0.3), judge.space.drawn(200, 0)
+        misfit = judge.misfits(view, theta, judge.residuals(view, theta))
+        some = apart(theta, misfit, judge.space.prior[1], 0.3, 8)
+        theta, better = polished(judge, view, theta[some], 4)
+        assert (better <= misfit[some] + 1e-6).all()
+        k = int(np.argmin(better))
+        best[part] = better[k], judge.space.numbers(theta[k])
+    assert best["housing"][0] < 0.5 * best["column"][0]
+    assert best["housing"][1]["sources.thermostat_cooling housing.power"] == pytest.approx(250, rel=0.3)
+
+
+def test_draws_that_are_kept_apart_are_the_best_that_differ() -> None:
+    theta, misfit = np.array([[0.0], [0.1], [1.0], [9.0]]), np.array([2.0, 1.0, 3.0, np.inf])
+    assert apart(theta, misfit, np.ones(1), 0.3, 4) == [1, 2]
 
 
 def test_a_held_node_that_becomes_a_tank_may_start_anywhere() -> None:

@@ -7,13 +7,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 from network.calibration.parameters import Parameter
-from network.calibration.slack import installed_power
 from network.diagnosis.candidates import Candidate, candidates
 from network.diagnosis.case import Case, Hypothesis, rejudged, renoised
 from network.diagnosis.chance import LEAST, threshold_of
 from network.diagnosis.checking import checked
 from network.diagnosis.confirm import begun
-from network.diagnosis.drawing import LONG, SHORT, Look
 from network.diagnosis.locate import locate
 from network.diagnosis.placing import near, placed, well_placed
 from network.diagnosis.refine import FAR, FULL
@@ -36,12 +34,8 @@ HOPE = 0.5
 """Linear score of a further candidate over what a name is worth, below which it is not fitted."""
 SWAYING = 1.25
 """Misfit χ from which a relay is looked for."""
-LITTLE = 0.6
-"""Share of the misfit χ that other findings leave, above which relays are looked for in more than the beginning."""
 VAIN = 0.65
 """Share of the excess χ² − 1 that a step may leave, where much is left: beyond, further names would be guesses."""
-LUMPED = 3.0
-"""Misfit χ that may be one of lumps: below, finer ones are tried before anything else is looked for."""
 CARRIED = 3
 """Rivals that are fitted again on the finer lumps."""
 
@@ -118,20 +112,15 @@ def _stepped(
 ) -> tuple[Hypothesis | None, list[Hypothesis]]:  # fmt: skip
     """What is kept beside a hypothesis, and its rivals: relays are looked for before much else is tried, where what is
     likely explains little, and last, where much is left."""
-    sway, switched = partial(_swaying, seen, located, seed, jobs), list[Hypothesis]()
-    looks: tuple[Look, ...] = (SHORT, LONG)
+    sway = partial(_swaying, seen, located, seed, jobs)
     trials = begun(seen.before, seen.proposed, _worthy(seen), jobs, tell, _is_near(seen))
-    if trials.is_poor:
-        switched, looks = sway((SHORT,)), (LONG,)
-        if not switched or switched[0].chi > trials.little:
-            trials = trials.wider(jobs)
-    ranked = [*switched, *well_placed(seen.before, trials.ranked(jobs), jobs)]
+    early = sway() if trials.is_poor else None
+    if early is not None and not (early and early[0].chi <= trials.little):
+        trials = trials.wider(jobs)
+    ranked = [*(early or ()), *well_placed(seen.before, trials.ranked(jobs), jobs)]
     ranked = sorted(ranked, key=lambda h: -h.evidence)
     kept = _kept(case, current, seen.before, ranked, threshold, jobs)
-    if switched or (kept or current).chi <= SWAYING:
-        return kept, ranked
-    far = kept is None or kept.chi > LITTLE * current.chi
-    switched = sway([look for look in looks if far or look is SHORT])
+    switched = sway() if early is None and (kept or current).chi > SWAYING else []
     ranked = sorted([*switched, *ranked], key=lambda h: -h.evidence)
     other = _kept(case, current, seen.before, ranked, threshold, jobs) if switched else None
     if other is not None and (kept is None or other.evidence > rejudged(other.case, kept).evidence):
@@ -139,16 +128,12 @@ def _stepped(
     return kept, ranked
 
 
-def _swaying(
-    seen: Screened, located: Sequence[UnknownHeat], seed: int, jobs: int, looks: Sequence[Look]
-) -> list[Hypothesis]:  # fmt: skip
+def _swaying(seen: Screened, located: Sequence[UnknownHeat], seed: int, jobs: int) -> list[Hypothesis]:
     """The relay that explains most, looked for at the likely places: those of the null, then those beside what was
     found."""
     before = seen.before
-    if not looks:
-        return []
     able = likely([c for c in seen.proposed if c.switches], seen.located if before.found else located)
-    return relays(before.case, before, able, installed_power(before.predictions), seed, jobs, looks)
+    return relays(before.case, before, able, seed, jobs)
 
 
 def _shows_nothing(seen: Screened) -> bool:
@@ -188,7 +173,7 @@ def _kept(
     if not _is_gain(rejudged(case, current), rejudged(case, best), threshold):
         return None
     best = restarted(rejudged(case, best), jobs)
-    return settled(best.case, best) if best.chi < LUMPED else best
+    return settled(best.case, best)
 
 
 def _carried(

@@ -1,8 +1,4 @@
-"""The search for a relay: draws first, from the best of them fits over ever more of the runs, so that it keeps step.
-
-First about the null over the beginning of the runs; where nothing comes of that, over more of them, about a fit that
-allows any heat at the places in question.
-"""
+"""The search for a relay: draws, polished over ever more of the runs, then fits of the best, so that it keeps step."""
 
 from __future__ import annotations
 
@@ -12,9 +8,13 @@ from functools import partial
 
 import numpy as np
 
+from network.calibration.fitting import Linearised, linearise
+from network.calibration.parameters import centres, values_at
+from network.declare import Array
 from network.diagnosis.candidates import Candidate
 from network.diagnosis.case import Case, Hypothesis, rejudged, under_file_noise
-from network.diagnosis.drawing import Look, Sought, parts_about, seek
+from network.diagnosis.drawing import Judge, Space, View, apart, parts_about
+from network.diagnosis.polishing import polished
 from network.diagnosis.slimming import beside, slim
 from network.diagnosis.together import spread
 from network.diagnosis.verdict import UnknownHeat
@@ -22,14 +22,30 @@ from network.refusal import Failed
 
 MOST = 3
 """Switched candidates that are drawn."""
-NEAR, ALMOST = 0.85, 1.3
-"""Misfit of the best draw over that of the null, and over that of the nearest candidate, up to which it is fitted."""
-STEPS = 8
-"""Of the fits from the draws, over the share of the runs that these looked at."""
-LADDER = ((0.4, 5, 4), (0.53, 5, 3), (0.7, 6, 2), (1.0, 12, 1))
-"""Shares of each run that fits are extended to, the steps there, and how many of them are."""
+DRAWS, BEGUN, APART = 200, 12, 0.3
+"""Draws of a candidate over each share, how many of them are polished, and how far they are apart in prior σ."""
+FIRST, STEPS = (0.12, 0.18), 3
+"""Shares of each run where draws begin, and steps of polishing: over less a period is not told, over more only from
+near."""
+THEN = ((0.25, 2, 24), (0.35, 2, 12), (0.5, 2, 4))
+"""Shares and steps after these, and how many draws go on there."""
+ALIKE = 0.1
+"""Prior σ within which polished draws are the same."""
+NEAR = 0.85
+"""Misfit of the best draw over that of the null, up to which draws are fitted."""
+LADDER = ((0.5, 5, 3), (0.75, 6, 2), (1.0, 12, 1))
+"""Shares of each run over which they are, steps there, and how many go on."""
 WELL = 0.9
-"""Misfit χ over that of the null at which the search ends."""
+"""Misfit χ over that of the null from which a relay counts as found."""
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    """A draw that was polished, and what judged it."""
+
+    judge: Judge
+    theta: Array
+    misfit: float
 
 
 @dataclass(frozen=True)
@@ -42,22 +58,18 @@ class _Start:
 
 
 def relays(
-    case: Case, current: Hypothesis, switched: Sequence[Candidate], power: float, seed: int, jobs: int,
-    looks: Sequence[Look],
+    case: Case, current: Hypothesis, switched: Sequence[Candidate], seed: int, jobs: int
 ) -> list[Hypothesis]:  # fmt: skip
     """The relay that comes nearest, fitted under the noise of the file and told under that of the case; none where no
-    draw comes near. looks: at how much of the runs, one after the other until one shows."""
+    draw comes near. Draws are judged about the fit and about the numbers of the file."""
     white = under_file_noise(case)
     null = rejudged(white, current)
-    for look in looks:
-        found = spread(partial(_sought, null, power, seed, look), switched[:MOST], jobs, None)
-        sought = [s for s in found if s is not None]
-        least = min((s.ratio for s in sought), default=np.inf)
-        near = [s for s in sought if s.ratio < min(NEAR, ALMOST * least)]
-        best = _followed_up(white, null, near, look, jobs) if near else None
-        if best is not None and best.chi < WELL * null.chi:
-            return [slim(rejudged(case, best))]
-    return []
+    drawn = _drawn([_about(null, theta) for theta in (null.fit.theta, _of_file(null))], switched[:MOST], seed, jobs)
+    if not drawn:
+        return []
+    fits = [_Start(d.judge.space.candidate, _values(d), _all(white, d.judge.space.starts(d.theta))) for d in drawn]
+    best = _fitted(white, null, fits, jobs)
+    return [slim(rejudged(case, best))] if best is not None and best.chi < WELL * null.chi else []
 
 
 def likely(switched: Sequence[Candidate], located: Sequence[UnknownHeat]) -> list[Candidate]:
@@ -66,25 +78,67 @@ def likely(switched: Sequence[Candidate], located: Sequence[UnknownHeat]) -> lis
     return sorted(switched, key=lambda c: (-max((gain.get(n, 0.0) for n in parts_about(c)), default=0.0), -len(c.own)))
 
 
-def _sought(null: Hypothesis, power: float, seed: int, look: Look, candidate: Candidate) -> Sought | None:
+def _about(null: Hypothesis, theta: Array) -> Linearised:
+    return linearise(replace(null.fit.problem, firm_theta=1.0, firm_eta=1.0), theta)
+
+
+def _of_file(null: Hypothesis) -> Array:
+    """The numbers of the file, beside those of what was found."""
+    own = {p.path for p in null.own}
+    pairs = zip(null.fit.problem.parameters, null.fit.theta, centres(null.fit.problem.parameters), strict=True)
+    return np.array([fitted if p.path in own else centre for p, fitted, centre in pairs])
+
+
+def _drawn(abouts: Sequence[Linearised], switched: Sequence[Candidate], seed: int, jobs: int) -> list[_Drawn]:
+    """The best draws of all, polished over ever more of the runs; none where they stay behind what is there."""
+    spaces = [s for s in map(Space, switched) if s.serves]
+    judges = [Judge(s, a, values_at(a.problem.parameters, a.theta)) for a in abouts for s in spaces]
+    firsts = [(judge, share) for judge in judges for share in FIRST]
+    drawn = _each([j for j, _ in firsts], spread(partial(_first, seed), firsts, jobs, None))
+    for share, steps, most in THEN:
+        groups = [[d for d in drawn[:most] if d.judge is judge] for judge in judges]
+        groups = [g for g in groups if g]
+        further = spread(partial(_further, share, steps), groups, jobs, None)
+        drawn = _each([g[0].judge for g in groups], further)
+    behind = min((View(a, THEN[-1][0]).misfit for a in abouts), default=0.0)
+    return [d for d in drawn if d.misfit < NEAR * behind]
+
+
+def _first(seed: int, of: tuple[Judge, float]) -> tuple[Array, Array]:
+    """The best draws from the prior, polished over the beginning of the runs, and their misfits over more of it."""
+    (judge, share), theta = of, of[0].space.drawn(DRAWS, seed)
+    view, further = View(judge.about, share), View(judge.about, THEN[0][0])
     try:
-        return seek(null, power, seed, look, candidate)
+        misfit = judge.misfits(view, theta, judge.residuals(view, theta))
+        chosen = apart(theta, misfit, judge.space.prior[1], APART, BEGUN)
+        theta, _ = _distinct(judge, *polished(judge, view, theta[chosen], STEPS))
+        return theta, judge.misfits(further, theta, judge.residuals(further, theta))
     except (Failed, np.linalg.LinAlgError):
-        return None
+        return theta[:0], np.empty(0)
 
 
-def _followed_up(
-    case: Case, null: Hypothesis, near: Sequence[Sought], look: Look, jobs: int
-) -> Hypothesis | None:  # fmt: skip
-    """The best fit from the draws; None where all run away."""
-    starts = [_Start(s.space.candidate, {**s.values, **s.space.numbers(d.theta)}, _all(case, s.space.starts(d.theta)))
-              for s in near for d in s.draws]  # fmt: skip
-    alive = _fitted(case.until(look.share), null, starts, STEPS, jobs)
-    for share, steps, count in LADDER:
-        if share > look.share:
-            starts = [_Start(h.found[-1], h.values, h.case.began) for h in alive[:count]]
-            alive = _fitted(case.until(share) if share < 1 else case, null, starts, steps, jobs)
-    return alive[0] if alive else None
+def _further(share: float, steps: int, drawn: Sequence[_Drawn]) -> tuple[Array, Array]:
+    judge = drawn[0].judge
+    try:
+        return _distinct(judge, *polished(judge, View(judge.about, share), np.array([d.theta for d in drawn]), steps))
+    except (Failed, np.linalg.LinAlgError):
+        return np.empty((0, 0)), np.empty(0)
+
+
+def _distinct(judge: Judge, theta: Array, misfit: Array) -> tuple[Array, Array]:
+    chosen = apart(theta, misfit, judge.space.prior[1], ALIKE, len(theta))
+    return theta[chosen], misfit[chosen]
+
+
+def _each(judges: Sequence[Judge], told: Sequence[tuple[Array, Array]]) -> list[_Drawn]:
+    """Draws with what judged them, the best first."""
+    pairs = zip(judges, told, strict=True)
+    drawn = [_Drawn(j, t, float(m)) for j, (theta, misfit) in pairs for t, m in zip(theta, misfit, strict=True)]
+    return sorted(drawn, key=lambda d: d.misfit)
+
+
+def _values(drawn: _Drawn) -> dict[str, float]:
+    return {**drawn.judge.values, **drawn.judge.space.numbers(drawn.theta)}
 
 
 def _all(case: Case, starts: Mapping[str, float]) -> tuple[Mapping[str, float], ...]:
@@ -93,12 +147,15 @@ def _all(case: Case, starts: Mapping[str, float]) -> tuple[Mapping[str, float], 
     return tuple({**run, **starts} for run in before) if starts else case.began
 
 
-def _fitted(
-    case: Case, null: Hypothesis, starts: Sequence[_Start], steps: int, jobs: int
-) -> list[Hypothesis]:  # fmt: skip
-    """Fits from some starts, the best first."""
-    fits = spread(partial(_fit, case, null, steps), starts, jobs, None)
-    return sorted((h for h in fits if h is not None), key=lambda h: h.chi)
+def _fitted(case: Case, null: Hypothesis, starts: Sequence[_Start], jobs: int) -> Hypothesis | None:
+    """The best fit from some starts over ever more of the runs; None where all run away."""
+    alive: list[Hypothesis] = []
+    for share, steps, most in LADDER:
+        part = case.until(share) if share < 1 else case
+        fits = spread(partial(_fit, part, null, steps), starts, jobs, None)
+        alive = sorted((h for h in fits if h is not None), key=lambda h: h.chi)[:most]
+        starts = [_Start(h.found[-1], h.values, h.case.began) for h in alive]
+    return alive[0] if alive else None
 
 
 def _fit(case: Case, null: Hypothesis, steps: int, start: _Start) -> Hypothesis | None:

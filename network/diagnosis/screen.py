@@ -22,8 +22,6 @@ from network.diagnosis.directions import directions
 
 MOST = 30.0
 """Multiples of the typical strength that the linear score may suppose."""
-VARIED = 24
-"""Candidates of which stretches of bars are looked at."""
 SCALES = (0.25, 1.0, 4.0)
 """Multiples of the typical strength tried where the answer is not one of heat alone."""
 SIZED = 2
@@ -70,14 +68,9 @@ def screen(
     fit: Linearised, found: Sequence[Candidate], values: Mapping[str, float], jobs: int = 1
 ) -> list[Score]:  # fmt: skip
     """Scores of the candidates that a linear answer can be had for, about a fit at these numbers, best first: of each
-    the best along the bars that it touches, which is looked for with those that score well as a whole."""
-    scores = _scored(fit, [c for c in found if not (c.is_structural or c.switches)], values, jobs)
-    finer = _scored(fit, [moved for s in scores[:VARIED] for moved in along(s.candidate)], values, jobs)
-    best = {s.candidate.key: s for s in scores}
-    for s in finer:
-        if s.gain > best[s.candidate.key].gain:
-            best[s.candidate.key] = s
-    return sorted(best.values(), key=lambda s: -s.gain)
+    the best along the bars that it touches."""
+    able = [c for c in found if not (c.is_structural or c.switches)]
+    return _scored(fit, [placed for c in able for placed in (c, *along(c))], values, jobs)
 
 
 def _scored(fit: Linearised, found: Sequence[Candidate], values: Mapping[str, float], jobs: int) -> list[Score]:
