@@ -358,15 +358,17 @@ def test_no_answer_is_a_miss() -> None:
 
 
 def test_rates_and_table_say_what_was_judged() -> None:
-    answers = [(PATH, told(finding("conduction", "ram", "sleeve"))), (PATH, None), (NOTHING, told(verdict="adequate")),
+    both = told(finding("conduction", "ram", "sleeve"), finding("radiation", "bed"))
+    answers = [(PATH, both), (PATH, None), (NOTHING, told(verdict="adequate")),
                (NOTHING, told(finding("windage", "rotor"))), (BURSTS, told(verdict="unexplained"))]  # fmt: skip
     total = Score(tuple(outcome(*each) for each in answers))
     rates = total.rates
     assert (rates["right name"].hits, rates["right name"].of) == (1, 2)
+    assert (rates["something else named besides"].hits, rates["something else named besides"].of) == (1, 2)
     assert (rates["innocents accused"].hits, rates["innocents accused"].of) == (1, 2)
     assert (rates["outside called unknown"].hits, rates["outside placed right"].hits) == (1, 0)
     assert rates["no answer"].hits == 1 and total.removed == pytest.approx(0.9)
-    assert total.confusion["conduction", "conduction"] == 1 and total.confusion["coarse", "windage"] == 1
+    assert total.confusion["conduction", "conduction + radiation"] == 1 and total.confusion["coarse", "windage"] == 1
     text = str(total)
     assert "5 cases: 2 with effects" in text and "nothing (coarse)" in text and "3.00 → 1.20" in text
 

@@ -72,6 +72,7 @@ class Score:
             "right place": rate(each.placed for each in self.effects),
             "right name at the right place": rate(each.both for each in self.effects),
             "first name right": rate(each.first for each in self.effects),
+            "something else named besides": rate(each.spurious > 0 for each in self.effects),
             "innocents accused": rate(each.accused for each in answered),
             "outside called unknown": rate(each.named for each in self.outsiders),
             "outside placed right": rate(each.placed for each in self.outsiders),
