@@ -17,7 +17,7 @@ from network.calibration.fitting import linearise
 from network.calibration.parameters import values_at
 from network.calibration.partials import Slots
 from network.calibration.predictor import Model
-from network.diagnosis.candidates import Candidate, candidates
+from network.diagnosis.candidates import Candidate, candidate, candidates
 from network.diagnosis.case import Case, Hypothesis, begun, suppose
 from network.diagnosis.directions import directions
 from network.diagnosis.drawing import Judge, Space, View, apart
@@ -28,6 +28,7 @@ from network.diagnosis.slimming import slim
 from network.diagnosis.standing_in import stand_in
 from network.graph import build
 from network.machine import Machine
+from network.mechanisms.conduction import Conduction
 
 COOLER = {"cooler": {"kind": "thermostat_cooling", "into": {"housing": 1}, "watches": "housing", "set": "24 degC",
                      "hysteresis": "0.6 K", "power": "250 W"}}  # fmt: skip
@@ -106,6 +107,22 @@ def test_heat_is_moved_along_its_bar_to_where_it_is() -> None:
     assert found.evidence > before.evidence + 100 and abs((place.start + place.stop) / 2 - 0.8) < 0.11
     back = found.found[0].back
     assert back is not None and back.patch == c.patch and c.back is c
+
+
+def test_both_ends_of_a_path_are_moved_together() -> None:
+    plain = bars(8).patched({"sensors": {
+        **{f"T_{end}": {"measures": f"column@{end}", "noise": "0.05 K"} for end in (0.1, 0.35, 0.6, 0.85)},
+        **{f"H_{end}": {"measures": f"housing@{end}", "noise": "0.05 K"} for end in (0.15, 0.85)},
+    }})  # fmt: skip
+    hidden = {"kind": "conduction", "between": ["housing@0.75..1", "column@0.75..1"], "conductance": "40 W/K"}
+    truth = plain.patched({"links": {"hidden": hidden}})
+    case = Case(plain, tuple(recorded(truth, ladder, i) for i, ladder in enumerate(LADDERS)))
+    path = {"kind": "conduction", "between": ["housing", "column"], "conductance": "20 W/K"}
+    c = candidate(case.machine, Conduction, {"links": {"path": path}})
+    assert c is not None
+    found = placed(suppose(case, c.machine, (c,), c.own))
+    between = found.found[0].machine.links["path"].between
+    assert {str(place) for place in between} == {"housing@0.75..1", "column@0.75..1"} and found.chi < 1.05
 
 
 def test_draws_stepped_together_run_like_each_run_by_itself() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from functools import partial
+from itertools import product
 
 import numpy as np
 
@@ -18,8 +19,10 @@ from network.diagnosis.together import spread
 
 STEPS = (0.1, 0.05)
 """Shares of a bar's length by which the ends of a stretch are moved, one round each."""
-LEAST = 0.05
-"""Shortest stretch."""
+LEAST, WHOLE = 0.05, (0.0, 1.0)
+"""Shortest stretch, and the longest."""
+COMBINED = 2
+"""Bars whose stretches are changed together."""
 GAIN = 6.0
 """Log evidence that another stretch must add."""
 MOST, NEAR = 3, 0.7
@@ -31,7 +34,7 @@ TRIED, FIT_STEPS = 2, 4
 def placed(best: Hypothesis, jobs: int = 1) -> Hypothesis:
     """The hypothesis with the stretches of its last finding where they explain most."""
     for step in (None, *STEPS):
-        moved = [c for place in _stretches(best.found[-1]) for c in _moved(best.found[-1], place, step)]
+        moved = list(_elsewhere(best.found[-1]) if step is None else _aside(best.found[-1], step))
         fits = spread(partial(_fitted, best), _promising(best, moved), jobs, None)
         better = max((h for h in fits if h is not None), key=lambda h: h.evidence, default=None)
         if better is not None and better.evidence > best.evidence + GAIN:
@@ -52,20 +55,40 @@ def near(before: Hypothesis, ranked: Sequence[Hypothesis], most: int) -> list[Hy
     return [h for h in ranked[:most] if h is ranked[0] or h.evidence > needed]
 
 
-def _stretches(c: Candidate) -> list[str]:
-    """The stretches that a patch names, like 'bed@0..0.25'."""
-    return sorted(set(re.findall(r"[^'\"\[\]{},:]+@[0-9.]+\.\.[0-9.]+", str(dict(c.patch)))))
+def _bars(c: Candidate) -> list[tuple[str, float, float]]:
+    """The bars that a patch names, each with its stretch, like ('bed', 0.25, 0.5)."""
+    named = re.findall(r"([^'\"\[\]{},:]+)@([0-9.]+)\.\.([0-9.]+)", str(dict(c.patch)))
+    found = {name.strip(): (float(first), float(last)) for name, first, last in named}
+    bars = (n for n in c.places if n in c.base.nodes and c.base.nodes[n].lumps > 1)
+    return [(n, *found.get(n, WHOLE)) for n in bars]
 
 
-def _moved(c: Candidate, place: str, step: float | None) -> Iterator[Candidate]:
-    """The candidate with both ends of a stretch a step further in or out, or one of them; without a step, at others."""
-    name, _, ends = place.strip().partition("@")
-    first, last = (float(x) for x in ends.split(".."))
-    for low, high in (*STRETCHES, (0.0, 1.0)) if step is None else _stepped(first, last, step):
-        if high - low >= LEAST and (low, high) != (first, last):
-            moved = c.moved(place.strip(), f"{name}@{low:.4g}..{high:.4g}")
-            if moved is not None:
+def _elsewhere(c: Candidate) -> Iterator[Candidate]:
+    """The candidate with every bar as a whole or at one of its stretches, in all combinations."""
+    for stretches in product((WHOLE, *STRETCHES), repeat=len(bars := _bars(c)[:COMBINED])):
+        moved: Candidate | None = c
+        for bar, to in zip(bars, stretches, strict=True):
+            moved = moved and _moved(moved, bar, to)
+        if moved is not None and moved is not c:
+            yield moved
+
+
+def _aside(c: Candidate, step: float) -> Iterator[Candidate]:
+    """The candidate with both ends of a stretch a step further in or out, or one of them."""
+    for bar in _bars(c):
+        for low, high in _stepped(*bar[1:], step):
+            moved = _moved(c, bar, (low, high)) if high - low >= LEAST else None
+            if moved is not None and moved is not c:
                 yield moved
+
+
+def _moved(c: Candidate, bar: tuple[str, float, float], to: tuple[float, float]) -> Candidate | None:
+    name, *before = bar
+    return c if tuple(before) == to else c.moved(_text(name, *before), _text(name, *to))
+
+
+def _text(name: str, low: float, high: float) -> str:
+    return name if (low, high) == WHOLE else f"{name}@{low:.4g}..{high:.4g}"
 
 
 def _stepped(first: float, last: float, step: float) -> Iterator[tuple[float, float]]:
@@ -85,7 +108,7 @@ def _promising(best: Hypothesis, moved: Sequence[Candidate]) -> list[Candidate]:
     D = whitened(fit, np.array([changes[k] for k in told]))
     M_D = lean(fit, D)
     gains = M_D @ fit.left - np.einsum("ij,ij->i", D, M_D) / 2
-    return [moved[told[i]] for i in np.argsort(gains)[::-1][:TRIED] if gains[i] > 0]
+    return [moved[told[i]] for i in np.argsort(gains)[::-1][:TRIED] if gains[i] > GAIN]
 
 
 def _fitted(best: Hypothesis, c: Candidate) -> Hypothesis | None:
