@@ -22,11 +22,13 @@ from network.refusal import Failed
 
 MOST = 3
 """Switched candidates that are drawn."""
-DRAWS, BEGUN, APART = 200, 12, 0.3
-"""Draws of a candidate over each share, how many of them are polished, and how far they are apart in prior σ."""
-FIRST, STEPS = (0.12, 0.18), 3
-"""Shares of each run where draws begin, and steps of polishing: over less a period is not told, over more only from
-near."""
+DRAWS, BEGUN, APART = 250, 30, 0.3
+"""Draws of a candidate, how many of them are polished, and how far they are apart in prior σ."""
+FIRST = (0.18, 0.12)
+"""Share of each run where draws about the fit begin, and about the numbers of the file: over less a period is not told,
+over more only from near."""
+STEPS = ((1, 12), (2, 12))
+"""Steps of polishing there, and how many draws go on."""
 THEN = ((0.25, 2, 24), (0.35, 2, 12), (0.5, 2, 4))
 """Shares and steps after these, and how many draws go on there."""
 ALIKE = 0.1
@@ -93,8 +95,8 @@ def _drawn(abouts: Sequence[Linearised], switched: Sequence[Candidate], seed: in
     """The best draws of all, polished over ever more of the runs; none where they stay behind what is there."""
     spaces = [s for s in map(Space, switched) if s.serves]
     judges = [Judge(s, a, values_at(a.problem.parameters, a.theta)) for a in abouts for s in spaces]
-    firsts = [(judge, share) for judge in judges for share in FIRST]
-    drawn = _each([j for j, _ in firsts], spread(partial(_first, seed), firsts, jobs, None))
+    begins = [share for share in FIRST for _ in spaces]
+    drawn = _each(judges, spread(partial(_first, seed), list(zip(judges, begins, strict=True)), jobs, None))
     for share, steps, most in THEN:
         groups = [[d for d in drawn[:most] if d.judge is judge] for judge in judges]
         groups = [g for g in groups if g]
@@ -110,8 +112,9 @@ def _first(seed: int, of: tuple[Judge, float]) -> tuple[Array, Array]:
     view, further = View(judge.about, share), View(judge.about, THEN[0][0])
     try:
         misfit = judge.misfits(view, theta, judge.residuals(view, theta))
-        chosen = apart(theta, misfit, judge.space.prior[1], APART, BEGUN)
-        theta, _ = _distinct(judge, *polished(judge, view, theta[chosen], STEPS))
+        theta = theta[apart(theta, misfit, judge.space.prior[1], APART, BEGUN)]
+        for steps, most in STEPS:
+            theta = _distinct(judge, *polished(judge, view, theta, steps))[0][:most]
         return theta, judge.misfits(further, theta, judge.residuals(further, theta))
     except (Failed, np.linalg.LinAlgError):
         return theta[:0], np.empty(0)
