@@ -161,6 +161,13 @@ def test_draws_find_a_relay_at_its_part_and_at_no_other() -> None:
     assert best["housing"][1]["sources.thermostat_cooling housing.power"] == pytest.approx(250, rel=0.3)
 
 
+def test_where_no_draw_runs_none_is_polished() -> None:
+    judge = judge_of("housing", null())
+    view, none = View(judge.about, 0.2), np.empty((0, len(judge.space.prior[0])))
+    theta, misfit = polished(judge, view, none, 2)
+    assert theta.shape == none.shape and misfit.shape == (0,)
+
+
 def test_draws_that_are_kept_apart_are_the_best_that_differ() -> None:
     theta, misfit = np.array([[0.0], [0.1], [1.0], [9.0]]), np.array([2.0, 1.0, 3.0, np.inf])
     assert apart(theta, misfit, np.ones(1), 0.3, 4) == [1, 2]

@@ -160,6 +160,8 @@ class Judge:
 
     def residuals(self, view: View, theta: Array) -> Array:
         """Whitened residuals of draws (draws, rows); not numbers where one switches all the time."""
+        if not len(theta):
+            return np.empty((0, view.slopes.shape[1]))
         means, switches = self._runs(theta, view.share)
         residual = view.white(means)
         residual[switches > MOST_SWITCHES * view.hours] = np.nan
