@@ -101,6 +101,11 @@ class Candidate:
         nodes = dict.fromkeys(n for n in (*named, *self.patch.get("nodes", {})) if n in self.base.nodes)
         return (*(f"tcp.{axis}" for axis in self.patch.get("tcp", {})), *nodes)
 
+    @cached_property
+    def parts(self) -> frozenset[str]:
+        """Those of the places that store heat."""
+        return frozenset(n for n in self.places if n in self.base.nodes and self.base.nodes[n].is_part)
+
 
 def _nodes_of(body: Mapping[str, Any]) -> Iterator[str]:
     """Every word of an entry that may be the name of a node, without its range."""

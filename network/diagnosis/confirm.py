@@ -19,11 +19,13 @@ from network.diagnosis.together import spread
 
 SHOWS = 1.0
 """Nats of a linear score from which a candidate is looked at."""
-SHORTLIST, OF_A_KIND = 5, 3
+SHORTLIST, OF_A_KIND = 8, 3
 """Candidates refitted for each point they were screened about, and how many of one kind."""
 POOR, WIDER = 0.6, (20, 8)
 """Share of the misfit χ that the best of them leaves from which more are fitted, and how many then: far from the fit
 the linear score of what is missing may be poor."""
+AROUND = 8
+"""Candidates that sit where the best of them does, and were not on the list, that are fitted besides."""
 UNTOLD = 1.25
 """Misfit χ that must be left for that, too."""
 LARGE = 120
@@ -90,13 +92,13 @@ def _continued(current: Hypothesis, begun: Hypothesis) -> Hypothesis:
 
 @dataclass(frozen=True, eq=False)
 class Begun:
-    """Candidates without a relay, fitted a few steps beside what is there. begin: does that, from a score; more: scores
-    of those that were not."""
+    """Candidates without a relay, fitted a few steps beside what is there. begin: does that, from a score; rest: scores
+    of those that were not, the best first."""
 
     current: Hypothesis
     fits: tuple[Hypothesis, ...]
     begin: Callable[[Score], Hypothesis | None]
-    more: tuple[Score, ...]
+    rest: tuple[Score, ...]
 
     @property
     def little(self) -> float:
@@ -109,8 +111,15 @@ class Begun:
         return min((h.chi for h in self.fits), default=np.inf) > self.little
 
     def wider(self, jobs: int) -> Begun:
-        """With those that were not fitted yet."""
-        return replace(self, fits=(*self.fits, *_all(self.begin, self.more, jobs)), more=())
+        """With the best of those that were not fitted yet."""
+        more = _varied(self.rest, *WIDER)
+        rest = tuple(s for s in self.rest if s not in more)
+        return replace(self, fits=(*self.fits, *_all(self.begin, more, jobs)), rest=rest)
+
+    def around(self, best: Hypothesis, jobs: int) -> Begun:
+        """Others that sit where the best of them does instead: the right place under a wrong name is a near miss."""
+        here = [s for s in self.rest if s.candidate.parts == best.found[-1].parts]
+        return replace(self, fits=tuple(_all(self.begin, here[:AROUND], jobs)))
 
     def ranked(self, jobs: int) -> list[Hypothesis]:
         """The best of them fitted further and to the end, the best evidence first."""
@@ -131,8 +140,8 @@ def begun(
     trials = shortlist(scores, about_file)
     begin = partial(_begun, current, {s.candidate.key: s for s in about_file})
     tried = {s.candidate.key for s in trials}
-    more = [s for s in _varied(scores, *WIDER) if s.candidate.key not in tried]
-    return Begun(current, tuple(_all(begin, trials, jobs, tell)), begin, tuple(more))
+    rest = tuple(s for s in scores if s.gain > SHOWS and s.candidate.key not in tried)
+    return Begun(current, tuple(_all(begin, trials, jobs, tell)), begin, rest)
 
 
 def _all(

@@ -117,15 +117,21 @@ def _stepped(
     early = sway() if trials.is_poor else None
     if early is not None and not (early and early[0].chi <= trials.little):
         trials = trials.wider(jobs)
-    ranked = [*(early or ()), *well_placed(seen.before, trials.ranked(jobs), jobs)]
-    ranked = sorted(ranked, key=lambda h: -h.evidence)
+    smooth = trials.ranked(jobs)
+    if smooth and not _is_near(seen):
+        smooth = _best_first(*smooth, *trials.around(smooth[0], jobs).ranked(jobs))
+    ranked = _best_first(*(early or ()), *well_placed(seen.before, smooth, jobs))
     kept = _kept(case, current, seen.before, ranked, threshold, jobs)
     switched = sway() if early is None and (kept or current).chi > SWAYING else []
-    ranked = sorted([*switched, *ranked], key=lambda h: -h.evidence)
+    ranked = _best_first(*switched, *ranked)
     other = _kept(case, current, seen.before, ranked, threshold, jobs) if switched else None
     if other is not None and (kept is None or other.evidence > rejudged(other.case, kept).evidence):
         kept = other
     return kept, ranked
+
+
+def _best_first(*rivals: Hypothesis) -> list[Hypothesis]:
+    return sorted(rivals, key=lambda h: -h.evidence)
 
 
 def _swaying(seen: Screened, located: Sequence[UnknownHeat], seed: int, jobs: int) -> list[Hypothesis]:
