@@ -19,12 +19,12 @@ from network.diagnosis.together import spread
 
 SHOWS = 1.0
 """Nats of a linear score from which a candidate is looked at."""
-SHORTLIST, OF_A_KIND = 8, 3
+SHORTLIST, OF_A_KIND = 5, 3
 """Candidates refitted for each point they were screened about, and how many of one kind."""
 POOR, WIDER = 0.6, (20, 8)
 """Share of the misfit χ that the best of them leaves from which more are fitted, and how many then: far from the fit
 the linear score of what is missing may be poor."""
-AROUND = 8
+AROUND = 6
 """Candidates that sit where the best of them does, and were not on the list, that are fitted besides."""
 UNTOLD = 1.25
 """Misfit χ that must be left for that, too."""

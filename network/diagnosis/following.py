@@ -118,7 +118,7 @@ def _stepped(
     if early is not None and not (early and early[0].chi <= trials.little):
         trials = trials.wider(jobs)
     smooth = trials.ranked(jobs)
-    if smooth and not _is_near(seen):
+    if smooth and not seen.before.found:
         smooth = _best_first(*smooth, *trials.around(smooth[0], jobs).ranked(jobs))
     ranked = _best_first(*(early or ()), *well_placed(seen.before, smooth, jobs))
     kept = _kept(case, current, seen.before, ranked, threshold, jobs)

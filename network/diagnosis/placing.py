@@ -25,9 +25,8 @@ COMBINED = 2
 """Bars whose stretches are changed together."""
 GAIN = 6.0
 """Log evidence that another stretch must add."""
-MOST, NEAR, BEHIND = 3, 0.7, 0.2
-"""Rivals that are moved at most, and shares of the best gain in evidence: what is not much less, and what may become
-the best elsewhere."""
+MOST, NEAR = 3, 0.7
+"""Rivals that are moved at most, and the share of the best gain in evidence that is not much less."""
 TRIED, FIT_STEPS = 2, 4
 """Stretches that are fitted in a round, and in how many steps."""
 
@@ -44,15 +43,15 @@ def placed(best: Hypothesis, jobs: int = 1) -> Hypothesis:
 
 
 def well_placed(before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int = 1) -> list[Hypothesis]:
-    """Rivals beside a hypothesis, the best evidence first, those that may become the best of them where they explain
+    """Rivals beside a hypothesis, the best evidence first, those that come near the best of them where they explain
     most."""
-    close = near(before, ranked, MOST, BEHIND)
+    close = near(before, ranked, MOST)
     return sorted([*(placed(h, jobs) for h in close), *ranked[len(close) :]], key=lambda h: -h.evidence)
 
 
-def near(before: Hypothesis, ranked: Sequence[Hypothesis], most: int, share: float = NEAR) -> list[Hypothesis]:
-    """The first of some rivals beside a hypothesis, as far as they gain a share of what the best does."""
-    needed = before.evidence + share * (ranked[0].evidence - before.evidence) if ranked else 0.0
+def near(before: Hypothesis, ranked: Sequence[Hypothesis], most: int) -> list[Hypothesis]:
+    """The first of some rivals beside a hypothesis, as far as they gain not much less than the best."""
+    needed = before.evidence + NEAR * (ranked[0].evidence - before.evidence) if ranked else 0.0
     return [h for h in ranked[:most] if h is ranked[0] or h.evidence > needed]
 
 
