@@ -83,9 +83,14 @@ def stateful(network: Network) -> Iterator[tuple[str, Sensor]]:
             yield name, sensor
 
 
+def states_of(network: Network) -> list[tuple[str, int]]:
+    """Sensor and index of every effect that keeps a state."""
+    return [(name, i) for name, s in stateful(network) for i, e in enumerate(s.effects) if e.has_state]
+
+
 def _states(network: Network) -> tuple[tuple[tuple[str, int], ...], Array, Array, Array]:
     """Each sensor's chain of effects, as far as it is steady: an affine function of temperatures and states."""
-    order = [(name, i) for name, s in stateful(network) for i, e in enumerate(s.effects) if e.has_state]
+    order = states_of(network)
     index = {key: k for k, key in enumerate(order)}
     nz = len(order)
     state_T, state_z, constant = np.zeros((nz, network.size)), np.zeros((nz, nz)), np.zeros(nz)

@@ -159,7 +159,7 @@ class _Builder:
     def network(self) -> Network:
         for name, node in self.machine.nodes.items():
             self._add(name, node)
-        flows = [f for f in (*self._links(), *self._bars(), *self._streams()) if self._wanted(self.names[f.entry])]
+        flows = [*self._links(), *self._bars(), *self._streams()]
         sources = [s for name, s in self.machine.sources.items() if self._wanted(f"sources.{name}")]
         plain = [s for s in sources if not isinstance(s, Relay)]
         relays = [s for s in sources if isinstance(s, Relay)]
@@ -220,7 +220,8 @@ class _Builder:
         for name, stream in self.machine.links.items():
             if isinstance(stream, Stream):
                 index, path = self._name(f"links.{name}"), list(self._path(name, stream))
-                yield from (_Element(stream, i, j, 1.0, index) for i, j in pairwise(path) if i != j)
+                pairs = pairwise(path) if self._wanted(f"links.{name}") else ()
+                yield from (_Element(stream, i, j, 1.0, index) for i, j in pairs if i != j)
 
     def _path(self, name: str, stream: Stream) -> Iterator[int]:
         """The lumps a fluid passes, with the cells that make its transport delay."""

@@ -12,7 +12,7 @@ from network.diagnosis.candidates import Candidate
 from network.diagnosis.case import Hypothesis
 from network.diagnosis.isolability import counted, named
 from network.diagnosis.programs import Program, programs
-from network.diagnosis.ranking import ALIKE, distinct, shares
+from network.diagnosis.ranking import ALIKE, best_first, distinct, shares
 from network.diagnosis.screen import screen
 from network.diagnosis.separation import Outcome, Pair, about, outcome
 from network.diagnosis.verdict import CLEAR, Experiment
@@ -87,7 +87,7 @@ def in_doubt(search: Search) -> list[Pair]:
 
 
 def _is_near(holds: Hypothesis, rival: Hypothesis) -> bool:
-    both = sorted((holds, rival), key=lambda h: -h.evidence)
+    both = best_first(holds, rival)
     return both[0].evidence - both[1].evidence <= ALIKE or float(shares(both)[1]) > DOUBT
 
 

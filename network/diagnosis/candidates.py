@@ -15,6 +15,7 @@ from network.calibration.parameters import Parameter, parameter
 from network.declare import Effect, registered
 from network.machine import Machine
 from network.mechanisms.base import Relay
+from network.places import Place
 from network.proposals import bodies
 from network.quantities import ParamField
 from network.refusal import Refused
@@ -105,6 +106,11 @@ class Candidate:
     def parts(self) -> frozenset[str]:
         """Those of the places that store heat."""
         return frozenset(n for n in self.places if n in self.base.nodes and self.base.nodes[n].is_part)
+
+    @property
+    def bars(self) -> tuple[str, ...]:
+        """Those of the places that are cut into lumps."""
+        return tuple(n for n in self.places if n in self.base.nodes and self.base.nodes[n].lumps > 1)
 
 
 def _nodes_of(body: Mapping[str, Any]) -> Iterator[str]:
@@ -229,10 +235,9 @@ def _value(machine: Machine, path: str, field: ParamField) -> float:
 def along(c: Candidate) -> Iterator[Candidate]:
     """The same candidate at stretches of the bars that it names as a whole, one bar after the other: where along a bar
     heat enters counts as soon as the bar has lumps."""
-    bars = [n for n in c.places if n in c.base.nodes and c.base.nodes[n].lumps > 1]
-    for name in bars:
+    for name in c.bars:
         for first, last in STRETCHES:
-            moved = c.moved(name, f"{name}@{first:g}..{last:g}")
+            moved = c.moved(name, str(Place(name, first, last)))
             if moved is not None and moved.places == c.places:
                 yield moved
 

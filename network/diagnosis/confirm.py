@@ -12,6 +12,7 @@ from network.calibration.fitting import Linearised, chi_of, linearise
 from network.calibration.parameters import centres, values_at
 from network.diagnosis.candidates import Candidate
 from network.diagnosis.case import Hypothesis, suppose
+from network.diagnosis.ranking import best_first
 from network.diagnosis.refine import FULL
 from network.diagnosis.screen import Score, screen
 from network.diagnosis.slimming import beside, slim
@@ -24,10 +25,10 @@ SHORTLIST, OF_A_KIND = 5, 3
 POOR, WIDER = 0.6, (20, 8)
 """Share of the misfit χ that the best of them leaves from which more are fitted, and how many then: far from the fit
 the linear score of what is missing may be poor."""
-AROUND = 6
-"""Candidates that sit where the best of them does, and were not on the list, that are fitted besides."""
 UNTOLD = 1.25
 """Misfit χ that must be left for that, too."""
+AROUND = 6
+"""Candidates that sit where the best of them does, and were not on the list, that are fitted besides."""
 LARGE = 120
 """Lumps from which candidates are screened about the fit only."""
 BRIEF, KEPT, CONTINUED = 5, 6, 0.3
@@ -113,8 +114,7 @@ class Begun:
     def wider(self, jobs: int) -> Begun:
         """With the best of those that were not fitted yet."""
         more = _varied(self.rest, *WIDER)
-        rest = tuple(s for s in self.rest if s not in more)
-        return replace(self, fits=(*self.fits, *_all(self.begin, more, jobs)), rest=rest)
+        return replace(self, fits=(*self.fits, *_all(self.begin, more, jobs)), rest=_others(self.rest, more))
 
     def around(self, best: Hypothesis, jobs: int) -> Begun:
         """Others that sit where the best of them does instead: the right place under a wrong name is a near miss."""
@@ -127,7 +127,7 @@ class Begun:
         further = partial(_continued, self.current)
         likely, rest = _parted(self.current, [*spread(further, likely, jobs, None), *others], FINALISTS, FINISHED)
         ends = spread(_to_the_end, likely, jobs, None)
-        return sorted([*ends, *rest], key=lambda h: -h.evidence)
+        return best_first(*ends, *rest)
 
 
 def begun(
@@ -139,9 +139,14 @@ def begun(
     about_file = [] if is_near else _about_file(current, found, jobs)
     trials = shortlist(scores, about_file)
     begin = partial(_begun, current, {s.candidate.key: s for s in about_file})
-    tried = {s.candidate.key for s in trials}
-    rest = tuple(s for s in scores if s.gain > SHOWS and s.candidate.key not in tried)
+    rest = _others([s for s in scores if s.gain > SHOWS], trials)
     return Begun(current, tuple(_all(begin, trials, jobs, tell)), begin, rest)
+
+
+def _others(scores: Sequence[Score], than: Sequence[Score]) -> tuple[Score, ...]:
+    """Scores of candidates that do not stand among some."""
+    among = {s.candidate.key for s in than}
+    return tuple(s for s in scores if s.candidate.key not in among)
 
 
 def _all(
@@ -154,7 +159,7 @@ def _parted(
     current: Hypothesis, fits: Sequence[Hypothesis], most: int, share: float
 ) -> tuple[list[Hypothesis], list[Hypothesis]]:  # fmt: skip
     """Fits to go on with, and those of which it is enough to know how far behind they are."""
-    ranked = sorted(fits, key=lambda h: -h.evidence)
+    ranked = best_first(*fits)
     needed = share * max(0.0, ranked[0].evidence - current.evidence) if ranked else 0.0
     near = sum(h.evidence - current.evidence >= needed for h in ranked)
     count = min(most, max(near, LEAST)) if needed > CLEAR else most

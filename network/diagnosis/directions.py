@@ -18,7 +18,7 @@ from network.calibration.course import Course, Push
 from network.calibration.evidence import Measured
 from network.calibration.parameters import at_values
 from network.calibration.predictor import Model, Prediction, channels_of
-from network.channels import readouts, stateful
+from network.channels import readouts, states_of
 from network.declare import Array
 from network.diagnosis.candidates import Candidate
 from network.diagnosis.together import spread
@@ -98,7 +98,7 @@ def _heats(
     changed = [path for path, _ in bodies(candidate.patch)]
     machine = _at(candidate.machine, values, changed)
     now = build(machine, only=changed)
-    states = sum(effect.has_state for _, sensor in stateful(now) for effect in sensor.effects)
+    states = len(states_of(now))
     if now.relays or not all(_is_alike(now, p) and states == p.course.readouts.states for p in predictions):
         return None
     reads = any(not path.startswith(UNREAD) for path in changed)

@@ -7,7 +7,7 @@ wrong period has not yet lost its step.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -188,10 +188,6 @@ def apart(theta: Array, misfit: Array, spread: Array, distance: float, most: int
     for i in np.argsort(misfit):
         if len(chosen) == most or not np.isfinite(misfit[i]):
             break
-        if all(_distance(theta[i], theta[j], spread) > distance for j in chosen):
+        if all((np.abs(theta[i] - theta[j]) / spread).max() > distance for j in chosen):
             chosen.append(int(i))
     return chosen
-
-
-def _distance(a: Sequence[float] | Array, b: Sequence[float] | Array, spread: Array) -> float:
-    return float(np.max(np.abs(np.subtract(a, b)) / spread))

@@ -14,6 +14,7 @@ from network.diagnosis.checking import checked
 from network.diagnosis.confirm import begun
 from network.diagnosis.locate import locate
 from network.diagnosis.placing import near, placed, well_placed
+from network.diagnosis.ranking import best_first
 from network.diagnosis.refine import FAR, FULL
 from network.diagnosis.relays import likely, relays
 from network.diagnosis.restarting import restarted
@@ -119,19 +120,17 @@ def _stepped(
         trials = trials.wider(jobs)
     smooth = trials.ranked(jobs)
     if smooth and not seen.before.found:
-        smooth = _best_first(*smooth, *trials.around(smooth[0], jobs).ranked(jobs))
-    ranked = _best_first(*(early or ()), *well_placed(seen.before, smooth, jobs))
-    kept = _kept(case, current, seen.before, ranked, threshold, jobs)
+        smooth = best_first(*smooth, *trials.around(smooth[0], jobs).ranked(jobs))
+    ranked = best_first(*(early or ()), *well_placed(seen.before, smooth, jobs))
+    tried = _contenders(current, seen.before, ranked)
+    kept = _kept(case, current, seen.before, tried, threshold, jobs)
     switched = sway() if early is None and (kept or current).chi > SWAYING else []
-    ranked = _best_first(*switched, *ranked)
-    other = _kept(case, current, seen.before, ranked, threshold, jobs) if switched else None
+    ranked = best_first(*switched, *ranked)
+    again = _contenders(current, seen.before, ranked)
+    other = _kept(case, current, seen.before, again, threshold, jobs) if again != tried else None
     if other is not None and (kept is None or other.evidence > rejudged(other.case, kept).evidence):
         kept = other
     return kept, ranked
-
-
-def _best_first(*rivals: Hypothesis) -> list[Hypothesis]:
-    return sorted(rivals, key=lambda h: -h.evidence)
 
 
 def _swaying(seen: Screened, located: Sequence[UnknownHeat], seed: int, jobs: int) -> list[Hypothesis]:
@@ -168,11 +167,16 @@ def _keeps(candidate: Candidate, own: Sequence[Parameter]) -> bool:
     return all(p.entry in entries and entries[p.entry].__dict__.get(p.attribute) is not None for p in own)
 
 
+def _contenders(current: Hypothesis, before: Hypothesis, ranked: Sequence[Hypothesis]) -> Sequence[Hypothesis]:
+    """Those of the rivals that may be kept: the best, and what comes near it if all were fitted on coarser lumps."""
+    return ranked[:1] if before is current else near(before, ranked, CARRIED)
+
+
 def _kept(
-    case: Case, current: Hypothesis, before: Hypothesis, ranked: Sequence[Hypothesis], threshold: float, jobs: int
+    case: Case, current: Hypothesis, before: Hypothesis, rivals: Sequence[Hypothesis], threshold: float, jobs: int
 ) -> Hypothesis | None:  # fmt: skip
-    """The best of the rivals on as many lumps as it takes; None where it gains no more than chance."""
-    best = _carried(case, current, before, ranked, jobs)
+    """The best of some rivals on as many lumps as it takes; None where it gains no more than chance."""
+    best = _carried(case, current, before, rivals, jobs)
     if best is None or not _is_gain(current, best, threshold):
         return None
     case = renoised(best.case, best)
@@ -183,12 +187,12 @@ def _kept(
 
 
 def _carried(
-    case: Case, current: Hypothesis, before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int
+    case: Case, current: Hypothesis, before: Hypothesis, rivals: Sequence[Hypothesis], jobs: int
 ) -> Hypothesis | None:  # fmt: skip
-    """The best of the rivals on the lumps of what is there; None where there is none."""
-    if before is current or not ranked:
-        return rejudged(case, ranked[0]) if ranked else None
-    told = spread(partial(_on_lumps, case, current.root), near(before, ranked, CARRIED), jobs, None)
+    """The best of some rivals on the lumps of what is there; None where there is none."""
+    if before is current or not rivals:
+        return rejudged(case, rivals[0]) if rivals else None
+    told = spread(partial(_on_lumps, case, current.root), rivals, jobs, None)
     best = max((h for h in told if h is not None), key=lambda h: h.evidence, default=None)
     return best and rejudged(replace(case, began=best.case.began), best)
 

@@ -13,9 +13,11 @@ from network.calibration.linearised import linearise
 from network.diagnosis.candidates import STRETCHES, Candidate
 from network.diagnosis.case import Hypothesis
 from network.diagnosis.directions import directions
+from network.diagnosis.ranking import best_first
 from network.diagnosis.screen import lean, whitened
 from network.diagnosis.slimming import tried
 from network.diagnosis.together import spread
+from network.places import Place
 
 STEPS = (0.1, 0.05)
 """Shares of a bar's length by which the ends of a stretch are moved, one round each."""
@@ -46,7 +48,7 @@ def well_placed(before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int = 1)
     """Rivals beside a hypothesis, the best evidence first, those that come near the best of them where they explain
     most."""
     close = near(before, ranked, MOST)
-    return sorted([*(placed(h, jobs) for h in close), *ranked[len(close) :]], key=lambda h: -h.evidence)
+    return best_first(*(placed(h, jobs) for h in close), *ranked[len(close) :])
 
 
 def near(before: Hypothesis, ranked: Sequence[Hypothesis], most: int) -> list[Hypothesis]:
@@ -55,12 +57,11 @@ def near(before: Hypothesis, ranked: Sequence[Hypothesis], most: int) -> list[Hy
     return [h for h in ranked[:most] if h is ranked[0] or h.evidence > needed]
 
 
-def _bars(c: Candidate) -> list[tuple[str, float, float]]:
-    """The bars that a patch names, each with its stretch, like ('bed', 0.25, 0.5)."""
+def _bars(c: Candidate) -> list[Place]:
+    """The bars that a patch names, each with its stretch."""
     named = re.findall(r"([^'\"\[\]{},:]+)@([0-9.]+)\.\.([0-9.]+)", str(dict(c.patch)))
     found = {name.strip(): (float(first), float(last)) for name, first, last in named}
-    bars = (n for n in c.places if n in c.base.nodes and c.base.nodes[n].lumps > 1)
-    return [(n, *found.get(n, WHOLE)) for n in bars]
+    return [Place(n, *found.get(n, WHOLE)) for n in c.bars]
 
 
 def _elsewhere(c: Candidate) -> Iterator[Candidate]:
@@ -76,19 +77,15 @@ def _elsewhere(c: Candidate) -> Iterator[Candidate]:
 def _aside(c: Candidate, step: float) -> Iterator[Candidate]:
     """The candidate with both ends of a stretch a step further in or out, or one of them."""
     for bar in _bars(c):
-        for low, high in _stepped(*bar[1:], step):
+        for low, high in _stepped(bar.start, bar.stop, step):
             moved = _moved(c, bar, (low, high)) if high - low >= LEAST else None
             if moved is not None and moved is not c:
                 yield moved
 
 
-def _moved(c: Candidate, bar: tuple[str, float, float], to: tuple[float, float]) -> Candidate | None:
-    name, *before = bar
-    return c if tuple(before) == to else c.moved(_text(name, *before), _text(name, *to))
-
-
-def _text(name: str, low: float, high: float) -> str:
-    return name if (low, high) == WHOLE else f"{name}@{low:.4g}..{high:.4g}"
+def _moved(c: Candidate, bar: Place, to: tuple[float, float]) -> Candidate | None:
+    there = Place(bar.node, *to)
+    return c if there == bar else c.moved(str(bar), str(there))
 
 
 def _stepped(first: float, last: float, step: float) -> Iterator[tuple[float, float]]:

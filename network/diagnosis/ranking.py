@@ -16,6 +16,11 @@ ALIKE = 6.0
 MOST_SURE = 0.99
 
 
+def best_first(*rivals: Hypothesis) -> list[Hypothesis]:
+    """By their evidence."""
+    return sorted(rivals, key=lambda h: -h.evidence)
+
+
 def distinct(ranked: Sequence[Hypothesis]) -> list[Hypothesis]:
     """The best of each kind and place."""
     seen: dict[tuple[object, ...], Hypothesis] = {}

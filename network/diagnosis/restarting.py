@@ -14,6 +14,7 @@ import numpy as np
 
 from network.diagnosis.case import Case, Hypothesis, begun, led, relaid, suppose
 from network.diagnosis.drawing import Space
+from network.diagnosis.ranking import best_first
 from network.diagnosis.slimming import slim
 from network.diagnosis.together import spread
 from network.refusal import Failed
@@ -33,7 +34,7 @@ def restarted(best: Hypothesis, jobs: int = 1) -> Hypothesis:
     if not loose:
         return best
     tried = spread(partial(_shifted, best, loose), (0.0, *SHIFTS), jobs, None)
-    ranked = sorted((h for h in tried if h is not None), key=lambda h: -h.evidence)
+    ranked = best_first(*(h for h in tried if h is not None))
     is_other = ranked and tried[0] is not ranked[0]
     return _better(best, _to_the_end(best.case, ranked[0])) if is_other else best
 
