@@ -21,7 +21,7 @@ from network.diagnosis.candidates import Candidate, candidate, candidates
 from network.diagnosis.case import Case, Hypothesis, begun, suppose
 from network.diagnosis.directions import directions
 from network.diagnosis.drawing import Judge, Space, View, apart
-from network.diagnosis.placing import placed
+from network.diagnosis.placing import placed, redirected
 from network.diagnosis.polishing import polished
 from network.diagnosis.refine import ever_finer
 from network.diagnosis.slimming import slim
@@ -109,7 +109,8 @@ def test_heat_is_moved_along_its_bar_to_where_it_is() -> None:
     assert back is not None and back.patch == c.patch and c.back is c
 
 
-def test_both_ends_of_a_path_are_moved_together() -> None:
+def crossed() -> tuple[Case, Candidate]:
+    """A path that is missing between the far ends of two bars, and the same between the bars as a whole."""
     plain = bars(8).patched({"sensors": {
         **{f"T_{end}": {"measures": f"column@{end}", "noise": "0.05 K"} for end in (0.1, 0.35, 0.6, 0.85)},
         **{f"H_{end}": {"measures": f"housing@{end}", "noise": "0.05 K"} for end in (0.15, 0.85)},
@@ -120,9 +121,27 @@ def test_both_ends_of_a_path_are_moved_together() -> None:
     path = {"kind": "conduction", "between": ["housing", "column"], "conductance": "20 W/K"}
     c = candidate(case.machine, Conduction, {"links": {"path": path}})
     assert c is not None
+    return case, c
+
+
+def ends(h: Hypothesis) -> set[str]:
+    return {str(place) for place in h.found[0].machine.links["path"].between}
+
+
+def test_both_ends_of_a_path_are_moved_together() -> None:
+    case, c = crossed()
     found = placed(suppose(case, c.machine, (c,), c.own))
-    between = found.found[0].machine.links["path"].between
-    assert {str(place) for place in between} == {"housing@0.75..1", "column@0.75..1"} and found.chi < 1.05
+    assert ends(found) == {"housing@0.75..1", "column@0.75..1"} and found.chi < 1.05
+
+
+def test_a_path_is_moved_to_where_it_is_much_stronger() -> None:
+    case, c = crossed()
+    aside = c.moved("column", "column@0.75..1")
+    assert aside is not None
+    begun = slim(suppose(case, aside.machine, (aside,), aside.own))
+    assert begun.values[c.own[0].path] < 0.6 * 40
+    assert ends(redirected(begun)) == {"housing@0.75..1", "column@0.75..1"}
+    assert redirected(found := redirected(begun)) is found
 
 
 def test_draws_stepped_together_run_like_each_run_by_itself() -> None:

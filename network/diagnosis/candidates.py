@@ -84,6 +84,13 @@ class Candidate:
         """What tells it from the others of its machine."""
         return (self.kind.kind, *self.places, *self.channels, *(p.path for p in self.own[:1]))
 
+    @cached_property
+    def stretches(self) -> tuple[Candidate, ...]:
+        """The same at stretches of the bars that it names as a whole, one bar after the other: where along a bar heat
+        enters counts as soon as the bar has lumps."""
+        moved = (self.moved(name, str(Place(name, *ends))) for name in self.bars for ends in STRETCHES)
+        return tuple(c for c in moved if c is not None and c.places == self.places)
+
     @property
     def section(self) -> str:
         return "sensors" if self.channels else self.kind.section
@@ -230,16 +237,6 @@ def _value(machine: Machine, path: str, field: ParamField) -> float:
     own = next(name for name, f in entry.fields.items() if f.key == path.rpartition(".")[2])
     value = entry.__dict__[own]
     return float(value) if isinstance(value, int | float) else field.proposal()
-
-
-def along(c: Candidate) -> Iterator[Candidate]:
-    """The same candidate at stretches of the bars that it names as a whole, one bar after the other: where along a bar
-    heat enters counts as soon as the bar has lumps."""
-    for name in c.bars:
-        for first, last in STRETCHES:
-            moved = c.moved(name, str(Place(name, first, last)))
-            if moved is not None and moved.places == c.places:
-                yield moved
 
 
 def renamed(tree: Any, name: str, other: str) -> Any:

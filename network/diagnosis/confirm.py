@@ -12,6 +12,7 @@ from network.calibration.fitting import Linearised, chi_of, linearise
 from network.calibration.parameters import centres, values_at
 from network.diagnosis.candidates import Candidate
 from network.diagnosis.case import Hypothesis, suppose
+from network.diagnosis.placing import redirected
 from network.diagnosis.ranking import best_first
 from network.diagnosis.refine import FULL
 from network.diagnosis.screen import Score, screen
@@ -75,10 +76,11 @@ def _varied(scores: Sequence[Score], most: int, of_a_kind: int) -> list[Score]:
 
 def _begun(current: Hypothesis, about_file: Mapping[tuple[str, ...], Score], trial: Score) -> Hypothesis | None:
     """A trial fitted a few steps from the numbers of the file, its own from the screening about these, if it shows
-    there."""
+    there, and moved along bars: where it was screened may not be where it belongs at the numbers it takes."""
     there = about_file.get(trial.candidate.key)
     own = there.best if there is not None and there.gain > SHOWS else trial.best
-    return beside(current.case, current, trial.candidate, current.own_values | own, BRIEF)
+    begun = beside(current.case, current, trial.candidate, current.own_values | own, BRIEF)
+    return begun and redirected(begun)
 
 
 def _continued(current: Hypothesis, begun: Hypothesis) -> Hypothesis:

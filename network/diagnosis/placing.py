@@ -29,6 +29,10 @@ GAIN = 6.0
 """Log evidence that another stretch must add."""
 MOST, NEAR = 3, 0.7
 """Rivals that are moved at most, and the share of the best gain in evidence that is not much less."""
+MUCH = 0.1
+"""Share of the misfit that another stretch must promise where a candidate only begins."""
+LEAST_SEEN = 1e-6
+"""Squared change [σ²] of what counts as moved at least."""
 TRIED, FIT_STEPS = 2, 4
 """Stretches that are fitted in a round, and in how many steps."""
 
@@ -37,11 +41,21 @@ def placed(best: Hypothesis, jobs: int = 1) -> Hypothesis:
     """The hypothesis with the stretches of its last finding where they explain most."""
     for step in (None, *STEPS):
         moved = list(_elsewhere(best.found[-1]) if step is None else _aside(best.found[-1], step))
-        fits = spread(partial(_fitted, best), _promising(best, moved), jobs, None)
+        promising = [c for gain, c in _promised(best, moved)[:TRIED] if gain > GAIN]
+        fits = spread(partial(_fitted, best), promising, jobs, None)
         better = max((h for h in fits if h is not None), key=lambda h: h.evidence, default=None)
         if better is not None and better.evidence > best.evidence + GAIN:
             best = better
     return best
+
+
+def redirected(h: Hypothesis) -> Hypothesis:
+    """The hypothesis with its last finding at other stretches where much of what is left would go, and does."""
+    promised = _promised(h, list(_elsewhere(h.found[-1])))
+    if not promised or promised[0][0] < MUCH * (h.fit.left @ h.fit.left) / 2:
+        return h
+    other = _fitted(h, promised[0][1])
+    return other if other is not None and other.evidence > h.evidence else h
 
 
 def well_placed(before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int = 1) -> list[Hypothesis]:
@@ -93,8 +107,9 @@ def _stepped(first: float, last: float, step: float) -> Iterator[tuple[float, fl
         yield max(0.0, first + a * step), min(1.0, last + b * step)
 
 
-def _promising(best: Hypothesis, moved: Sequence[Candidate]) -> list[Candidate]:
-    """Those that would gain most, linearly, about the fit, as in the screening."""
+def _promised(best: Hypothesis, moved: Sequence[Candidate]) -> list[tuple[float, Candidate]]:
+    """What the way to others would gain, linearly, about the fit, the best first: as in the screening, and only the
+    way, for the strength there may be far from that of where it sits now."""
     if not moved:
         return []
     fit = linearise(best.fit.problem, best.fit.theta)
@@ -104,8 +119,8 @@ def _promising(best: Hypothesis, moved: Sequence[Candidate]) -> list[Candidate]:
         return []
     D = whitened(fit, np.array([changes[k] for k in told]))
     M_D = lean(fit, D)
-    gains = M_D @ fit.left - np.einsum("ij,ij->i", D, M_D) / 2
-    return [moved[told[i]] for i in np.argsort(gains)[::-1][:TRIED] if gains[i] > GAIN]
+    gains = np.maximum(M_D @ fit.left, 0.0) ** 2 / (2 * np.maximum(np.einsum("ij,ij->i", D, M_D), LEAST_SEEN))
+    return [(float(gains[i]), moved[told[i]]) for i in np.argsort(-gains, kind="stable")]
 
 
 def _fitted(best: Hypothesis, c: Candidate) -> Hypothesis | None:

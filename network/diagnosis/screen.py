@@ -17,7 +17,7 @@ import numpy as np
 from network.calibration.fitting import Linearised
 from network.calibration.parameters import Parameter
 from network.declare import Array
-from network.diagnosis.candidates import Candidate, along
+from network.diagnosis.candidates import Candidate
 from network.diagnosis.directions import directions
 
 MOST = 30.0
@@ -70,7 +70,7 @@ def screen(
     """Scores of the candidates that a linear answer can be had for, about a fit at these numbers, best first: of each
     the best along the bars that it touches."""
     able = [c for c in found if not (c.is_structural or c.switches)]
-    return _scored(fit, [placed for c in able for placed in (c, *along(c))], values, jobs)
+    return _scored(fit, [placed for c in able for placed in (c, *c.stretches)], values, jobs)
 
 
 def _scored(fit: Linearised, found: Sequence[Candidate], values: Mapping[str, float], jobs: int) -> list[Score]:
