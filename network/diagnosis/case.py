@@ -126,6 +126,14 @@ class Hypothesis:
         rows = len(self.fit.left)
         return float(np.sqrt((self.fit.left @ self.fit.left + max(strain, 0.0)) / max(rows, 1)))
 
+    @cached_property
+    def strain(self) -> float:
+        """How far the constant errors of sensors were taken from zero to get there: the farthest, in prior σ."""
+        first, count = self.fit.free, len(self.fit.problem.offsets)
+        mean, spread = (x[first : first + count] for x in self.fit.problem.prior)
+        away = np.abs(self.fit.eta[:count] - mean) / (spread * self.fit.problem.firm_eta)
+        return float(away.max(initial=0.0))
+
     @property
     def switches(self) -> bool:
         """Whether a relay is among what was found."""

@@ -14,15 +14,17 @@ from network.diagnosis.candidates import Candidate
 from network.diagnosis.case import Hypothesis, suppose
 from network.diagnosis.placing import redirected
 from network.diagnosis.ranking import best_first
-from network.diagnosis.refine import FULL
+from network.diagnosis.refine import FULL, STRAINED
 from network.diagnosis.screen import Score, screen
 from network.diagnosis.slimming import beside, slim
+from network.diagnosis.standing_in import SMALL
 from network.diagnosis.together import spread
 
 SHOWS = 1.0
 """Nats of a linear score from which a candidate is looked at."""
-SHORTLIST, OF_A_KIND = 5, 3
-"""Candidates refitted for each point they were screened about, and how many of one kind."""
+SHORTLIST, LONGER, OF_A_KIND = 5, 10, 3
+"""Candidates refitted for each point they were screened about, where lumps are few and fits quick, and how many of one
+kind."""
 POOR, WIDER = 0.6, (20, 8)
 """Share of the misfit χ that the best of them leaves from which more are fitted, and how many then: far from the fit
 the linear score of what is missing may be poor."""
@@ -51,9 +53,9 @@ def nominal(fit: Linearised) -> Linearised:
     return replace(at, problem=replace(at.problem, firm_theta=chi, firm_eta=chi))
 
 
-def shortlist(scores: Sequence[Score], about_file: Sequence[Score]) -> list[Score]:
+def shortlist(scores: Sequence[Score], about_file: Sequence[Score], most: int = SHORTLIST) -> list[Score]:
     """The best of the screening about the fit (scores) and about the file's own numbers."""
-    both = [*_varied(scores, SHORTLIST, OF_A_KIND), *_varied(about_file, SHORTLIST, OF_A_KIND)]
+    both = [*_varied(scores, most, OF_A_KIND), *_varied(about_file, most, OF_A_KIND)]
     return list({s.candidate.key: s for s in reversed(both)}.values())
 
 
@@ -110,8 +112,9 @@ class Begun:
 
     @property
     def is_poor(self) -> bool:
-        """Whether none of them explains much."""
-        return min((h.chi for h in self.fits), default=np.inf) > self.little
+        """Whether none of them explains much, or only with sensors that are far off."""
+        told = (h.chi for h in self.fits if h.strain < STRAINED)
+        return min(told, default=np.inf) > self.little
 
     def wider(self, jobs: int) -> Begun:
         """With the best of those that were not fitted yet."""
@@ -139,7 +142,7 @@ def begun(
     """The likely ones of what is proposed beside a hypothesis, each with its own fit. scores: of the screening about
     it; is_near: whether the fit is near, so that what shows about it is all that shows."""
     about_file = [] if is_near else _about_file(current, found, jobs)
-    trials = shortlist(scores, about_file)
+    trials = shortlist(scores, about_file, LONGER if current.machine.lumps <= SMALL else SHORTLIST)
     begin = partial(_begun, current, {s.candidate.key: s for s in about_file})
     rest = _others([s for s in scores if s.gain > SHOWS], trials)
     return Begun(current, tuple(_all(begin, trials, jobs, tell)), begin, rest)

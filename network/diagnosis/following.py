@@ -15,13 +15,13 @@ from network.diagnosis.confirm import begun
 from network.diagnosis.locate import locate
 from network.diagnosis.placing import near, placed, well_placed
 from network.diagnosis.ranking import best_first
-from network.diagnosis.refine import FAR, FULL
+from network.diagnosis.refine import FAR, FULL, STRAINED
 from network.diagnosis.relays import likely, relays
 from network.diagnosis.restarting import restarted
 from network.diagnosis.screen import Score, screen
 from network.diagnosis.settling import settled
 from network.diagnosis.slimming import slim
-from network.diagnosis.standing_in import carried, stand_in
+from network.diagnosis.standing_in import carried_afresh, stand_in
 from network.diagnosis.together import spread
 from network.diagnosis.verdict import UnknownHeat
 from network.machine import Machine
@@ -35,7 +35,7 @@ HOPE = 0.5
 """Linear score of a further candidate over what a name is worth, below which it is not fitted."""
 SWAYING = 1.25
 """Misfit χ from which a relay is looked for."""
-VAIN = 0.65
+VAIN = 0.5
 """Share of the excess χ² − 1 that a step may leave, where much is left: beyond, further names would be guesses."""
 CARRIED = 3
 """Rivals that are fitted again on the finer lumps."""
@@ -83,7 +83,7 @@ def followed(
     befores: list[Hypothesis] = []
     steps: list[tuple[Hypothesis, ...]] = []
     threshold = LEAST
-    while current.chi > (FURTHER if steps else FULL) and len(current.found) < MOST_FINDINGS:
+    while _is_open(current) and len(current.found) < MOST_FINDINGS:
         seen = screened(current, jobs) if steps else first
         if _shows_nothing(seen):
             break
@@ -107,6 +107,11 @@ def followed(
     return Followed(current, tuple(befores), tuple(steps), gains, threshold)
 
 
+def _is_open(h: Hypothesis) -> bool:
+    """Whether it leaves something, or only sensors that are far off keep it from that."""
+    return h.chi > (FURTHER if h.found else FULL) or h.strain > STRAINED
+
+
 def _stepped(
     case: Case, current: Hypothesis, seen: Screened, located: Sequence[UnknownHeat], threshold: float, seed: int,
     jobs: int, tell: Callable[[float], None],
@@ -116,10 +121,11 @@ def _stepped(
     sway = partial(_swaying, seen, located, seed, jobs)
     trials = begun(seen.before, seen.proposed, _worthy(seen), jobs, tell, _is_near(seen))
     early = sway() if trials.is_poor else None
-    if early is not None and not (early and early[0].chi <= trials.little):
+    is_first = not seen.before.found
+    if is_first and early is not None and not (early and early[0].chi <= trials.little):
         trials = trials.wider(jobs)
     smooth = trials.ranked(jobs)
-    if smooth and not seen.before.found:
+    if smooth and is_first:
         smooth = best_first(*smooth, *trials.around(smooth[0], jobs).ranked(jobs))
     ranked = best_first(*(early or ()), *well_placed(seen.before, smooth, jobs))
     tried = _contenders(current, seen.before, ranked)
@@ -198,7 +204,7 @@ def _carried(
 
 
 def _on_lumps(case: Case, root: Machine, h: Hypothesis) -> Hypothesis | None:
-    told = carried(case, h, root)
+    told = carried_afresh(case, h, root)
     return told and placed(slim(told))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from network.calibration.patching import calibrated
 from network.comparison import Comparison, RecordingResidual
 from network.diagnosis.advise import experiments
 from network.diagnosis.candidates import Candidate
-from network.diagnosis.case import Hypothesis
+from network.diagnosis.case import Hypothesis, rejudged
 from network.diagnosis.coarse import lumping_of
 from network.diagnosis.isolability import isolability
 from network.diagnosis.ranking import ALIKE, confidence, distinct, shares
@@ -31,8 +32,11 @@ if TYPE_CHECKING:
 
 UNEXPLAINED = 1.5
 """Misfit χ that no finding may leave and be called an explanation."""
-SHARE = 0.5
-"""Of the excess χ² − 1 that findings must take away to be told beside what stays unknown."""
+SHARE = 0.75
+"""Of the excess χ² − 1 that findings must take away to be told beside what stays unknown: with less they stand in for
+it."""
+WORSE = 1.05
+"""Misfit of the machine with what was found, simulated, over that without, from which it is not believed."""
 SHIFT = 2.0
 """Prior σ from which a number counts as wrong."""
 REPLACED = 0.5
@@ -47,22 +51,57 @@ def diagnosis_of(
     search: Search, holdout: Sequence[Recording], warnings: Sequence[str], seed: int, jobs: int
 ) -> Diagnosis:
     """The diagnosis that a search amounts to."""
-    best = search.best
-    is_finer = best.root.to_plain() != search.written.machine.to_plain()
+    search = _upheld(search)
     before = numbers_in(search.plain)
-    after = numbers_in(best) if search.fault or best.found or is_finer else before
-    findings = [*_faults(search), *_findings(search, after)]
+    after, fits = _simulated(search, before, holdout, jobs)
+    is_refuted = bool(search.best.found) and _is_worse(fits)
+    if is_refuted:
+        search = _as_it_was(search)
+        after, fits = _simulated(search, before, holdout, jobs)
     finer_gain = search.null.evidence - search.written.evidence
-    coarse = lumping_of(search.written, best.root, finer_gain, search.threshold) if is_finer else None
-    findings, verdict = _weighed(search, findings, coarse)
-    fits = _fits(search, before, after, holdout, jobs)
+    is_finer = _is_finer(search)
+    coarse = lumping_of(search.written, search.best.root, finer_gain, search.threshold) if is_finer else None
+    findings, verdict = _weighed(search, [*_faults(search), *_findings(search, after)], coarse, is_refuted)
     known = isolability(search.screened.scores, search.screened.proposed)
     notes = (*warnings, *_notes(search), *([known.sentence] if known.sentence else ()))
     return Diagnosis(
         search.case.machine, before, after, verdict, tuple(findings), _channels(fits), search.located[:8], fits,
         tuple(_rivals(search.steps[0], search.befores[0]) if search.steps else ()), notes,
-        tuple(experiments(search, known.unseen)), _shifts(best), seed,
+        tuple(experiments(search, known.unseen)), _shifts(search.best), seed,
     )  # fmt: skip
+
+
+def _simulated(search: Search, before: Machine, holdout: Sequence[Recording], jobs: int) -> tuple[Machine, Fits]:
+    """The machine with what was found and its numbers, and how it tells the recordings, simulated."""
+    best = search.best
+    after = numbers_in(best) if search.fault or best.found or _is_finer(search) else before
+    return after, _fits(search, before, after, holdout, jobs)
+
+
+def _is_finer(search: Search) -> bool:
+    return search.best.root.to_plain() != search.written.machine.to_plain()
+
+
+def _is_worse(fits: Fits) -> bool:
+    """Whether the machine with what was found, simulated, tells recordings worse than without: the fit has leaned on
+    constant errors of sensors then, or on where a run began."""
+    pairs = ((fits.train_before, fits.train_after), (fits.holdout_before, fits.holdout_after))
+    return any(b and a and a.rmse_in_noise > WORSE * b.rmse_in_noise for b, a in pairs)
+
+
+def _as_it_was(search: Search) -> Search:
+    """The search without its findings."""
+    return replace(search, best=rejudged(search.best.case, search.null))
+
+
+def _upheld(search: Search) -> Search:
+    """The search without findings where these leave much and took away too little to be believed."""
+    best = search.best
+    if not best.found or best.chi <= UNEXPLAINED:
+        return search
+    before = _as_it_was(search)
+    left = (best.chi**2 - 1) / max(before.best.chi**2 - 1, 1e-9)
+    return before if left > 1 - SHARE else search
 
 
 def numbers_in(h: Hypothesis) -> Machine:
@@ -160,13 +199,13 @@ def _patch(c: Candidate, after: Machine) -> dict[str, Any]:
     return patch
 
 
-def _weighed(search: Search, findings: list[Finding], coarse: Finding | None) -> tuple[list[Finding], str]:
+def _weighed(
+    search: Search, findings: list[Finding], coarse: Finding | None, is_refuted: bool
+) -> tuple[list[Finding], str]:
     """Findings and verdict, after what stays unexplained."""
-    best, null = search.best, search.null
-    if best.chi > UNEXPLAINED and search.located:
-        excess = (best.chi**2 - 1) / max(null.chi**2 - 1, 1e-9)
-        kept = findings if excess < 1 - SHARE else []
-        return [*kept, *([coarse] if coarse else []), _unknown(search, kept)], "unexplained"
+    best = search.best
+    if (is_refuted or best.chi > UNEXPLAINED) and search.located:
+        return [*findings, *([coarse] if coarse else []), _unknown(search)], "unexplained"
     if findings:
         only_sensors = all(f.channels for f in findings)
         return [*findings, *([coarse] if coarse else [])], "sensor_fault" if only_sensors else "missing_physics"
@@ -183,11 +222,11 @@ def _was_off(search: Search) -> bool:
     return chi_of(nominal(search.null.fit)) > UNEXPLAINED
 
 
-def _unknown(search: Search, kept: Sequence[Finding]) -> Finding:
+def _unknown(search: Search) -> Finding:
     """What no kind explains: its place, its shape and its size."""
     from network.diagnosis.locate import locate
 
-    left = locate(search.best.fit, search.best.machine) if kept else search.located
+    left = locate(search.best.fit, search.best.machine) if search.best.found else search.located
     top = left[0]
     places = tuple(top.name.split(" to ")) if top.kind == "link" else (top.name,)
     unit = "W" if top.kind != "channel" else "of its unit"

@@ -17,6 +17,8 @@ ENOUGH = 1.02
 """Misfit χ at which it is fine enough."""
 FULL = 1.06
 """Misfit χ below which nothing is missing: no more is looked for, and a fit is left as it is."""
+STRAINED = 5.0
+"""Prior σ by which a sensor's constant error may be off: beyond, the errors stand in for something."""
 FAR = 1.6
 """Misfit χ that lumps alone will not mend: what is missing is looked for first, and the lumps again with it."""
 FINEST = 400

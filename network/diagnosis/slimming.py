@@ -14,7 +14,7 @@ from network.diagnosis.case import Case, Hypothesis, suppose
 from network.refusal import Failed
 
 FIT = ("eta", "left", "cost", "misfit", "precision", "covariance", "folded", "_solved")
-OWN = ("chi", "evidence", "shift", "values")
+OWN = ("chi", "evidence", "shift", "strain", "values")
 
 
 def slim(h: Hypothesis) -> Hypothesis:

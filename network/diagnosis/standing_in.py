@@ -67,10 +67,15 @@ def _agreed(coarse: Hypothesis, lack: Sequence[Array], fine: Hypothesis) -> Hypo
 
 
 def carried(case: Case, coarse: Hypothesis, root: Machine) -> Hypothesis | None:
-    """A hypothesis fitted on finer lumps, where that leaves much also from the numbers of the file and with its last
-    finding where that was proposed; None where it does not fit there or runs away."""
+    """A hypothesis fitted on finer lumps; None where it does not fit there or runs away."""
     about = replace(case, began=coarse.case.began)
-    best = relaid(about, root, coarse.found, coarse.values, not coarse.switches, CARRIED_STEPS)
+    return relaid(about, root, coarse.found, coarse.values, not coarse.switches, CARRIED_STEPS)
+
+
+def carried_afresh(case: Case, coarse: Hypothesis, root: Machine) -> Hypothesis | None:
+    """The same, where that leaves much also from the numbers of the file and with its last finding where that was
+    proposed."""
+    about, best = replace(case, began=coarse.case.began), carried(case, coarse, root)
     back = coarse.found[-1].back if coarse.found else None
     if best is None or back is None or best.chi < DOUBTFUL or coarse.switches:
         return best
