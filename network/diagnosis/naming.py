@@ -1,0 +1,151 @@
+"""Findings as they are told: what was found, its size, what speaks for it, and what else it could be."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from network.calibration.parameters import Parameter
+from network.diagnosis.candidates import Candidate
+from network.diagnosis.case import Hypothesis
+from network.diagnosis.locate import locate
+from network.diagnosis.ranking import ALIKE, confidence, distinct, shares
+from network.diagnosis.verdict import UNKNOWN, Finding, Quantity, Rival, UnknownHeat, sentence
+from network.machine import Machine
+from network.proposals import bodies
+from network.units import show
+from network.yamlfile import plain
+
+if TYPE_CHECKING:
+    from network.diagnosis.diagnosing import Search
+
+REPLACED = 0.5
+"""Confidence in a finding that took the place of another only beside later ones."""
+FAULTY = 0.98
+"""Confidence in a fault whose jumps are of one share, there and back."""
+STRAY = 2.0
+"""Standard deviations at which unknown heat counts."""
+
+
+def named(search: Search, after: Machine) -> list[Finding]:
+    """What was wrong with a channel, then what was found, in the machine with its numbers."""
+    return [*_faults(search), *_findings(search, after)]
+
+
+def _faults(search: Search) -> Iterator[Finding]:
+    """What was wrong with a channel for some of the time."""
+    if (e := search.fault) is not None:
+        c, first = e.candidate, e.candidate.own[0]
+        share = {first.path.rpartition(".")[2]: Quantity(e.loose.share, e.loose.std, first.field.unit)}
+        windows = next(w for w in e.loose.windows if w)
+        yield Finding(
+            c.kind.kind, c.section, (), c.channels, FAULTY, share, sentence(e.told), {}, e.gain,
+            search.threshold, windows,
+        )  # fmt: skip
+
+
+def _findings(search: Search, after: Machine) -> Iterator[Finding]:
+    for i, c in enumerate(search.best.found):
+        k = min(i, len(search.steps) - 1)
+        ranked = search.steps[k]
+        told = list(rivals(ranked, search.befores[k], c.key))
+        is_first = ranked[0].found[-1].key == c.key
+        sure = confidence(ranked, search.best.chi) if is_first else REPLACED
+        gain = search.gains[i] if i < len(search.gains) else 0.0
+        yield Finding(
+            c.kind.kind, c.section, c.places, c.channels, sure, _quantities(search.best, c),
+            _sentence(search.best, c, after), _patch(c, after), gain, search.threshold, windows_of(search.located),
+            tuple(r for r in told if r.confidence < 0.3 or r.gain < search.best.evidence)[:5],
+            tuple(_alike(ranked, c)),
+        )  # fmt: skip
+
+
+def rivals(ranked: Sequence[Hypothesis], null: Hypothesis, but: tuple[str, ...] = ()) -> Iterator[Rival]:
+    """Explanations that were fitted beside each other, each with its share of belief and what speaks against it; null:
+    what stood before them; but: the key of one that is left out."""
+    apart = distinct(ranked)
+    for h, p in zip(apart, shares(apart), strict=True):
+        c = h.found[-1]
+        if c.key != but and h.evidence > null.evidence - ALIKE:
+            gain, why_not = h.evidence - null.evidence, _why_not(h, ranked[0])
+            yield Rival(c.kind.kind, c.places, c.channels, float(p), h.chi, gain, why_not)
+
+
+def _why_not(h: Hypothesis, best: Hypothesis) -> str:
+    worse = best.evidence - h.evidence
+    if worse <= ALIKE:
+        return f"cannot be told apart from it: {worse:.1f} nats"
+    moved = float(np.abs(h.shift).max(initial=0.0))
+    strained = f", with a number of the file {moved:.0f} prior σ off" if moved > 3 else ""
+    return f"leaves {h.chi:.2f} instead of {best.chi:.2f} noise units{strained}"
+
+
+def _alike(ranked: Sequence[Hypothesis], c: Candidate) -> Iterator[Rival]:
+    """Other explanations within ALIKE nats of the best."""
+    for r in rivals(ranked, ranked[0], c.key):
+        if -r.gain <= ALIKE:
+            yield r
+
+
+def _quantities(h: Hypothesis, c: Candidate) -> dict[str, Quantity]:
+    std = np.sqrt(np.diag(h.fit.covariance)) * max(1.0, h.chi)
+    index = {p.path: i for i, p in enumerate(h.fit.problem.parameters)}
+    return {p.path.rpartition(".")[2]: _quantity(p, float(h.fit.theta[index[p.path]]), float(std[index[p.path]]))
+            for p in c.own if p.path in index}  # fmt: skip
+
+
+def _quantity(p: Parameter, theta: float, spread: float) -> Quantity:
+    return Quantity(p.value(theta), p.std(theta, spread), p.field.unit)
+
+
+def _sentence(h: Hypothesis, c: Candidate, after: Machine) -> str:
+    """What is missing and how large it is, with its uncertainty."""
+    index = {p.path: i for i, p in enumerate(h.fit.problem.parameters)}
+    first = c.own[0]
+    spread = float(np.sqrt(np.diag(h.fit.covariance))[index[first.path]]) * max(1.0, h.chi)
+    unit = "K" if first.field.unit == "degC" else first.field.unit
+    std = show(first.std(float(h.fit.theta[index[first.path]]), spread), unit, 2)
+    return f"{sentence(c.kind.told(after, c.patch))} ({first.path.rpartition('.')[2].replace('_', ' ')} ± {std})."
+
+
+def _patch(c: Candidate, after: Machine) -> dict[str, Any]:
+    """The entries of a finding as they stand in the machine with its numbers."""
+    patch: dict[str, Any] = {}
+    for path, _ in bodies(c.patch):
+        if ".effects." in path:
+            continue
+        section, _, name = path.partition(".")
+        if section == "tcp":
+            axis, _, name = name.partition(".")
+            patch.setdefault(section, {}).setdefault(axis, {})[name] = plain(after.tree)[section][axis][name]
+        else:
+            patch.setdefault(section, {})[name] = plain(after.tree)[section][name]
+    return patch
+
+
+def unknown(search: Search) -> Finding:
+    """What no kind explains: its place, its shape and its size."""
+    left = locate(search.best.fit, search.best.machine) if search.best.found else search.located
+    top = left[0]
+    places = tuple(top.name.split(" to ")) if top.kind == "link" else (top.name,)
+    unit = "W" if top.kind != "channel" else "of its unit"
+    std = float(np.sqrt(np.mean(np.concatenate(top.std) ** 2)))
+    size = Quantity(top.rms, std, "W" if top.kind != "channel" else "1")
+    what = f"an unknown heat of {top.rms:.3g} {unit} (rms)" if top.kind != "channel" else "an unknown offset"
+    said = f"{sentence(what)} at {' and '.join(places)} that no kind of the catalogue explains."
+    is_channel = top.kind == "channel"
+    return Finding(
+        UNKNOWN, "sensors" if is_channel else "sources", () if is_channel else places, places if is_channel else (),
+        top.probability, {"heat": size}, said, {}, top.gain, search.threshold, windows_of(left),
+    )  # fmt: skip
+
+
+def windows_of(located: Sequence[UnknownHeat]) -> tuple[tuple[float, float], ...]:
+    """When the most probable unknown heat of the first recording differs from none."""
+    if not located:
+        return ()
+    t, away = located[0].t[0], np.abs(located[0].heat[0]) > STRAY * located[0].std[0]
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], away, [False]]).astype(int)))
+    return tuple((float(t[a]), float(t[b - 1])) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a > 1)
