@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -10,7 +11,9 @@ import pytest
 from build import RPM, machine
 
 from network.diagnosis.candidates import candidates, kinds
+from network.diagnosis.case import Case, suppose
 from network.diagnosis.diagnosing import diagnose
+from network.diagnosis.refine import STRAINED
 from network.diagnosis.verdict import Diagnosis
 from network.inputs import Schedule, Start, held, linear
 from network.machine import Machine
@@ -94,6 +97,25 @@ def test_the_concealed_effect_is_named_at_its_place(name: str, kind: str, where:
     held = d.fits.holdout_before, d.fits.holdout_after
     assert held[0] is not None and held[1] is not None
     assert held[1].rmse_in_noise < 1.1 < held[0].rmse_in_noise
+
+
+def test_a_sensor_that_is_far_off_strains_the_fit() -> None:
+    runs = [recorded(plant(), ladder, i) for i, ladder in enumerate(LADDERS)]
+    true = suppose(case := Case(plant(), tuple(runs)), case.machine)
+    off = [replace(r, columns={**r.columns, "T_column": shifted(r.columns["T_column"], 0.8)}) for r in runs]
+    assert true.strain < 1.5 < STRAINED < suppose(Case(plant(), tuple(off)), case.machine).strain
+
+
+def shifted(column: Column, by: float) -> Column:
+    return replace(column, values=column.values + by)
+
+
+def test_what_tells_recordings_worse_when_simulated_is_no_finding(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("network.diagnosis.judging.WORSE", 0.01)
+    d = found.__wrapped__("source")
+    assert d.verdict == "unexplained" and [f.kind for f in d.findings] == ["unknown"]
+    assert d.after.to_plain() == d.before.to_plain()
+    assert d.fits.train_after.rmse_in_noise == d.fits.train_before.rmse_in_noise
 
 
 def test_strength_is_recovered_within_its_uncertainty() -> None:

@@ -40,16 +40,23 @@ def command_lines() -> list[str]:
 
 def test_every_command_runs_in_the_order_shown(clone: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert len(command_lines()) >= 8
+    told = ""
     for line in command_lines():
         with contextlib.suppress(SystemExit):
             main(shlex.split(line)[1:])
-        assert not capsys.readouterr().err, line
+        out = capsys.readouterr()
+        told += out.out
+        assert not out.err, line
     assert (clone / "out" / "compared" / "results.png").exists()
+    first, *rest = blocks("", "Gantry mill")[0].splitlines()
+    assert first in " ".join(told.split())
+    for line in rest:
+        assert any(is_like(line, other) for other in told.splitlines()), line
 
 
 def test_the_tables_shown_are_what_comes_out(clone: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Displacement and energy of session 2, residuals of session 4, to the last digit; times and closure aside.
-    What session 5 found, to two digits."""
+    """Displacement and energy of section 2, residuals of section 4, to the last digit; times and closure aside.
+    What section 5 finds, to two digits."""
     for line in command_lines():
         if line.startswith(("lptn simulate", "lptn compare", "lptn calibrate")):
             with contextlib.suppress(SystemExit):
