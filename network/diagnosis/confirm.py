@@ -15,7 +15,7 @@ from network.diagnosis.case import Hypothesis, suppose
 from network.diagnosis.placing import redirected
 from network.diagnosis.ranking import best_first
 from network.diagnosis.refine import FULL, STRAINED
-from network.diagnosis.screen import Score, screen
+from network.diagnosis.screen import Score, scored
 from network.diagnosis.slimming import beside, slim
 from network.diagnosis.standing_in import SMALL
 from network.diagnosis.together import spread
@@ -60,11 +60,11 @@ def shortlist(scores: Sequence[Score], about_file: Sequence[Score], most: int = 
 
 
 def _about_file(current: Hypothesis, found: Sequence[Candidate], jobs: int) -> list[Score]:
-    """The screening about the file's own numbers; none where that would take long."""
+    """The screening about the file's own numbers, where candidates are proposed; none where that would take long."""
     if current.machine.lumps >= LARGE:
         return []
     about = nominal(current.fit)
-    return screen(about, found, values_at(about.problem.parameters, about.theta), jobs)
+    return scored(about, found, values_at(about.problem.parameters, about.theta), jobs)
 
 
 def _varied(scores: Sequence[Score], most: int, of_a_kind: int) -> list[Score]:

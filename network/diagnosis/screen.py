@@ -70,12 +70,13 @@ def screen(
     """Scores of the candidates that a linear answer can be had for, about a fit at these numbers, best first: of each
     the best along the bars that it touches."""
     able = [c for c in found if not (c.is_structural or c.switches)]
-    return _scored(fit, [placed for c in able for placed in (c, *c.stretches)], values, jobs)
+    return scored(fit, [placed for c in able for placed in (c, *c.stretches)], values, jobs)
 
 
-def _scored(fit: Linearised, found: Sequence[Candidate], values: Mapping[str, float], jobs: int) -> list[Score]:
-    """Scores of candidates as they are, the best of each."""
-    tried = [(c, scale, own) for c in found for scale, own in _variants(c)]
+def scored(fit: Linearised, found: Sequence[Candidate], values: Mapping[str, float], jobs: int = 1) -> list[Score]:
+    """The same of candidates as they are."""
+    able = [c for c in found if not (c.is_structural or c.switches)]
+    tried = [(c, scale, own) for c in able for scale, own in _variants(c)]
     changes = directions([(c, {**values, **own}) for c, _, own in tried], fit.problem.data, fit.predictions, jobs)
     kept = [(*of, d) for of, d in zip(tried, changes, strict=True) if d is not None and np.isfinite(d).all()]
     if not kept:
