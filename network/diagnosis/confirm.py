@@ -26,8 +26,8 @@ SHORTLIST, LONGER, OF_A_KIND = 5, 10, 3
 """Candidates refitted for each point they were screened about, where lumps are few and fits quick, and how many of one
 kind."""
 POOR, WIDER = 0.6, (20, 8)
-"""Share of the misfit χ that the best of them leaves from which more are fitted, and how many then: far from the fit
-the linear score of what is missing may be poor."""
+"""Share of the excess χ² − 1 that the best of them leaves from which more are fitted, and how many then: far from the
+fit the linear score of what is missing may be poor."""
 UNTOLD = 1.25
 """Misfit χ that must be left for that, too."""
 AROUND = 6
@@ -108,18 +108,16 @@ class Begun:
     @property
     def little(self) -> float:
         """Misfit χ up to which an explanation leaves little."""
-        return max(POOR * self.current.chi, UNTOLD)
+        return max(float(np.sqrt(1 + POOR * max(0.0, self.current.chi**2 - 1))), UNTOLD)
 
-    @property
-    def is_poor(self) -> bool:
-        """Whether none of them explains much, or only with sensors that are far off."""
-        told = (h.chi for h in self.fits if h.strain < STRAINED)
-        return min(told, default=np.inf) > self.little
+    def is_poor(self, ranked: Sequence[Hypothesis]) -> bool:
+        """Whether none of some explanations leaves little, or only with sensors that are far off."""
+        return min((h.chi for h in ranked if h.strain < STRAINED), default=np.inf) > self.little
 
     def wider(self, jobs: int) -> Begun:
-        """With the best of those that were not fitted yet."""
+        """The best of those that were not fitted yet."""
         more = _varied(self.rest, *WIDER)
-        return replace(self, fits=(*self.fits, *_all(self.begin, more, jobs)), rest=_others(self.rest, more))
+        return replace(self, fits=tuple(_all(self.begin, more, jobs)), rest=_others(self.rest, more))
 
     def around(self, best: Hypothesis, jobs: int) -> Begun:
         """Others that sit where the best of them does instead: the right place under a wrong name is a near miss."""

@@ -11,7 +11,7 @@ from network.diagnosis.candidates import Candidate, candidates
 from network.diagnosis.case import Case, Hypothesis, rejudged, renoised
 from network.diagnosis.chance import LEAST, threshold_of
 from network.diagnosis.checking import checked
-from network.diagnosis.confirm import begun
+from network.diagnosis.confirm import Begun, begun
 from network.diagnosis.locate import locate
 from network.diagnosis.placing import near, placed, well_placed
 from network.diagnosis.ranking import best_first
@@ -120,13 +120,11 @@ def _stepped(
     likely explains little, and last, where much is left."""
     sway = partial(_swaying, seen, located, seed, jobs)
     trials = begun(seen.before, seen.proposed, _worthy(seen), jobs, tell, _is_near(seen))
-    early = sway() if trials.is_poor else None
-    is_first = not seen.before.found
-    if is_first and early is not None and not (early and early[0].chi <= trials.little):
-        trials = trials.wider(jobs)
     smooth = trials.ranked(jobs)
-    if smooth and is_first:
-        smooth = best_first(*smooth, *trials.around(smooth[0], jobs).ranked(jobs))
+    early = sway() if trials.is_poor(smooth) else None
+    if not seen.before.found:
+        is_told = early is None or bool(early and early[0].chi <= trials.little)
+        smooth = _more(trials, smooth, is_told, jobs)
     ranked = best_first(*(early or ()), *well_placed(seen.before, smooth, jobs))
     tried = _contenders(current, seen.before, ranked)
     kept = _kept(case, current, seen.before, tried, threshold, jobs)
@@ -137,6 +135,16 @@ def _stepped(
     if other is not None and (kept is None or other.evidence > rejudged(other.case, kept).evidence):
         kept = other
     return kept, ranked
+
+
+def _more(trials: Begun, ranked: list[Hypothesis], is_told: bool, jobs: int) -> list[Hypothesis]:
+    """Explanations, and more of them where these leave much; then what else sits where the best of them does."""
+    if not is_told:
+        wider = trials.wider(jobs)
+        trials, ranked = wider, best_first(*ranked, *wider.ranked(jobs))
+    if ranked and ranked[0].chi > FULL:
+        ranked = best_first(*ranked, *trials.around(ranked[0], jobs).ranked(jobs))
+    return ranked
 
 
 def _swaying(seen: Screened, located: Sequence[UnknownHeat], seed: int, jobs: int) -> list[Hypothesis]:
