@@ -15,17 +15,20 @@ from diagnosed import diagnosed, finding, rival, saved, unknown_heat
 from matplotlib.figure import Figure
 
 from network import Machine, compare
+from network.comparison import Comparison
 from network.diagnosis.candidates import candidates
-from network.diagnosis.verdict import UNKNOWN, VERDICTS, Diagnosis, Quantity
+from network.diagnosis.verdict import UNKNOWN, VERDICTS, Diagnosis, Fits, Quantity
 from network.refusal import Refused
 from network.report.candidates_figure import candidates_figure
 from network.report.diagnosis_files import check_target, tidy, write_diagnosis
 from network.report.diagnosis_patch import patch_text
+from network.report.diagnosis_pictures import pictures_of
 from network.report.finding_words import plus_minus
 from network.report.heat_figure import heat_figure
 from network.report.heat_words import course
 from network.report.lit_figure import lit_figure, lit_paths
 from network.report.moved_words import moved
+from network.report.page import basis
 
 ROOT = Path(__file__).parent.parent
 DESIGN = {
@@ -140,6 +143,27 @@ def test_numbers_that_the_findings_replace_are_left_out_of_the_shifts(found: Dia
     assert next(m.path for m in moved(found)) == "links.skin.conductance"
     gone = replace(found, after=found.after.patched({"links": {"skin": None}}))
     assert "links.skin.conductance" not in [m.path for m in moved(gone)]
+
+
+def test_recordings_of_one_file_name_are_told_with_their_folder(tmp_path: Path) -> None:
+    d = diagnosed(tmp_path)
+    fits, files = d.fits, iter(["one/results.csv", "three/log.csv", "two/results.csv"])
+
+    def renamed(before: Comparison | None, after: Comparison | None) -> tuple[Comparison, Comparison]:
+        assert before is not None and after is not None
+        own = [next(files) for _ in after.recordings]
+        sides = [[replace(r, recording=replace(r.recording, file=f)) for r, f in zip(side.recordings, own, strict=True)]
+                 for side in (before, after)]  # fmt: skip
+        return replace(before, recordings=tuple(sides[0])), replace(after, recordings=tuple(sides[1]))
+
+    train, held = renamed(fits.train_before, fits.train_after), renamed(fits.holdout_before, fits.holdout_after)
+    clashing = replace(d, fits=Fits(*train, *held))
+    assert basis(clashing).startswith("Fitted on one/results.csv and log.csv; judged on two/results.csv.")
+    told = flat(str(clashing))
+    assert "on two/results.csv, never used" in told and "min of one/results.csv" in told
+    assert "# Diagnosed by lptn on one/results.csv and log.csv" in patch_text(clashing, tmp_path)
+    assert "one/results.csv" in words_of(heat_figure(clashing))
+    assert any("two/results.csv" in picture.caption for picture in pictures_of(clashing))
 
 
 # -- files ----------------------------------------------------------------------------------------------------------

@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from network.report.calibration_files import stems_of
+from network.report.naming import called
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -45,8 +46,9 @@ def _fits(d: Diagnosis, prefix: str, what: str, before: Comparison, after: Compa
     from network.report.fit_figure import fit_figure
 
     for stem, b, a in zip(stems_of(after), before.recordings, after.recordings, strict=True):
-        title = f"{d.machine.name}: {a.recording.name}, {what}"
-        caption = f"{stem}, {what}: measured, and simulated before and after."
+        name = called(d, a)
+        title = f"{d.machine.name}: {name}, {what}"
+        caption = f"{name}, {what}: measured, and simulated before and after."
         draw = partial(fit_figure, b, a, title, large=bool(prefix))
         yield Picture(f"{prefix}fit-{stem}.png", "fits", caption, draw)
 

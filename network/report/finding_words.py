@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from network.report.canvas import pretty
 from network.report.heat_words import when
+from network.report.naming import called
 from network.report.table import digits
 from network.residuals.amounts import joined
 from network.units import difference, show, unit
@@ -65,8 +65,7 @@ def windows_words(d: Diagnosis, finding: Finding) -> str:
     if not finding.windows:
         return ""
     longest = sorted(finding.windows, key=lambda w: w[0] - w[1])[:MOST_WINDOWS]
-    t = d.fits.train_before.recordings[0].trajectory.t
-    name = Path(d.fits.train_before.recordings[0].recording.file).name
+    t, name = d.fits.train_before.recordings[0].trajectory.t, called(d, d.fits.train_before.recordings[0])
     told = [when(first, last, t, name) for first, last in sorted(longest)]
     words = [text[:1].lower() + text[1:] for text in told]
     short = [text.removesuffix(f" of {name}") for text in words[:-1]] + words[-1:]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,6 +29,7 @@ from network.report.canvas import (
 from network.report.finding_words import percent
 from network.report.heat_words import suspects_of, unit_of
 from network.report.lines import clock, outline, set_clock
+from network.report.naming import called
 from network.report.run_figure import is_speed
 from network.units import unit
 
@@ -110,7 +110,7 @@ def _fill(
         if name in signals:
             _draw_input(axes, signals[name], t, first=axes.get_position().x0 < 0.1)
     above = 1 + 0.24 / size_of(column[0])[1]
-    name = name_text(Path(recording.recording.file).name)
+    name = name_text(called(d, recording))
     column[0].text(0, above, name, transform=column[0].transAxes, fontsize=FONT, fontweight="bold", color=GREY)
     set_clock(column, t)
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from network.declare import Array
 from network.report.lines import clock
+from network.report.naming import called
 from network.report.table import digits
 from network.residuals.amounts import amount
 from network.trajectory import axis_unit
@@ -78,7 +78,7 @@ def heat_words(d: Diagnosis, u: UnknownHeat) -> str:
     seen = course(u.t[at], u.heat[at], u.std[at])
     if seen is None:
         return f"At {u.name} nothing stands out of its uncertainty at any time."
-    name = Path(d.fits.train_before.recordings[at].recording.file).name
+    name = called(d, d.fits.train_before.recordings[at])
     return f"{when(seen.first, seen.last, u.t[at], name)} {_what(d, u, seen)}{_in_bursts(d, u, seen)}."
 
 

@@ -22,6 +22,7 @@ from network.report.finding_words import (
     windows_words,
 )
 from network.report.moved_words import moved, moved_words
+from network.report.naming import called
 from network.report.table import digits, span
 from network.report.verdict_words import next_words, seat_words, verdict_words
 from network.residuals.amounts import joined
@@ -80,10 +81,10 @@ def _tables(d: Diagnosis) -> dict[str, Any]:
 
 def basis(d: Diagnosis) -> str:
     """On what it rests: which recordings, which seed, how long it took."""
-    fitted = joined([Path(r.recording.file).name for r in d.fits.train_after.recordings])
+    fitted = joined([called(d, r) for r in d.fits.train_after.recordings])
     told = f"Fitted on {fitted}"
     if d.fits.holdout_after is not None:
-        told += f"; judged on {joined([Path(r.recording.file).name for r in d.fits.holdout_after.recordings])}"
+        told += f"; judged on {joined([called(d, r) for r in d.fits.holdout_after.recordings])}"
     return f"{told}. Machine file {Path(d.machine.file).name}, seed {d.seed}, {span(d.seconds)}."
 
 

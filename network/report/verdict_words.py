@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
+from network.report.naming import called
 from network.report.table import digits
 from network.residuals.amounts import joined
 
@@ -66,7 +66,7 @@ def falls(d: Diagnosis) -> str:
 
 def _held_out(d: Diagnosis) -> str:
     assert d.fits.holdout_after is not None
-    return joined([Path(r.recording.file).name for r in d.fits.holdout_after.recordings])
+    return joined([called(d, r) for r in d.fits.holdout_after.recordings])
 
 
 def _count(d: Diagnosis) -> str:
