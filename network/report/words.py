@@ -10,7 +10,7 @@ import numpy as np
 from network.declare import Array
 from network.report.canvas import pretty
 from network.report.describe import describe
-from network.report.table import digits, span, table
+from network.report.table import digits, signed, span, table
 from network.residuals.telling import telling
 from network.residuals.window import worst_window
 from network.units import Unit, difference, unit
@@ -66,7 +66,7 @@ def _main_contributor(run: Trajectory, axis: str, shown: Unit) -> str:
     name = max(mine, key=lambda n: abs(float(mine[n][peak])), default=None)
     if name is None:
         return "nothing"
-    return f"{name} ({shown.from_si(float(mine[name][peak])):+.2f} at {run.t[peak] / 60:.0f} min)"
+    return f"{name} ({signed(shown.from_si(float(mine[name][peak])), 2)} at {run.t[peak] / 60:.0f} min)"
 
 
 def _energy(run: Trajectory) -> list[str]:
