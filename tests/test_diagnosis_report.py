@@ -7,6 +7,7 @@ import re
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,16 +18,19 @@ from matplotlib.figure import Figure
 from network import Machine, compare
 from network.comparison import Comparison
 from network.diagnosis.candidates import candidates
+from network.diagnosis.isolability import DETAILS
+from network.diagnosis.judging import _why_not
 from network.diagnosis.verdict import UNKNOWN, VERDICTS, Diagnosis, Fits, Quantity
 from network.refusal import Refused
 from network.report.candidates_figure import candidates_figure
 from network.report.diagnosis_files import check_target, tidy, write_diagnosis
 from network.report.diagnosis_patch import patch_text
 from network.report.diagnosis_pictures import pictures_of
-from network.report.finding_words import plus_minus
+from network.report.finding_words import against, plus_minus, sure_word, sure_words
 from network.report.heat_figure import heat_figure
 from network.report.heat_words import course
 from network.report.lit_figure import lit_figure, lit_paths
+from network.report.lumps_words import sentence_of
 from network.report.moved_words import moved
 from network.report.page import basis
 
@@ -59,10 +63,10 @@ def test_the_words_tell_what_where_how_sure_and_against_what(found: Diagnosis) -
     told = flat(str(found))
     assert "test lacks one effect that its recordings show at body." in told
     assert "conductance 6.10 ± 0.20 W/K" in told and "probable, 93 %" in told
-    assert "It adds 412 nats of log evidence, where chance reaches 9.3: 44 times as much." in told
-    assert "radiation (body, air), 5 %: leaves 3.4 instead of 1.02 noise units" in told
+    assert "It explains 44 times more than chance would (412 nats of evidence against 9.3)." in told
+    assert "radiation (body, air), 5 %: fits 3.3 times worse" in told
     assert "links.skin.conductance from +2.5 to +0.0" in told
-    assert "body 81 %, motor to body 12 %" in told
+    assert "body (81 %), motor to body (12 %)" in told
     assert "train1: 3 readings of T_body lie apart" in told
     assert "It would tell convection from radiation by 6.1 σ in 42 min." in told
     before, after = found.fits.train_before.rmse_in_noise, found.fits.train_after.rmse_in_noise
@@ -86,13 +90,15 @@ def test_a_course_that_never_leaves_its_uncertainty_is_none() -> None:
 
 
 def test_it_is_told_when_the_map_of_unknown_heat_points_elsewhere(found: Diagnosis) -> None:
-    assert "overrule" not in flat(str(found))
-    assert "overrule it" in flat(str(replace(found, findings=(finding(places=("motor",)),))))
+    assert "better than any such heat" not in flat(str(found))
+    assert "explains the recordings better than any such heat" in flat(
+        str(replace(found, findings=(finding(places=("motor",)),)))
+    )
     reads = finding(places=("tcp.z", "motor"))
     probe = unknown_heat("dz", "channel", 0.9, 2, 2e-6)
     told = flat(str(replace(found, findings=(reads,), located=(probe, *found.located))))
-    assert "overrule" not in told and "dz reads on average 1.0 µm higher than the model" in told
-    assert "show at motor (tcp.z)." in told
+    assert "better than any such heat" not in told and "dz reads on average 1.0 µm higher than the model" in told
+    assert "show at motor (movement along z)." in told
 
 
 @pytest.mark.parametrize(("kind", "name", "told"), [
@@ -121,7 +127,7 @@ def test_every_verdict_says_plainly_what_it_means(
         for kind in findings
     )  # fmt: skip
     told = flat(str(replace(found, verdict=verdict, findings=several)))
-    assert words in told and ("before anything was added" in told) == bool(findings)
+    assert words in told and ("If heat at one place were" in told) == bool(findings)
     assert verdict in VERDICTS
 
 
@@ -130,10 +136,51 @@ def test_what_cannot_be_told_apart_is_told(found: Diagnosis) -> None:
     assert "These recordings cannot tell it from radiation (body)." in flat(str(replace(found, findings=(alike,))))
 
 
+def test_one_number_has_one_word_and_more_is_never_less_sure() -> None:
+    words = list(dict.fromkeys(sure_word(p / 1000) for p in range(1001)))
+    assert words == ["doubtful", "an even chance", "more likely than not", "probable", "nearly certain"]
+    assert all(sure_word(p) == sure_word(float(f"{100 * p:.0f}") / 100) for p in np.linspace(0, 1, 777))
+    assert "likely" not in sure_word(0.5)
+    alike = finding(confidence=0.504, indistinguishable=(rival("foundation", "beam", 0.493, 1.0, 410.0),))
+    assert sure_words(alike) == "50 %: as likely as foundation (beam)"
+    behind = replace(alike, confidence=0.7, indistinguishable=(rival("foundation", "beam", 0.25, 1.0, 410.0),))
+    assert sure_words(behind) == "70 %, beside 25 % for foundation (beam)"
+
+
+@pytest.mark.parametrize(("chi", "shift", "told"), [
+    (3.54, 8.2, "fits 3.7 times worse, and moves a number of the file by 8 times its ±"),
+    (1.07, 0.0, "fits 13 % worse"), (0.953, 0.0, "fits nearly as well"),
+])  # fmt: skip
+def test_a_rival_is_told_relative_to_what_was_found(chi: float, shift: float, told: str) -> None:
+    """Its misfit is another measure than the table's rmse."""
+    other, best = (SimpleNamespace(chi=c, evidence=e, shift=np.array([shift])) for c, e in ((chi, 0.0), (0.95, 99.0)))
+    assert against(rival("tilt", "body", 0.01, chi, 90.0, _why_not(other, best))) == told  # type: ignore[arg-type]
+
+
+def test_parts_that_need_more_lumps_are_told_together_and_all_of_them() -> None:
+    nodes = {name: {"material": "steel", "lumps": n} for name, n in (("head", 10), ("beam", 10), ("rail", 20))}
+    cut = finding(kind="lumping", parameters={}, patch={"nodes": nodes}, sentence="Head needs 10 lumps.")
+    right = "Head and beam need 10 lumps each along their length; rail needs 20 lumps along its length."
+    assert sentence_of(cut) == right == cut.summary()["sentence"]
+    assert sentence_of(finding()) == finding().sentence
+
+
+def test_what_says_nothing_is_left_out(found: Diagnosis) -> None:
+    always = finding(windows=((0.0, 4 * 3600.0),))
+    still = unknown_heat("body", "node", 0.9, 2, 0.0)
+    told = flat(str(replace(found, findings=(always,), located=(still,))))
+    assert "showed most" not in told and "stands out" not in told
+    long = replace(found, notes=(f"3 of 9 effects are too small to show here. {DETAILS} alike: tilt (3).",))
+    assert "too small to show here." in flat(str(long)) and "alike: tilt" not in flat(str(long))
+
+
 @pytest.mark.parametrize(("quantity", "told"), [
     (Quantity(790.0, 31.0, "W"), "790 ± 31 W"), (Quantity(0.79, 0.031, "1"), "0.790 ± 0.031"),
     (Quantity(21.4, 0.12, "degC"), "21.40 ± 0.12 °C"), (Quantity(0.7, 0.08, "K"), "0.700 ± 0.080 K"),
     (Quantity(5.2e4, 4e3, "kJ/K"), "52.0 ± 4.0 kJ/K"), (Quantity(3.0, 0.0, "1"), "3.000"),
+    (Quantity(207908.0, 6855.0, "J/K"), "207.9 ± 6.9 kJ/K"), (Quantity(1e6, 1252999.0, "W/K"), "1.0 ± 1.3 MW/K"),
+    (Quantity(8123.0, 1234.0, "W"), "8100 ± 1200 W"), (Quantity(-0.001, 0.31, "W"), "0.00 ± 0.31 W"),
+    (Quantity(-4.1, 0.31, "W"), "−4.10 ± 0.31 W"),
 ])  # fmt: skip
 def test_a_size_is_told_to_two_digits_of_its_error(quantity: Quantity, told: str) -> None:
     assert plus_minus(quantity) == told

@@ -6,7 +6,8 @@ import textwrap
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from network.diagnosis.verdict import CLEAR
+from network.diagnosis.isolability import DETAILS
+from network.diagnosis.verdict import CLEAR, FAINT
 from network.report.finding_words import (
     alike_words,
     evidence_words,
@@ -16,6 +17,7 @@ from network.report.finding_words import (
     windows_words,
 )
 from network.report.heat_words import heat_words, suspects_of, where_words
+from network.report.lumps_words import sentence_of
 from network.report.moved_words import moved_words
 from network.report.table import digits, span, table
 from network.report.verdict_words import next_words, verdict_words
@@ -33,8 +35,9 @@ def tell_diagnosis(d: Diagnosis) -> str:
     header, rows = fit_rows(d)
     blocks = [
         _verdict(d), *(_finding(d, i, f) for i, f in enumerate(d.findings, 1)), _paragraphs(where_lines(d)),
-        _paragraphs(moved_words(d)), "\n".join([*table(header, rows, header[1:]), BEFORE]), _paragraphs(d.notes),
-        _paragraphs(map(_next_experiment, d.advice)), _paragraphs([next_words(d)]),
+        _paragraphs(moved_words(d)), "\n".join([*table(header, rows, header[1:]), BEFORE]),
+        _paragraphs(map(shortened_note, d.notes)), _paragraphs(map(_next_experiment, d.advice)),
+        _paragraphs([next_words(d)]),
     ]  # fmt: skip
     return "\n\n".join(block for block in blocks if block)
 
@@ -45,9 +48,8 @@ def _verdict(d: Diagnosis) -> str:
 
 
 def _finding(d: Diagnosis, number: int, finding: Finding) -> str:
-    numbered = len(d.findings) > 1
-    first = f"{number}. " if numbered else "  "
-    lines = textwrap.wrap(finding.sentence, WIDTH, initial_indent=first, subsequent_indent="   " if numbered else "  ")
+    first, then = (f"{number}. ", "   ") if len(d.findings) > 1 else ("  ", "  ")
+    lines = textwrap.wrap(sentence_of(finding), WIDTH, initial_indent=first, subsequent_indent=then)
     rows = [
         ("size", "; ".join(f"{name} {size}" for name, size in sizes(finding))), ("sure", sure_words(finding)),
         ("evidence", " ".join([evidence_words(finding), windows_words(d, finding)])),
@@ -63,7 +65,7 @@ def where_lines(d: Diagnosis) -> list[str]:
     """Where it differed, and how; nothing where nothing is missing."""
     if not d.findings:
         return []
-    return [heat_words(d, u) for u in suspects_of(d, 1)] + [line for line in [where_words(d)] if line]
+    return [line for line in [*(heat_words(d, u) for u in suspects_of(d, 1)), where_words(d)] if line]
 
 
 def fit_rows(d: Diagnosis) -> tuple[list[str], list[list[str]]]:
@@ -102,8 +104,13 @@ def advice_words(experiment: Experiment) -> str:
         return f"{text}."
     apart = f"{digits(experiment.sigma, 2)} σ in {span(3600 * experiment.hours)}"
     if experiment.sigma < CLEAR:
-        return f"{text}, with {apart}."
+        return f"{text}, with {apart}." if experiment.sigma >= FAINT else f"{text}."
     return f"{text}. It would tell {' from '.join(experiment.separates)} by {apart}."
+
+
+def shortened_note(note: str) -> str:
+    """A note without what only the report goes into."""
+    return note.partition(f" {DETAILS}")[0]
 
 
 def _paragraphs(sentences: Iterable[str]) -> str:

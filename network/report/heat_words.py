@@ -27,6 +27,7 @@ BOTH = 0.25
 """Share of the squared heat of the other sign from which both signs are told."""
 
 
+THROUGHOUT = "Throughout"
 COUNTS = 0.02
 """Probability from which a place is told."""
 
@@ -73,11 +74,11 @@ def _bursts(heat: Array) -> tuple[int, float]:
 
 
 def heat_words(d: Diagnosis, u: UnknownHeat) -> str:
-    """The sentence about a place, on the recording where most is unaccounted for."""
+    """The sentence about a place, on the recording where most is unaccounted for; nothing where nothing stands out."""
     at = max(range(len(u.t)), key=lambda i: float(np.sum(u.heat[i] ** 2)))
     seen = course(u.t[at], u.heat[at], u.std[at])
     if seen is None:
-        return f"At {u.name} nothing stands out of its uncertainty at any time."
+        return ""
     name = called(d, d.fits.train_before.recordings[at])
     return f"{when(seen.first, seen.last, u.t[at], name)} {_what(d, u, seen)}{_in_bursts(d, u, seen)}."
 
@@ -85,7 +86,7 @@ def heat_words(d: Diagnosis, u: UnknownHeat) -> str:
 def when(first: float, last: float, t: Array, of: str) -> str:
     """The time between two instants of a recording, which has the times t."""
     if last - first > 0.95 * float(t[-1] - t[0]):
-        return f"Throughout {of}"
+        return f"{THROUGHOUT} {of}"
     name, length = ("min", 60.0) if float(t[-1] - t[0]) < HOURS else clock(t)
     if first == last:
         return f"At {first / length:.3g} {name} of {of}"
@@ -141,9 +142,9 @@ def _seats(d: Diagnosis) -> set[str]:
 
 def where_words(d: Diagnosis) -> str:
     """Places with their probabilities, as far as they count."""
-    named = [f"{u.name} {digits(100 * u.probability, 2)} %" for u in d.located[:4] if u.probability > COUNTS]
+    named = [f"{u.name} ({digits(100 * u.probability, 2)} %)" for u in d.located[:4] if u.probability > COUNTS]
     if not named:
         return ""
-    told = f"From unknown heat alone, before anything was added: {', '.join(named)}."
+    told = f"If heat at one place were all that is missing, it would be at {', '.join(named)}"
     agrees = {*d.located[0].name.split(" to ")} & _seats(d)
-    return told if agrees else f"{told} The findings, fitted in full, overrule it."
+    return f"{told}." if agrees else f"{told}; what was found explains the recordings better than any such heat."

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from network.report.diagnosis_patch import FILE
 from network.report.diagnosis_words import advice_words, fit_rows, where_lines
 from network.report.finding_words import (
+    against,
     alike_words,
     evidence_words,
     name_of,
@@ -21,9 +22,10 @@ from network.report.finding_words import (
     sure_words,
     windows_words,
 )
+from network.report.lumps_words import sentence_of
 from network.report.moved_words import moved, moved_words
 from network.report.naming import called
-from network.report.table import digits, span
+from network.report.table import signed, span
 from network.report.verdict_words import next_words, seat_words, verdict_words
 from network.residuals.amounts import joined
 
@@ -52,7 +54,7 @@ def page(d: Diagnosis, pictures: Sequence[Shown], patch: str, where: Path) -> st
     loader = PackageLoader("network.report")
     rooms = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     told = _verdict(d) | _tables(d) | {"patch": patch, "patch_name": FILE, "commands": commands(d, where)}
-    return rooms.get_template(TEMPLATE).render(told, pictures=pictures, shown=shown)
+    return rooms.get_template(TEMPLATE).render(told, pictures=pictures, shown=shown, signed=signed)
 
 
 def shown(picture: Shown) -> Markup:
@@ -92,7 +94,7 @@ def _finding(d: Diagnosis, finding: Finding) -> Mapping[str, Any]:
     seats = seat_words(d, finding)
     return {
         "title": f"{name_of(finding.kind)}{f' at {seats}' if seats else ''}",
-        "sentence": finding.sentence, "sure": sure_words(finding), "sizes": sizes(finding),
+        "sentence": sentence_of(finding), "sure": sure_words(finding), "sizes": sizes(finding),
         "evidence": " ".join(filter(None, [evidence_words(finding), windows_words(d, finding)])),
         "alike": alike_words(finding), "rivals": [_rival(r) for r in finding.alternatives],
     }  # fmt: skip
@@ -100,8 +102,7 @@ def _finding(d: Diagnosis, finding: Finding) -> Mapping[str, Any]:
 
 def _rival(rival: Rival) -> Mapping[str, str]:
     return {
-        "name": rival_name(rival), "confidence": percent(rival.confidence), "leaves": digits(rival.chi, 3),
-        "gain": f"{rival.gain:.0f}", "why_not": rival.why_not,
+        "name": rival_name(rival), "confidence": percent(rival.confidence), "why_not": against(rival),
     }  # fmt: skip
 
 
