@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from network.diagnosis.isolability import DETAILS
@@ -33,9 +33,10 @@ BEFORE = "  before: as written, its numbers calibrated"
 def tell_diagnosis(d: Diagnosis) -> str:
     """Verdict; findings with size, evidence and rivals; where; what moved back; fits before and after; advice."""
     header, rows = fit_rows(d)
+    fits = [*table(header, rows, header[1:]), *([] if is_unchanged(d) else [BEFORE])]
     blocks = [
         _verdict(d), *(_finding(d, i, f) for i, f in enumerate(d.findings, 1)), _paragraphs(where_lines(d)),
-        _paragraphs(moved_words(d)), "\n".join([*table(header, rows, header[1:]), BEFORE]),
+        _paragraphs(moved_words(d)), "\n".join(fits),
         _paragraphs(map(shortened_note, d.notes)), _paragraphs(map(_next_experiment, d.advice)),
         _paragraphs([next_words(d)]),
     ]  # fmt: skip
@@ -69,16 +70,31 @@ def where_lines(d: Diagnosis) -> list[str]:
 
 
 def fit_rows(d: Diagnosis) -> tuple[list[str], list[list[str]]]:
-    """Header and rows: rms residual of every channel in noise units, before and after."""
-    sides = [("fitted", d.fits.train_before, d.fits.train_after)]
-    if d.fits.holdout_before is not None and d.fits.holdout_after is not None:
-        sides.append(("held out", d.fits.holdout_before, d.fits.holdout_after))
-    header = ["rmse [σ]", *(f"{name}, {when}" for name, _, _ in sides for when in ("before", "after"))]
-    each = [(by_channel(before), by_channel(after)) for _, before, after in sides]
-    names = dict.fromkeys(name for pair in each for side in pair for name in side)
-    rows = [[name, *(_sigma(side.get(name)) for pair in each for side in pair)] for name in names]
-    rows.append(["all channels", *(_sigma(c.rmse_in_noise) for _, before, after in sides for c in (before, after))])
-    return header, rows
+    """Header and rows: rms residual of every channel in noise units, before and after; once where
+    both are the same."""
+    columns = list(_columns(d))
+    each = [by_channel(comparison) for _, comparison in columns]
+    names = dict.fromkeys(name for column in each for name in column)
+    rows = [[name, *(_sigma(column.get(name)) for column in each)] for name in names]
+    rows.append(["all channels", *(_sigma(comparison.rmse_in_noise) for _, comparison in columns)])
+    return ["rmse [σ]", *(name for name, _ in columns)], rows
+
+
+def _columns(d: Diagnosis) -> Iterator[tuple[str, Comparison]]:
+    sides = (("fitted", d.fits.train_before, d.fits.train_after), ("held out", *held_out(d)))
+    for name, before, after in sides:
+        if before is not None and after is not None:
+            yield from ((name, after),) if is_unchanged(d) else ((f"{name}, before", before), (f"{name}, after", after))
+
+
+def held_out(d: Diagnosis) -> tuple[Comparison | None, Comparison | None]:
+    return d.fits.holdout_before, d.fits.holdout_after
+
+
+def is_unchanged(d: Diagnosis) -> bool:
+    """Whether the machine is as before: nothing was added to it, nothing cut more finely."""
+    before, after = (by_channel(comparison) for comparison in (d.fits.train_before, d.fits.train_after))
+    return before == after
 
 
 def by_channel(comparison: Comparison) -> dict[str, float]:
