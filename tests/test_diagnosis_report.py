@@ -26,13 +26,15 @@ from network.report.candidates_figure import candidates_figure
 from network.report.diagnosis_files import check_target, tidy, write_diagnosis
 from network.report.diagnosis_patch import patch_text
 from network.report.diagnosis_pictures import pictures_of
+from network.report.diagnosis_words import fit_rows
 from network.report.finding_words import against, plus_minus, sure_word, sure_words
+from network.report.fit_figure import fit_figure
 from network.report.heat_figure import heat_figure
 from network.report.heat_words import course
-from network.report.lit_figure import lit_figure, lit_paths
+from network.report.lit_figure import lit_figure, lit_paths, moves_of
 from network.report.lumps_words import sentence_of
 from network.report.moved_words import moved
-from network.report.page import basis
+from network.report.page import basis, is_tall
 
 ROOT = Path(__file__).parent.parent
 DESIGN = {
@@ -365,6 +367,8 @@ def test_the_suspect_is_lit(found: Diagnosis) -> None:
     assert "lit in orange: body" in words_of(lit_figure(found))
     moves = replace(found, findings=(finding(places=("tcp.z", "motor"), patch={}),))
     assert "moves tcp.z" in words_of(lit_figure(moves))
+    assert moves_of(moves) == {"motor": "↕ moves tcp.z"}
+    assert "moves" not in " ".join(t.get_text() for t in lit_figure(moves).texts)
     reads = replace(found, findings=(finding(places=(), channels=("T_motor",), patch={}),))
     assert lit_paths(reads) == ["nodes.motor"]
 
@@ -382,9 +386,49 @@ def test_unknown_heat_is_drawn_for_every_recording_with_its_inputs(found: Diagno
 def test_rivals_are_ranked_and_the_found_one_stands_out(found: Diagnosis) -> None:
     figure = candidates_figure(found)
     gains = figure.axes[0]
-    assert [patch.get_width() for patch in gains.patches] == [412.3, 300.0, 90.0]
+    assert [patch.get_width() for patch in gains.patches] == pytest.approx([412.3, 300.0, 90.0])
+    assert [t.get_text() for t in figure.axes[1].texts] == ["1.00", "1.27", "3.33"]
     assert len({patch.get_facecolor() for patch in gains.patches}) == 2
     names = [t.get_text() for t in gains.get_yticklabels()]
     assert names == ["convection (body, air)", "radiation (body, air)", "windage (motor)"]
+    again = replace(found, findings=(finding(gain=382.3),))
+    told = [t.get_text() for t in candidates_figure(again).axes[0].texts]
+    assert told == ["382", "278", "83"] and "382 nats" in str(again)
     many = replace(found, tried=tuple(rival("convection", f"n{i}", 0.1, 1 + i, 50.0 - i) for i in range(40)))
     assert "the best 16 of 40" in words_of(candidates_figure(many))
+
+
+def test_heat_and_offsets_share_one_clock_and_are_called_what_they_are(found: Diagnosis) -> None:
+    figure = heat_figure(found)
+    assert "unknown heat or offset of a channel" in words_of(figure)
+    assert len({axes.get_xlabel() for axes in figure.axes} - {""}) == 1
+    quick = finding(parameters={"period": Quantity(540.0, 2.0, "min")})
+    told = words_of(heat_figure(replace(found, findings=(quick,), located=found.located[:1])))
+    assert "unknown heat |" in told and "a value every 5 min, too coarse for a period of 9 min" in told
+
+
+def test_a_machine_that_stays_as_it_is_is_drawn_and_told_once(found: Diagnosis) -> None:
+    fits = replace(found.fits, train_before=found.fits.train_after, holdout_before=found.fits.holdout_after)
+    same = replace(found, verdict="adequate", findings=(), fits=fits)
+    assert fit_rows(same)[0] == ["rmse [σ]", "fitted", "held out"] and "before:" not in str(same)
+    assert len(fit_rows(found)[0]) == 5
+    (residual, *_) = fits.train_after.recordings
+    once, twice = (fit_figure(b, residual, "fit") for b in (residual, found.fits.train_before.recordings[0]))
+    assert len(once.axes[0].lines) < len(twice.axes[0].lines)
+    assert "→" not in words_of(once) and "before orange" not in words_of(once) and "→" in words_of(twice)
+
+
+def test_a_tall_picture_has_a_printed_page_of_its_own(folder: Path) -> None:
+    assert not is_tall((folder / "candidates.png").read_bytes())
+    text = (folder / "report.html").read_text(encoding="utf-8")
+    assert text.count('<figure class="tall">') == sum(is_tall(p.read_bytes()) for p in folder.glob("*.png"))
+    assert "max-height: 118mm" in text and "break-inside: avoid" in text
+
+
+def test_what_was_found_is_named_whole_in_the_network(found: Diagnosis) -> None:
+    link, source = "conduction through the bracket of body", "heat_source while the spindle runs motor"
+    flow = {"kind": "conduction", "between": ["motor", "body"], "conductance": "3 W/K"}
+    patch = {"links": {link: flow}, "sources": {source: {"kind": "heat_source", "into": {"motor": 1}, "power": "9 W"}}}
+    bare, lit = (replace(found, after=found.machine.patched(patch), findings=(finding(patch=p),)) for p in ({}, patch))
+    assert link in words_of(lit_figure(lit)) and source in words_of(lit_figure(lit))
+    assert link not in words_of(lit_figure(bare)) and source not in words_of(lit_figure(bare))

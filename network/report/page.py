@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from network.report.diagnosis_patch import FILE
-from network.report.diagnosis_words import advice_words, fit_rows, where_lines
+from network.report.diagnosis_words import advice_words, fit_rows, is_unchanged, where_lines
 from network.report.finding_words import (
     against,
     alike_words,
@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from network.diagnosis.verdict import Diagnosis, Finding, Rival
 
 TEMPLATE = "diagnosis.html.j2"
+TALL = 0.8
+"""Height over width of a picture, from which half a page is too little for it."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,14 @@ def shown(picture: Shown) -> Markup:
 
     data = base64.b64encode(picture.png).decode("ascii")
     image = Markup('<img src="data:image/png;base64,{}" alt="{}">').format(data, picture.caption)
-    return Markup("<figure>{}<figcaption>{}</figcaption></figure>\n").format(image, picture.caption)
+    tall = Markup(' class="tall"') if is_tall(picture.png) else ""
+    return Markup("<figure{}>{}<figcaption>{}</figcaption></figure>\n").format(tall, image, picture.caption)
+
+
+def is_tall(png: bytes) -> bool:
+    """Whether a picture needs a page of its own to be read in print."""
+    width, height = (int.from_bytes(png[at : at + 4], "big") for at in (16, 20))
+    return height > TALL * width
 
 
 def _verdict(d: Diagnosis) -> dict[str, Any]:
@@ -76,7 +85,8 @@ def _verdict(d: Diagnosis) -> dict[str, Any]:
 def _tables(d: Diagnosis) -> dict[str, Any]:
     header, rows = fit_rows(d)
     return {
-        "fit_header": header, "fit_rows": rows, "numbers": moved(d), "moved": list(moved_words(d)),
+        "unchanged": is_unchanged(d), "fit_header": header, "fit_rows": rows,
+        "numbers": moved(d), "moved": list(moved_words(d)),
         "notes": d.notes, "advice": [advice_words(e) for e in d.advice],
     }  # fmt: skip
 
