@@ -678,5 +678,7 @@ def test_shared_cases_are_legible(case: str, lumps: int, tmp_path: Path) -> None
 
 def test_the_legend_shows_no_size_twice() -> None:
     parts = {name: {"heat_capacity": "389 J/K"} for name in ("left", "right", "base")}
-    assert len(examples(machine_of(nodes=parts, links={}, sources={}, tcp={}, sensors={}))) == 1
+    parts["ambient"] = {"temperature": "ambient"}
+    skins = {n: {"kind": "convection", "between": [n, "ambient"], "conductance": "1 W/K"} for n in list(parts)[:3]}
+    assert len(examples(machine_of(nodes=parts, links=skins, sources={}, tcp={}, sensors={}))) == 1
     assert len(examples(machine_of())) == 2

@@ -11,6 +11,7 @@ from network.declare import Array
 from network.report.canvas import pretty
 from network.report.describe import describe
 from network.report.table import digits, signed, span, table
+from network.residuals.spikes import calmed
 from network.residuals.telling import telling
 from network.residuals.window import worst_window
 from network.units import Unit, difference, unit
@@ -122,8 +123,9 @@ def _row(channel: ChannelResidual) -> list[str]:
 
 
 def tell_worst(residual: RecordingResidual) -> str:
-    """The sentence about the worst channel: how far off it is simulated, which way, and between which times."""
-    read = [channel for channel in residual.channels.values() if channel.n]
+    """The sentence about the worst channel: how far off it is simulated, which way, and between which times; single
+    readings that lie far apart do not count."""
+    read = [calmed(channel)[0] for channel in residual.channels.values() if channel.n]
     worst = max(read, key=lambda channel: channel.rmse_in_noise)
     if worst.rmse_in_noise <= GOOD:
         return f"Every channel agrees within its noise (worst: {worst.name}, {digits(worst.rmse_in_noise, 3)} σ)."
