@@ -172,6 +172,9 @@ def test_what_says_nothing_is_left_out(found: Diagnosis) -> None:
     still = unknown_heat("body", "node", 0.9, 2, 0.0)
     told = flat(str(replace(found, findings=(always,), located=(still,))))
     assert "showed most" not in told and "stands out" not in told
+    vague = tuple(replace(u, name="motor", probability=0.1) for u in found.located)
+    pointless = flat(str(replace(found, located=vague)))
+    assert "If heat at one place" not in pointless and "motor gets" not in pointless
     long = replace(found, notes=(f"3 of 9 effects are too small to show here. {DETAILS} alike: tilt (3).",))
     assert "too small to show here." in flat(str(long)) and "alike: tilt" not in flat(str(long))
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 MOST_RIVALS = 4
 MOST_WINDOWS = 3
-SURE = ((96, "nearly certain"), (76, "probable"), (56, "more likely than not"), (45, "an even chance"), (0, "doubtful"))
+SURE = ((95, "nearly certain"), (75, "probable"), (55, "more likely than not"), (45, "an even chance"), (0, "doubtful"))
 """Words for a confidence, from so many percent."""
 EVEN = 0.1
 """Confidences nearer than this are called the same."""

@@ -30,6 +30,8 @@ BOTH = 0.25
 THROUGHOUT = "Throughout"
 COUNTS = 0.02
 """Probability from which a place is told."""
+POINTS = 0.25
+"""Probability of the best place from which the map of unknown heat points anywhere."""
 
 
 @dataclass(frozen=True)
@@ -128,13 +130,13 @@ def unit_of(d: Diagnosis, u: UnknownHeat) -> str:
 
 def suspects_of(d: Diagnosis, most: int = 3) -> tuple[UnknownHeat, ...]:
     """The places to tell about: where something was found, then the most probable."""
-    seats = _seats(d)
+    seats = seats_in(d)
     ranked = sorted(d.located, key=lambda u: (u.name not in seats, -u.probability))
     counting = [u for u in ranked if u.name in seats or u.probability > COUNTS]
     return tuple((counting or ranked)[:most])
 
 
-def _seats(d: Diagnosis) -> set[str]:
+def seats_in(d: Diagnosis) -> set[str]:
     """Parts and channels of the findings; for an axis, the channels that read it."""
     seats = {seat for f in d.findings for seat in (*f.places, *f.channels)}
     return seats | {name for name, sensor in d.machine.sensors.items() if f"tcp.{sensor.axis}" in seats}
@@ -143,8 +145,8 @@ def _seats(d: Diagnosis) -> set[str]:
 def where_words(d: Diagnosis) -> str:
     """Places with their probabilities, as far as they count."""
     named = [f"{u.name} ({digits(100 * u.probability, 2)} %)" for u in d.located[:4] if u.probability > COUNTS]
-    if not named:
+    if not named or d.located[0].probability < POINTS:
         return ""
     told = f"If heat at one place were all that is missing, it would be at {', '.join(named)}"
-    agrees = {*d.located[0].name.split(" to ")} & _seats(d)
+    agrees = {*d.located[0].name.split(" to ")} & seats_in(d)
     return f"{told}." if agrees else f"{told}; what was found explains the recordings better than any such heat."

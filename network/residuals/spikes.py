@@ -18,7 +18,7 @@ AMONG = 9
 """Readings that one is compared with: what lasts for half as many is no spike."""
 FAR = 20.0
 """Robust standard deviations, of at least the declared noise, from which a reading lies apart."""
-FEW = 0.01
+FEW = 0.03
 """Share of the readings: where more lie apart, they are no exception."""
 
 
