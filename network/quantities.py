@@ -8,7 +8,8 @@ from typing import Any
 
 from network.fieldbase import Field, word_of
 from network.refusal import short
-from network.units import NUMBER, BadNumber, Number, Unit, parse_number, show, split_number, spoken, unit, written
+from network.spoken import spoken
+from network.units import NUMBER, BadNumber, Number, Unit, parse_number, show, split_number, unit, written
 from network.yamltree import Tree
 
 

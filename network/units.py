@@ -13,7 +13,7 @@ from network.unit_names import LONGEST, BadNumber, Unit, difference, unit
 from network.unit_table import likely_unit
 
 __all__ = [
-    "BadNumber", "Number", "Prior", "Unit", "difference", "in_unit", "parse_number", "show", "split_number", "spoken",
+    "BadNumber", "Number", "Prior", "Unit", "difference", "in_unit", "parse_number", "show", "split_number",
     "unit", "written",
 ]  # fmt: skip
 
@@ -166,19 +166,6 @@ def show(value: float, unit_text: str, digits: int = 4) -> str:
     if digits >= 16:
         return written(value, unit_text)
     return _with_unit(f"{_shown_in(unit_text).from_si(value):.{digits}g}", unit_text)
-
-
-def spoken(value: float, unit_text: str) -> str:
-    """A value inside as a sentence tells it, without exponent where it reads so: 5.57 W/K, 21.62 degC, 10 000 rpm."""
-    given = _shown_in(unit_text).from_si(value)
-    number = float(f"{given:.{4 if abs(given) >= 1e3 or unit_text == 'degC' else 3}g}")
-    if number and not 1e-3 <= abs(number) < 1e9:
-        text = f"{number:.3g}"
-    elif abs(number) < 1e4:
-        text = f"{number:.4g}"
-    else:
-        text = f"{number:,.0f}".replace(",", "\u00a0")
-    return _with_unit(f"−{text[1:]}" if text.startswith("-") else text, unit_text)
 
 
 def written(value: float, unit_text: str) -> str:

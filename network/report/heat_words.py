@@ -144,9 +144,14 @@ def seats_in(d: Diagnosis) -> set[str]:
 
 def where_words(d: Diagnosis) -> str:
     """Places with their probabilities, as far as they count."""
-    named = [f"{u.name} ({digits(100 * u.probability, 2)} %)" for u in d.located[:4] if u.probability > COUNTS]
+    named = [f"{_unknown(u)} ({digits(100 * u.probability, 2)} %)" for u in d.located[:4] if u.probability > COUNTS]
     if not named or d.located[0].probability < POINTS:
         return ""
-    told = f"If heat at one place were all that is missing, it would be at {', '.join(named)}"
+    told = f"If one unknown were all that is missing, it would be {', or '.join(named)}"
     agrees = {*d.located[0].name.split(" to ")} & seats_in(d)
-    return f"{told}." if agrees else f"{told}; what was found explains the recordings better than any such heat."
+    return f"{told}." if agrees else f"{told}; what was found explains the recordings better."
+
+
+def _unknown(u: UnknownHeat) -> str:
+    what = {"node": "heat in", "link": "heat from", "channel": "an offset of"}
+    return f"{what[u.kind]} {u.name}"
