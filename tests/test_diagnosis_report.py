@@ -170,6 +170,8 @@ def test_what_says_nothing_is_left_out(found: Diagnosis) -> None:
     still = unknown_heat("body", "node", 0.9, 2, 0.0)
     told = flat(str(replace(found, findings=(always,), located=(still,))))
     assert "showed most" not in told and "stands out" not in told
+    twice = replace(found, findings=(finding(), finding(kind="windage", places=("motor",))))
+    assert flat(str(twice)).count("It showed most") == 1
     vague = tuple(replace(u, name="motor", probability=0.1) for u in found.located)
     pointless = flat(str(replace(found, located=vague)))
     assert "If one unknown" not in pointless and "motor gets" not in pointless

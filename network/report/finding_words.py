@@ -93,7 +93,10 @@ def _nats(value: float) -> str:
 
 
 def windows_words(d: Diagnosis, finding: Finding) -> str:
-    """When it showed most, on the first recording; nothing where that was always."""
+    """When it showed most, on the first recording; nothing where that was always, or is that of an earlier finding."""
+    earlier = d.findings[: d.findings.index(finding)] if finding in d.findings else ()
+    if finding.windows in [f.windows for f in earlier]:
+        return ""
     longest = sorted(finding.windows, key=lambda w: w[0] - w[1])[:MOST_WINDOWS]
     t, name = d.fits.train_before.recordings[0].trajectory.t, called(d, d.fits.train_before.recordings[0])
     told = [when(first, last, t, name) for first, last in sorted(longest)]

@@ -51,6 +51,10 @@ class LitPicture(Picture):
             axes.plot(*whole.T, color=LIGHT, linewidth=WIDER + 4.5 * size, solid_capstyle="round", zorder=0.6)
         super().draw_stroke(axes, stroke, curve, largest)
 
+    def _breadth(self, stroke: Stroke, largest: float) -> float:
+        lit = f"links.{stroke.name}" in self.lit
+        return super()._breadth(stroke, largest) + (WIDER if lit else 0.0)
+
     def draw_node(self, axes: Axes, symbol: str) -> None:
         before = len(axes.patches)
         super().draw_node(axes, symbol)
@@ -64,7 +68,8 @@ def lit_figure(d: Diagnosis) -> Figure:
     lit = lit_paths(d)
     seats = [path.partition(".")[2] for path in lit if path.startswith("nodes.")]
     also = [seat for f in d.findings for seat in (*f.places, *f.channels) if seat not in d.after.nodes]
-    where = joined(list(dict.fromkeys([*seats, *also]))) or "nothing"
+    lit_up = [*seats, *(seat for seat in also if not (seats and seat.startswith("tcp.")))]
+    where = joined(list(dict.fromkeys(lit_up))) or "nothing"
     own = [path.partition(".")[2] for f in d.findings for path, _ in bodies(f.patch)]
     picture = LitPicture(d.after, lit, own, moves_of(d))
     figure = drawn(picture, f"{d.machine.name}: what was found, and where", f"lit in orange: {where}")

@@ -170,6 +170,10 @@ class Picture:
         """Of a line [pt]."""
         return 0.7 + 4.5 * (STREAM if stroke.stream else abs(stroke.value or 0.0) / largest)
 
+    def _breadth(self, stroke: Stroke, largest: float) -> float:
+        """What a label beside a line keeps off [pt]."""
+        return self._width(stroke, largest)
+
     def _label(self, axes: Axes, stroke: Stroke, curve: Array, largest: float) -> None:
         """Name and number where there is room, beside a line that is thick; else the number alone; else neither."""
         if stroke.value is None:
@@ -182,7 +186,7 @@ class Picture:
         for lines, crossing in [*tries, ([value], False), ([value], True)]:
             sizes = [text_size(line, self.font - 0.5) for line in lines]
             width, height = max(w for w, _ in sizes) + 2, sum(h for _, h in sizes)
-            spot = self.around.spot(width, height, curve, crossing, 0.0 if crossing else self._width(stroke, largest))
+            spot = self.around.spot(width, height, curve, crossing, 0.0 if crossing else self._breadth(stroke, largest))
             if spot is not None:
                 self.around.take(*spot, width, height)
                 self._write_label(axes, spot, "\n".join(lines), stroke.name)
