@@ -8,6 +8,7 @@ from typing import Any
 
 from network.fieldbase import Field, word_of
 from network.refusal import short
+from network.spoken import spoken
 from network.units import NUMBER, BadNumber, Number, Unit, parse_number, show, split_number, unit, written
 from network.yamltree import Tree
 
@@ -109,7 +110,7 @@ class ParamField(Field):
         return text
 
     def tell(self, value: Any) -> str:
-        return show(float(value), self.unit)
+        return spoken(float(value), self.unit)
 
     @property
     def sample(self) -> Any:

@@ -13,8 +13,8 @@ from network.unit_names import LONGEST, BadNumber, Unit, difference, unit
 from network.unit_table import likely_unit
 
 __all__ = [
-    "BadNumber", "Number", "Prior", "Unit", "difference", "in_unit", "parse_number", "show", "split_number", "unit",
-    "written",
+    "BadNumber", "Number", "Prior", "Unit", "difference", "in_unit", "parse_number", "show", "split_number",
+    "unit", "written",
 ]  # fmt: skip
 
 Prior = Literal["known", "log", "normal", "unknown"]

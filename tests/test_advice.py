@@ -123,9 +123,9 @@ def test_what_no_program_tells_apart_is_said_so() -> None:
     case = Case(two_blocks(), (run,))
     (told,) = separating(Pair(supposed(case, "bending", "motor", "body"), supposed(case, "tilt", "motor", "body")))
     assert told.sigma < 1
-    assert told.text.startswith("No program that was tried tells bending (tcp.z, motor, body) from tilt")
+    assert told.text.startswith("No schedule that was tried tells bending (tcp.z, motor, body) from tilt")
     assert "nor does" not in told.text  # every part has a sensor
-    assert advice_words(told).endswith(f"σ in {told.hours:g} h.")
+    assert "Nearest" not in told.text and advice_words(told) == f"{told.text}."
 
 
 @cache
@@ -237,8 +237,8 @@ def test_what_could_not_be_seen_and_what_is_one_is_counted() -> None:
     assert found.looked_at == 5 and found.unseen == (glow, tank)
     assert found.classes == ((rubs, heat),)
     assert found.sentence == (
-        "With these sensors and schedules 2 of 5 candidates could not be seen at their usual size (radiation: 1, "
-        "hidden mass: 1), and in 1 group one cannot be told from another (bearing friction or heat source: 1)."
+        "2 of 5 possible effects are too small to show here, and 1 group of others looks alike. In detail: too small "
+        "at their usual size: radiation (1), hidden mass (1); alike: bearing friction or heat source (1)."
     )
     assert isolability([scored(heat, 10, 0)]).sentence == ""
 
@@ -265,7 +265,7 @@ def test_a_program_is_advised_that_shows_what_could_not_be_seen() -> None:
     assert screen(null.fit, fan, null.values)[0].detectable < CLEAR
     (told,) = revealing(null, fan)
     assert told.separates == () and told.sigma > CLEAR and "3000 rpm" in told.text
-    shown = "1 of 1 effects that these recordings could not show would be seen (forced convection: 1)"
+    shown = "1 of 1 effects that these recordings could not show would be seen (forced convection (1))"
     assert told.text.endswith(shown)
     search: Any = SimpleNamespace(best=null, steps=(), null=null)
     assert list(experiments(search, fan)) == [told] and not list(experiments(search))
@@ -276,6 +276,6 @@ def test_the_report_tells_the_next_experiment(tmp_path: Any) -> None:
     run = Experiment("Run speed at 8000 rpm for 2 h, then at 0 rpm for 2 h", ("tilt (a)", "bending (b)"), 6.13, 4.0)
     told = " ".join(str(diagnosed(tmp_path, advice=(run,))).split())
     assert f"Next experiment: {run.text}. It would tell tilt (a) from bending (b) by 6.1 σ in 4 h." in told
-    best = replace(run, text="No program tells them apart. Nearest comes: run speed at 8000 rpm for 4 h", sigma=0.66)
+    best = replace(run, text="No schedule tells them apart. Nearest comes: run speed at 8000 rpm for 4 h", sigma=1.66)
     told = " ".join(str(diagnosed(tmp_path, advice=(best,))).split())
-    assert f"{best.text}, with 0.66 σ in 4 h." in told and "Next experiment" not in told
+    assert f"{best.text}, with 1.7 σ in 4 h." in told and "Next experiment" not in told

@@ -7,6 +7,7 @@ import re
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,17 +16,25 @@ from diagnosed import diagnosed, finding, rival, saved, unknown_heat
 from matplotlib.figure import Figure
 
 from network import Machine, compare
+from network.comparison import Comparison
 from network.diagnosis.candidates import candidates
-from network.diagnosis.verdict import UNKNOWN, VERDICTS, Diagnosis, Quantity
+from network.diagnosis.isolability import DETAILS
+from network.diagnosis.judging import _why_not
+from network.diagnosis.verdict import UNKNOWN, VERDICTS, Diagnosis, Fits, Quantity
 from network.refusal import Refused
 from network.report.candidates_figure import candidates_figure
 from network.report.diagnosis_files import check_target, tidy, write_diagnosis
 from network.report.diagnosis_patch import patch_text
-from network.report.finding_words import plus_minus
+from network.report.diagnosis_pictures import pictures_of
+from network.report.diagnosis_words import fit_rows
+from network.report.finding_words import against, plus_minus, sure_word, sure_words
+from network.report.fit_figure import fit_figure
 from network.report.heat_figure import heat_figure
 from network.report.heat_words import course
-from network.report.lit_figure import lit_figure, lit_paths
+from network.report.lit_figure import lit_figure, lit_paths, moves_of
+from network.report.lumps_words import sentence_of
 from network.report.moved_words import moved
+from network.report.page import basis, is_tall
 
 ROOT = Path(__file__).parent.parent
 DESIGN = {
@@ -56,10 +65,10 @@ def test_the_words_tell_what_where_how_sure_and_against_what(found: Diagnosis) -
     told = flat(str(found))
     assert "test lacks one effect that its recordings show at body." in told
     assert "conductance 6.10 ± 0.20 W/K" in told and "probable, 93 %" in told
-    assert "It adds 412 nats of log evidence, where chance reaches 9.3: 44 times as much." in told
-    assert "radiation (body, air), 5 %: leaves 3.4 instead of 1.02 noise units" in told
+    assert "It explains 44 times more than chance would (412 nats of evidence against 9.3)." in told
+    assert "radiation (body, air), 5 %: fits 3.3 times worse" in told
     assert "links.skin.conductance from +2.5 to +0.0" in told
-    assert "body 81 %, motor to body 12 %" in told
+    assert "it would be heat in body (81 %), or heat from motor to body (12 %), or an offset of T_body (4.0 %)." in told
     assert "train1: 3 readings of T_body lie apart" in told
     assert "It would tell convection from radiation by 6.1 σ in 42 min." in told
     before, after = found.fits.train_before.rmse_in_noise, found.fits.train_after.rmse_in_noise
@@ -83,13 +92,13 @@ def test_a_course_that_never_leaves_its_uncertainty_is_none() -> None:
 
 
 def test_it_is_told_when_the_map_of_unknown_heat_points_elsewhere(found: Diagnosis) -> None:
-    assert "overrule" not in flat(str(found))
-    assert "overrule it" in flat(str(replace(found, findings=(finding(places=("motor",)),))))
+    assert "explains the recordings better" not in flat(str(found))
+    assert "explains the recordings better" in flat(str(replace(found, findings=(finding(places=("motor",)),))))
     reads = finding(places=("tcp.z", "motor"))
     probe = unknown_heat("dz", "channel", 0.9, 2, 2e-6)
     told = flat(str(replace(found, findings=(reads,), located=(probe, *found.located))))
-    assert "overrule" not in told and "dz reads on average 1.0 µm higher than the model" in told
-    assert "show at motor (tcp.z)." in told
+    assert "explains the recordings better" not in told and "dz reads on average 1.0 µm higher than the model" in told
+    assert "show at motor (movement along z)." in told
 
 
 @pytest.mark.parametrize(("kind", "name", "told"), [
@@ -118,7 +127,7 @@ def test_every_verdict_says_plainly_what_it_means(
         for kind in findings
     )  # fmt: skip
     told = flat(str(replace(found, verdict=verdict, findings=several)))
-    assert words in told and ("before anything was added" in told) == bool(findings)
+    assert words in told and ("If one unknown were" in told) == bool(findings)
     assert verdict in VERDICTS
 
 
@@ -127,10 +136,56 @@ def test_what_cannot_be_told_apart_is_told(found: Diagnosis) -> None:
     assert "These recordings cannot tell it from radiation (body)." in flat(str(replace(found, findings=(alike,))))
 
 
+def test_one_number_has_one_word_and_more_is_never_less_sure() -> None:
+    words = list(dict.fromkeys(sure_word(p / 1000) for p in range(1001)))
+    assert words == ["doubtful", "an even chance", "more likely than not", "probable", "nearly certain"]
+    assert all(sure_word(p) == sure_word(float(f"{100 * p:.0f}") / 100) for p in np.linspace(0, 1, 777))
+    assert "likely" not in sure_word(0.5)
+    alike = finding(confidence=0.504, indistinguishable=(rival("foundation", "beam", 0.493, 1.0, 410.0),))
+    assert sure_words(alike) == "50 %: as likely as foundation (beam)"
+    behind = replace(alike, confidence=0.7, indistinguishable=(rival("foundation", "beam", 0.25, 1.0, 410.0),))
+    assert sure_words(behind) == "70 %, beside 25 % for foundation (beam)"
+
+
+@pytest.mark.parametrize(("chi", "shift", "told"), [
+    (3.54, 8.2, "fits 3.7 times worse, and moves a number of the file by 8 times its ±"),
+    (1.07, 0.0, "fits 13 % worse"), (0.953, 0.0, "fits nearly as well"),
+])  # fmt: skip
+def test_a_rival_is_told_relative_to_what_was_found(chi: float, shift: float, told: str) -> None:
+    """Its misfit is another measure than the table's rmse."""
+    other, best = (SimpleNamespace(chi=c, evidence=e, shift=np.array([shift])) for c, e in ((chi, 0.0), (0.95, 99.0)))
+    assert against(rival("tilt", "body", 0.01, chi, 90.0, _why_not(other, best))) == told  # type: ignore[arg-type]
+
+
+def test_parts_that_need_more_lumps_are_told_together_and_all_of_them() -> None:
+    nodes = {name: {"material": "steel", "lumps": n} for name, n in (("head", 10), ("beam", 10), ("rail", 20))}
+    cut = finding(kind="lumping", parameters={}, patch={"nodes": nodes}, sentence="Head needs 10 lumps.")
+    right = "Head and beam need 10 lumps each along their length; rail needs 20 lumps along its length."
+    assert sentence_of(cut) == right == cut.summary()["sentence"]
+    assert sentence_of(finding()) == finding().sentence
+
+
+def test_what_says_nothing_is_left_out(found: Diagnosis) -> None:
+    always = finding(windows=((0.0, 4 * 3600.0),))
+    still = unknown_heat("body", "node", 0.9, 2, 0.0)
+    told = flat(str(replace(found, findings=(always,), located=(still,))))
+    assert "showed most" not in told and "stands out" not in told
+    twice = replace(found, findings=(finding(), finding(kind="windage", places=("motor",))))
+    assert flat(str(twice)).count("It showed most") == 1
+    vague = tuple(replace(u, name="motor", probability=0.1) for u in found.located)
+    pointless = flat(str(replace(found, located=vague)))
+    assert "If one unknown" not in pointless and "motor gets" not in pointless
+    long = replace(found, notes=(f"3 of 9 effects are too small to show here. {DETAILS} alike: tilt (3).",))
+    assert "too small to show here." in flat(str(long)) and "alike: tilt" not in flat(str(long))
+
+
 @pytest.mark.parametrize(("quantity", "told"), [
     (Quantity(790.0, 31.0, "W"), "790 ± 31 W"), (Quantity(0.79, 0.031, "1"), "0.790 ± 0.031"),
     (Quantity(21.4, 0.12, "degC"), "21.40 ± 0.12 °C"), (Quantity(0.7, 0.08, "K"), "0.700 ± 0.080 K"),
     (Quantity(5.2e4, 4e3, "kJ/K"), "52.0 ± 4.0 kJ/K"), (Quantity(3.0, 0.0, "1"), "3.000"),
+    (Quantity(207908.0, 6855.0, "J/K"), "207.9 ± 6.9 kJ/K"), (Quantity(1e6, 1252999.0, "W/K"), "1.0 ± 1.3 MW/K"),
+    (Quantity(8123.0, 1234.0, "W"), "8100 ± 1200 W"), (Quantity(-0.001, 0.31, "W"), "0.00 ± 0.31 W"),
+    (Quantity(-4.1, 0.31, "W"), "−4.10 ± 0.31 W"),
 ])  # fmt: skip
 def test_a_size_is_told_to_two_digits_of_its_error(quantity: Quantity, told: str) -> None:
     assert plus_minus(quantity) == told
@@ -140,6 +195,27 @@ def test_numbers_that_the_findings_replace_are_left_out_of_the_shifts(found: Dia
     assert next(m.path for m in moved(found)) == "links.skin.conductance"
     gone = replace(found, after=found.after.patched({"links": {"skin": None}}))
     assert "links.skin.conductance" not in [m.path for m in moved(gone)]
+
+
+def test_recordings_of_one_file_name_are_told_with_their_folder(tmp_path: Path) -> None:
+    d = diagnosed(tmp_path)
+    fits, files = d.fits, iter(["one/results.csv", "three/log.csv", "two/results.csv"])
+
+    def renamed(before: Comparison | None, after: Comparison | None) -> tuple[Comparison, Comparison]:
+        assert before is not None and after is not None
+        own = [next(files) for _ in after.recordings]
+        sides = [[replace(r, recording=replace(r.recording, file=f)) for r, f in zip(side.recordings, own, strict=True)]
+                 for side in (before, after)]  # fmt: skip
+        return replace(before, recordings=tuple(sides[0])), replace(after, recordings=tuple(sides[1]))
+
+    train, held = renamed(fits.train_before, fits.train_after), renamed(fits.holdout_before, fits.holdout_after)
+    clashing = replace(d, fits=Fits(*train, *held))
+    assert basis(clashing).startswith("Fitted on one/results.csv and log.csv; judged on two/results.csv.")
+    told = flat(str(clashing))
+    assert "on two/results.csv, never used" in told and "min of one/results.csv" in told
+    assert "# Diagnosed by lptn on one/results.csv and log.csv" in patch_text(clashing, tmp_path)
+    assert "one/results.csv" in words_of(heat_figure(clashing))
+    assert any("two/results.csv" in picture.caption for picture in pictures_of(clashing))
 
 
 # -- files ----------------------------------------------------------------------------------------------------------
@@ -294,6 +370,8 @@ def test_the_suspect_is_lit(found: Diagnosis) -> None:
     assert "lit in orange: body" in words_of(lit_figure(found))
     moves = replace(found, findings=(finding(places=("tcp.z", "motor"), patch={}),))
     assert "moves tcp.z" in words_of(lit_figure(moves))
+    assert moves_of(moves) == {"motor": "↕ moves tcp.z"}
+    assert "moves" not in " ".join(t.get_text() for t in lit_figure(moves).texts)
     reads = replace(found, findings=(finding(places=(), channels=("T_motor",), patch={}),))
     assert lit_paths(reads) == ["nodes.motor"]
 
@@ -311,9 +389,49 @@ def test_unknown_heat_is_drawn_for_every_recording_with_its_inputs(found: Diagno
 def test_rivals_are_ranked_and_the_found_one_stands_out(found: Diagnosis) -> None:
     figure = candidates_figure(found)
     gains = figure.axes[0]
-    assert [patch.get_width() for patch in gains.patches] == [412.3, 300.0, 90.0]
+    assert [patch.get_width() for patch in gains.patches] == pytest.approx([412.3, 300.0, 90.0])
+    assert [t.get_text() for t in figure.axes[1].texts] == ["1.00", "1.27", "3.33"]
     assert len({patch.get_facecolor() for patch in gains.patches}) == 2
     names = [t.get_text() for t in gains.get_yticklabels()]
     assert names == ["convection (body, air)", "radiation (body, air)", "windage (motor)"]
+    again = replace(found, findings=(finding(gain=382.3),))
+    told = [t.get_text() for t in candidates_figure(again).axes[0].texts]
+    assert told == ["382", "278", "83"] and "382 nats" in str(again)
     many = replace(found, tried=tuple(rival("convection", f"n{i}", 0.1, 1 + i, 50.0 - i) for i in range(40)))
     assert "the best 16 of 40" in words_of(candidates_figure(many))
+
+
+def test_heat_and_offsets_share_one_clock_and_are_called_what_they_are(found: Diagnosis) -> None:
+    figure = heat_figure(found)
+    assert "unknown heat or offset of a channel" in words_of(figure)
+    assert len({axes.get_xlabel() for axes in figure.axes} - {""}) == 1
+    quick = finding(parameters={"period": Quantity(540.0, 2.0, "min")})
+    told = words_of(heat_figure(replace(found, findings=(quick,), located=found.located[:1])))
+    assert "unknown heat |" in told and "a value every 5 min, too coarse for a period of 9 min" in told
+
+
+def test_a_machine_that_stays_as_it_is_is_drawn_and_told_once(found: Diagnosis) -> None:
+    fits = replace(found.fits, train_before=found.fits.train_after, holdout_before=found.fits.holdout_after)
+    same = replace(found, verdict="adequate", findings=(), fits=fits)
+    assert fit_rows(same)[0] == ["rmse [σ]", "fitted", "held out"] and "before:" not in str(same)
+    assert len(fit_rows(found)[0]) == 5
+    (residual, *_) = fits.train_after.recordings
+    once, twice = (fit_figure(b, residual, "fit") for b in (residual, found.fits.train_before.recordings[0]))
+    assert len(once.axes[0].lines) < len(twice.axes[0].lines)
+    assert "→" not in words_of(once) and "before orange" not in words_of(once) and "→" in words_of(twice)
+
+
+def test_a_tall_picture_has_a_printed_page_of_its_own(folder: Path) -> None:
+    assert not is_tall((folder / "candidates.png").read_bytes())
+    text = (folder / "report.html").read_text(encoding="utf-8")
+    assert text.count('<figure class="tall">') == sum(is_tall(p.read_bytes()) for p in folder.glob("*.png"))
+    assert "max-height: 118mm" in text and "break-inside: avoid" in text
+
+
+def test_what_was_found_is_named_whole_in_the_network(found: Diagnosis) -> None:
+    link, source = "conduction through the bracket of body", "heat_source while the spindle runs motor"
+    flow = {"kind": "conduction", "between": ["motor", "body"], "conductance": "3 W/K"}
+    patch = {"links": {link: flow}, "sources": {source: {"kind": "heat_source", "into": {"motor": 1}, "power": "9 W"}}}
+    bare, lit = (replace(found, after=found.machine.patched(patch), findings=(finding(patch=p),)) for p in ({}, patch))
+    assert link in words_of(lit_figure(lit)) and source in words_of(lit_figure(lit))
+    assert link not in words_of(lit_figure(bare)) and source not in words_of(lit_figure(bare))

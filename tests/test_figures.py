@@ -27,6 +27,7 @@ from network.report.canvas import PALETTE, gap_unit, in_unit, look, number, shor
 from network.report.figures import comparison_figure, contributions_figure, network_figure, run_figure, save
 from network.report.labels import spread
 from network.report.lines import MOST_POINTS, alone, outline, thinned, time_ticks, with_gaps
+from network.report.symbols import examples
 from network.scenario import Scenario
 from network.simulation import simulate
 from network.trajectory import Trajectory
@@ -673,3 +674,11 @@ def test_shared_cases_are_legible(case: str, lumps: int, tmp_path: Path) -> None
     for i, figure in enumerate(figures):
         check_legible(figure, tmp_path / f"{i}.png")
     assert set(labels(figures[3], "link:")) == set(machine.links)
+
+
+def test_the_legend_shows_no_size_twice() -> None:
+    parts = {name: {"heat_capacity": "389 J/K"} for name in ("left", "right", "base")}
+    parts["ambient"] = {"temperature": "ambient"}
+    skins = {n: {"kind": "convection", "between": [n, "ambient"], "conductance": "1 W/K"} for n in list(parts)[:3]}
+    assert len(examples(machine_of(nodes=parts, links=skins, sources={}, tcp={}, sensors={}))) == 1
+    assert len(examples(machine_of())) == 2

@@ -61,8 +61,8 @@ def test_the_tables_shown_are_what_comes_out(clone: Path, capsys: pytest.Capture
         if line.startswith(("lptn simulate", "lptn compare", "lptn calibrate")):
             with contextlib.suppress(SystemExit):
                 main(shlex.split(line)[1:])
-    out = capsys.readouterr().out
-    shown = [block for block in blocks("", "  ") if "level" not in block]
+    out = capsys.readouterr().out.replace("−", "-")
+    shown = [block.replace("−", "-") for block in blocks("", "  ") if "level" not in block]
     assert len(shown) == 3
     for line in "".join(shown[:2]).splitlines():
         assert line.partition("; closure")[0] in out, line

@@ -19,6 +19,7 @@ from network.inputs import Start
 from network.machine import Machine
 from network.recording import Column, Recording
 from network.refusal import Spot
+from network.report.words import tell_worst
 from network.residuals.candidates import lagged
 from network.residuals.cycles import cycles_by_regime
 from network.residuals.drivers import correlation, probability
@@ -298,6 +299,24 @@ def laid_beside(run: Trajectory, added: dict[str, Any], seed: int = 3, **more: C
 def test_noise_alone_is_told_in_one_sentence(run: Trajectory) -> None:
     told = [telling(laid_beside(run, {}, seed).tests) for seed in range(12)]
     assert told.count(["All residuals look like white noise."]) >= 8
+
+
+def test_a_few_readings_far_apart_are_told_and_the_rest_is_judged_without_them(run: Trajectory) -> None:
+    spikes = np.zeros(len(run.t))
+    spikes[100:2300:200] = 40.0 * (-1.0) ** np.arange(11)
+    residual = laid_beside(run, {"T_bed": spikes})
+    told = telling(residual.tests)
+    assert told[0].startswith("T_bed: 11 readings lie up to 40 K apart from the rest, which is judged without them")
+    assert "look like white noise" in told[1] and len(told) == 2
+    assert residual.tests["T_bed"].whiteness is not None and residual.tests["T_bed"].whiteness.scatter < 0.06
+    assert tell_worst(residual).startswith("Every channel agrees within its noise")
+
+
+def test_slow_swings_steps_and_many_outliers_are_no_spikes(run: Trajectory) -> None:
+    hours = run.t / 3600
+    steps, often = np.where(hours > 3, 5.0, 0.0), np.where(np.arange(len(run.t)) % 20 == 0, 9.0, 0.0)
+    for added in (3 * np.sin(6 * hours), steps, often):
+        assert laid_beside(run, {"T_bed": added}).tests["T_bed"].spikes is None
 
 
 def test_a_relay_is_told_with_its_period_and_company(run: Trajectory) -> None:

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from network.quantities import ParamField
 from network.refusal import Spot
 from network.rooms import kinds
+from network.spoken import per_kelvin, spoken
 from network.units import BadNumber, Number, difference, in_unit, parse_number, show, unit, written
 from network.yamltree import Leaf
 
@@ -271,3 +272,15 @@ def test_a_parameter_written_reads_back_the_same(name: str, data: st.DataObject)
     assert again.prior == number.prior
     for one, other in zip(vars(again).values(), vars(number).values(), strict=True):
         assert one == other or one == pytest.approx(other, rel=1e-10, abs=1e-13)
+
+
+@pytest.mark.parametrize(("value", "unit_text", "told"), [
+    (5.5691, "W/K", "5.57 W/K"), (1000 * 2 * math.pi / 6, "rpm", "10\u00a0000 rpm"), (21.618, "degC", "21.62 degC"),
+    (-0.00012, "1/K", "−0.00012 1/K"), (0.0, "W", "0 W"), (562.7, "s", "563 s"), (207908.0, "J/K", "207\u00a0900 J/K"),
+])  # fmt: skip
+def test_a_number_of_a_sentence_is_short(value: float, unit_text: str, told: str) -> None:
+    assert spoken(value, unit_text) == told
+
+
+def test_a_relative_slope_is_told_in_percent() -> None:
+    assert (per_kelvin(0.0408), per_kelvin(-0.012)) == ("4.1 % per K", "−1.2 % per K")

@@ -18,7 +18,7 @@ from network.machine import Machine
 from network.recording import Column, Recording
 from network.refusal import Spot
 from network.report.describe import time_constants
-from network.report.table import MOST_ROWS, digits, span, table
+from network.report.table import MOST_ROWS, digits, signed, span, table
 from network.report.words import describe, tell_comparison, tell_run, tell_worst
 from network.residuals.window import worst_window
 from network.scenario import Scenario
@@ -214,9 +214,10 @@ def test_a_run_tells_method_temperatures_and_movement(run: Trajectory) -> None:
     assert "temperature [°C]" in text and "dz" not in text
     z = run.tcp["z"] * 1e6
     cells = line_of(text, "z [µm]").split()
-    np.testing.assert_allclose([float(cell) for cell in cells[2:5]], [z.max(), z.min(), z[-1]], atol=0.006)
+    ends = [float(cell.replace("−", "-")) for cell in cells[2:5]]
+    np.testing.assert_allclose(ends, [z.max(), z.min(), z[-1]], atol=0.006)
     peak = int(np.abs(z).argmax())
-    assert line_of(text, "z [µm]").endswith(f"bed grows ({z[peak]:+.2f} at {run.t[peak] / 60:.0f} min)")
+    assert line_of(text, "z [µm]").endswith(f"bed grows ({signed(float(z[peak]), 2)} at {run.t[peak] / 60:.0f} min)")
 
 
 def test_a_run_tells_its_energy(run: Trajectory) -> None:
@@ -315,3 +316,9 @@ def test_shared_cases_can_be_told(case: str) -> None:
     for text in (str(machine), str(simulate(machine, recording)), str(compare(machine, [recording]))):
         assert len(text.splitlines()) < 80 and max(map(len, text.splitlines())) < 150
         assert "nan" not in text and "None" not in text
+
+
+def test_a_table_has_true_minus_signs_and_no_negative_nothing() -> None:
+    lines = table(["name", "shift"], [["a-b", "-4.1"], ["-c", "-0.0"]], ["shift"])
+    assert [line.split() for line in lines[1:]] == [["a-b", "−4.1"], ["-c", "0.0"]]
+    assert [signed(x) for x in (-4.12, -0.04, 2.0)] == ["−4.1", "+0.0", "+2.0"]

@@ -15,7 +15,7 @@ from network.diagnosis.programs import Program, programs
 from network.diagnosis.ranking import ALIKE, best_first, distinct, shares
 from network.diagnosis.screen import screen
 from network.diagnosis.separation import Outcome, Pair, about, outcome
-from network.diagnosis.verdict import CLEAR, Experiment
+from network.diagnosis.verdict import CLEAR, FAINT, Experiment
 from network.refusal import Failed, Refused
 
 if TYPE_CHECKING:
@@ -51,10 +51,12 @@ def separating(pair: Pair) -> Iterator[Experiment]:
 
 
 def _in_vain(best: Experiment, more: Experiment | None) -> str:
-    sensor = ", nor does a further temperature sensor" if more is not None else ""
-    apart = " from ".join(best.separates)
+    sensor = ", nor does one with a further temperature sensor" if more is not None else ""
+    told = f"No schedule that was tried tells {' from '.join(best.separates)}"
+    if best.sigma < FAINT:
+        return f"{told}{sensor}"
     run = best.text[:1].lower() + best.text[1:]
-    return f"No program that was tried tells {apart} clearly{sensor}. Nearest comes: {run}"
+    return f"{told} clearly{sensor}. Nearest comes: {run}"
 
 
 def revealing(null: Hypothesis, unseen: Sequence[Candidate]) -> Iterator[Experiment]:

@@ -17,12 +17,14 @@ import numpy as np
 from network.declare import Array
 from network.diagnosis.candidates import Candidate
 from network.diagnosis.screen import Score
-from network.diagnosis.verdict import CLEAR
+from network.diagnosis.verdict import CLEAR, sentence
 
 SAME = 0.95
 """Cosine from which two candidates are one."""
 SHOWN = 4
 """Kinds, or sets of kinds, that are named."""
+DETAILS = "In detail:"
+"""What stands before what only a report has room for."""
 
 
 @dataclass(frozen=True)
@@ -36,31 +38,40 @@ class Isolability:
 
     @property
     def sentence(self) -> str:
-        """What that means for a verdict; empty where all would show and be told apart."""
+        """What that means for a verdict, in one line, then in detail; empty where all would show and be told apart."""
+        if not (self.unseen or self.classes):
+            return ""
         parts = [part for part in (self._unseen, self._alike) if part]
-        return f"With these sensors and schedules {', and '.join(parts)}." if parts else ""
+        return f"{sentence(', and '.join(parts))}. {DETAILS} {'; '.join(self._details())}."
 
     @property
     def _unseen(self) -> str:
-        if not self.unseen:
-            return ""
-        count = f"{len(self.unseen)} of {self.looked_at} candidates"
-        return f"{count} could not be seen at their usual size ({counted([(c,) for c in self.unseen])})"
+        count = len(self.unseen)
+        return f"{count} of {self.looked_at} possible effects {_be(count)} too small to show here" if count else ""
 
     @property
     def _alike(self) -> str:
-        if not self.classes:
-            return ""
-        groups = "1 group" if len(self.classes) == 1 else f"{len(self.classes)} groups"
-        return f"in {groups} one cannot be told from another ({counted(self.classes)})"
+        count = len(self.classes)
+        groups = f"{count} group{'s' * (count > 1)} of {'others' if self.unseen else 'possible effects'}"
+        return f"{groups} look{'s' * (count == 1)} alike" if count else ""
+
+    def _details(self) -> Iterator[str]:
+        if self.unseen:
+            yield f"too small at their usual size: {counted([(c,) for c in self.unseen])}"
+        if self.classes:
+            yield f"alike: {counted(self.classes)}"
+
+
+def _be(count: int) -> str:
+    return "is" if count == 1 else "are"
 
 
 def counted(groups: Iterable[Sequence[Candidate]]) -> str:
     """The kinds in each group, the most frequent first, with how often."""
     counts = Counter(_kinds(group) for group in groups).most_common()
     rest = sum(count for _, count in counts[SHOWN:])
-    told = [f"{kinds}: {count}" for kinds, count in counts[:SHOWN]]
-    return ", ".join([*told, *([f"others: {rest}"] if rest else [])])
+    told = [f"{kinds} ({count})" for kinds, count in counts[:SHOWN]]
+    return ", ".join([*told, *([f"others ({rest})"] if rest else [])])
 
 
 def _kinds(group: Sequence[Candidate]) -> str:

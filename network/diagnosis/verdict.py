@@ -15,6 +15,8 @@ UNKNOWN = "unknown"
 """The kind of a finding that no kind of the catalogue explains."""
 CLEAR = 3.0
 """σ from which a run counts as telling two explanations apart."""
+FAINT = 1.0
+"""σ below which a run tells nothing, and is not proposed."""
 
 
 def sentence(words: str) -> str:
@@ -76,12 +78,14 @@ class Finding:
     indistinguishable: tuple[Rival, ...] = ()
 
     def summary(self) -> dict[str, Any]:
+        from network.report.lumps_words import sentence_of
+
         return {
             "kind": self.kind, "section": self.section, "places": list(self.places), "channels": list(self.channels),
             "confidence": self.confidence, "parameters": {n: q.summary() for n, q in self.parameters.items()},
             "alternatives": [r.summary() for r in self.alternatives],
             "indistinguishable": [r.summary() for r in self.indistinguishable],
-            "sentence": self.sentence, "patch": self.patch,
+            "sentence": sentence_of(self), "patch": self.patch,
             "evidence": {"delta_log_evidence": self.gain, "threshold": self.threshold,
                          "windows": [list(w) for w in self.windows]},
         }  # fmt: skip

@@ -7,6 +7,7 @@ from network.declare import Array
 from network.fields import param
 from network.mechanisms.base import Inputs, Link, keeping, not_below_zero
 from network.mechanisms.conduction import Conduction
+from network.spoken import per_kelvin
 
 
 class Contact(Link, kind="contact"):
@@ -25,7 +26,12 @@ class Contact(Link, kind="contact"):
     replaces = {"conduction": {"conductance": "conductance"}}
     derived = ("cold",)
     cold: float
-    sentence = "the joint of {between[0]} and {between[1]} changes its {conductance} by {slope} as it warms"
+    sentence = "the joint of {between[0]} and {between[1]} changes its {conductance} by {percent} as it warms"
+
+    @property
+    def percent(self) -> str:
+        """The slope in words."""
+        return per_kelvin(float(self.slope))
 
     def resolved(self, machine: Any) -> Self:
         return self.replaced(cold=machine.reference)

@@ -11,6 +11,7 @@ from network.mechanisms.base import SPINDLE, Inputs, Source, keeping
 from network.mechanisms.heat_source import HeatSource
 from network.mechanisms.motor_loss import MotorLoss
 from network.proposals import fresh
+from network.spoken import per_kelvin
 
 
 class CopperTemperature(Source, kind="copper_temperature"):
@@ -29,7 +30,12 @@ class CopperTemperature(Source, kind="copper_temperature"):
     replaces = {"motor_loss": {"copper": "power"}, "heat_source": {"power": "power"}}
     derived = ("cold",)
     cold: float
-    sentence = "the copper loss of {power} in {into} grows by {slope} as {reads} warms"
+    sentence = "the copper loss of {power} in {into} grows by {percent} as {reads} warms"
+
+    @property
+    def percent(self) -> str:
+        """The slope in words."""
+        return per_kelvin(float(self.slope))
 
     def resolved(self, machine: Any) -> Self:
         reads = self.reads if self.reads is not None else self.into[0][0]

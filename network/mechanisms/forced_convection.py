@@ -29,7 +29,12 @@ class ForcedConvection(SurfaceLink, kind="forced_convection"):
     shapes = ("exponent",)
     looks_like = ("convection", "viscous_friction", "windage")
     replaces = {"convection": {"conductance": "conductance"}}
-    sentence = "{between[0]} loses {conductance} to {between[1]}, and {gain} times as much more at {reference_speed}"
+    sentence = "{between[0]} loses {conductance} to {between[1]} at rest, {times} times that at {reference_speed}"
+
+    @property
+    def times(self) -> str:
+        """Its conductance at the reference speed, over that at rest."""
+        return f"{1 + float(self.gain):.2g}"
 
     def _conductance(self, u: Inputs) -> Array:
         G: Array = self.conductance * (1 + self.gain * raised(np.abs(u["speed"]) / self.reference_speed, self.exponent))

@@ -26,7 +26,14 @@ class HeatSource(Source, kind="heat_source"):
     full: float
     strength = "power"
     looks_like = ("timed_source", "ambient_drift")
-    sentence = "{into} receives {power} from a source ({driver})"
+    sentence = "{into} receives {power} from a source {when}"
+
+    @property
+    def when(self) -> str:
+        """When it is on, in words."""
+        if self.driver == "always":
+            return "that is always on"
+        return "while the spindle turns" if self.driver == "running" else f"that follows {self.driver}"
 
     def needs(self) -> Mapping[str, str]:
         if self.driver == "always":

@@ -10,6 +10,7 @@ from network.fields import Place, param, place
 from network.mechanisms.base import Inputs, keeping, not_below_zero
 from network.mechanisms.bearing_friction import BearingFriction
 from network.mechanisms.friction import Friction, turning
+from network.spoken import per_kelvin
 
 
 class PreloadFriction(Friction, kind="preload_friction"):
@@ -29,7 +30,12 @@ class PreloadFriction(Friction, kind="preload_friction"):
     strength = "growth"
     looks_like = ("viscous_friction", "contact")
     replaces = {"bearing_friction": {"torque": "torque"}}
-    sentence = "the friction that heats {into} grows by {growth} as {inner} becomes warmer than {outer}"
+    sentence = "the friction that heats {into} grows by {percent} as {inner} becomes warmer than {outer}"
+
+    @property
+    def percent(self) -> str:
+        """The growth in words."""
+        return per_kelvin(float(self.growth))
 
     def moment(self, u: Inputs, *T: Array) -> Array:
         M: Array = self.torque * not_below_zero(1 + self.growth * (T[0] - T[1]))

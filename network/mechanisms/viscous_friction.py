@@ -10,6 +10,7 @@ from network.fields import param, place
 from network.mechanisms.base import Inputs, keeping
 from network.mechanisms.bearing_friction import BearingFriction
 from network.mechanisms.friction import Friction
+from network.spoken import per_kelvin
 
 
 class ViscousFriction(Friction, kind="viscous_friction"):
@@ -29,7 +30,12 @@ class ViscousFriction(Friction, kind="viscous_friction"):
     replaces = {"bearing_friction": {"torque": "torque"}}
     derived = ("cold",)
     cold: float
-    sentence = "the friction that heats {into} falls by {thinning} as {reads} warms"
+    sentence = "the friction that heats {into} falls by {percent} as {reads} warms"
+
+    @property
+    def percent(self) -> str:
+        """The thinning in words."""
+        return per_kelvin(float(self.thinning))
 
     def moment(self, u: Inputs, *T: Array) -> Array:
         M: Array = self.torque * np.exp(-self.thinning * (T[0] - self.cold))

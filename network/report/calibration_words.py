@@ -10,7 +10,7 @@ import numpy as np
 from network.calibration.judging import relative
 from network.calibration.parameters import Parameter
 from network.report.canvas import pretty
-from network.report.table import digits, span, table
+from network.report.table import digits, signed, span, table
 from network.residuals.amounts import joined
 from network.units import difference, unit
 
@@ -39,7 +39,7 @@ def _numbers(c: Calibration) -> str:
     rows = []
     for j, p in enumerate(c.parameters):
         low, high = (_bare(p, p.value(x)) for x in c.known.interval(j))
-        moved = f"{round(float(c.shift[j]), 1) + 0.0:+.1f}" if np.isfinite(c.shift[j]) else "–"
+        moved = signed(float(c.shift[j])) if np.isfinite(c.shift[j]) else "–"
         rows.append([p.path, before(p), _value(c, j), f"{low} … {high}", moved, _remark(c, j)])
     return "\n".join(table(header, rows, ["moved [σ]"]))
 

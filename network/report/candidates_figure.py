@@ -1,12 +1,14 @@
-"""Explanations that were fitted, ranked: what each adds to the evidence, and what it leaves."""
+"""Explanations that were fitted, ranked: what each adds to the evidence, and how well it fits."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from network.declare import Array
 from network.report.canvas import (
     FONT,
     GREY,
@@ -17,10 +19,12 @@ from network.report.canvas import (
     add_axes,
     name_text,
     new_figure,
+    size_of,
     text_size,
     write_title,
 )
 from network.report.finding_words import rival_name
+from network.report.table import digits
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,9 +40,9 @@ LEAVES, GAP, RIGHT = 2.1, 0.75, 0.55
 
 
 def candidates_figure(d: Diagnosis) -> Figure:
-    """Left: log evidence over nothing missing [nats], with what chance reaches; right: rms residual left [noise units].
-    What was found is blue."""
-    rivals = sorted(d.tried, key=lambda r: -r.gain)[:MOST]
+    """Left: log evidence over nothing missing [nats], with what chance reaches; right: the misfit, relative to that of
+    what was found. What was found is blue."""
+    rivals = sorted(anchored(d), key=lambda r: -r.gain)[:MOST]
     names = [name_text(rival_name(r), LONGEST) for r in rivals]
     left = 0.3 + max((text_size(name, FONT)[0] for name in names), default=0.0) / 72
     height = max(len(rivals), 1) * LINE
@@ -48,12 +52,31 @@ def candidates_figure(d: Diagnosis) -> Figure:
     leaves = add_axes(figure, left + width + GAP, 0.6, LEAVES, height)
     colours = [FOUND if was_found(d, r) else OTHER for r in rivals]
     _draw_gains(gains, rivals, colours, _threshold(d))
-    _draw_leaves(leaves, rivals, colours)
+    _draw_misfits(leaves, np.array([r.chi for r in rivals]) / _found_chi(d), colours)
     _finish(gains, leaves, names)
-    first = " for the first finding" if len(d.findings) > 1 else ""
-    cut = f"; the best {MOST} of {len(d.tried)}" if len(d.tried) > MOST else ""
-    write_title(figure, f"{d.machine.name}: explanations that were fitted{first}", f"blue: what was found{cut}")
+    write_title(figure, f"{d.machine.name}: what was tried", _below(d))
     return figure
+
+
+def _below(d: Diagnosis) -> str:
+    first = ["tried in the stead of the first finding, nothing else added"] if len(d.findings) > 1 else []
+    cut = [f"the best {MOST} of {len(d.tried)}"] if len(d.tried) > MOST else []
+    chance = ["dashed: what chance reaches"] if d.findings else []
+    return "; ".join(["blue: what was found", *chance, *first, *cut])
+
+
+def anchored(d: Diagnosis) -> tuple[Rival, ...]:
+    """What was tried. A single finding is judged at the end once more, under the noise that it leaves, which makes the
+    evidence of all larger or smaller by the same factor."""
+    gains = [r.gain for r in d.tried if was_found(d, r)]
+    if len(d.findings) != 1 or not gains or gains[0] <= 0 or not math.isfinite(d.findings[0].gain):
+        return d.tried
+    return tuple(replace(r, gain=r.gain * d.findings[0].gain / gains[0]) for r in d.tried)
+
+
+def _found_chi(d: Diagnosis) -> float:
+    """The misfit of what was found; of the best where that is not among what was tried."""
+    return next((r.chi for r in d.tried if was_found(d, r)), min((r.chi for r in d.tried), default=1.0)) or 1.0
 
 
 def was_found(d: Diagnosis, rival: Rival) -> bool:
@@ -73,24 +96,29 @@ def _draw_gains(axes: Axes, rivals: list[Rival], colours: list[str], threshold: 
     reach = float(np.max(gains, initial=1.0))
     for row, gain in enumerate(gains):
         text = f"{gain:.0f}".replace("-", "−")
-        axes.text(max(gain, 0.0) + 0.008 * reach, row, text, fontsize=SMALL, color=INK, va="center_baseline")
+        at = max(gain, 0.0) + 0.008 * reach
+        wide = 1.12 * reach * text_size(text, SMALL)[0] / 72 / size_of(axes)[0]
+        if at - 0.02 * reach < threshold < at + wide + 0.01 * reach:
+            at = threshold + 0.012 * reach
+        axes.text(at, row, text, fontsize=SMALL, color=INK, va="center_baseline")
     low = float(np.min(gains, initial=0.0))
     axes.set_xlim(max(low, -0.1 * reach) * 1.05, reach * 1.12)
     if math.isfinite(threshold):
         axes.axvline(threshold, color=CHANCE, linewidth=1.0, linestyle=(0, (5.0, 2.0)))
-    axes.set_xlabel("log evidence over nothing missing [nats]; dashed: what chance reaches", fontsize=FONT, labelpad=2)
+    axes.set_xlabel("log evidence over nothing missing [nats]", fontsize=FONT, labelpad=2)
 
 
-def _draw_leaves(axes: Axes, rivals: list[Rival], colours: list[str]) -> None:
+def _draw_misfits(axes: Axes, misfits: Array, colours: list[str]) -> None:
     axes.axvline(1.0, color=GREY, linewidth=0.8)
-    for row, (rival, colour) in enumerate(zip(rivals, colours, strict=True)):
-        axes.plot([rival.chi], [row], "D" if colour == FOUND else "o", color=colour, markersize=5)
+    for row, (misfit, colour) in enumerate(zip(misfits, colours, strict=True)):
+        axes.plot([misfit], [row], "D" if colour == FOUND else "o", color=colour, markersize=5)
         place = axes.get_yaxis_transform()
-        axes.text(1.03, row, f"{rival.chi:.3g}", transform=place, fontsize=SMALL, color=INK, va="center_baseline")
-    chis = [r.chi for r in rivals if math.isfinite(r.chi)]
-    high = max([*chis, 1.0])
-    axes.set_xlim(min([*chis, 1.0]) - 0.06 * high, high * 1.06)
-    axes.set_xlabel("rms residual left [σ]", fontsize=FONT, labelpad=2)
+        told = f"{misfit:.2f}" if misfit < 10 else digits(misfit, 3)
+        axes.text(1.03, row, told, transform=place, fontsize=SMALL, color=INK, va="center_baseline")
+    finite = [1.0, *misfits[np.isfinite(misfits)]]
+    room = 0.08 * (max(finite) - min(finite) or 1.0)
+    axes.set_xlim(min(finite) - room, max(finite) + room)
+    axes.set_xlabel("misfit, relative to what was found", fontsize=FONT, labelpad=2)
 
 
 def _finish(gains: Axes, leaves: Axes, names: list[str]) -> None:

@@ -14,8 +14,10 @@ BENDS = (0.0, 0.12, -0.12, 0.24, -0.24, 0.36, -0.36, 0.5, -0.5)
 SAMPLES = 31
 TOUCHING, PARALLEL = 4.0, 16.0
 """Curves nearer than the first run over each other; links between the same nodes keep the second in their middle."""
-AWAY = (0.0, 3.0, -3.0, 9.0, -9.0, 16.0, -16.0)
-ALONG = (0.5, 0.44, 0.56, 0.38, 0.62, 0.32, 0.68, 0.26, 0.74, 0.2, 0.8)
+AWAY = (0.0, 3.0, -3.0, 9.0, -9.0, 16.0, -16.0, 24.0, -24.0)
+THICK = 1.6
+"""pt: width from which a line is not written over, where there is room beside it."""
+ALONG = (0.5, 0.44, 0.56, 0.38, 0.62, 0.32, 0.68, 0.26, 0.74, 0.2, 0.8, 0.14, 0.86)
 
 
 @dataclass
@@ -37,12 +39,14 @@ class Obstacles:
         middle = curve[len(curve) // 2]
         return any(float(np.hypot(*(middle - other))) < PARALLEL for other in self.middles.get(ends, ()))
 
-    def spot(self, width: float, height: float, curve: Array, crossing: bool = False) -> tuple[float, float] | None:
+    def spot(
+        self, width: float, height: float, curve: Array, crossing: bool = False, thick: float = 0.0
+    ) -> tuple[float, float] | None:
         """The middle of a free place for a label of this size at the curve: on no box, and, but for `crossing`, on no
-        other curve and nearest to its own."""
+        other curve and nearest to its own. A curve as thick as letters stays in sight: the label stands beside it."""
         others = np.concatenate([c[1:-1] for c in self.curves if c is not curve] or [np.empty((0, 2))])
         boxes = np.array(self.boxes)
-        for x, y in _spots(curve, width, height):
+        for x, y in _spots(curve, width, height, thick):
             box = _box(x, y, width, height)
             if not overlaps(box, boxes, 1.0).any() and (crossing or _belongs(x, y, box, curve, others)):
                 return x, y
@@ -75,8 +79,9 @@ def inside(points: Array, boxes: Array) -> Array:
     return np.asarray((x > x0) & (x < x1) & (y > y0) & (y < y1))
 
 
-def _spots(curve: Array, width: float, height: float) -> Iterator[tuple[float, float]]:
-    for away in AWAY:
+def _spots(curve: Array, width: float, height: float, thick: float) -> Iterator[tuple[float, float]]:
+    aside = [away + np.sign(away) * thick / 2 for away in AWAY]
+    for away in aside if thick < THICK else [*aside[1:], 0.0]:
         for share in ALONG:
             k = round(share * (len(curve) - 1))
             across = _direction(curve, k)[::-1] * [-1, 1]

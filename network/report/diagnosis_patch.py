@@ -12,6 +12,8 @@ from network.calibration.patching import difference_of
 from network.patch import load_tree
 from network.proposals import fresh
 from network.refusal import Refused
+from network.report.lumps_words import sentence_of
+from network.report.naming import called
 from network.residuals.amounts import joined
 from network.yamlfile import Leaf, dump, load
 
@@ -38,8 +40,8 @@ def patch_text(d: Diagnosis, where: Path) -> str:
 
 def _remarks(d: Diagnosis) -> Iterator[str]:
     """Comment lines: what was found, and on what."""
-    names = joined([Path(r.recording.file).name for r in d.fits.train_after.recordings])
-    told = [f.sentence for f in d.findings] or ["Nothing is missing that these recordings would show."]
+    names = joined([called(d, r) for r in d.fits.train_after.recordings])
+    told = [sentence_of(f) for f in d.findings] or ["Nothing is missing that these recordings would show."]
     for sentence in (*told, f"Diagnosed by lptn on {names}: value ± standard error."):
         yield from commented(sentence)
 

@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from network.report.calibration_files import stems_of
+from network.report.naming import called
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from network.diagnosis.verdict import Diagnosis
 
 LIT = "The network with what was found in it, lit in orange."
-RANKED = "Every explanation that was fitted: what it adds to the evidence (dashed: chance), and what it leaves."
+RANKED = "Every explanation that was fitted: what it adds to the evidence (dashed: chance), and how much worse it fits."
 HEAT = "Heat that the likeliest places would have needed, ±2 standard deviations, above the inputs."
 
 
@@ -45,8 +46,9 @@ def _fits(d: Diagnosis, prefix: str, what: str, before: Comparison, after: Compa
     from network.report.fit_figure import fit_figure
 
     for stem, b, a in zip(stems_of(after), before.recordings, after.recordings, strict=True):
-        title = f"{d.machine.name}: {a.recording.name}, {what}"
-        caption = f"{stem}, {what}: measured, and simulated before and after."
+        name = called(d, a)
+        title = f"{d.machine.name}: {name}, {what}"
+        caption = f"{name}, {what}: measured, and simulated before and after."
         draw = partial(fit_figure, b, a, title, large=bool(prefix))
         yield Picture(f"{prefix}fit-{stem}.png", "fits", caption, draw)
 

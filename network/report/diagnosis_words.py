@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
-from network.diagnosis.verdict import CLEAR
+from network.diagnosis.isolability import DETAILS
+from network.diagnosis.verdict import CLEAR, FAINT
 from network.report.finding_words import (
     alike_words,
     evidence_words,
@@ -15,7 +16,8 @@ from network.report.finding_words import (
     sure_words,
     windows_words,
 )
-from network.report.heat_words import heat_words, suspects_of, where_words
+from network.report.heat_words import POINTS, heat_words, seats_in, suspects_of, where_words
+from network.report.lumps_words import sentence_of
 from network.report.moved_words import moved_words
 from network.report.table import digits, span, table
 from network.report.verdict_words import next_words, verdict_words
@@ -31,10 +33,12 @@ BEFORE = "  before: as written, its numbers calibrated"
 def tell_diagnosis(d: Diagnosis) -> str:
     """Verdict; findings with size, evidence and rivals; where; what moved back; fits before and after; advice."""
     header, rows = fit_rows(d)
+    fits = [*table(header, rows, header[1:]), *([] if is_unchanged(d) else [BEFORE])]
     blocks = [
         _verdict(d), *(_finding(d, i, f) for i, f in enumerate(d.findings, 1)), _paragraphs(where_lines(d)),
-        _paragraphs(moved_words(d)), "\n".join([*table(header, rows, header[1:]), BEFORE]), _paragraphs(d.notes),
-        _paragraphs(map(_next_experiment, d.advice)), _paragraphs([next_words(d)]),
+        _paragraphs(moved_words(d)), "\n".join(fits),
+        _paragraphs(map(shortened_note, d.notes)), _paragraphs(map(_next_experiment, d.advice)),
+        _paragraphs([next_words(d)]),
     ]  # fmt: skip
     return "\n\n".join(block for block in blocks if block)
 
@@ -45,9 +49,8 @@ def _verdict(d: Diagnosis) -> str:
 
 
 def _finding(d: Diagnosis, number: int, finding: Finding) -> str:
-    numbered = len(d.findings) > 1
-    first = f"{number}. " if numbered else "  "
-    lines = textwrap.wrap(finding.sentence, WIDTH, initial_indent=first, subsequent_indent="   " if numbered else "  ")
+    first, then = (f"{number}. ", "   ") if len(d.findings) > 1 else ("  ", "  ")
+    lines = textwrap.wrap(sentence_of(finding), WIDTH, initial_indent=first, subsequent_indent=then)
     rows = [
         ("size", "; ".join(f"{name} {size}" for name, size in sizes(finding))), ("sure", sure_words(finding)),
         ("evidence", " ".join([evidence_words(finding), windows_words(d, finding)])),
@@ -63,20 +66,36 @@ def where_lines(d: Diagnosis) -> list[str]:
     """Where it differed, and how; nothing where nothing is missing."""
     if not d.findings:
         return []
-    return [heat_words(d, u) for u in suspects_of(d, 1)] + [line for line in [where_words(d)] if line]
+    told = [u for u in suspects_of(d, 1) if u.name in seats_in(d) or u.probability >= POINTS]
+    return [line for line in [*(heat_words(d, u) for u in told), where_words(d)] if line]
 
 
 def fit_rows(d: Diagnosis) -> tuple[list[str], list[list[str]]]:
-    """Header and rows: rms residual of every channel in noise units, before and after."""
-    sides = [("fitted", d.fits.train_before, d.fits.train_after)]
-    if d.fits.holdout_before is not None and d.fits.holdout_after is not None:
-        sides.append(("held out", d.fits.holdout_before, d.fits.holdout_after))
-    header = ["rmse [σ]", *(f"{name}, {when}" for name, _, _ in sides for when in ("before", "after"))]
-    each = [(by_channel(before), by_channel(after)) for _, before, after in sides]
-    names = dict.fromkeys(name for pair in each for side in pair for name in side)
-    rows = [[name, *(_sigma(side.get(name)) for pair in each for side in pair)] for name in names]
-    rows.append(["all channels", *(_sigma(c.rmse_in_noise) for _, before, after in sides for c in (before, after))])
-    return header, rows
+    """Header and rows: rms residual of every channel in noise units, before and after; once where
+    both are the same."""
+    columns = list(_columns(d))
+    each = [by_channel(comparison) for _, comparison in columns]
+    names = dict.fromkeys(name for column in each for name in column)
+    rows = [[name, *(_sigma(column.get(name)) for column in each)] for name in names]
+    rows.append(["all channels", *(_sigma(comparison.rmse_in_noise) for _, comparison in columns)])
+    return ["rmse [σ]", *(name for name, _ in columns)], rows
+
+
+def _columns(d: Diagnosis) -> Iterator[tuple[str, Comparison]]:
+    sides = (("fitted", d.fits.train_before, d.fits.train_after), ("held out", *held_out(d)))
+    for name, before, after in sides:
+        if before is not None and after is not None:
+            yield from ((name, after),) if is_unchanged(d) else ((f"{name}, before", before), (f"{name}, after", after))
+
+
+def held_out(d: Diagnosis) -> tuple[Comparison | None, Comparison | None]:
+    return d.fits.holdout_before, d.fits.holdout_after
+
+
+def is_unchanged(d: Diagnosis) -> bool:
+    """Whether the machine is as before: nothing was added to it, nothing cut more finely."""
+    before, after = (by_channel(comparison) for comparison in (d.fits.train_before, d.fits.train_after))
+    return before == after
 
 
 def by_channel(comparison: Comparison) -> dict[str, float]:
@@ -102,8 +121,13 @@ def advice_words(experiment: Experiment) -> str:
         return f"{text}."
     apart = f"{digits(experiment.sigma, 2)} σ in {span(3600 * experiment.hours)}"
     if experiment.sigma < CLEAR:
-        return f"{text}, with {apart}."
+        return f"{text}, with {apart}." if experiment.sigma >= FAINT else f"{text}."
     return f"{text}. It would tell {' from '.join(experiment.separates)} by {apart}."
+
+
+def shortened_note(note: str) -> str:
+    """A note without what only the report goes into."""
+    return note.partition(f" {DETAILS}")[0]
 
 
 def _paragraphs(sentences: Iterable[str]) -> str:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from network.report.canvas import pretty
-from network.report.heat_words import when
+from network.report.heat_words import THROUGHOUT, when
+from network.report.naming import called
 from network.report.table import digits
 from network.residuals.amounts import joined
 from network.units import difference, show, unit
@@ -18,17 +19,39 @@ if TYPE_CHECKING:
 
 MOST_RIVALS = 4
 MOST_WINDOWS = 3
+SURE = ((95, "nearly certain"), (75, "probable"), (55, "more likely than not"), (45, "an even chance"), (0, "doubtful"))
+"""Words for a confidence, from so many percent."""
+EVEN = 0.1
+"""Confidences nearer than this are called the same."""
+HARDLY = 1.015
+"""Misfit relative to the best, below which it is called as good."""
+PREFIXED = ("W", "J", "N")
+LEAVES = re.compile(r"leaves ([0-9.]+[0-9]) instead of ([0-9.]+[0-9]) noise units")
+BENT = re.compile(r", with a number of the file ([0-9]+) prior σ off")
 
 
 def plus_minus(q: Quantity) -> str:
-    """790 ± 30 W: as many places as the standard error has two digits of; without it where it was not free."""
+    """790 ± 30 W: the standard error to two digits and the value to as many places; alone where it was not free."""
     std = q.std / difference(unit(q.unit)).scale
     value = float(show(q.value, q.unit, 12).partition(" ")[0])
-    text = pretty(q.unit).replace("–", "")
     if not (math.isfinite(std) and std > 0):
-        return f"{digits(value, 4)} {text}".rstrip()
-    places = max(1 - int(f"{std:.1e}".partition("e")[2]), 0)
-    return f"{value:.{places}f} ± {std:.{places}f} {text}".rstrip()
+        return f"{digits(value, 4)} {shown_unit(q.unit)}".rstrip()
+    prefix, scale = _prefix(max(abs(value), std), q.unit)
+    value, std = value / scale, std / scale
+    places = 1 - int(f"{std:.1e}".partition("e")[2])
+    low, near = (f"{round(x, places) + 0.0:.{max(places, 0)}f}".replace("-", "−") for x in (value, std))
+    return f"{low} ± {near} {prefix}{shown_unit(q.unit)}".rstrip()
+
+
+def shown_unit(unit_text: str) -> str:
+    return pretty(unit_text).replace("–", "")
+
+
+def _prefix(size: float, unit_text: str) -> tuple[str, float]:
+    """kilo or mega where that saves digits."""
+    if unit_text.partition("/")[0] not in PREFIXED or size < 1e4:
+        return "", 1.0
+    return ("M", 1e6) if size >= 1e6 else ("k", 1e3)
 
 
 def name_of(kind: str) -> str:
@@ -40,11 +63,19 @@ def sizes(finding: Finding) -> list[tuple[str, str]]:
     return [(name_of(name), plus_minus(q)) for name, q in finding.parameters.items()]
 
 
+def sure_word(confidence: float) -> str:
+    """A confidence as a word: of the percent that are shown, so that one number has one word."""
+    return next(word for least, word in SURE if round(100 * confidence) >= least)
+
+
 def sure_words(finding: Finding) -> str:
-    """The confidence as a word and a number."""
-    p = finding.confidence
-    word = "nearly certain" if p > 0.95 else "probable" if p > 0.75 else "likely" if p > 0.5 else "doubtful"
-    return f"{word}, {100 * p:.0f} %"
+    """The confidence as a word and a number; beside what cannot be told from it, what that has."""
+    p, alike = finding.confidence, finding.indistinguishable
+    if not alike:
+        return f"{sure_word(p)}, {percent(p)}"
+    if all(abs(p - r.confidence) < EVEN for r in alike):
+        return f"{percent(p)}: as likely as {joined([rival_name(r) for r in alike])}"
+    return f"{percent(p)}, beside {joined([f'{percent(r.confidence)} for {rival_name(r)}' for r in alike])}"
 
 
 def evidence_words(finding: Finding) -> str:
@@ -52,8 +83,9 @@ def evidence_words(finding: Finding) -> str:
     if not math.isfinite(finding.gain):
         return "Without it the machine cannot be fitted at all."
     times = finding.gain / finding.threshold if finding.threshold > 0 else math.inf
-    told = f"It adds {_nats(finding.gain)} nats of log evidence, where chance reaches {_nats(finding.threshold)}"
-    return f"{told}: {times:.0f} times as much." if 2 <= times < 200 else f"{told}."
+    more = f"{times:.0f} times" if 2 <= times < 200 else "far" if times >= 200 else ""
+    told = f"It explains {f'{more} more'.strip()} than chance would"
+    return f"{told} ({_nats(finding.gain)} nats of evidence against {_nats(finding.threshold)})."
 
 
 def _nats(value: float) -> str:
@@ -61,13 +93,15 @@ def _nats(value: float) -> str:
 
 
 def windows_words(d: Diagnosis, finding: Finding) -> str:
-    """When it showed most, on the first recording."""
-    if not finding.windows:
+    """When it showed most, on the first recording; nothing where that was always, or is that of an earlier finding."""
+    earlier = d.findings[: d.findings.index(finding)] if finding in d.findings else ()
+    if finding.windows in [f.windows for f in earlier]:
         return ""
     longest = sorted(finding.windows, key=lambda w: w[0] - w[1])[:MOST_WINDOWS]
-    t = d.fits.train_before.recordings[0].trajectory.t
-    name = Path(d.fits.train_before.recordings[0].recording.file).name
+    t, name = d.fits.train_before.recordings[0].trajectory.t, called(d, d.fits.train_before.recordings[0])
     told = [when(first, last, t, name) for first, last in sorted(longest)]
+    if not told or any(text.startswith(THROUGHOUT) for text in told):
+        return ""
     words = [text[:1].lower() + text[1:] for text in told]
     short = [text.removesuffix(f" of {name}") for text in words[:-1]] + words[-1:]
     return f"It showed most {joined(short)}{', and at other times' if len(finding.windows) > MOST_WINDOWS else ''}."
@@ -80,10 +114,25 @@ def rival_name(rival: Rival) -> str:
 
 
 def rivals_words(finding: Finding) -> Iterator[str]:
-    """What else was fitted, and what speaks against each."""
-    for rival in finding.alternatives[:MOST_RIVALS]:
-        against = " ".join(rival.why_not.split()).rstrip(".")
-        yield f"{rival_name(rival)}, {percent(rival.confidence)}: {against}"
+    """What else was fitted, and what speaks against each; without what cannot be told from it."""
+    alike = {rival_name(r) for r in finding.indistinguishable}
+    apart = [r for r in finding.alternatives if rival_name(r) not in alike]
+    for rival in apart[:MOST_RIVALS]:
+        yield f"{rival_name(rival)}, {percent(rival.confidence)}: {against(rival)}"
+
+
+def against(rival: Rival) -> str:
+    """What speaks against it. Its misfit, which counts coloured noise and starts as the table of rmse does not, is told
+    relative to that of what was found."""
+    told = " ".join(rival.why_not.split()).rstrip(".")
+    return LEAVES.sub(_worse, BENT.sub(r", and moves a number of the file by \1 times its ±", told))
+
+
+def _worse(match: re.Match[str]) -> str:
+    times = float(match[1]) / max(float(match[2]), 1e-9)
+    if times < HARDLY:
+        return "fits nearly as well"
+    return f"fits {100 * (times - 1):.0f} % worse" if times < 2 else f"fits {digits(times, 2)} times worse"
 
 
 def percent(share: float) -> str:

@@ -12,6 +12,7 @@ from network.report.canvas import (
     FONT,
     GREY,
     PALETTE,
+    Dashes,
     add_axes,
     gap_unit,
     headline,
@@ -25,6 +26,7 @@ from network.report.canvas import (
 )
 from network.report.comparison_figure import draw_driver, draw_measured, driver_of
 from network.report.lines import clock, set_clock, thinned
+from network.report.table import digits
 from network.units import unit
 
 if TYPE_CHECKING:
@@ -79,8 +81,21 @@ def _height(place: int) -> float:
 
 
 def _told(before: RecordingResidual, after: RecordingResidual) -> str:
-    rmse = f"all channels: rmse {before.rmse_in_noise:.3g} → {after.rmse_in_noise:.3g} σ"
-    return f"{rmse}; measured grey, simulated before orange, after blue; ±2 σ of noise shaded"
+    rmse = f"all channels: rmse {_two(before.rmse_in_noise, after.rmse_in_noise)} σ"
+    lines = "blue" if is_same(before, after) else "before orange, after blue"
+    return f"{rmse}; measured grey, simulated {lines}; ±2 σ of noise shaded"
+
+
+def is_same(before: RecordingResidual, after: RecordingResidual) -> bool:
+    """Whether nothing was changed between the two."""
+    pairs = _pairs(before, after)
+    return all(b is a or np.array_equal(b.simulated, a.simulated, equal_nan=True) for b, a in pairs)
+
+
+def _two(before: float, after: float) -> str:
+    """Before → after; once where both are the same."""
+    low, high = digits(before, 3), digits(after, 3)
+    return low if before == after else f"{low} → {high}"
 
 
 def _row(
@@ -95,10 +110,7 @@ def _row(
 def _draw_values(axes: Axes, pair: tuple[ChannelResidual, ChannelResidual], length: float) -> None:
     given = unit(pair[1].unit)
     draw_measured(axes, pair[1].t, in_unit(pair[1].measured, given), GREY, 0.9, length)
-    for channel, colour, dashes, width in (
-        (pair[0], BEFORE, (0, (5.0, 2.0)), 1.0),
-        (pair[1], AFTER, "solid", 1.3),
-    ):
+    for channel, colour, dashes, width in _lines(pair):
         times, values = thinned(channel.t, in_unit(channel.simulated, given), POINTS)
         axes.plot(times / length, values, color=colour, linestyle=dashes, linewidth=width)
     axes.margins(y=0.08)
@@ -106,19 +118,29 @@ def _draw_values(axes: Axes, pair: tuple[ChannelResidual, ChannelResidual], leng
     label_y(axes, "", pair[1].unit)
 
 
+def _lines(pair: tuple[ChannelResidual, ChannelResidual]) -> list[tuple[ChannelResidual, str, Dashes, float]]:
+    """(channel, colour, dashes, width) before and after; only after where both are the same."""
+    both: list[tuple[ChannelResidual, str, Dashes, float]] = [
+        (pair[0], BEFORE, (0, (5.0, 2.0)), 1.0), (pair[1], AFTER, "solid", 1.3),
+    ]  # fmt: skip
+    return both[1:] if np.array_equal(pair[0].simulated, pair[1].simulated, equal_nan=True) else both
+
+
 def _change(before: ChannelResidual, after: ChannelResidual) -> str:
     name = name_text(after.name)
     if not after.n:
         return f"{name}: no readings"
     first, last = before.summary(), after.summary()
-    absolute = f"{number(first['rmse'], '1', 3)} → {number(last['rmse'], last['unit'], 3)}"
-    return f"{name}: rmse {before.rmse_in_noise:.3g} → {after.rmse_in_noise:.3g} σ ({absolute})"
+    absolute = number(last["rmse"], last["unit"], 3)
+    if first["rmse"] != last["rmse"]:
+        absolute = f"{number(first['rmse'], '1', 3)} → {absolute}"
+    return f"{name}: rmse {_two(before.rmse_in_noise, after.rmse_in_noise)} σ ({absolute})"
 
 
 def _draw_residuals(axes: Axes, pair: tuple[ChannelResidual, ChannelResidual], length: float) -> None:
     axes.axhspan(-2, 2, color=BAND, alpha=0.18, linewidth=0)
     axes.axhline(0, color=GREY, linewidth=0.6)
-    for channel, colour in zip(pair, (BEFORE, AFTER), strict=True):
+    for channel, colour, _, _ in _lines(pair):
         draw_measured(axes, channel.t, channel.in_noise, colour, 0.7, length)
     steep = _set_scale(axes, np.concatenate([c.in_noise[c.finite] for c in pair]))
     noise = gap_unit(pair[1].unit)

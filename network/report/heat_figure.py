@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,7 +29,9 @@ from network.report.canvas import (
 from network.report.finding_words import percent
 from network.report.heat_words import suspects_of, unit_of
 from network.report.lines import clock, outline, set_clock
+from network.report.naming import called
 from network.report.run_figure import is_speed
+from network.report.table import span
 from network.units import unit
 
 if TYPE_CHECKING:
@@ -56,16 +57,31 @@ def heat_figure(d: Diagnosis) -> Figure:
     rows = [ROW] * len(places) + [INPUT] * len(inputs)
     figure = new_figure(TOP + sum(rows) + GAP * len(rows) + BOTTOM)
     panels = [_column(figure, rows, k, len(runs)) for k in range(len(runs))]
+    longest = max((r.trajectory.t for r in recordings), key=lambda t: float(t[-1] - t[0]))
     for column, i, recording in zip(panels, runs, recordings, strict=True):
-        _fill(d, column, places, i, recording, inputs)
+        _fill(d, column, places, i, recording, inputs, longest)
     for row in range(len(rows)):
         _share_scale([column[row] for column in panels])
     for row, place in enumerate(places):
         headline(panels[0][row], _told(d, place))
         label_y(panels[0][row], "offset" if place.kind == "channel" else "heat", _unit(d, place))
-    told = "what each place would need for simulation and recordings to agree, before anything was added"
-    write_title(figure, f"{d.machine.name}: unknown heat", f"{told}; shaded ±2 standard deviations")
+    told = "what each place would need to agree with the recordings, nothing added"
+    write_title(figure, f"{d.machine.name}: {_kinds(places)}", f"{told}; shaded ±2 σ; {_resolved(d, places)}")
     return figure
+
+
+def _kinds(places: Sequence[UnknownHeat]) -> str:
+    """What is shown: heat, offsets of channels, or both."""
+    what = {"offset of a channel" if place.kind == "channel" else "heat" for place in places}
+    return f"unknown {' or '.join(sorted(what))}"
+
+
+def _resolved(d: Diagnosis, places: Sequence[UnknownHeat]) -> str:
+    """How far apart its values lie, and what of the findings is too quick for that."""
+    step = max((float(np.median(np.diff(t))) for place in places for t in place.t if len(t) > 1), default=0.0)
+    periods = [f.parameters["period"].value for f in d.findings if "period" in f.parameters]
+    quick = [span(p) for p in periods if p < 2 * step]
+    return f"a value every {span(step)}" + (f", too coarse for a period of {quick[0]}" if quick else "")
 
 
 def shown_runs(d: Diagnosis) -> list[int]:
@@ -100,19 +116,19 @@ def _column(figure: Figure, rows: Sequence[float], k: int, of: int) -> list[Axes
 
 def _fill(
     d: Diagnosis, column: list[Axes], places: Sequence[UnknownHeat], i: int, recording: RecordingResidual,
-    inputs: Sequence[str],
+    inputs: Sequence[str], longest: Array,
 ) -> None:  # fmt: skip
-    t = recording.trajectory.t
+    t, length = recording.trajectory.t, clock(longest)[1]
     for axes, place, colour in zip(column, places, COLOURS, strict=False):
-        _draw_heat(axes, place.t[i], place.heat[i], place.std[i], gap_unit(_unit(d, place)).scale, colour, clock(t)[1])
+        _draw_heat(axes, place.t[i], place.heat[i], place.std[i], gap_unit(_unit(d, place)).scale, colour, length)
     signals = recording.trajectory.schedule.signals
     for axes, name in zip(column[len(places) :], inputs, strict=True):
         if name in signals:
-            _draw_input(axes, signals[name], t, first=axes.get_position().x0 < 0.1)
+            _draw_input(axes, signals[name], t, length, first=axes.get_position().x0 < 0.1)
     above = 1 + 0.24 / size_of(column[0])[1]
-    name = name_text(Path(recording.recording.file).name)
+    name = name_text(called(d, recording))
     column[0].text(0, above, name, transform=column[0].transAxes, fontsize=FONT, fontweight="bold", color=GREY)
-    set_clock(column, t)
+    set_clock(column, t, unit_of=longest)
 
 
 def _draw_heat(axes: Axes, t: Array, heat: Array, std: Array, scale: float, colour: str, length: float) -> None:
@@ -122,10 +138,10 @@ def _draw_heat(axes: Axes, t: Array, heat: Array, std: Array, scale: float, colo
     axes.plot(t / length, heat / scale, color=colour, linewidth=1.3)
 
 
-def _draw_input(axes: Axes, signal: Signal, t: Array, first: bool) -> None:
+def _draw_input(axes: Axes, signal: Signal, t: Array, length: float, first: bool) -> None:
     shown = "rpm" if is_speed(signal) else signal.unit
     times, values = outline(signal, t)
-    axes.plot(times / clock(t)[1], in_unit(values, unit(shown)), color=INK, linewidth=0.9)
+    axes.plot(times / length, in_unit(values, unit(shown)), color=INK, linewidth=0.9)
     axes.margins(y=0.12)
     if first:
         label_y(axes, name_text(signal.name, 12), shown)

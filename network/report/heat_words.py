@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from network.declare import Array
 from network.report.lines import clock
+from network.report.naming import called
 from network.report.table import digits
 from network.residuals.amounts import amount
 from network.trajectory import axis_unit
@@ -27,8 +27,11 @@ BOTH = 0.25
 """Share of the squared heat of the other sign from which both signs are told."""
 
 
+THROUGHOUT = "Throughout"
 COUNTS = 0.02
 """Probability from which a place is told."""
+POINTS = 0.25
+"""Probability of the best place from which the map of unknown heat points anywhere."""
 
 
 @dataclass(frozen=True)
@@ -73,19 +76,19 @@ def _bursts(heat: Array) -> tuple[int, float]:
 
 
 def heat_words(d: Diagnosis, u: UnknownHeat) -> str:
-    """The sentence about a place, on the recording where most is unaccounted for."""
+    """The sentence about a place, on the recording where most is unaccounted for; nothing where nothing stands out."""
     at = max(range(len(u.t)), key=lambda i: float(np.sum(u.heat[i] ** 2)))
     seen = course(u.t[at], u.heat[at], u.std[at])
     if seen is None:
-        return f"At {u.name} nothing stands out of its uncertainty at any time."
-    name = Path(d.fits.train_before.recordings[at].recording.file).name
+        return ""
+    name = called(d, d.fits.train_before.recordings[at])
     return f"{when(seen.first, seen.last, u.t[at], name)} {_what(d, u, seen)}{_in_bursts(d, u, seen)}."
 
 
 def when(first: float, last: float, t: Array, of: str) -> str:
     """The time between two instants of a recording, which has the times t."""
     if last - first > 0.95 * float(t[-1] - t[0]):
-        return f"Throughout {of}"
+        return f"{THROUGHOUT} {of}"
     name, length = ("min", 60.0) if float(t[-1] - t[0]) < HOURS else clock(t)
     if first == last:
         return f"At {first / length:.3g} {name} of {of}"
@@ -127,13 +130,13 @@ def unit_of(d: Diagnosis, u: UnknownHeat) -> str:
 
 def suspects_of(d: Diagnosis, most: int = 3) -> tuple[UnknownHeat, ...]:
     """The places to tell about: where something was found, then the most probable."""
-    seats = _seats(d)
+    seats = seats_in(d)
     ranked = sorted(d.located, key=lambda u: (u.name not in seats, -u.probability))
     counting = [u for u in ranked if u.name in seats or u.probability > COUNTS]
     return tuple((counting or ranked)[:most])
 
 
-def _seats(d: Diagnosis) -> set[str]:
+def seats_in(d: Diagnosis) -> set[str]:
     """Parts and channels of the findings; for an axis, the channels that read it."""
     seats = {seat for f in d.findings for seat in (*f.places, *f.channels)}
     return seats | {name for name, sensor in d.machine.sensors.items() if f"tcp.{sensor.axis}" in seats}
@@ -141,9 +144,14 @@ def _seats(d: Diagnosis) -> set[str]:
 
 def where_words(d: Diagnosis) -> str:
     """Places with their probabilities, as far as they count."""
-    named = [f"{u.name} {digits(100 * u.probability, 2)} %" for u in d.located[:4] if u.probability > COUNTS]
-    if not named:
+    named = [f"{_unknown(u)} ({digits(100 * u.probability, 2)} %)" for u in d.located[:4] if u.probability > COUNTS]
+    if not named or d.located[0].probability < POINTS:
         return ""
-    told = f"From unknown heat alone, before anything was added: {', '.join(named)}."
-    agrees = {*d.located[0].name.split(" to ")} & _seats(d)
-    return told if agrees else f"{told} The findings, fitted in full, overrule it."
+    told = f"If one unknown were all that is missing, it would be {', or '.join(named)}"
+    agrees = {*d.located[0].name.split(" to ")} & seats_in(d)
+    return f"{told}." if agrees else f"{told}; what was found explains the recordings better."
+
+
+def _unknown(u: UnknownHeat) -> str:
+    what = {"node": "heat in", "link": "heat from", "channel": "an offset of"}
+    return f"{what[u.kind]} {u.name}"

@@ -89,9 +89,10 @@ def clock(t: Array) -> tuple[str, float]:
     return ("s", 1.0) if span < 180 else ("min", 60.0) if span < 3.2 * 3600 else ("h", 3600.0)
 
 
-def set_clock(panels: Sequence[Axes], t: Array, last: Sequence[Axes] = ()) -> None:
-    """One time axis for all panels; numbers and unit only below the last ones, the others get the grid alone."""
-    name, length = clock(t)
+def set_clock(panels: Sequence[Axes], t: Array, last: Sequence[Axes] = (), unit_of: Array | None = None) -> None:
+    """One time axis for all panels; numbers and unit only below the last ones, the others get the grid alone.
+    unit_of: times whose unit is taken, where not their own."""
+    name, length = clock(t if unit_of is None else unit_of)
     start, end = float(t[0]) / length, float(t[-1]) / length
     for axes in panels:
         ticks = time_ticks(start, end, name, int(size_of(axes)[0] * 1.7))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from network.diagnosis.verdict import Diagnosis
+    from network.diagnosis.verdict import Diagnosis, Finding
     from network.machine import Machine
 
 LIGHT = PALETTE[4]
@@ -29,11 +29,19 @@ WIDER = 8.0
 
 
 class LitPicture(Picture):
-    """A picture with some nodes and links lit. lit: paths as in a file, like 'nodes.bed'."""
+    """A picture with some nodes and links lit. lit: paths as in a file, like 'nodes.bed'; own: names of the findings'
+    entries, told whole; moves: what stands at a node besides, like 'moves z'."""
 
-    def __init__(self, machine: Machine, lit: Collection[str]) -> None:
-        super().__init__(machine, None)
-        self.lit = lit
+    def __init__(
+        self, machine: Machine, lit: Collection[str], own: Collection[str] = (), moves: Mapping[str, str] | None = None
+    ) -> None:
+        self.lit, self.moves = lit, moves or {}
+        super().__init__(machine, None, own)
+
+    def _text(self, name: str) -> Iterator[tuple[str, str, bool]]:
+        yield from super()._text(name)
+        if name in self.moves:
+            yield literal(self.moves[name]), EDGE_LIGHT, True
 
     def draw_stroke(self, axes: Axes, stroke: Stroke, curve: Array, largest: float) -> None:
         if f"links.{stroke.name}" in self.lit:
@@ -42,6 +50,10 @@ class LitPicture(Picture):
             whole = np.concatenate([[start], curve, [end]])
             axes.plot(*whole.T, color=LIGHT, linewidth=WIDER + 4.5 * size, solid_capstyle="round", zorder=0.6)
         super().draw_stroke(axes, stroke, curve, largest)
+
+    def _breadth(self, stroke: Stroke, largest: float) -> float:
+        lit = f"links.{stroke.name}" in self.lit
+        return super()._breadth(stroke, largest) + (WIDER if lit else 0.0)
 
     def draw_node(self, axes: Axes, symbol: str) -> None:
         before = len(axes.patches)
@@ -56,8 +68,10 @@ def lit_figure(d: Diagnosis) -> Figure:
     lit = lit_paths(d)
     seats = [path.partition(".")[2] for path in lit if path.startswith("nodes.")]
     also = [seat for f in d.findings for seat in (*f.places, *f.channels) if seat not in d.after.nodes]
-    where = joined(list(dict.fromkeys([*seats, *also]))) or "nothing"
-    picture = LitPicture(d.after, lit)
+    lit_up = [*seats, *(seat for seat in also if not (seats and seat.startswith("tcp.")))]
+    where = joined(list(dict.fromkeys(lit_up))) or "nothing"
+    own = [path.partition(".")[2] for f in d.findings for path, _ in bodies(f.patch)]
+    picture = LitPicture(d.after, lit, own, moves_of(d))
     figure = drawn(picture, f"{d.machine.name}: what was found, and where", f"lit in orange: {where}")
     _name_axes(d, figure)
     return figure
@@ -86,9 +100,22 @@ def _sensed(d: Diagnosis, channels: Collection[str]) -> list[str]:
     return [place.node for place in places if place is not None]
 
 
+def moves_of(d: Diagnosis) -> dict[str, str]:
+    """Node → which axes of the tool centre point it moves by what was found."""
+    axes: dict[str, list[str]] = {}
+    for finding in d.findings:
+        for name in (n for n in finding.places if n in d.after.nodes):
+            axes.setdefault(name, []).extend(_axes(finding))
+    return {name: f"↕ moves {joined(list(dict.fromkeys(own)))}" for name, own in axes.items() if own}
+
+
+def _axes(finding: Finding) -> list[str]:
+    return [p for p in finding.places if p.startswith("tcp.")]
+
+
 def _name_axes(d: Diagnosis, figure: Figure) -> None:
-    """The axes of the tool centre point that a finding moves: they are no part of the network."""
-    axes = [p for f in d.findings for p in f.places if p.startswith("tcp.")]
+    """Axes of the tool centre point that a finding moves by no part: they are not in the network."""
+    axes = [p for f in d.findings for p in _axes(f) if not any(n in d.after.nodes for n in f.places)]
     if axes:
         told = f"moves {joined(list(dict.fromkeys(axes)))}"
         figure.text(0.985, 0.975, literal(told), ha="right", va="top", fontsize=9, color=PALETTE[1], bbox=BACKING)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from network.calibration.parameters import Parameter, free_parameters
+from network.report.table import signed
 from network.residuals.amounts import joined
 from network.units import show
 
@@ -74,17 +75,14 @@ def moved_words(d: Diagnosis) -> Iterator[str]:
     numbers = moved(d)
     back = [m for m in numbers if m.came_back] if d.findings else []
     if back:
-        told = [f"{m.path} from {_sigmas(m.shift_before)} to {_sigmas(m.shift_after)}" for m in back[:MOST]]
+        told = [f"{m.path} from {signed(m.shift_before)} to {signed(m.shift_after)}" for m in back[:MOST]]
         more = [f"{len(back) - MOST} more"] if len(back) > MOST else []
-        yield f"Numbers that calibration alone had bent come back to the file (prior σ): {joined([*told, *more])}."
+        bent = "Numbers that calibration alone had bent come back to the file (shifts in units of their ±)"
+        yield f"{bent}: {joined([*told, *more])}."
     elif d.verdict == "parameters_only":
-        told = [f"{m.path} ({m.file} → {m.after}, {_sigmas(m.shift_after)} σ)" for m in numbers[:MOST]]
-        yield f"Numbers that moved most from the file (in prior σ): {joined(told)}."
+        told = [f"{m.path} ({m.file} → {m.after}, {signed(m.shift_after)} times its ±)" for m in numbers[:MOST]]
+        yield f"Numbers that moved most from the file (in units of their ±): {joined(told)}."
         return
-    far = [f"{m.path} ({m.file} → {m.after}, {_sigmas(m.shift_after)} σ)" for m in numbers if m.is_far]
+    far = [f"{m.path} ({m.file} → {m.after}, {signed(m.shift_after)} times its ±)" for m in numbers if m.is_far]
     if far:
         yield f"Still far from the file: {joined(far[:MOST])}{' …' if len(far) > MOST else ''}."
-
-
-def _sigmas(shift: float) -> str:
-    return f"{shift:+.1f}".replace("-", "−")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,14 +18,13 @@ from network.report.canvas import (
     name_text,
     new_figure,
     number,
-    shortened,
     text_size,
     write_title,
 )
 from network.report.curves import Obstacles, arrow, route
 from network.report.layout import place
 from network.report.places import Block, Placing, box_of, boxes_of
-from network.report.strokes import Stroke, capacity_text, duration, notes, strokes, watts
+from network.report.strokes import Stroke, capacity_text, cut, duration, notes, strokes, watts
 from network.report.symbols import (
     BACKING,
     COLOURS,
@@ -86,10 +85,11 @@ def _span(seconds: float) -> str:
 class Picture:
     """Sizes, places and lines of one picture."""
 
-    def __init__(self, machine: Machine, run: Trajectory | None) -> None:
-        self.machine, self.run = machine, run
+    def __init__(self, machine: Machine, run: Trajectory | None, whole: Collection[str] = ()) -> None:
+        """whole: names of entries that are not cut."""
+        self.machine, self.run, self.whole = machine, run, whole
         self.font = FONT - 0.5 if len(machine.nodes) <= MANY else 6.5
-        self.strokes, self.notes = list(strokes(machine, run)), notes(machine, run)
+        self.strokes, self.notes = list(strokes(machine, run)), notes(machine, run, whole)
         self.radius = radii_of(machine)
         self.texts = {name: list(self._text(name)) for name in machine.nodes}
         self.blocks = {name: self._block(name) for name in machine.nodes}
@@ -124,8 +124,8 @@ class Picture:
         pairs = sorted(zip(self.strokes, self.curves, strict=True), key=lambda pair: -abs(pair[0].value or 0))
         for stroke, curve in pairs:
             self.draw_stroke(axes, stroke, curve, largest[stroke.unit])
-        for stroke, curve in pairs:
-            self._label(axes, stroke, curve)
+        for stroke, curve in sorted(pairs, key=lambda pair: pair[0].name not in self.whole):
+            self._label(axes, stroke, curve, largest[stroke.unit])
         for symbol in self.placing.at:
             self.draw_node(axes, symbol)
             self._draw_text(axes, symbol)
@@ -158,7 +158,7 @@ class Picture:
         size = STREAM if stroke.stream else abs(stroke.value or 0.0) / largest
         start, end = self._ends(stroke)
         whole = np.concatenate([[start], curve, [end]]) if stroke.a != stroke.b else curve
-        axes.plot(*whole.T, color=colour, linewidth=0.7 + 4.5 * size, solid_capstyle="butt", zorder=1)
+        axes.plot(*whole.T, color=colour, linewidth=self._width(stroke, largest), solid_capstyle="butt", zorder=1)
         flows = stroke.unit == "W" and size > 1e-6
         if stroke.stream or flows:
             backwards = not stroke.stream and (stroke.value or 0.0) < 0
@@ -166,17 +166,27 @@ class Picture:
             axes.fill(*head.T, facecolor=colour, edgecolor="white", linewidth=0.4, zorder=2)
             self.around.take(float(head[:, 0].mean()), float(head[:, 1].mean()), 6.0 + 5.0 * size, 6.0 + 5.0 * size)
 
-    def _label(self, axes: Axes, stroke: Stroke, curve: Array) -> None:
-        """Name and number where there is room; else the number alone; else neither."""
+    def _width(self, stroke: Stroke, largest: float) -> float:
+        """Of a line [pt]."""
+        return 0.7 + 4.5 * (STREAM if stroke.stream else abs(stroke.value or 0.0) / largest)
+
+    def _breadth(self, stroke: Stroke, largest: float) -> float:
+        """What a label beside a line keeps off [pt]."""
+        return self._width(stroke, largest)
+
+    def _label(self, axes: Axes, stroke: Stroke, curve: Array, largest: float) -> None:
+        """Name and number where there is room, beside a line that is thick; else the number alone; else neither."""
         if stroke.value is None:
             return
         size = stroke.value if stroke.stream else abs(stroke.value)
         value = watts(size) if stroke.unit == "W" else number(size, stroke.unit, 3)
-        both = [[shortened(stroke.name, 18), value]] if len(self.strokes) <= MOST_NAMED else []
-        for lines, crossing in [*((lines, False) for lines in both), ([value], False), ([value], True)]:
+        both = [cut(stroke.name, self.whole, 18), value]
+        own = stroke.name in self.whole
+        tries = [(both, False)] * (own or len(self.strokes) <= MOST_NAMED) + [(both, True)] * own
+        for lines, crossing in [*tries, ([value], False), ([value], True)]:
             sizes = [text_size(line, self.font - 0.5) for line in lines]
             width, height = max(w for w, _ in sizes) + 2, sum(h for _, h in sizes)
-            spot = self.around.spot(width, height, curve, crossing)
+            spot = self.around.spot(width, height, curve, crossing, 0.0 if crossing else self._breadth(stroke, largest))
             if spot is not None:
                 self.around.take(*spot, width, height)
                 self._write_label(axes, spot, "\n".join(lines), stroke.name)

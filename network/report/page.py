@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from network.report.diagnosis_patch import FILE
-from network.report.diagnosis_words import advice_words, fit_rows, where_lines
+from network.report.diagnosis_words import advice_words, fit_rows, is_unchanged, where_lines
 from network.report.finding_words import (
+    against,
     alike_words,
     evidence_words,
     name_of,
@@ -21,8 +22,10 @@ from network.report.finding_words import (
     sure_words,
     windows_words,
 )
+from network.report.lumps_words import sentence_of
 from network.report.moved_words import moved, moved_words
-from network.report.table import digits, span
+from network.report.naming import called
+from network.report.table import signed, span
 from network.report.verdict_words import next_words, seat_words, verdict_words
 from network.residuals.amounts import joined
 
@@ -32,6 +35,8 @@ if TYPE_CHECKING:
     from network.diagnosis.verdict import Diagnosis, Finding, Rival
 
 TEMPLATE = "diagnosis.html.j2"
+TALL = 0.8
+"""Height over width of a picture, from which half a page is too little for it."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +56,7 @@ def page(d: Diagnosis, pictures: Sequence[Shown], patch: str, where: Path) -> st
     loader = PackageLoader("network.report")
     rooms = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     told = _verdict(d) | _tables(d) | {"patch": patch, "patch_name": FILE, "commands": commands(d, where)}
-    return rooms.get_template(TEMPLATE).render(told, pictures=pictures, shown=shown)
+    return rooms.get_template(TEMPLATE).render(told, pictures=pictures, shown=shown, signed=signed)
 
 
 def shown(picture: Shown) -> Markup:
@@ -60,7 +65,14 @@ def shown(picture: Shown) -> Markup:
 
     data = base64.b64encode(picture.png).decode("ascii")
     image = Markup('<img src="data:image/png;base64,{}" alt="{}">').format(data, picture.caption)
-    return Markup("<figure>{}<figcaption>{}</figcaption></figure>\n").format(image, picture.caption)
+    tall = Markup(' class="tall"') if is_tall(picture.png) else ""
+    return Markup("<figure{}>{}<figcaption>{}</figcaption></figure>\n").format(tall, image, picture.caption)
+
+
+def is_tall(png: bytes) -> bool:
+    """Whether a picture needs a page of its own to be read in print."""
+    width, height = (int.from_bytes(png[at : at + 4], "big") for at in (16, 20))
+    return height > TALL * width
 
 
 def _verdict(d: Diagnosis) -> dict[str, Any]:
@@ -73,17 +85,18 @@ def _verdict(d: Diagnosis) -> dict[str, Any]:
 def _tables(d: Diagnosis) -> dict[str, Any]:
     header, rows = fit_rows(d)
     return {
-        "fit_header": header, "fit_rows": rows, "numbers": moved(d), "moved": list(moved_words(d)),
+        "unchanged": is_unchanged(d), "fit_header": header, "fit_rows": rows,
+        "numbers": moved(d), "moved": list(moved_words(d)),
         "notes": d.notes, "advice": [advice_words(e) for e in d.advice],
     }  # fmt: skip
 
 
 def basis(d: Diagnosis) -> str:
     """On what it rests: which recordings, which seed, how long it took."""
-    fitted = joined([Path(r.recording.file).name for r in d.fits.train_after.recordings])
+    fitted = joined([called(d, r) for r in d.fits.train_after.recordings])
     told = f"Fitted on {fitted}"
     if d.fits.holdout_after is not None:
-        told += f"; judged on {joined([Path(r.recording.file).name for r in d.fits.holdout_after.recordings])}"
+        told += f"; judged on {joined([called(d, r) for r in d.fits.holdout_after.recordings])}"
     return f"{told}. Machine file {Path(d.machine.file).name}, seed {d.seed}, {span(d.seconds)}."
 
 
@@ -91,7 +104,7 @@ def _finding(d: Diagnosis, finding: Finding) -> Mapping[str, Any]:
     seats = seat_words(d, finding)
     return {
         "title": f"{name_of(finding.kind)}{f' at {seats}' if seats else ''}",
-        "sentence": finding.sentence, "sure": sure_words(finding), "sizes": sizes(finding),
+        "sentence": sentence_of(finding), "sure": sure_words(finding), "sizes": sizes(finding),
         "evidence": " ".join(filter(None, [evidence_words(finding), windows_words(d, finding)])),
         "alike": alike_words(finding), "rivals": [_rival(r) for r in finding.alternatives],
     }  # fmt: skip
@@ -99,8 +112,7 @@ def _finding(d: Diagnosis, finding: Finding) -> Mapping[str, Any]:
 
 def _rival(rival: Rival) -> Mapping[str, str]:
     return {
-        "name": rival_name(rival), "confidence": percent(rival.confidence), "leaves": digits(rival.chi, 3),
-        "gain": f"{rival.gain:.0f}", "why_not": rival.why_not,
+        "name": rival_name(rival), "confidence": percent(rival.confidence), "why_not": against(rival),
     }  # fmt: skip
 
 

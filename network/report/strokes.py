@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -83,14 +83,17 @@ def _mean_flow(machine: Machine, path: str, a: str, b: str, run: Trajectory) -> 
     return sign * run.energy.by_mechanism.get(path, 0.0) / duration(run)
 
 
-def notes(machine: Machine, run: Trajectory | None) -> dict[str, list[Note]]:
-    """What stands at every node: sources with their mean heat, relays, sensors."""
+def notes(machine: Machine, run: Trajectory | None, whole: Collection[str] = ()) -> dict[str, list[Note]]:
+    """What stands at every node: sources with their mean heat, relays, sensors. whole: names that are not cut."""
     found: dict[str, list[Note]] = {name: [] for name in machine.nodes}
     for name, source in machine.sources.items():
         relay = isinstance(source, Relay)
+        heat = None if run is None else run.energy.by_mechanism.get(f"sources.{name}", 0.0) / duration(run)
         for node, share in _shares(source.into).items():
             watched = {getattr(source, field).node for field in source.readings()} - {node} if relay else set()
-            found[node].append(Note("relay" if relay else "source", _heat(name, share, run), next(iter(watched), "")))
+            found[node].append(
+                Note("relay" if relay else "source", _heat(cut(name, whole), share, heat), next(iter(watched), ""))
+            )
     for name, sensor in machine.sensors.items():
         if sensor.place is not None:
             found[sensor.place.node].append(Note("sensor", shortened(name, 20)))
@@ -104,10 +107,15 @@ def _shares(into: tuple[tuple[Place, float], ...]) -> Mapping[str, float]:
     return shares
 
 
-def _heat(name: str, share: float, run: Trajectory | None) -> str:
-    if run is None:
-        return shortened(name, 20) + (f" {share:.0%}" if share < 1 else "")
-    return f"{shortened(name, 20)} {watts(share * run.energy.by_mechanism.get(f'sources.{name}', 0.0) / duration(run))}"
+def cut(name: str, whole: Collection[str], most: int = 20) -> str:
+    """A name, its middle left out where it is long and not to be told whole."""
+    return name if name in whole else shortened(name, most)
+
+
+def _heat(name: str, share: float, heat: float | None) -> str:
+    if heat is None:
+        return name + (f" {share:.0%}" if share < 1 else "")
+    return f"{name} {watts(share * heat)}"
 
 
 def watts(value: float) -> str:

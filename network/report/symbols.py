@@ -55,7 +55,7 @@ def draw_legend(axes: Axes, machine: Machine, radius: Mapping[str, float], words
     from matplotlib.patches import Circle
 
     x, y = axes.get_xlim()[0] + 14.0, axes.get_ylim()[0] + 30.0
-    for name in _examples(machine):
+    for name in examples(machine):
         r = radius[name]
         axes.add_patch(Circle((x + r, y), r, facecolor=FILL, **EDGE))
         text = capacity_text(machine, name)
@@ -73,7 +73,8 @@ def words_of(machine: Machine, marks: set[str], streams: bool) -> list[str]:
     return words + ["→ stream (green)"] * streams
 
 
-def _examples(machine: Machine) -> list[str]:
-    """The smallest, a middle and the largest part."""
+def examples(machine: Machine) -> list[str]:
+    """The smallest, a middle and the largest part; of those that are told alike, one."""
     parts = sorted((n for n, node in machine.nodes.items() if node.is_part), key=lambda n: machine.nodes[n].capacity)
-    return list(dict.fromkeys([parts[0], parts[len(parts) // 2], parts[-1]])) if parts else []
+    some = [parts[0], parts[len(parts) // 2], parts[-1]] if parts else []
+    return list({capacity_text(machine, name): name for name in some}.values())

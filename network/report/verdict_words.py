@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
+from network.report.naming import called
 from network.report.table import digits
 from network.residuals.amounts import joined
 
@@ -55,18 +55,21 @@ def next_words(d: Diagnosis) -> str:
 def falls(d: Diagnosis) -> str:
     """How far the residual falls, on what was fitted and on what was held out."""
     before, after = d.fits.train_before.rmse_in_noise, d.fits.train_after.rmse_in_noise
-    told = f"the residual falls from {digits(before, 3)} to {digits(after, 3)} noise units"
-    if after >= before:
-        told = f"the residual stays at {digits(after, 3)} noise units"
+    told = f"the residual {_falls(before, after)} noise units"
     if d.fits.holdout_before is None or d.fits.holdout_after is None:
         return told
     before, after = d.fits.holdout_before.rmse_in_noise, d.fits.holdout_after.rmse_in_noise
-    return f"{told}, and from {digits(before, 3)} to {digits(after, 3)} on {_held_out(d)}, never used in a fit"
+    return f"{told}, and {_falls(before, after)} on {_held_out(d)}, never used in a fit"
+
+
+def _falls(before: float, after: float) -> str:
+    low, high = digits(before, 3), digits(after, 3)
+    return f"stays at {high}" if low == high else f"{'falls' if after < before else 'rises'} from {low} to {high}"
 
 
 def _held_out(d: Diagnosis) -> str:
     assert d.fits.holdout_after is not None
-    return joined([Path(r.recording.file).name for r in d.fits.holdout_after.recordings])
+    return joined([called(d, r) for r in d.fits.holdout_after.recordings])
 
 
 def _count(d: Diagnosis) -> str:
@@ -76,15 +79,20 @@ def _count(d: Diagnosis) -> str:
 
 def _where(d: Diagnosis) -> str:
     seats = list(dict.fromkeys(seat_words(d, f) for f in d.findings))
-    return f" at {', and at '.join(seats)}" if all(seats) and seats else ""
+    if not (seats and all(seats)):
+        return ""
+    told = [f"one at {seat}" for seat in seats] if len(seats) > 1 else [f"at {seats[0]}"]
+    return f"{', ' if len(seats) > 1 else ' '}{joined(told)}"
 
 
 def seat_words(d: Diagnosis, finding: Finding) -> str:
-    """Where a finding sits; an axis of the tool centre point behind the parts that move it."""
+    """Where a finding sits; behind the parts, along which axes they move the tool centre point."""
     seats = seats_of(d, finding)
-    axes = [seat for seat in seats if seat.startswith("tcp.")]
-    parts = [seat for seat in seats if seat not in axes]
-    return f"{joined(parts)} ({joined(axes)})" if parts and axes else joined(parts or axes)
+    axes = [seat.removeprefix("tcp.") for seat in seats if seat.startswith("tcp.")]
+    parts = [seat for seat in seats if not seat.startswith("tcp.")]
+    if not axes:
+        return joined(parts)
+    return f"{joined(parts)} (movement along {joined(axes)})" if parts else f"the tool centre point ({joined(axes)})"
 
 
 def seats_of(d: Diagnosis, finding: Finding) -> tuple[str, ...]:

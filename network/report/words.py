@@ -10,7 +10,8 @@ import numpy as np
 from network.declare import Array
 from network.report.canvas import pretty
 from network.report.describe import describe
-from network.report.table import digits, span, table
+from network.report.table import digits, signed, span, table
+from network.residuals.spikes import calmed
 from network.residuals.telling import telling
 from network.residuals.window import worst_window
 from network.units import Unit, difference, unit
@@ -66,7 +67,7 @@ def _main_contributor(run: Trajectory, axis: str, shown: Unit) -> str:
     name = max(mine, key=lambda n: abs(float(mine[n][peak])), default=None)
     if name is None:
         return "nothing"
-    return f"{name} ({shown.from_si(float(mine[name][peak])):+.2f} at {run.t[peak] / 60:.0f} min)"
+    return f"{name} ({signed(shown.from_si(float(mine[name][peak])), 2)} at {run.t[peak] / 60:.0f} min)"
 
 
 def _energy(run: Trajectory) -> list[str]:
@@ -122,8 +123,9 @@ def _row(channel: ChannelResidual) -> list[str]:
 
 
 def tell_worst(residual: RecordingResidual) -> str:
-    """The sentence about the worst channel: how far off it is simulated, which way, and between which times."""
-    read = [channel for channel in residual.channels.values() if channel.n]
+    """The sentence about the worst channel: how far off it is simulated, which way, and between which times; single
+    readings that lie far apart do not count."""
+    read = [calmed(channel)[0] for channel in residual.channels.values() if channel.n]
     worst = max(read, key=lambda channel: channel.rmse_in_noise)
     if worst.rmse_in_noise <= GOOD:
         return f"Every channel agrees within its noise (worst: {worst.name}, {digits(worst.rmse_in_noise, 3)} σ)."

@@ -17,6 +17,7 @@ from network.residuals.grid import Grid, filled, reading_step
 from network.residuals.lags import autocorrelations, independent
 from network.residuals.periodicity import Periodicity, periodicity
 from network.residuals.regimes import ByRegime, Regimes, by_regime, regimes_of
+from network.residuals.spikes import Spikes, calmed
 from network.residuals.whiteness import Whiteness, whiteness
 from network.residuals.window import worst_window
 
@@ -48,12 +49,13 @@ class ChannelTests:
     companions: tuple[Companion, ...]
     regimes: ByRegime | None
     window: Window | None
+    spikes: Spikes | None = None
 
     @property
     def sentences(self) -> list[str]:
         """What is significant."""
         regimes = (self.regimes,) if self.regimes is not None and self.regimes.differs else ()
-        found = (self.whiteness, self.period, *self.drivers, *self.companions, *regimes)
+        found = (self.spikes, self.whiteness, self.period, *self.drivers, *self.companions, *regimes)
         return [result.sentence for result in found if result is not None]
 
     def summary(self) -> dict[str, Any]:
@@ -85,8 +87,9 @@ class Rows:
 
 
 def examine(residual: RecordingResidual) -> Mapping[str, ChannelTests]:
-    """Tests of every channel that has readings."""
-    channels = [channel for channel in residual.channels.values() if channel.n]
+    """Tests of every channel that has readings, without those that lie far apart."""
+    calm = [calmed(channel) for channel in residual.channels.values() if channel.n]
+    channels = [channel for channel, _ in calm]
     grid = Grid.of(residual.trajectory.t)
     rows = rows_of(channels, grid)
     candidates = candidates_of(residual, grid)
@@ -101,7 +104,7 @@ def examine(residual: RecordingResidual) -> Mapping[str, ChannelTests]:
             periods[k], driven[k], together[k],
             None if regimes is None
             else by_regime(channel.name, channel.unit, channel.sigma, rows.si[k], rows.r[k], regimes),
-            Window(*worst_window(channel), channel.unit),
+            Window(*worst_window(channel), channel.unit), calm[k][1],
         )
         for k, channel in enumerate(channels)
     }  # fmt: skip

@@ -27,8 +27,9 @@ def telling(tests: Mapping[str, ChannelTests], most: int = MOST) -> list[str]:
     more = [sentence for _, sentence in sorted((t for kind in kinds[:2] for t in kind[1:]), reverse=True)]
     judged = [found.whiteness for found in tests.values() if found.whiteness is not None]
     white = _white(judged) or ([] if first else _longest(judged))
-    room = most - len(first) - len(white)
-    return [sentence + "." for sentence in [*first, *more[: max(room, 0)], *white][:most]]
+    spikes = [found.spikes.sentence for found in tests.values() if found.spikes is not None]
+    room = most - len(spikes) - len(first) - len(white)
+    return [sentence + "." for sentence in [*spikes, *first, *more[: max(room, 0)], *white][:most]]
 
 
 def _sizeable(found: Iterator[Told]) -> list[Told]:

@@ -1,0 +1,29 @@
+"""Numbers as a sentence tells them."""
+
+from __future__ import annotations
+
+from network.units import difference, unit
+
+FEWEST, LARGEST = 1e-3, 1e9
+"""Sizes between which no exponent is written."""
+GROUPED = 1e4
+"""Size from which thousands stand apart."""
+
+
+def spoken(value: float, unit_text: str) -> str:
+    """A value inside (SI, °C) in a unit, without exponent where it reads so: 5.57 W/K, 21.62 degC, 10 000 rpm."""
+    given = (difference(unit(unit_text)) if unit_text == "K" else unit(unit_text)).from_si(value)
+    number = float(f"{given:.{4 if abs(given) >= 1e3 or unit_text == 'degC' else 3}g}")
+    if number and not FEWEST <= abs(number) < LARGEST:
+        text = f"{number:.3g}"
+    elif abs(number) < GROUPED:
+        text = f"{number:.4g}"
+    else:
+        text = f"{number:,.0f}".replace(",", "\u00a0")
+    told = f"−{text[1:]}" if text.startswith("-") else text
+    return told if unit_text in ("", "1") else f"{told} {unit_text}"
+
+
+def per_kelvin(value: float) -> str:
+    """A relative slope [1/K]: 4.1 % per K."""
+    return f"{100 * value:.2g} % per K".replace("-", "−")
