@@ -25,10 +25,12 @@ from network.options import (
     read_machine,
     read_recordings,
     read_start,
+    results_go_to,
     start_option,
     warn,
 )
 from network.refusal import Complaints, Failed, Refused
+from network.stopping import STATUS, stoppable, tell_stopped
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
@@ -83,6 +85,7 @@ def draw(machine: str, output: str, level: str | None, lumps: Sequence[str], set
     path = Path(output)
     if path.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise refuse(Spot(output), "is no picture that can be drawn", "end it in .png, .svg or .pdf")
+    results_go_to(path.parent)
     loaded = read_machine(machine, level, lumps, sets)
     from network.report.figures import network_figure, save
 
@@ -106,6 +109,7 @@ def simulate(
     level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
 ) -> None:  # fmt: skip
     """Run a MACHINE through a scenario, or along the inputs of a recording (SOURCE)."""
+    results_go_to(output)
     loaded = read_machine(machine, level, lumps, sets)
     from network.output import folder, write_run
     from network.simulation import simulate as run
@@ -142,6 +146,9 @@ def compare(
     level: str | None, lumps: Sequence[str], sets: Sequence[str],
 ) -> None:  # fmt: skip
     """Residuals of a MACHINE on RECORDINGS, per channel, in units of noise."""
+    results_go_to(output)
+    if json_file not in (None, "-"):
+        results_go_to(Path(str(json_file)).parent)
     loaded = read_machine(machine, level, lumps, sets)
     from network.comparison import compare as lay_beside
     from network.output import as_json, folder, write_text
@@ -185,6 +192,7 @@ def sweep(
     sets: Sequence[str], as_json: bool,
 ) -> None:  # fmt: skip
     """How far a MACHINE may be simplified along SOURCE, or how its tool centre point answers to varied numbers."""
+    results_go_to(output)
     loaded = read_machine(machine, level, lumps, sets)
     from network.report.progress import share_bar
     from network.sources import load_source
@@ -229,6 +237,7 @@ def demo(output: str) -> None:
     """The main job on a machine that comes with lptn: simulate a schedule, see the tool centre point move."""
     from network.demo import tell_demo
 
+    results_go_to(output)
     for line in tell_demo(output):
         click.echo(line)
 
@@ -248,7 +257,8 @@ def paper(as_json: bool) -> None:
 def main(arguments: Sequence[str] | None = None) -> None:
     """The entry point: every refusal a sentence on stderr, never a traceback for bad input."""
     try:
-        cli.main(args=None if arguments is None else list(arguments), prog_name="lptn", standalone_mode=False)
+        with stoppable():
+            cli.main(args=None if arguments is None else list(arguments), prog_name="lptn", standalone_mode=False)
     except Refused as refused:
         click.echo(str(refused), err=True)
         sys.exit(2)
@@ -267,8 +277,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         click.echo(f"lptn: {error.filename or 'standard output'}: {error.strerror}", err=True)
         sys.exit(1)
     except (click.Abort, KeyboardInterrupt):
-        click.echo("lptn: stopped; nothing half-written was left", err=True)
-        sys.exit(130)
+        tell_stopped(lambda sentence: click.echo(sentence, err=True))
+        sys.exit(STATUS)
 
 
 if __name__ == "__main__":

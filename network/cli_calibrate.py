@@ -16,6 +16,7 @@ from network.options import (
     read_machine,
     read_recordings,
     read_start,
+    results_go_to,
     start_option,
     warn,
 )
@@ -42,6 +43,7 @@ def calibrate(
     start: str | None, no_plots: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
 ) -> None:  # fmt: skip
     """The uncertain numbers of a MACHINE (± or unknown) from RECORDINGS, with their uncertainty."""
+    results_go_to(output if plan is not None else output or "out")
     loaded = read_machine(machine, level, lumps, sets)
     if plan is not None:
         _check_no_recordings(recordings, holdout)

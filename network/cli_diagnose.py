@@ -18,6 +18,7 @@ from network.options import (
     read_machine,
     read_recordings,
     read_start,
+    results_go_to,
     start_option,
     warn,
 )
@@ -49,6 +50,7 @@ def diagnose(
     """Where a MACHINE and RECORDINGS differ, which physics was left out, and whether adding it holds."""
     from network.report.diagnosis_files import check_target, write_diagnosis
 
+    results_go_to(output)
     loaded = read_machine(machine, level, lumps, sets)
     where = check_target(loaded, Path(output))
     found = _diagnosed(loaded, recordings, holdout, start, seed, jobs)

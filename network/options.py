@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -45,6 +46,14 @@ def output_folder(default: str) -> Callable[[Command], Command]:
     return click.option(
         "-o", "--output", default=default, show_default=True, type=click.Path(), metavar="DIR", help="where results go"
     )
+
+
+def results_go_to(path: str | Path | None) -> None:
+    """For the rest of the command: see results_in. Raises Refused for a folder that cannot be had."""
+    from network.output import results_in
+
+    if path is not None:
+        click.get_current_context().with_resource(results_in(path))
 
 
 def read_machine(path: str, level: str | None, lumps: Sequence[str], sets: Sequence[str]) -> Machine:

@@ -120,7 +120,7 @@ def test_nothing_half_written_when_stopped(folder: Path, monkeypatch: pytest.Mon
 
     monkeypatch.setattr(canvas, "save", stop)
     assert run("calibrate", "blocks.yaml", "readings.csv", "-o", "found") == 130
-    assert list(Path("found").iterdir()) == []
+    assert not Path("found").exists()
 
 
 def test_numbers_inside_effects_and_temperatures_are_written_back(folder: Path) -> None:
