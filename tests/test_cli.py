@@ -165,6 +165,19 @@ def test_a_file_in_the_way_of_the_results_is_refused(tmp_path: Path, capsys: pyt
     assert (tmp_path / "out").read_text() == "mine"
 
 
+@pytest.mark.parametrize("command", ["simulate", "compare", "sweep", "calibrate", "diagnose", "demo", "prove", "draw"])
+def test_a_folder_that_cannot_be_is_refused_before_anything_is_read(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("afile").write_text("mine")
+    words = [] if command in ("demo", "prove") else ["no.yaml"] if command == "draw" else ["no.yaml", "no.csv"]
+    assert run(command, *words, "-o", "afile/x/y.png" if command == "draw" else "afile/x") == 2
+    assert capsys.readouterr().err == "afile/x: cannot be a folder, afile is a file; give another -o\n"
+    assert not words or run(command, *words, "-o", "new/p.png") == 2
+    assert Path("afile").read_text() == "mine" and not Path("new").exists()
+
+
 def test_only_plain_files_are_replaced(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     run("simulate", BLOCKS, WARM_UP, "-o", str(tmp_path), "--no-plots")
     target, link = tmp_path / "real.json", tmp_path / "link.json"
