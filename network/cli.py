@@ -151,6 +151,7 @@ def compare(
         results_go_to(Path(str(json_file)).parent)
     loaded = read_machine(machine, level, lumps, sets)
     from network.comparison import compare as lay_beside
+    from network.heard import overheard
     from network.output import as_json, folder, write_text
 
     loaded_recordings = list(read_recordings(recordings))
@@ -169,7 +170,7 @@ def compare(
 
         written = draw_comparison(result, folder(output))
         click.echo(f"\nWritten: {', '.join(map(str, written))}", err=json_file == "-")
-    warn(map(str, loaded.warnings))
+    warn([*loaded.warnings, *overheard(loaded, loaded_recordings, ())])
 
 
 @cli.command()
