@@ -25,6 +25,9 @@ from network.refusal import Spot, refuse
 if TYPE_CHECKING:
     from network.machine import Machine
 
+PICTURES = tuple(f"{side}{what}-*.png" for side in ("", "holdout-") for what in ("fit", "residual"))
+PICTURES += ("shifts.png", "band-*.png")
+
 
 @click.command()
 @machine_options
@@ -82,7 +85,7 @@ def _calibrate(
 ) -> None:  # fmt: skip
     from network.calibration.calibrating import calibrate as run
     from network.calibration.patching import check_target
-    from network.output import folder
+    from network.output import folder, replacing
     from network.report.calibration_files import write_calibration
     from network.report.progress import share_bar
 
@@ -90,7 +93,9 @@ def _calibrate(
     train, held_out = list(read_recordings(recordings)), list(read_recordings(holdout))
     with share_bar(f"calibrating {machine.name}") as tell:
         result = run(machine, train, held_out, start=read_start(start), seed=seed, progress=tell)
-    written = write_calibration(result, folder(output), pictures=not no_plots)
+    where = folder(output)
+    with replacing(where, "calibration.json", PICTURES):
+        written = write_calibration(result, where, pictures=not no_plots)
     if as_json:
         print_json(result.summary())
         warn(result.warnings)

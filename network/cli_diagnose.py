@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from network.machine import Machine
     from network.proving import Progress
 
+PICTURES = ("network.png", "candidates.png", "heat.png", "fit-*.png", "holdout-fit-*.png")
+
 jobs_option = click.option(
     "--jobs", type=click.IntRange(1), default=os.cpu_count() or 1, show_default=True, metavar="N", help="processes"
 )
@@ -48,13 +50,15 @@ def diagnose(
     start: str | None, no_plots: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
 ) -> None:  # fmt: skip
     """Where a MACHINE and RECORDINGS differ, which physics was left out, and whether adding it holds."""
+    from network.output import replacing
     from network.report.diagnosis_files import check_target, write_diagnosis
 
     results_go_to(output)
     loaded = read_machine(machine, level, lumps, sets)
     where = check_target(loaded, Path(output))
     found = _diagnosed(loaded, recordings, holdout, start, seed, jobs)
-    written = write_diagnosis(found, where, pictures=not no_plots)
+    with replacing(where, "diagnosis.json", PICTURES):
+        written = write_diagnosis(found, where, pictures=not no_plots)
     if as_json:
         print_json(found.summary())
     else:

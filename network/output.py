@@ -18,6 +18,9 @@ from network.refusal import Refused, Spot, refuse
 from network.stopping import on_stop
 from network.trajectory import Trajectory
 
+DRAWN = 60.0
+"""s: how long after the rest of a result its pictures may be drawn."""
+
 
 def folder(path: str | Path) -> Path:
     """The folder, made if need be. Raises Refused where a file is in the way or it may not be written."""
@@ -93,6 +96,19 @@ def put_in_place(made: Sequence[Path], where: Path) -> None:
             raise refuse(Spot(str(where / path.name)), "is a folder", "give another -o")
     for path in made:
         os.replace(path, where / path.name)
+
+
+@contextmanager
+def replacing(where: Path, result: str, pictures: Sequence[str]) -> Iterator[None]:
+    """Around the writing of a result: pictures of the one that lay there, by the patterns of their names, go with it.
+    What came into the folder after it is not touched."""
+    before = where / result
+    made = before.stat().st_mtime if before.is_file() else 0.0
+    old = {p: p.stat().st_mtime for pattern in pictures for p in where.glob(pattern) if p.is_file()}
+    yield
+    for path, when in old.items():
+        if path.stat().st_mtime == when <= made + DRAWN:
+            path.unlink()
 
 
 def as_json(value: Mapping[str, Any]) -> str:
