@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy: more threads only slow the small products down
@@ -20,7 +20,6 @@ from network.options import (
     method_option,
     output_folder,
     print_json,
-    progress,
     read_fitting,
     read_machine,
     read_recordings,
@@ -30,6 +29,7 @@ from network.options import (
     warn,
 )
 from network.refusal import Complaints, Failed, Refused
+from network.report.progress import share_bar
 from network.stopping import STATUS, stoppable, tell_stopped
 
 
@@ -79,18 +79,19 @@ def check(
 @click.option("-o", "--output", required=True, type=click.Path(), metavar="FILE", help="picture: .png, .svg or .pdf")
 def draw(machine: str, output: str, level: str | None, lumps: Sequence[str], sets: Sequence[str]) -> None:
     """The network of a MACHINE as a picture."""
-    from network.output import folder
     from network.refusal import Spot, refuse
 
     path = Path(output)
     if path.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise refuse(Spot(output), "is no picture that can be drawn", "end it in .png, .svg or .pdf")
-    results_go_to(path.parent)
-    loaded = read_machine(machine, level, lumps, sets)
-    from network.report.figures import network_figure, save
+    with share_bar(f"drawing {Path(machine).name}"):
+        results_go_to(path.parent)
+        loaded = read_machine(machine, level, lumps, sets)
+        from network.output import folder
+        from network.report.figures import network_figure, save
 
-    folder(path.parent)
-    save(network_figure(loaded), path)
+        folder(path.parent)
+        save(network_figure(loaded), path)
     click.echo(f"{loaded.name}: network drawn in {path}")
 
 
@@ -109,24 +110,25 @@ def simulate(
     level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
 ) -> None:  # fmt: skip
     """Run a MACHINE through a scenario, or along the inputs of a recording (SOURCE)."""
-    results_go_to(output)
-    loaded = read_machine(machine, level, lumps, sets)
-    from network.output import folder, write_run
-    from network.simulation import simulate as run
-    from network.sources import load_source
+    with share_bar(f"simulating {Path(machine).name}") as bar:
+        results_go_to(output)
+        loaded = read_machine(machine, level, lumps, sets)
+        from network.output import folder, write_run
+        from network.simulation import simulate as run
+        from network.sources import load_source
 
-    driver = load_source(source)
-    with progress(f"simulating {loaded.name}", driver) as tell:
+        driver = load_source(source)
         result = run(
-            loaded, driver, method=method, start=read_start(start),
-            noise_seed=seed if noise else None, progress=tell,
+            loaded, driver, method=method, start=read_start(start), noise_seed=seed if noise else None,
+            progress=bar.over([driver]),
         )  # fmt: skip
-    where = folder(output)
-    written = write_run(result, where)
-    if not no_plots:
-        from network.report.pictures import draw_run
+        where = folder(output)
+        written = write_run(result, where)
+        if not no_plots:
+            bar.now("drawing the run", 1.0)
+            from network.report.pictures import draw_run
 
-        written += draw_run(result, where)
+            written += draw_run(result, where)
     if as_json:
         print_json(result.summary())
     else:
@@ -146,31 +148,35 @@ def compare(
     level: str | None, lumps: Sequence[str], sets: Sequence[str],
 ) -> None:  # fmt: skip
     """Residuals of a MACHINE on RECORDINGS, per channel, in units of noise."""
-    results_go_to(output)
-    if json_file not in (None, "-"):
-        results_go_to(Path(str(json_file)).parent)
-    loaded = read_machine(machine, level, lumps, sets)
-    from network.comparison import compare as lay_beside
-    from network.heard import overheard
-    from network.output import as_json, folder, write_text
+    with share_bar(f"comparing {Path(machine).name}") as bar:
+        results_go_to(output)
+        if json_file not in (None, "-"):
+            results_go_to(Path(str(json_file)).parent)
+        loaded = read_machine(machine, level, lumps, sets)
+        from network.comparison import compare as lay_beside
+        from network.heard import overheard
+        from network.output import as_json, folder, write_text
 
-    loaded_recordings = list(read_recordings(recordings))
-    with progress(f"comparing {loaded.name}", *loaded_recordings) as tell:
-        result = lay_beside(loaded, loaded_recordings, start=read_start(start), method=method, progress=tell)
+        given = list(read_recordings(recordings))
+        result = lay_beside(loaded, given, start=read_start(start), method=method, progress=bar.over(given))
+        bar.now("telling what is left", 1.0)
+        told = str(result) if json_file != "-" else ""
+        written = []
+        if output is not None:
+            from network.report.pictures import draw_comparison
+
+            written = draw_comparison(result, folder(output))
     if json_file == "-":
         print_json(result.summary())
     else:
-        click.echo(str(result))
+        click.echo(told)
     if json_file not in (None, "-"):
         assert json_file is not None
         folder(Path(json_file).parent)
         write_text(Path(json_file), as_json(result.summary()))
-    if output is not None:
-        from network.report.pictures import draw_comparison
-
-        written = draw_comparison(result, folder(output))
+    if written:
         click.echo(f"\nWritten: {', '.join(map(str, written))}", err=json_file == "-")
-    warn([*loaded.warnings, *overheard(loaded, loaded_recordings, ())])
+    warn([*loaded.warnings, *overheard(loaded, given, ())])
 
 
 @cli.command()
@@ -193,25 +199,28 @@ def sweep(
     sets: Sequence[str], as_json: bool,
 ) -> None:  # fmt: skip
     """How far a MACHINE may be simplified along SOURCE, or how its tool centre point answers to varied numbers."""
-    results_go_to(output)
-    loaded = read_machine(machine, level, lumps, sets)
-    from network.report.progress import share_bar
-    from network.sources import load_source
-    from network.sweeping import sweep as run
+    with share_bar(f"sweeping {Path(machine).name}") as bar:
+        results_go_to(output)
+        loaded = read_machine(machine, level, lumps, sets)
+        from network.sources import load_source
+        from network.sweeping import sweep as run
 
-    with share_bar(f"sweeping {loaded.name}") as tell:
         result = run(
             loaded, load_source(source), levels=levels.split(",") if levels else (), vary=vary, tolerance=tolerance,
-            start=read_start(start), method=method, jobs=jobs, cluster=cluster, progress=tell,
+            start=read_start(start), method=method, jobs=jobs, cluster=cluster, progress=bar,
         )  # fmt: skip
+        written = []
+        if output is not None:
+            bar.now("drawing the sweep", 1.0)
+            from network.report.sweep_files import write_sweep
+
+            written = write_sweep(result, output)
     if as_json:
         print_json(result.summary())
     else:
         click.echo(str(result))
-    if output is not None:
-        from network.report.sweep_files import write_sweep
-
-        click.echo(f"\nWritten: {', '.join(map(str, write_sweep(result, output)))}", err=as_json)
+    if written:
+        click.echo(f"\nWritten: {', '.join(map(str, written))}", err=as_json)
     warn(map(str, loaded.warnings))
 
 
@@ -235,12 +244,23 @@ def schema() -> None:
 @cli.command()
 @output_folder("out/demo")
 def demo(output: str) -> None:
-    """The main job on a machine that comes with lptn: simulate a schedule, see the tool centre point move."""
+    """The main job on machines that come with lptn: simulate a schedule, see the tool centre point move, find out how
+    simple the machine may be, compare it with recordings, and find and add the physics that it lacks."""
+    lines = _told_lines(output)
+    while True:
+        with share_bar("working on the demonstration"):
+            line = next(lines, None)
+        if line is None:
+            return
+        click.echo(line)
+
+
+def _told_lines(output: str) -> Iterator[str]:
+    """Nothing is loaded before the first line is asked for."""
     from network.demo import tell_demo
 
     results_go_to(output)
-    for line in tell_demo(output):
-        click.echo(line)
+    yield from tell_demo(output)
 
 
 @cli.command()

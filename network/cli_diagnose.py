@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,11 +21,11 @@ from network.options import (
     start_option,
     warn,
 )
+from network.report.progress import Bar, share_bar
 
 if TYPE_CHECKING:
     from network.diagnosis.verdict import Diagnosis
     from network.machine import Machine
-    from network.proving import Progress
 
 PICTURES = ("network.png", "candidates.png", "heat.png", "fit-*.png", "holdout-fit-*.png")
 
@@ -50,32 +49,34 @@ def diagnose(
     start: str | None, no_plots: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
 ) -> None:  # fmt: skip
     """Where a MACHINE and RECORDINGS differ, which physics was left out, and whether adding it holds."""
-    from network.output import replacing
-    from network.report.diagnosis_files import check_target, write_diagnosis
+    with share_bar(f"diagnosing {Path(machine).name}") as bar:
+        from network.output import replacing
+        from network.report.diagnosis_files import check_target, write_diagnosis
 
-    results_go_to(output)
-    loaded = read_machine(machine, level, lumps, sets)
-    where = check_target(loaded, Path(output))
-    found = _diagnosed(loaded, recordings, holdout, start, seed, jobs)
-    with replacing(where, "diagnosis.json", PICTURES):
-        written = write_diagnosis(found, where, pictures=not no_plots)
+        results_go_to(output)
+        loaded = read_machine(machine, level, lumps, sets)
+        where = check_target(loaded, Path(output))
+        found = _diagnosed(loaded, recordings, holdout, start, seed, jobs, bar)
+        bar.now("drawing what was found", 1.0)
+        with replacing(where, "diagnosis.json", PICTURES):
+            written = write_diagnosis(found, where, pictures=not no_plots)
+        told = "" if as_json else str(found)
     if as_json:
         print_json(found.summary())
     else:
-        click.echo(f"{found}\n\nWritten: {', '.join(map(str, written))}")
+        click.echo(f"{told}\n\nWritten: {', '.join(map(str, written))}")
     warn(map(str, loaded.warnings))
 
 
 def _diagnosed(
-    machine: Machine, recordings: Sequence[str], holdout: Sequence[str], start: str | None, seed: int, jobs: int
-) -> Diagnosis:
+    machine: Machine, recordings: Sequence[str], holdout: Sequence[str], start: str | None, seed: int, jobs: int,
+    bar: Bar,
+) -> Diagnosis:  # fmt: skip
     from network.diagnosis.diagnosing import diagnose as run
-    from network.report.progress import share_bar
 
     begins = read_start(start)
     runs, held_out = list(read_recordings(recordings)), list(read_recordings(holdout))
-    with share_bar(f"diagnosing {machine.name}") as tell:
-        return run(machine, runs, held_out, start=begins, seed=seed, jobs=jobs, progress=tell)
+    return run(machine, runs, held_out, start=begins, seed=seed, jobs=jobs, progress=bar)
 
 
 @click.command()
@@ -85,22 +86,12 @@ def _diagnosed(
 @output_folder("out/proof")
 def prove(cases: int, seed: int, jobs: int, output: str) -> None:
     """Conceals effects in machines of a separate truth, diagnoses each blind, then opens the keys and scores."""
-    from network.proving import prove as run
-
-    with _case_by_case(cases) as tell:
-        score = run(cases, seed, jobs, Path(output), tell)
-    click.echo(str(score))
-
-
-@contextmanager
-def _case_by_case(count: int) -> Iterator[Progress]:
-    """A bar, and a line on standard error for every case that ends."""
-    from network.report.progress import share_bar
-
-    with share_bar(f"proving on {count} cases") as share:
+    with share_bar(f"proving on {cases} cases") as bar:
+        from network.proving import prove as run
 
         def tell(done: int, of: int, sentence: str) -> None:
             click.echo(f"{done}/{of} {sentence}", err=True)
-            share(done / max(of, 1))
+            bar(done / max(of, 1))
 
-        yield tell
+        told = str(run(cases, seed, jobs, Path(output), tell))
+    click.echo(told)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -101,11 +100,3 @@ def print_json(value: dict[str, Any]) -> None:
 def warn(warnings: Iterable[object]) -> None:
     for warning in warnings:
         click.echo(f"warning: {warning}", err=True)
-
-
-@contextmanager
-def progress(what: str, *sources: Any) -> Iterator[Callable[[float], None]]:
-    from network.report.progress import bar
-
-    with bar(what, sources) as tell:
-        yield tell

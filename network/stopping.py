@@ -1,4 +1,4 @@
-"""A command that is stopped, by Ctrl-C or by the system, ends within two seconds, whatever it is at.
+"""A command that is stopped, by Ctrl-C, with its terminal or by the system, ends within two seconds, whatever it is at.
 
 An exception alone does not do: one raised while memory is tidied up is lost, and pools wait for their processes. So a
 thread hears of the signal, ends what the command started, and ends the command where it does not end by itself.
@@ -20,7 +20,7 @@ GRACE = 1.0
 STATUS = 130
 SENTENCE = "lptn: stopped; nothing half-written was left"
 _UNDO: list[Callable[[], object]] = []
-_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 _told = threading.Event()
 _owner = [0]
 
@@ -133,7 +133,8 @@ def _leave_it_to_the_parent() -> None:
     if any(signal.getsignal(number) is _interrupt for number in _SIGNALS):
         signal.set_wakeup_fd(-1)
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        for number in _SIGNALS[1:]:
+            signal.signal(number, signal.SIG_DFL)
 
 
 if hasattr(os, "register_at_fork"):
