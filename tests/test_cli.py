@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -163,6 +164,16 @@ def test_a_file_in_the_way_of_the_results_is_refused(tmp_path: Path, capsys: pyt
     assert run("simulate", BLOCKS, STEPS, "-o", str(tmp_path / "out"), "--no-plots") == 2
     assert "cannot be a folder" in capsys.readouterr().err
     assert (tmp_path / "out").read_text() == "mine"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="pipes")
+def test_a_closed_pipe_is_no_failure(tmp_path: Path) -> None:
+    read, write = os.pipe()
+    os.close(read)
+    command = [sys.executable, "-m", "network.cli", "demo", "-o", str(tmp_path)]
+    done = subprocess.run(command, stdout=write, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(write)
+    assert done.returncode == 0 and not done.stderr
 
 
 @pytest.mark.parametrize("command", ["simulate", "compare", "sweep", "calibrate", "diagnose", "demo", "prove", "draw"])
