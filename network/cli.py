@@ -16,6 +16,7 @@ from network import __version__
 from network.cli_calibrate import calibrate
 from network.cli_diagnose import diagnose, prove
 from network.options import (
+    Whole,
     json_flag,
     machine_options,
     method_option,
@@ -117,7 +118,7 @@ def draw(machine: str, output: str, level: str | None, lumps: Sequence[str], set
 @start_option
 @click.option("--no-plots", is_flag=True, help="no pictures")
 @click.option("--noise", is_flag=True, help="add every sensor's noise")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="of the noise")
+@click.option("--seed", type=Whole(0), default=0, show_default=True, help="of the noise")
 @json_flag
 def simulate(
     machine: str, source: str, output: str, method: str, start: str | None, no_plots: bool, noise: bool, seed: int,
@@ -201,7 +202,7 @@ def compare(
     "--vary", multiple=True, metavar="PATH=VALUES", help="'links.skin.conductance=3..9 W/K:20' or '…=3,5,9 W/K'"
 )
 @click.option("--tolerance", metavar="LENGTH", help="look for the coarsest level that stays within, like '1 um'")
-@click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, metavar="N", help="processes")
+@click.option("--jobs", type=Whole(1), default=1, show_default=True, metavar="N", help="processes")
 @click.option("--cluster", metavar="ADDRESS", help="a dask scheduler, instead of processes")
 @click.option("-o", "--output", type=click.Path(), metavar="DIR", help="sweep.csv, sweep.json and a picture")
 @method_option

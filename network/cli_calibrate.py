@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from network.options import (
+    Whole,
     json_flag,
     machine_options,
     print_json,
@@ -40,7 +41,7 @@ PICTURES += ("shifts.png", "band-*.png")
     "-o", "--output", type=click.Path(), metavar="DIR", help="machine.calibrated.yaml, calibration.json, pictures [out]"
 )
 @click.option("--plan", type=click.Path(), metavar="SCENARIO", help="no recording: what this schedule would determine")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="of further beginnings")
+@click.option("--seed", type=Whole(0), default=0, show_default=True, help="of further beginnings")
 @start_option
 @click.option("--no-plots", is_flag=True, help="no pictures")
 @json_flag

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from network.options import (
+    Whole,
     json_flag,
     machine_options,
     output_folder,
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 PICTURES = ("network.png", "candidates.png", "heat.png", "fit-*.png", "holdout-fit-*.png")
 
 jobs_option = click.option(
-    "--jobs", type=click.IntRange(1), default=os.cpu_count() or 1, show_default=True, metavar="N", help="processes"
+    "--jobs", type=Whole(1), default=os.cpu_count() or 1, show_default=True, metavar="N", help="processes"
 )
 
 
@@ -40,7 +41,7 @@ jobs_option = click.option(
 @click.option("--holdout", multiple=True, type=click.Path(), metavar="RECORDING", help="only predicted, never fitted")
 @output_folder("out")
 @jobs_option
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="of all that is drawn")
+@click.option("--seed", type=Whole(0), default=0, show_default=True, help="of all that is drawn")
 @start_option
 @click.option("--no-plots", is_flag=True, help="no pictures")
 @json_flag
@@ -80,8 +81,8 @@ def _diagnosed(
 
 
 @click.command()
-@click.option("--cases", type=click.IntRange(1), default=40, show_default=True, metavar="N", help="how many")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="of what is concealed")
+@click.option("--cases", type=Whole(1), default=40, show_default=True, metavar="N", help="how many")
+@click.option("--seed", type=Whole(0), default=0, show_default=True, help="of what is concealed")
 @jobs_option
 @output_folder("out/proof")
 def prove(cases: int, seed: int, jobs: int, output: str) -> None:

@@ -31,6 +31,18 @@ def machine_options(command: Command) -> Command:
     return command
 
 
+class Whole(click.IntRange):
+    """A whole number from a least one on."""
+
+    name = "whole number"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        try:
+            return int(super().convert(value, param, ctx))
+        except click.BadParameter:
+            self.fail(f"'{value}' is not one; give a whole number from {self.min}", param, ctx)
+
+
 json_flag = click.option("--json", "as_json", is_flag=True, help="print JSON instead of words")
 start_option = click.option(
     "--start", metavar="TEMPERATURE", help="'22 degC', 'steady' or '{housing: 24 degC, others: 22 degC}'"
