@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -22,11 +21,7 @@ from network.options import (
     start_option,
     warn,
 )
-from network.report.progress import Bar, share_bar
-
-if TYPE_CHECKING:
-    from network.diagnosis.verdict import Diagnosis
-    from network.machine import Machine
+from network.report.progress import share_bar
 
 PICTURES = ("network.png", "candidates.png", "heat.png", "fit-*.png", "holdout-fit-*.png")
 
@@ -51,13 +46,16 @@ def diagnose(
 ) -> None:  # fmt: skip
     """Where a MACHINE and RECORDINGS differ, which physics was left out, and whether adding it holds."""
     with share_bar(f"diagnosing {Path(machine).name}") as bar:
+        from network.diagnosis.diagnosing import diagnose as run
+        from network.heard import overheard
         from network.output import replacing
         from network.report.diagnosis_files import check_target, write_diagnosis
 
         results_go_to(output)
         loaded = read_machine(machine, level, lumps, sets)
         where = check_target(loaded, Path(output))
-        found = _diagnosed(loaded, recordings, holdout, start, seed, jobs, bar)
+        begins, runs, held_out = read_start(start), [*read_recordings(recordings)], [*read_recordings(holdout)]
+        found = run(loaded, runs, held_out, start=begins, seed=seed, jobs=jobs, progress=bar)
         bar.now("drawing what was found", 1.0)
         with replacing(where, "diagnosis.json", PICTURES):
             written = write_diagnosis(found, where, pictures=not no_plots)
@@ -66,18 +64,7 @@ def diagnose(
         print_json(found.summary())
     else:
         click.echo(f"{told}\n\nWritten: {', '.join(map(str, written))}")
-    warn(map(str, loaded.warnings))
-
-
-def _diagnosed(
-    machine: Machine, recordings: Sequence[str], holdout: Sequence[str], start: str | None, seed: int, jobs: int,
-    bar: Bar,
-) -> Diagnosis:  # fmt: skip
-    from network.diagnosis.diagnosing import diagnose as run
-
-    begins = read_start(start)
-    runs, held_out = list(read_recordings(recordings)), list(read_recordings(holdout))
-    return run(machine, runs, held_out, start=begins, seed=seed, jobs=jobs, progress=bar)
+    warn([*loaded.warnings, *overheard(loaded, runs, held_out)])
 
 
 @click.command()

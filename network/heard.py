@@ -14,21 +14,29 @@ from network.recording import Recording
 
 def overheard(machine: Machine, recordings: Sequence[Recording], holdout: Sequence[Recording]) -> list[str]:
     """Sentences on columns that may be meant for a sensor, sensors without any reading, and units that may be wrong."""
-    told = [sentence for recording in (*recordings, *holdout) for sentence in _misnamed(machine, recording)]
-    told += _unread(machine, recordings, holdout)
+    told = [*_misnamed(machine, (*recordings, *holdout)), *_unread(machine, recordings, holdout)]
     return told + [sentence for one in (*recordings, *holdout) for sentence in doubtful_units(machine, one)]
 
 
-def _misnamed(machine: Machine, recording: Recording) -> Iterator[str]:
-    """Columns that nothing reads, and whose names are like those of sensors that lack one."""
+def _misnamed(machine: Machine, recordings: Sequence[Recording]) -> Iterator[str]:
+    """Columns that nothing reads, and whose names are like those of sensors that lack one; files alike together."""
+    files: dict[str, list[str]] = {}
+    for recording in recordings:
+        meant = _meant(machine, recording)
+        if meant:
+            are = "are no sensors" if len(meant) > 1 else "is no sensor"
+            question = f"did you mean {', '.join(dict.fromkeys(meant.values()))}?"
+            told = f"{', '.join(meant)} {are} of this machine ({question})"
+            files.setdefault(told, []).append(recording.file)
+    yield from (f"{', '.join(names)}: {told}" for told, names in files.items())
+
+
+def _meant(machine: Machine, recording: Recording) -> dict[str, str]:
+    """The sensor that a column may be meant for."""
     known = {*machine.sensors, *machine.inputs}
     lacking = [name for name in machine.sensors if name not in recording.columns]
     near = {name: get_close_matches(name, lacking, n=1) for name in recording.columns if name not in known}
-    meant = {name: found[0] for name, found in near.items() if found}
-    if meant:
-        are = "are no sensors" if len(meant) > 1 else "is no sensor"
-        question = f"did you mean {', '.join(dict.fromkeys(meant.values()))}?"
-        yield f"{recording.file}: {', '.join(meant)} {are} of this machine ({question})"
+    return {name: found[0] for name, found in near.items() if found}
 
 
 def _unread(machine: Machine, recordings: Sequence[Recording], holdout: Sequence[Recording]) -> Iterator[str]:

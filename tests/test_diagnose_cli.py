@@ -152,6 +152,13 @@ def test_a_channel_that_hangs_is_left_out_with_a_warning(called: Called) -> None
     assert not np.isfinite(called.asked["recordings"][0].columns["T_body"].values).any()
 
 
+def test_columns_that_may_be_sensors_are_told(called: Called, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("names.csv").write_text(Path("run0.csv").read_text().replace("T_body", "Temp_body", 1))
+    assert run("diagnose", "blocks.yaml", "names.csv", "--no-plots") == 0
+    told = "names.csv: Temp_body is no sensor of this machine (did you mean T_body?)"
+    assert f"warning: {told}" in capsys.readouterr().err and called.warnings[0] == told
+
+
 def test_a_result_is_not_written_over_what_it_extends(called: Called, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("diagnose", "blocks.yaml", "run0.csv", "--no-plots") == 0
     called.asked = {}

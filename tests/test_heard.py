@@ -61,6 +61,8 @@ def test_a_renamed_channel_is_told_with_the_sensor_that_lacks_it(machine: Machin
         "names.csv: Temp_body is no sensor of this machine (did you mean T_body?)",
         "the sensor T_body is in no recording and was not used",
     )
+    again = replace(renamed, file="again.csv")
+    assert overheard(machine, [renamed], [again])[0].startswith("names.csv, again.csv: Temp_body is no sensor")
     other = replace(recording, t=recording.t + 1.0)
     assert overheard(machine, [renamed, other], []) == list(told[:1])
     assert overheard(machine, [recording], []) == []
