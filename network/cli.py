@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ import click
 
 from network import __version__
 from network.cli_calibrate import calibrate
+from network.cli_demo import demo
 from network.cli_diagnose import diagnose, prove
 from network.options import (
     Whole,
@@ -55,6 +56,7 @@ def cli() -> None:
 
 
 cli.add_command(calibrate)
+cli.add_command(demo)
 cli.add_command(diagnose)
 cli.add_command(prove)
 
@@ -254,28 +256,6 @@ def schema() -> None:
     from network.schema import schema as machine_schema
 
     print_json(machine_schema())
-
-
-@cli.command()
-@output_folder("out/demo")
-def demo(output: str) -> None:
-    """The main job on machines that come with lptn: simulate a schedule, see the tool centre point move, find out how
-    simple the machine may be, compare it with recordings, and find and add the physics that it lacks."""
-    lines = _told_lines(output)
-    while True:
-        with share_bar("working on the demonstration"):
-            line = next(lines, None)
-        if line is None:
-            return
-        click.echo(line)
-
-
-def _told_lines(output: str) -> Iterator[str]:
-    """Nothing is loaded before the first line is asked for."""
-    from network.demo import tell_demo
-
-    results_go_to(output)
-    yield from tell_demo(output)
 
 
 @cli.command()
