@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy: more threads only slow the small products down
 
@@ -13,31 +14,49 @@ import click
 
 from network import __version__
 from network.cli_calibrate import calibrate
+from network.cli_demo import demo
 from network.cli_diagnose import diagnose, prove
 from network.options import (
+    Whole,
     json_flag,
     machine_options,
     method_option,
     output_folder,
     print_json,
-    progress,
     read_fitting,
     read_machine,
     read_recordings,
     read_start,
+    results_go_to,
     start_option,
     warn,
 )
 from network.refusal import Complaints, Failed, Refused
+from network.report.progress import share_bar
+from network.stopping import STATUS, stoppable, tell_stopped
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+class _PipeClosed(Exception):
+    """Nobody reads on: what is told is told, as with `lptn demo | head`."""
+
+
+class _Commands(click.Group):
+    def invoke(self, ctx: click.Context) -> Any:
+        """click itself would end with 1 where a pipe is closed."""
+        try:
+            return super().invoke(ctx)
+        except BrokenPipeError:
+            raise _PipeClosed from None
+
+
+@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="lptn")
 def cli() -> None:
     """Lumped-parameter thermal networks for machine tools: simulate speed schedules, compare with recordings."""
 
 
 cli.add_command(calibrate)
+cli.add_command(demo)
 cli.add_command(diagnose)
 cli.add_command(prove)
 
@@ -77,17 +96,19 @@ def check(
 @click.option("-o", "--output", required=True, type=click.Path(), metavar="FILE", help="picture: .png, .svg or .pdf")
 def draw(machine: str, output: str, level: str | None, lumps: Sequence[str], sets: Sequence[str]) -> None:
     """The network of a MACHINE as a picture."""
-    from network.output import folder
     from network.refusal import Spot, refuse
 
     path = Path(output)
     if path.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise refuse(Spot(output), "is no picture that can be drawn", "end it in .png, .svg or .pdf")
-    loaded = read_machine(machine, level, lumps, sets)
-    from network.report.figures import network_figure, save
+    with share_bar(f"drawing {Path(machine).name}"):
+        results_go_to(path.parent)
+        loaded = read_machine(machine, level, lumps, sets)
+        from network.output import folder
+        from network.report.figures import network_figure, save
 
-    folder(path.parent)
-    save(network_figure(loaded), path)
+        folder(path.parent)
+        save(network_figure(loaded), path)
     click.echo(f"{loaded.name}: network drawn in {path}")
 
 
@@ -99,30 +120,32 @@ def draw(machine: str, output: str, level: str | None, lumps: Sequence[str], set
 @start_option
 @click.option("--no-plots", is_flag=True, help="no pictures")
 @click.option("--noise", is_flag=True, help="add every sensor's noise")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="of the noise")
+@click.option("--seed", type=Whole(0), default=0, show_default=True, help="of the noise")
 @json_flag
 def simulate(
     machine: str, source: str, output: str, method: str, start: str | None, no_plots: bool, noise: bool, seed: int,
     level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
 ) -> None:  # fmt: skip
     """Run a MACHINE through a scenario, or along the inputs of a recording (SOURCE)."""
-    loaded = read_machine(machine, level, lumps, sets)
-    from network.output import folder, write_run
-    from network.simulation import simulate as run
-    from network.sources import load_source
+    with share_bar(f"simulating {Path(machine).name}") as bar:
+        results_go_to(output)
+        loaded = read_machine(machine, level, lumps, sets)
+        from network.output import folder, write_run
+        from network.simulation import simulate as run
+        from network.sources import load_source
 
-    driver = load_source(source)
-    with progress(f"simulating {loaded.name}", driver) as tell:
+        driver = load_source(source)
         result = run(
-            loaded, driver, method=method, start=read_start(start),
-            noise_seed=seed if noise else None, progress=tell,
+            loaded, driver, method=method, start=read_start(start), noise_seed=seed if noise else None,
+            progress=bar.over([driver]),
         )  # fmt: skip
-    where = folder(output)
-    written = write_run(result, where)
-    if not no_plots:
-        from network.report.pictures import draw_run
+        where = folder(output)
+        written = write_run(result, where)
+        if not no_plots:
+            bar.now("drawing the run", 1.0)
+            from network.report.pictures import draw_run
 
-        written += draw_run(result, where)
+            written += draw_run(result, where)
     if as_json:
         print_json(result.summary())
     else:
@@ -142,27 +165,35 @@ def compare(
     level: str | None, lumps: Sequence[str], sets: Sequence[str],
 ) -> None:  # fmt: skip
     """Residuals of a MACHINE on RECORDINGS, per channel, in units of noise."""
-    loaded = read_machine(machine, level, lumps, sets)
-    from network.comparison import compare as lay_beside
-    from network.output import as_json, folder, write_text
+    with share_bar(f"comparing {Path(machine).name}") as bar:
+        results_go_to(output)
+        if json_file not in (None, "-"):
+            results_go_to(Path(str(json_file)).parent)
+        loaded = read_machine(machine, level, lumps, sets)
+        from network.comparison import compare as lay_beside
+        from network.heard import overheard
+        from network.output import as_json, folder, write_text
 
-    loaded_recordings = list(read_recordings(recordings))
-    with progress(f"comparing {loaded.name}", *loaded_recordings) as tell:
-        result = lay_beside(loaded, loaded_recordings, start=read_start(start), method=method, progress=tell)
+        given = list(read_recordings(recordings))
+        result = lay_beside(loaded, given, start=read_start(start), method=method, progress=bar.over(given))
+        bar.now("telling what is left", 1.0)
+        told = str(result) if json_file != "-" else ""
+        written = []
+        if output is not None:
+            from network.report.pictures import draw_comparison
+
+            written = draw_comparison(result, folder(output))
     if json_file == "-":
         print_json(result.summary())
     else:
-        click.echo(str(result))
+        click.echo(told)
     if json_file not in (None, "-"):
         assert json_file is not None
         folder(Path(json_file).parent)
         write_text(Path(json_file), as_json(result.summary()))
-    if output is not None:
-        from network.report.pictures import draw_comparison
-
-        written = draw_comparison(result, folder(output))
+    if written:
         click.echo(f"\nWritten: {', '.join(map(str, written))}", err=json_file == "-")
-    warn(map(str, loaded.warnings))
+    warn([*loaded.warnings, *overheard(loaded, given, ())])
 
 
 @cli.command()
@@ -173,7 +204,7 @@ def compare(
     "--vary", multiple=True, metavar="PATH=VALUES", help="'links.skin.conductance=3..9 W/K:20' or '…=3,5,9 W/K'"
 )
 @click.option("--tolerance", metavar="LENGTH", help="look for the coarsest level that stays within, like '1 um'")
-@click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, metavar="N", help="processes")
+@click.option("--jobs", type=Whole(1), default=1, show_default=True, metavar="N", help="processes")
 @click.option("--cluster", metavar="ADDRESS", help="a dask scheduler, instead of processes")
 @click.option("-o", "--output", type=click.Path(), metavar="DIR", help="sweep.csv, sweep.json and a picture")
 @method_option
@@ -185,24 +216,28 @@ def sweep(
     sets: Sequence[str], as_json: bool,
 ) -> None:  # fmt: skip
     """How far a MACHINE may be simplified along SOURCE, or how its tool centre point answers to varied numbers."""
-    loaded = read_machine(machine, level, lumps, sets)
-    from network.report.progress import share_bar
-    from network.sources import load_source
-    from network.sweeping import sweep as run
+    with share_bar(f"sweeping {Path(machine).name}") as bar:
+        results_go_to(output)
+        loaded = read_machine(machine, level, lumps, sets)
+        from network.sources import load_source
+        from network.sweeping import sweep as run
 
-    with share_bar(f"sweeping {loaded.name}") as tell:
         result = run(
             loaded, load_source(source), levels=levels.split(",") if levels else (), vary=vary, tolerance=tolerance,
-            start=read_start(start), method=method, jobs=jobs, cluster=cluster, progress=tell,
+            start=read_start(start), method=method, jobs=jobs, cluster=cluster, progress=bar,
         )  # fmt: skip
+        written = []
+        if output is not None:
+            bar.now("drawing the sweep", 1.0)
+            from network.report.sweep_files import write_sweep
+
+            written = write_sweep(result, output)
     if as_json:
         print_json(result.summary())
     else:
         click.echo(str(result))
-    if output is not None:
-        from network.report.sweep_files import write_sweep
-
-        click.echo(f"\nWritten: {', '.join(map(str, write_sweep(result, output)))}", err=as_json)
+    if written:
+        click.echo(f"\nWritten: {', '.join(map(str, written))}", err=as_json)
     warn(map(str, loaded.warnings))
 
 
@@ -224,16 +259,6 @@ def schema() -> None:
 
 
 @cli.command()
-@output_folder("out/demo")
-def demo(output: str) -> None:
-    """The main job on a machine that comes with lptn: simulate a schedule, see the tool centre point move."""
-    from network.demo import tell_demo
-
-    for line in tell_demo(output):
-        click.echo(line)
-
-
-@cli.command()
 @json_flag
 def paper(as_json: bool) -> None:
     """The tables of the heat-quantity paper, with ours beside them."""
@@ -248,7 +273,8 @@ def paper(as_json: bool) -> None:
 def main(arguments: Sequence[str] | None = None) -> None:
     """The entry point: every refusal a sentence on stderr, never a traceback for bad input."""
     try:
-        cli.main(args=None if arguments is None else list(arguments), prog_name="lptn", standalone_mode=False)
+        with stoppable():
+            cli.main(args=None if arguments is None else list(arguments), prog_name="lptn", standalone_mode=False)
     except Refused as refused:
         click.echo(str(refused), err=True)
         sys.exit(2)
@@ -260,15 +286,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except click.ClickException as error:
         error.show()
         sys.exit(2)
-    except BrokenPipeError:
+    except _PipeClosed:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(0)
     except OSError as error:
         click.echo(f"lptn: {error.filename or 'standard output'}: {error.strerror}", err=True)
         sys.exit(1)
     except (click.Abort, KeyboardInterrupt):
-        click.echo("lptn: stopped; nothing half-written was left", err=True)
-        sys.exit(130)
+        tell_stopped(lambda sentence: click.echo(sentence, err=True))
+        sys.exit(STATUS)
 
 
 if __name__ == "__main__":

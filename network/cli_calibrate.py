@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from network.options import (
+    Whole,
     json_flag,
     machine_options,
     print_json,
@@ -16,13 +17,20 @@ from network.options import (
     read_machine,
     read_recordings,
     read_start,
+    results_go_to,
     start_option,
     warn,
 )
 from network.refusal import Spot, refuse
+from network.report.progress import Bar, share_bar
 
 if TYPE_CHECKING:
+    from network.calibration.calibrating import Calibration
+    from network.calibration.foresight import Foresight
     from network.machine import Machine
+
+PICTURES = tuple(f"{side}{what}-*.png" for side in ("", "holdout-") for what in ("fit", "residual"))
+PICTURES += ("shifts.png", "band-*.png")
 
 
 @click.command()
@@ -33,7 +41,7 @@ if TYPE_CHECKING:
     "-o", "--output", type=click.Path(), metavar="DIR", help="machine.calibrated.yaml, calibration.json, pictures [out]"
 )
 @click.option("--plan", type=click.Path(), metavar="SCENARIO", help="no recording: what this schedule would determine")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="of further beginnings")
+@click.option("--seed", type=Whole(0), default=0, show_default=True, help="of further beginnings")
 @start_option
 @click.option("--no-plots", is_flag=True, help="no pictures")
 @json_flag
@@ -42,14 +50,25 @@ def calibrate(
     start: str | None, no_plots: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
 ) -> None:  # fmt: skip
     """The uncertain numbers of a MACHINE (± or unknown) from RECORDINGS, with their uncertainty."""
-    loaded = read_machine(machine, level, lumps, sets)
-    if plan is not None:
-        _check_no_recordings(recordings, holdout)
-        _plan(loaded, plan, output, start, as_json)
-    elif not recordings:
+    if plan is None and not recordings:
         raise refuse(Spot("lptn calibrate"), "no recording is given", "name at least one, or a schedule with --plan")
+    with share_bar(f"calibrating {Path(machine).name}") as bar:
+        results_go_to(output if plan is not None else output or "out")
+        loaded = read_machine(machine, level, lumps, sets)
+        answer: Foresight | Calibration
+        if plan is not None:
+            _check_no_recordings(recordings, holdout)
+            answer, written = _plan(loaded, plan, output, start)
+        else:
+            answer, written = _calibrate(loaded, recordings, holdout, output or "out", seed, start, no_plots, bar)
+        told = "" if as_json else str(answer)
+    if as_json:
+        print_json(answer.summary())
+        warn(getattr(answer, "warnings", ()))
     else:
-        _calibrate(loaded, recordings, holdout, output or "out", seed, start, no_plots, as_json)
+        click.echo(told)
+    if written:
+        click.echo(f"\nWritten: {', '.join(map(str, written))}", err=as_json)
     warn(map(str, loaded.warnings))
 
 
@@ -58,39 +77,31 @@ def _check_no_recordings(recordings: Sequence[str], holdout: Sequence[str]) -> N
         raise refuse(Spot("--plan"), "looks ahead of any recording, and one is given", "leave one of the two away")
 
 
-def _plan(machine: Machine, scenario: str, output: str | None, start: str | None, as_json: bool) -> None:
+def _plan(machine: Machine, scenario: str, output: str | None, start: str | None) -> tuple[Foresight, list[Path]]:
     from network.calibration.foresight import foresee
-    from network.output import as_json as json_text
-    from network.output import folder, write_text
+    from network.output import as_json, folder, write_text
 
     found = foresee(machine, read_fitting(machine, scenario), start=read_start(start))
-    if as_json:
-        print_json(found.summary())
-    else:
-        click.echo(str(found))
-    if output is not None:
-        path = folder(output) / "plan.json"
-        write_text(path, json_text(found.summary()))
-        click.echo(f"\nWritten: {path}", err=as_json)
+    if output is None:
+        return found, []
+    path = folder(output) / "plan.json"
+    write_text(path, as_json(found.summary()))
+    return found, [path]
 
 
 def _calibrate(
     machine: Machine, recordings: Sequence[str], holdout: Sequence[str], output: str, seed: int, start: str | None,
-    no_plots: bool, as_json: bool,
-) -> None:  # fmt: skip
+    no_plots: bool, bar: Bar,
+) -> tuple[Calibration, list[Path]]:  # fmt: skip
     from network.calibration.calibrating import calibrate as run
     from network.calibration.patching import check_target
-    from network.output import folder
+    from network.output import folder, replacing
     from network.report.calibration_files import write_calibration
-    from network.report.progress import share_bar
 
     check_target(machine, Path(output))
     train, held_out = list(read_recordings(recordings)), list(read_recordings(holdout))
-    with share_bar(f"calibrating {machine.name}") as tell:
-        result = run(machine, train, held_out, start=read_start(start), seed=seed, progress=tell)
-    written = write_calibration(result, folder(output), pictures=not no_plots)
-    if as_json:
-        print_json(result.summary())
-        warn(result.warnings)
-    else:
-        click.echo(f"{result}\n\nWritten: {', '.join(map(str, written))}")
+    result = run(machine, train, held_out, start=read_start(start), seed=seed, progress=bar)
+    bar.now("drawing the calibration", 1.0)
+    where = folder(output)
+    with replacing(where, "calibration.json", PICTURES):
+        return result, write_calibration(result, where, pictures=not no_plots)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from network.options import (
+    Whole,
     json_flag,
     machine_options,
     output_folder,
@@ -18,17 +17,16 @@ from network.options import (
     read_machine,
     read_recordings,
     read_start,
+    results_go_to,
     start_option,
     warn,
 )
+from network.report.progress import share_bar
 
-if TYPE_CHECKING:
-    from network.diagnosis.verdict import Diagnosis
-    from network.machine import Machine
-    from network.proving import Progress
+PICTURES = ("network.png", "candidates.png", "heat.png", "fit-*.png", "holdout-fit-*.png")
 
 jobs_option = click.option(
-    "--jobs", type=click.IntRange(1), default=os.cpu_count() or 1, show_default=True, metavar="N", help="processes"
+    "--jobs", type=Whole(1), default=os.cpu_count() or 1, show_default=True, metavar="N", help="processes"
 )
 
 
@@ -38,7 +36,7 @@ jobs_option = click.option(
 @click.option("--holdout", multiple=True, type=click.Path(), metavar="RECORDING", help="only predicted, never fitted")
 @output_folder("out")
 @jobs_option
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="of all that is drawn")
+@click.option("--seed", type=Whole(0), default=0, show_default=True, help="of all that is drawn")
 @start_option
 @click.option("--no-plots", is_flag=True, help="no pictures")
 @json_flag
@@ -47,54 +45,41 @@ def diagnose(
     start: str | None, no_plots: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
 ) -> None:  # fmt: skip
     """Where a MACHINE and RECORDINGS differ, which physics was left out, and whether adding it holds."""
-    from network.report.diagnosis_files import check_target, write_diagnosis
+    with share_bar(f"diagnosing {Path(machine).name}") as bar:
+        from network.diagnosis.diagnosing import diagnose as run
+        from network.heard import overheard
+        from network.output import replacing
+        from network.report.diagnosis_files import check_target, write_diagnosis
 
-    loaded = read_machine(machine, level, lumps, sets)
-    where = check_target(loaded, Path(output))
-    found = _diagnosed(loaded, recordings, holdout, start, seed, jobs)
-    written = write_diagnosis(found, where, pictures=not no_plots)
+        results_go_to(output)
+        loaded = read_machine(machine, level, lumps, sets)
+        where = check_target(loaded, Path(output))
+        begins, runs, held_out = read_start(start), [*read_recordings(recordings)], [*read_recordings(holdout)]
+        found = run(loaded, runs, held_out, start=begins, seed=seed, jobs=jobs, progress=bar)
+        bar.now("drawing what was found", 1.0)
+        with replacing(where, "diagnosis.json", PICTURES):
+            written = write_diagnosis(found, where, pictures=not no_plots)
+        told = "" if as_json else str(found)
     if as_json:
         print_json(found.summary())
     else:
-        click.echo(f"{found}\n\nWritten: {', '.join(map(str, written))}")
-    warn(map(str, loaded.warnings))
-
-
-def _diagnosed(
-    machine: Machine, recordings: Sequence[str], holdout: Sequence[str], start: str | None, seed: int, jobs: int
-) -> Diagnosis:
-    from network.diagnosis.diagnosing import diagnose as run
-    from network.report.progress import share_bar
-
-    begins = read_start(start)
-    runs, held_out = list(read_recordings(recordings)), list(read_recordings(holdout))
-    with share_bar(f"diagnosing {machine.name}") as tell:
-        return run(machine, runs, held_out, start=begins, seed=seed, jobs=jobs, progress=tell)
+        click.echo(f"{told}\n\nWritten: {', '.join(map(str, written))}")
+    warn([*loaded.warnings, *overheard(loaded, runs, held_out)])
 
 
 @click.command()
-@click.option("--cases", type=click.IntRange(1), default=40, show_default=True, metavar="N", help="how many")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="of what is concealed")
+@click.option("--cases", type=Whole(1), default=40, show_default=True, metavar="N", help="how many")
+@click.option("--seed", type=Whole(0), default=0, show_default=True, help="of what is concealed")
 @jobs_option
 @output_folder("out/proof")
 def prove(cases: int, seed: int, jobs: int, output: str) -> None:
     """Conceals effects in machines of a separate truth, diagnoses each blind, then opens the keys and scores."""
-    from network.proving import prove as run
-
-    with _case_by_case(cases) as tell:
-        score = run(cases, seed, jobs, Path(output), tell)
-    click.echo(str(score))
-
-
-@contextmanager
-def _case_by_case(count: int) -> Iterator[Progress]:
-    """A bar, and a line on standard error for every case that ends."""
-    from network.report.progress import share_bar
-
-    with share_bar(f"proving on {count} cases") as share:
+    with share_bar(f"proving on {cases} cases") as bar:
+        from network.proving import prove as run
 
         def tell(done: int, of: int, sentence: str) -> None:
             click.echo(f"{done}/{of} {sentence}", err=True)
-            share(done / max(of, 1))
+            bar(done / max(of, 1))
 
-        yield tell
+        told = str(run(cases, seed, jobs, Path(output), tell))
+    click.echo(told)

@@ -12,6 +12,7 @@ import numpy as np
 from network.declare import Array
 from network.inputs import Start
 from network.machine import Machine
+from network.plausible import check_readings
 from network.recording import Recording
 from network.refusal import Complaints, Spot, refuse
 from network.scenario import Scenario
@@ -147,6 +148,9 @@ def check_fit(machine: Machine, source: Scenario | Recording) -> None:
 
 def _channels(machine: Machine, recording: Recording) -> list[str]:
     names = [name for name in machine.sensors if name in recording.columns]
+    if not machine.sensors:
+        right = "add what is measured, like `sensors: {T_housing: {measures: housing, noise: 0.05 K}}`"
+        raise refuse(Spot(machine.file), "the machine has no sensors, so no recording can be laid beside it", right)
     if not names:
         right = "name its columns like the sensors: " + ", ".join(machine.sensors)
         raise refuse(Spot(recording.file), "no column is a sensor of this machine", right)
@@ -180,4 +184,5 @@ def _check_units(machine: Machine, recording: Recording, names: Iterable[str]) -
         if unit(column.unit).dimension != unit(sensor.unit).dimension:
             wrong = f"the column '{name}' is in {column.unit}, and the sensor {name} measures a {sensor.quantity}"
             complaints.refuse(Spot(recording.file, 1), wrong, f"give it in a unit like {sensor.unit}")
+    check_readings(machine, recording, complaints)
     complaints.raise_if_any()

@@ -18,6 +18,7 @@ import numpy as np
 from network.declare import Array
 from network.files import replace_file
 from network.refusal import Complaints, Spot, refuse
+from network.shipped import hint
 from network.units import BadNumber, Unit, unit
 
 LARGEST_FILE = 500_000_000
@@ -86,7 +87,7 @@ def _header(path: Path) -> list[str]:
     spot = Spot(str(path))
     if not path.is_file():
         wrong = "is not a file" if path.exists() else "there is no such file"
-        raise refuse(spot, wrong, "give the path of a recording")
+        raise refuse(spot, wrong, f"give the path of a recording{hint(path)}")
     if path.stat().st_size > LARGEST_FILE:
         wrong = f"has {path.stat().st_size / 1e6:.0f} MB, more than {LARGEST_FILE / 1e6:.0f} MB"
         raise refuse(spot, wrong, "split it, or take fewer samples")

@@ -14,6 +14,7 @@ from network.demo_missing import tell_missing
 from network.machine import Machine
 from network.output import folder, write_run
 from network.recording import Recording
+from network.report.canvas import pretty
 from network.report.figures import save
 from network.report.pictures import draw_comparison, draw_run
 from network.report.sweep_figure import levels_figure
@@ -78,10 +79,10 @@ def _heat_quantity() -> Iterator[str]:
     for level, how in (("heat", "at its end"), ("middle", "in its middle")):
         run = simulate(Machine.load(shipped("machines", "specimen_bar.yaml"), level=level), hours)
         spread, grown = float(np.ptp(run.T_end[run.network.parts["bar"]])), float(run.tcp["z"][-1]) * 1e6
-        told.append(f"heated {how} it grows by {grown:.2f} um while its temperatures differ by {spread:.1f} K")
+        told.append(f"heated {how} it grows by {grown:.2f} µm while its temperatures differ by {spread:.1f} K")
     yield from _wrapped(
         f"720 kJ go into a steel bar of 1 m: {told[0]}; {told[1]}. The first is integrated from heat flows, the second "
-        "read from temperatures; the paper's eq. 5 says 276.68 um. `lptn paper` prints all its tables with ours beside."
+        "read from temperatures; the paper's eq. 5 says 276.68 µm. `lptn paper` prints all its tables with ours beside."
     )
 
 
@@ -125,18 +126,18 @@ def _temperatures(run: Trajectory) -> Iterator[str]:
     parts = {name: T for name, T in run.parts.items() if run.machine.nodes[name].is_part}
     hottest = max(parts, key=lambda name: float(parts[name].max()))
     when = run.t[int(np.argmax(parts[hottest]))] / 60
-    yield f"The {hottest} gets warmest: {parts[hottest].max():.1f} degC after {when:.0f} min."
+    yield f"The {hottest} gets warmest: {parts[hottest].max():.1f} °C after {when:.0f} min."
 
 
 def _movement(run: Trajectory, axis: str) -> Iterator[str]:
     unit_text = axis_unit(axis)
-    path = in_difference_unit(run.tcp[axis], unit_text)
+    shown, path = pretty(unit_text), in_difference_unit(run.tcp[axis], unit_text)
     peak = int(np.argmax(np.abs(path)))
     shares = {n: in_difference_unit(v, unit_text)[peak] for (a, n), v in run.contributions.items() if a == axis}
     main = max(shares, key=lambda name: abs(shares[name]))
     yield (
-        f"The tool centre point moves by {path[peak]:+.1f} {unit_text} along {axis} at {run.t[peak] / 60:.0f} min "
-        f"({shares[main]:+.1f} of it: {main}) and stands at {path[-1]:+.1f} {unit_text} in the end."
+        f"The tool centre point moves by {path[peak]:+.1f} {shown} along {axis} at {run.t[peak] / 60:.0f} min "
+        f"({shares[main]:+.1f} of it: {main}) and stands at {path[-1]:+.1f} {shown} in the end."
     )
 
 

@@ -17,6 +17,8 @@ from network.units import BadNumber, Unit, in_unit, split_number, unit
 from network.yamlfile import Branch, Leaf, Tree
 
 ABSOLUTE_ZERO = -273.15
+COLDEST, HOTTEST = -80.0, 400.0
+"""°C that a part of a machine tool may have, with room to spare."""
 _START = "a temperature like `22 degC`, `{housing: 24 degC, others: 22 degC}` or `steady`"
 _BARE = "that one has no unit, write all values with their unit"
 
@@ -113,8 +115,8 @@ def parse_start(tree: Tree) -> Start:
 
 def _temperature(tree: Tree) -> float:
     text, value = _in(tree, "degC", _START)
-    if not ABSOLUTE_ZERO <= value < math.inf:
-        raise BadNumber(f"'{text}' is out of range", "give a temperature above absolute zero")
+    if not COLDEST <= value <= HOTTEST:
+        raise BadNumber(f"'{text}' is out of range", f"give a temperature from {COLDEST:g} to {HOTTEST:g} degC")
     return value
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -31,6 +31,18 @@ def machine_options(command: Command) -> Command:
     return command
 
 
+class Whole(click.IntRange):
+    """A whole number from a least one on."""
+
+    name = "whole number"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        try:
+            return int(super().convert(value, param, ctx))
+        except click.BadParameter:
+            self.fail(f"'{value}' is not one; give a whole number from {self.min}", param, ctx)
+
+
 json_flag = click.option("--json", "as_json", is_flag=True, help="print JSON instead of words")
 start_option = click.option(
     "--start", metavar="TEMPERATURE", help="'22 degC', 'steady' or '{housing: 24 degC, others: 22 degC}'"
@@ -45,6 +57,14 @@ def output_folder(default: str) -> Callable[[Command], Command]:
     return click.option(
         "-o", "--output", default=default, show_default=True, type=click.Path(), metavar="DIR", help="where results go"
     )
+
+
+def results_go_to(path: str | Path | None) -> None:
+    """For the rest of the command: see results_in. Raises Refused for a folder that cannot be had."""
+    from network.output import results_in
+
+    if path is not None:
+        click.get_current_context().with_resource(results_in(path))
 
 
 def read_machine(path: str, level: str | None, lumps: Sequence[str], sets: Sequence[str]) -> Machine:
@@ -92,11 +112,3 @@ def print_json(value: dict[str, Any]) -> None:
 def warn(warnings: Iterable[object]) -> None:
     for warning in warnings:
         click.echo(f"warning: {warning}", err=True)
-
-
-@contextmanager
-def progress(what: str, *sources: Any) -> Iterator[Callable[[float], None]]:
-    from network.report.progress import bar
-
-    with bar(what, sources) as tell:
-        yield tell

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from network.refusal import Complaints, Refused, likely, refuse, short
-from network.sections import NAMED, SECTIONS, check_sections, is_empty
+from network.sections import NAMED, SECTIONS, as_meant, check_sections, is_empty
 from network.settings import set_lumps, set_value
 from network.yamlfile import Branch, Leaf, Tree, load
 
@@ -30,6 +30,7 @@ def load_tree(path: Path, complaints: Complaints | None = None) -> Branch:
         raise Refused(own.refusals) from None
     for layer in layers:
         check_sections(layer, own)
+    layers = [as_meant(layer, own) for layer in layers]
     tree = layers.pop()
     while layers:
         tree = merged(tree, layers.pop(), own)

@@ -36,6 +36,22 @@ def check_sections(tree: Branch, complaints: Complaints) -> None:
             _check_levels(child, complaints)
 
 
+def as_meant(tree: Branch, complaints: Complaints) -> Branch:
+    """The tree with each misspelt section, which has been told, under the name that is likely meant and not given: what
+    stands in it counts as there."""
+    meant = {key: name for key in tree.items for name in SECTIONS if _means(key, name) and name not in tree.items}
+    if not meant:
+        return tree
+    items = {meant.get(key, key): child for key, child in tree.items.items()}
+    renamed = Branch(items, tree.spot, {meant.get(key, key): spot for key, spot in tree.keys.items()})
+    check_sections(renamed, complaints)
+    return renamed
+
+
+def _means(key: str, name: str) -> bool:
+    return key not in SECTIONS and likely(key, SECTIONS) == f"did you mean '{name}'?"
+
+
 def _check_axes(tcp: Branch, complaints: Complaints) -> None:
     for axis, entries in tcp.items.items():
         if not isinstance(entries, Branch) and not is_empty(entries):

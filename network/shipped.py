@@ -11,7 +11,18 @@ _PACKAGE = Path(__file__).parent
 
 def shipped(folder: str, name: str) -> Path:
     """Path of a shipped file: shipped('machines', 'gantry_spindle.yaml')."""
-    for home in (_PACKAGE.parent, _PACKAGE):
-        if (home / folder / name).is_file():
-            return home / folder / name
+    found = _found(folder, name)
+    if found is not None:
+        return found
     raise Failed(f"{folder}/{name} did not come with this installation; install lptn again")
+
+
+def hint(path: Path) -> str:
+    """What to add where a file is not there, and one of its name comes with lptn."""
+    found = next((p for folder in ("machines", "scenarios") if (p := _found(folder, path.name))), None)
+    return f" (one of that name comes with lptn: {found})" if found else ""
+
+
+def _found(folder: str, name: str) -> Path | None:
+    paths = (home / folder / name for home in (_PACKAGE.parent, _PACKAGE))
+    return next((path for path in paths if path.is_file()), None)

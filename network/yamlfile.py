@@ -14,6 +14,7 @@ from typing import Any
 import yaml
 
 from network.refusal import Complaints, Spot, refuse
+from network.shipped import hint
 from network.yamlevents import Builder
 from network.yamltree import Branch, Items, Leaf, Tree, plain, tree_of
 
@@ -45,7 +46,7 @@ def read_text(path: Path, what: str) -> str:
 def _read_bytes(path: Path, spot: Spot, what: str) -> bytes:
     try:
         if not path.exists():
-            raise refuse(spot, "there is no such file", f"give the path of {what}")
+            raise refuse(spot, "there is no such file", f"give the path of {what}{hint(path)}")
         if not path.is_file():
             raise refuse(spot, "is not a file", f"give the path of {what}")
         size = path.stat().st_size

@@ -112,6 +112,13 @@ def test_a_calibrated_machine_is_not_written_over_itself(folder: Path, capsys: p
     assert Machine.load("again/machine.calibrated.yaml").links["joint"].conductance == pytest.approx(2.4, rel=0.02)  # type: ignore[union-attr]
 
 
+def test_pictures_of_the_result_before_go_with_it(folder: Path) -> None:
+    assert run("calibrate", "blocks.yaml", "readings.csv", "--holdout", "later.csv", "-o", "found") == 0
+    assert len([*Path("found").glob("*.png")]) > 4
+    assert run("calibrate", "blocks.yaml", "readings.csv", "-o", "found", "--no-plots") == 0
+    assert not [*Path("found").glob("*.png")]
+
+
 def test_nothing_half_written_when_stopped(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import network.report.canvas as canvas
 
@@ -120,7 +127,7 @@ def test_nothing_half_written_when_stopped(folder: Path, monkeypatch: pytest.Mon
 
     monkeypatch.setattr(canvas, "save", stop)
     assert run("calibrate", "blocks.yaml", "readings.csv", "-o", "found") == 130
-    assert list(Path("found").iterdir()) == []
+    assert not Path("found").exists()
 
 
 def test_numbers_inside_effects_and_temperatures_are_written_back(folder: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -107,6 +108,13 @@ def test_all_errors_are_told_on_stderr_and_nothing_is_left(tmp_path: Path, capsy
 @pytest.mark.parametrize(
     ("words", "told"),
     [
+        (["simulate", BLOCKS, STEPS, "--seed", "x"], "'--seed': 'x' is not one; give a whole number from 0"),
+        (["sweep", BLOCKS, STEPS, "--jobs", "0"], "'--jobs': '0' is not one; give a whole number from 1"),
+        (
+            ["check", "gone/two_blocks.yaml"],
+            f"a machine file (one of that name comes with lptn: {BLOCKS})",
+        ),
+        (["compare", BLOCKS, "flagship_6000rpm.csv"], "(one of that name comes with lptn: "),
         (["check", "nope.yaml"], "nope.yaml: there is no such file; give the path of a machine file"),
         (["simulate", BLOCKS, BLOCKS], "is a machine file; begin with `scenario: name`, or with `recording: name`"),
         (["compare", BLOCKS, STEPS], "is a scenario; give a recording"),
@@ -122,6 +130,19 @@ def test_refusals_end_with_two(words: list[str], told: str, capsys: pytest.Captu
     assert run(*words) == 2
     captured = capsys.readouterr()
     assert told in captured.err and captured.out == ""
+
+
+def test_a_misspelt_section_is_told_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, above = tmp_path / "m.yaml", tmp_path / "above.yaml"
+    file.write_text(Path(BLOCKS).read_text().replace("\nnodes:", "\nnodez:").replace("\nlinks:", "\nlinkss:"))
+    above.write_text("extends: m.yaml\nsensor:\n  T_new: {measures: nowhere, noise: 0.05 K}\n")
+    line = 1 + file.read_text().splitlines().index("nodez:")
+    assert run("check", str(file)) == 2
+    told = capsys.readouterr().err.splitlines()
+    assert f"{file}:{line}: unknown section 'nodez'; did you mean 'nodes'?" in told and len(told) == 2
+    assert run("check", str(above)) == 2
+    told = capsys.readouterr().err.splitlines()
+    assert "sensors.T_new: there is no node 'nowhere'" in told[1] and len(told) == 4
 
 
 def test_an_unknown_number_is_refused_with_the_remedy(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -163,6 +184,29 @@ def test_a_file_in_the_way_of_the_results_is_refused(tmp_path: Path, capsys: pyt
     assert run("simulate", BLOCKS, STEPS, "-o", str(tmp_path / "out"), "--no-plots") == 2
     assert "cannot be a folder" in capsys.readouterr().err
     assert (tmp_path / "out").read_text() == "mine"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="pipes")
+def test_a_closed_pipe_is_no_failure(tmp_path: Path) -> None:
+    read, write = os.pipe()
+    os.close(read)
+    command = [sys.executable, "-m", "network.cli", "demo", "-o", str(tmp_path)]
+    done = subprocess.run(command, stdout=write, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(write)
+    assert done.returncode == 0 and not done.stderr
+
+
+@pytest.mark.parametrize("command", ["simulate", "compare", "sweep", "calibrate", "diagnose", "demo", "prove", "draw"])
+def test_a_folder_that_cannot_be_is_refused_before_anything_is_read(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("afile").write_text("mine")
+    words = [] if command in ("demo", "prove") else ["no.yaml"] if command == "draw" else ["no.yaml", "no.csv"]
+    assert run(command, *words, "-o", "afile/x/y.png" if command == "draw" else "afile/x") == 2
+    assert capsys.readouterr().err == "afile/x: cannot be a folder, afile is a file; give another -o\n"
+    assert not words or run(command, *words, "-o", "new/p.png") == 2
+    assert Path("afile").read_text() == "mine" and not Path("new").exists()
 
 
 def test_only_plain_files_are_replaced(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

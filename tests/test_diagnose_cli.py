@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import ast
 import json
+import os
 import re
 import sys
 from dataclasses import replace
@@ -19,6 +20,7 @@ from fits import ANOTHER, USUAL, recorded, speeds
 import network
 from network import Machine
 from network.cli import main
+from network.cli_diagnose import PICTURES
 from network.csvtable import write_csv
 from network.diagnosis.intake import taken_in
 from network.diagnosis.verdict import UNKNOWN, VERDICTS
@@ -90,6 +92,27 @@ def test_json_without_plots_and_without_holdout(called: Called, capsys: pytest.C
     assert json.loads(Path("found/diagnosis.json").read_text()) == told
 
 
+def test_pictures_of_the_result_before_go_with_it(called: Called) -> None:
+    for folder in ("found", "other"):
+        assert run("diagnose", "blocks.yaml", "run0.csv", "-o", folder) == 0
+        assert {*Path(folder).glob("*fit-*.png"), Path(folder, "candidates.png")} <= {*Path(folder).iterdir()}
+    mine, later = Path("found/photo.png"), Path("found/network.png")
+    later.unlink()
+    for path in (mine, later):
+        path.write_text("not of the diagnosis")
+    os.utime(mine, (0, 0))
+    os.utime(later, (2e9, 2e9))
+    assert run("diagnose", "blocks.yaml", "run0.csv", "-o", "found", "--no-plots") == 0
+    assert {*Path("found").glob("*.png")} == {mine, later}
+    assert run("diagnose", "blocks.yaml", "run0.csv", "-o", "other") == 0
+    assert [*Path("other").glob("fit-*.png")]
+
+
+def test_the_patterns_of_pictures_know_every_picture(called: Called) -> None:
+    assert run("diagnose", "blocks.yaml", "run0.csv", "--holdout", "run2.csv") == 0
+    assert all(any(path.match(pattern) for pattern in PICTURES) for path in Path("out").glob("*.png"))
+
+
 def test_the_machine_is_taken_as_options_change_it(called: Called) -> None:
     assert run("diagnose", "blocks.yaml", "run0.csv", "--no-plots", "--set", "links.skin.conductance=9 W/K") == 0
     assert called.asked["machine"].links["skin"].conductance == 9.0
@@ -127,6 +150,13 @@ def test_a_channel_that_hangs_is_left_out_with_a_warning(called: Called) -> None
     assert run("diagnose", "blocks.yaml", "hangs.csv", "--no-plots") == 0
     assert any("T_body reads the same at all times; it is left out" in warning for warning in called.warnings)
     assert not np.isfinite(called.asked["recordings"][0].columns["T_body"].values).any()
+
+
+def test_columns_that_may_be_sensors_are_told(called: Called, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("names.csv").write_text(Path("run0.csv").read_text().replace("T_body", "Temp_body", 1))
+    assert run("diagnose", "blocks.yaml", "names.csv", "--no-plots") == 0
+    told = "names.csv: Temp_body is no sensor of this machine (did you mean T_body?)"
+    assert f"warning: {told}" in capsys.readouterr().err and called.warnings[0] == told
 
 
 def test_a_result_is_not_written_over_what_it_extends(called: Called, capsys: pytest.CaptureFixture[str]) -> None:

@@ -124,7 +124,7 @@ ONE_FAULT = [
     ("start:", f"3: start: is empty; {STARTS}"),
     ("start: cold", f"3: start: 'cold' is not a number; {STARTS}"),
     ("start: {a: 2 m}", f"3: start.a: '2 m' is in m; {STARTS}"),
-    ("start: -300 degC", "3: start: '-300 degC' is out of range; give a temperature above absolute zero"),
+    ("start: -300 degC", "3: start: '-300 degC' is out of range; give a temperature from -80 to 400 degC"),
     ("inputs: 3", "3: inputs: is not a mapping; write `{speed: 8000 rpm, ambient: 22 degC}`"),
 ]
 ONE_INPUT = [

@@ -26,6 +26,7 @@ from network.calibration.starting import best_start, rms
 from network.calibration.uncertainty import Uncertainty, uncertainty
 from network.comparison import Comparison, compare, pooled
 from network.declare import Array
+from network.heard import overheard
 from network.inputs import Start
 from network.machine import Machine
 from network.recording import Recording
@@ -150,7 +151,7 @@ def _calibrated(
     told += told_starts(after, started)
     return Calibration(
         result, machine, parameters, fit, known, before, after, before_holdout, after_holdout, started,
-        started_holdout, areas, let_in.warnings,
+        started_holdout, areas, (*overheard(machine, train, held_out), *let_in.warnings),
         tuple(told), found.tried, seed, time.perf_counter() - began,
     )  # fmt: skip
 

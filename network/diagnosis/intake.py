@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from network.calibration.admission import admitted, check_apart
 from network.calibration.parameters import at_values, centres, free_parameters, values_at
 from network.comparison import check_fit
+from network.heard import overheard
 from network.inputs import Start
 from network.machine import Machine
 from network.recording import Recording
@@ -31,7 +32,8 @@ def taken_in(
     parameters = free_parameters(machine)
     _check_held_out(at_values(machine, values_at(parameters, centres(parameters))), holdout)
     let_in = admitted(machine, parameters, recordings, start)
-    return Intake(tuple(d.recording for d in let_in.data), tuple(holdout), let_in.warnings)
+    warnings = (*overheard(machine, recordings, holdout), *let_in.warnings)
+    return Intake(tuple(d.recording for d in let_in.data), tuple(holdout), warnings)
 
 
 def _check_held_out(machine: Machine, holdout: Sequence[Recording]) -> None:

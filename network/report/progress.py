@@ -1,9 +1,9 @@
-"""A progress bar on standard error for whatever takes longer than two seconds; nothing where nobody looks."""
+"""A progress bar on standard error for whatever takes longer than a moment; nothing where nobody looks."""
 
 from __future__ import annotations
 
 import sys
-import time
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -11,65 +11,95 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-PATIENCE = 1.0
+PATIENCE = 0.3
 """s: how long it stays silent."""
+NEARLY = 0.999
+"""Share at which it stays, for the time of what is done stands still."""
+_OPEN: list[Bar] = []
 
 
 @contextmanager
-def bar(what: str, sources: Sequence[Any]) -> Iterator[Callable[[float], None]]:
-    """Yields a function that is told the simulated time [s] of the source under way."""
-    teller = _Bar(what, [_span(source) for source in sources])
+def share_bar(what: str) -> Iterator[Bar]:
+    """Yields the bar, to be told the share of the work that is done, 0 to 1. Inside another it is that other one, at
+    its beginning again."""
+    if _OPEN:
+        _OPEN[-1].now(what, 0.0)
+        yield _OPEN[-1]
+        return
+    own = Bar(what)
+    _OPEN.append(own)
     try:
-        yield teller.tell
+        yield own
     finally:
-        teller.close()
+        _OPEN.remove(own)
+        own.close()
 
 
-@contextmanager
-def share_bar(what: str) -> Iterator[Callable[[float], None]]:
-    """Yields a function that is told the share of the work that is done, 0 to 1."""
-    teller = _Bar(what, [(0.0, 1.0)])
-    try:
-        yield teller.tell
-    finally:
-        teller.close()
+class Bar:
+    """What is under way, the share that is done, and the time that has passed, which goes on by itself."""
+
+    def __init__(self, what: str) -> None:
+        self.what, self.share = what, 0.0
+        self._lock, self._closed = threading.Lock(), False
+        self._rich: Progress | None = None
+        self._timer = threading.Timer(PATIENCE, self._show)
+        self._timer.daemon = True
+        if sys.stderr.isatty():
+            import rich.progress  # beside numpy it would take its time
+
+            assert rich.progress
+            self._timer.start()
+
+    def __call__(self, share: float) -> None:
+        """Never falls back."""
+        self.now(self.what, max(self.share, share))
+
+    def now(self, what: str, share: float | None = None) -> None:
+        """Says what is under way from now on."""
+        self.what, self.share = what, self.share if share is None else share
+        if self._rich is not None:
+            self._rich.update(self._task, description=self.what, completed=min(self.share, NEARLY))
+
+    def over(self, sources: Sequence[Any]) -> Callable[[float], None]:
+        """A function that is told the simulated time [s] of the source under way."""
+        return _Along(self, [_span(source) for source in sources]).tell
+
+    def _show(self) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+        columns = TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn()
+        with self._lock:
+            if self._closed:
+                return
+            progress = Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=False)
+            self._task = progress.add_task(self.what, total=1.0)
+            progress.update(self._task, completed=min(self.share, NEARLY))
+            progress.start()
+            self._rich = progress
+
+    def close(self) -> None:
+        self._timer.cancel()
+        with self._lock:
+            self._closed = True
+            if self._rich is not None:
+                self._rich.stop()
 
 
-def _span(source: Any) -> tuple[float, float]:
-    t = source.schedule.t if hasattr(source, "duration") else source.t
-    return float(t[0]), float(t[-1])
-
-
-class _Bar:
+class _Along:
     """Sums the progress over several sources: a simulated time that falls back means the next one."""
 
-    def __init__(self, what: str, spans: list[tuple[float, float]]) -> None:
-        self.what, self.spans, self.current, self.latest = what, spans, 0, -float("inf")
-        self.began: float = time.perf_counter()
-        self.rich: Progress | None = None
+    def __init__(self, bar: Bar, spans: Sequence[tuple[float, float]]) -> None:
+        self.bar, self.spans, self.current, self.latest = bar, spans, 0, -float("inf")
 
     def tell(self, t: float) -> None:
         if t < self.latest:
             self.current = min(self.current + 1, len(self.spans) - 1)
         self.latest = t
-        if sys.stderr.isatty() and time.perf_counter() - self.began > PATIENCE:
-            self._show(t)
-
-    def _show(self, t: float) -> None:
-        if self.rich is None:
-            self.rich = self._started()
         first, last = self.spans[self.current]
-        self.rich.update(self.task, completed=self.current + (t - first) / max(last - first, 1e-9))
+        self.bar((self.current + (t - first) / max(last - first, 1e-9)) / len(self.spans))
 
-    def _started(self) -> Progress:
-        from rich.console import Console
-        from rich.progress import Progress
 
-        progress = Progress(console=Console(stderr=True), transient=True)
-        progress.start()
-        self.task = progress.add_task(self.what, total=float(len(self.spans)))
-        return progress
-
-    def close(self) -> None:
-        if self.rich is not None:
-            self.rich.stop()
+def _span(source: Any) -> tuple[float, float]:
+    t = source.schedule.t if hasattr(source, "duration") else source.t
+    return float(t[0]), float(t[-1])

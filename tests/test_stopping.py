@@ -1,0 +1,95 @@
+"""Commands that are stopped: they end soon, with what they started, and leave nothing half-written."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import network
+
+ROOT = Path(network.__file__).parents[1]
+PROVE = """
+import sys
+from network import proving
+from network.cli import main
+
+def make_cases(folder, count, seed, jobs):
+    names = [f"case-{i:03d}" for i in range(count)]
+    for name in names:
+        (folder / name).mkdir(parents=True)
+    return names
+
+proving._module("cases").make_cases = make_cases
+proving.COMMAND = (sys.executable, "sleeper.py")
+proving.TRAIN = ()
+main(["prove", "--cases", "3", "--jobs", "2", "-o", "a/proof"])
+"""
+SLEEPER = "import os, pathlib, time\npathlib.Path('../../..', f'{os.getpid()}.pid').touch()\ntime.sleep(60)\n"
+DEAF = """
+import multiprocessing, pathlib, time
+from network.cli import cli, main
+from network.options import results_go_to
+
+@cli.command()
+def deaf():
+    results_go_to("new/out")
+    pathlib.Path("new/out/.diagnosis.x").mkdir(parents=True)
+    multiprocessing.get_context("fork").Process(target=time.sleep, args=(60,)).start()
+    pathlib.Path("begun.pid").touch()
+    while True:
+        try:
+            time.sleep(60)
+        except KeyboardInterrupt:
+            pass
+
+main(["deaf"])
+"""
+
+
+def begun(code: str, where: Path, count: int) -> subprocess.Popen[str]:
+    """The program, when there are as many `.pid` files as it leaves."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-c", code]
+    program = subprocess.Popen(
+        command, cwd=where, env=environment, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    until = time.monotonic() + 30
+    while len([*where.glob("*.pid")]) < count and time.monotonic() < until:
+        time.sleep(0.05)
+    return program
+
+
+def is_gone(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return True
+    return False
+
+
+@pytest.mark.skipif(not hasattr(os, "killpg"), reason="process groups")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_proof_that_is_stopped_ends_with_its_diagnoses(tmp_path: Path, number: signal.Signals) -> None:
+    sleeper = tmp_path / "sleeper.py"
+    sleeper.write_text(SLEEPER)
+    program = begun(PROVE.replace("sleeper.py", str(sleeper)), tmp_path, 2)
+    program.send_signal(number)
+    _, told = program.communicate(timeout=5)
+    assert program.returncode == 130 and told.strip() == "lptn: stopped; nothing half-written was left"
+    pids = [int(path.stem) for path in tmp_path.glob("*.pid")]
+    assert len(pids) == 2 and all(map(is_gone, pids)) and not (tmp_path / "a").exists()
+
+
+@pytest.mark.skipif(not hasattr(os, "killpg"), reason="process groups")
+def test_a_command_ends_even_if_its_interrupt_is_lost(tmp_path: Path) -> None:
+    program = begun(DEAF, tmp_path, 1)
+    os.killpg(program.pid, signal.SIGINT)
+    _, told = program.communicate(timeout=5)
+    assert program.returncode == 130 and told.strip() == "lptn: stopped; nothing half-written was left"
+    assert not (tmp_path / "new").exists()
