@@ -44,6 +44,8 @@ class Whole(click.IntRange):
 
 
 json_flag = click.option("--json", "as_json", is_flag=True, help="print JSON instead of words")
+ESTIMATED = "estimated"
+"""The start that is found from a recording itself."""
 start_option = click.option(
     "--start", metavar="TEMPERATURE", help="'22 degC', 'steady' or '{housing: 24 degC, others: 22 degC}'"
 )

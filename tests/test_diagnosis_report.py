@@ -19,7 +19,7 @@ from network import Machine, compare
 from network.comparison import Comparison
 from network.diagnosis.candidates import candidates
 from network.diagnosis.isolability import DETAILS
-from network.diagnosis.judging import _why_not
+from network.diagnosis.naming import why_not
 from network.diagnosis.verdict import UNKNOWN, VERDICTS, Diagnosis, Fits, Quantity
 from network.refusal import Refused
 from network.report.candidates_figure import candidates_figure
@@ -27,7 +27,7 @@ from network.report.diagnosis_files import check_target, tidy, write_diagnosis
 from network.report.diagnosis_patch import patch_text
 from network.report.diagnosis_pictures import pictures_of
 from network.report.diagnosis_words import fit_rows
-from network.report.finding_words import against, plus_minus, sure_word, sure_words
+from network.report.finding_words import plus_minus, sure_word, sure_words
 from network.report.fit_figure import fit_figure
 from network.report.heat_figure import heat_figure
 from network.report.heat_words import course
@@ -131,6 +131,15 @@ def test_every_verdict_says_plainly_what_it_means(
     assert verdict in VERDICTS
 
 
+def test_a_held_out_run_that_is_not_explained_is_told_of_a_clean_verdict(found: Diagnosis) -> None:
+    told = flat(str(replace(found, verdict="parameters_only", findings=())))
+    assert "But it leaves" not in told and found.fits.holdout_before is not None
+    off = replace(found.fits, holdout_after=found.fits.holdout_before)
+    told = flat(str(replace(found, verdict="parameters_only", findings=(), fits=off)))
+    assert f"But it leaves {found.fits.holdout_before.rmse_in_noise:#.3g} σ of" in told
+    assert "never used in a fit: that run differs" in told
+
+
 def test_what_cannot_be_told_apart_is_told(found: Diagnosis) -> None:
     alike = finding(indistinguishable=(rival("radiation", "body", 0.4, 1.0, 410.0),))
     assert "These recordings cannot tell it from radiation (body)." in flat(str(replace(found, findings=(alike,))))
@@ -154,7 +163,7 @@ def test_one_number_has_one_word_and_more_is_never_less_sure() -> None:
 def test_a_rival_is_told_relative_to_what_was_found(chi: float, shift: float, told: str) -> None:
     """Its misfit is another measure than the table's rmse."""
     other, best = (SimpleNamespace(chi=c, evidence=e, shift=np.array([shift])) for c, e in ((chi, 0.0), (0.95, 99.0)))
-    assert against(rival("tilt", "body", 0.01, chi, 90.0, _why_not(other, best))) == told  # type: ignore[arg-type]
+    assert why_not(other, best) == told  # type: ignore[arg-type]
 
 
 def test_parts_that_need_more_lumps_are_told_together_and_all_of_them() -> None:

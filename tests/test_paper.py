@@ -223,7 +223,7 @@ def test_the_command_prints_every_table(monkeypatch: pytest.MonkeyPatch, tmp_pat
     told = CliRunner().invoke(cli, ["paper"])
     assert told.exit_code == 0 and told.output.splitlines() == list(tell_paper())
     assert max(map(len, told.output.splitlines())) <= 132
-    for number in ("276.68", "276.65", "-14.04", "3400", UNEXPLAINED, "91.325", "0.54"):
+    for number in ("276.68", "276.65", "−14.04", "3400", UNEXPLAINED, "91.325", "0.54"):
         assert number in told.output
     as_json = json.loads(CliRunner().invoke(cli, ["paper", "--json"]).output)
     assert as_json["accuracy_percent"] == pytest.approx(91.325)

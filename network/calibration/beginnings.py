@@ -79,3 +79,10 @@ def all_begun(
     """The same of several; None without recordings."""
     each = [begun(machine, original, parameters, theta, r, start, misfit) for r in recordings]
     return Comparison(machine, tuple(each)) if each else None
+
+
+def estimated(machine: Machine, recordings: Sequence[Recording]) -> Comparison:
+    """Residuals of recordings of a machine as it is, the start of each estimated from it."""
+    found = [beginning(machine, (), np.empty(0), r, None, 1.0) for r in recordings]
+    each = [compare(machine, r, start=s).recordings[0] for r, s in zip(recordings, found, strict=True)]
+    return Comparison(machine, tuple(each))

@@ -15,7 +15,10 @@ from network.diagnosis.standing_in import stand_in
 from network.diagnosis.together import spread
 
 HOLDS = 1.02
-"""Misfit on left-out runs, relative to before, that a finding may leave."""
+"""Misfit on left-out runs, relative to before, that findings may leave."""
+ALIKE, ENOUGH = 1.1, 3
+"""Misfit on left-out runs over that of the fit to all, relative to before, from which findings tell only what they were
+fitted to; and with how many runs that is asked: of two, the other alone need not tell every number."""
 RERANKED, REACH = 3, 3.0
 """Rivals of the first finding that are tried in its stead, and how many times what the later findings gained they may
 be behind it."""
@@ -73,6 +76,9 @@ def _to_the_end(h: Hypothesis) -> Hypothesis:
 
 
 def _predicts(before: Hypothesis, after: Hypothesis, jobs: int) -> bool:
-    """Whether runs left out of the fit are told at least as well."""
+    """Whether runs left out of the fit are told at least as well as before, and like those in it."""
     was, now = (left_out(h, jobs) for h in (before, after))
-    return not np.isfinite(was) or now < HOLDS * was
+    if not np.isfinite(was) or now >= HOLDS * was:
+        return not np.isfinite(was)
+    is_asked = len(after.case.recordings) >= ENOUGH
+    return not is_asked or now < ALIKE * max(1.0, was / before.chi) * max(1.0, after.chi)

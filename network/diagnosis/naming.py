@@ -25,6 +25,8 @@ REPLACED = 0.5
 """Confidence in a finding that took the place of another only beside later ones."""
 FAULTY = 0.98
 """Confidence in a fault whose jumps are of one share, there and back."""
+HARDLY, FAR = 1.015, 3.0
+"""Misfit over that of the best that is hardly more, and prior σ by which a number is far from the file."""
 STRAY = 2.0
 """Standard deviations at which unknown heat counts."""
 
@@ -69,17 +71,25 @@ def rivals(ranked: Sequence[Hypothesis], null: Hypothesis, but: tuple[str, ...] 
     for h, p in zip(apart, shares(apart), strict=True):
         c = h.found[-1]
         if c.key != but and h.evidence > null.evidence - ALIKE:
-            gain, why_not = h.evidence - null.evidence, _why_not(h, ranked[0])
-            yield Rival(c.kind.kind, c.places, c.channels, float(p), h.chi, gain, why_not)
+            gain = h.evidence - null.evidence
+            yield Rival(c.kind.kind, c.places, c.channels, float(p), h.chi, gain, why_not(h, ranked[0]))
 
 
-def _why_not(h: Hypothesis, best: Hypothesis) -> str:
+def why_not(h: Hypothesis, best: Hypothesis) -> str:
+    """What speaks against it. Its misfit, which counts coloured noise and starts as a table of rmse does not, is told
+    relative to that of what was found."""
     worse = best.evidence - h.evidence
     if worse <= ALIKE:
         return f"cannot be told apart from it: {worse:.1f} nats"
     moved = float(np.abs(h.shift).max(initial=0.0))
-    strained = f", with a number of the file {moved:.0f} prior σ off" if moved > 3 else ""
-    return f"leaves {h.chi:.2f} instead of {best.chi:.2f} noise units{strained}"
+    strained = f", and moves a number of the file by {moved:.0f} times its ±" if moved > FAR else ""
+    return f"{_worse(h.chi / max(best.chi, 1e-9))}{strained}"
+
+
+def _worse(times: float) -> str:
+    if times < HARDLY:
+        return "fits nearly as well"
+    return f"fits {100 * (times - 1):.0f} % worse" if times < 2 else f"fits {times:.2g} times worse"
 
 
 def _alike(ranked: Sequence[Hypothesis], c: Candidate) -> Iterator[Rival]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -23,11 +22,7 @@ SURE = ((95, "nearly certain"), (75, "probable"), (55, "more likely than not"), 
 """Words for a confidence, from so many percent."""
 EVEN = 0.1
 """Confidences nearer than this are called the same."""
-HARDLY = 1.015
-"""Misfit relative to the best, below which it is called as good."""
 PREFIXED = ("W", "J", "N")
-LEAVES = re.compile(r"leaves ([0-9.]+[0-9]) instead of ([0-9.]+[0-9]) noise units")
-BENT = re.compile(r", with a number of the file ([0-9]+) prior σ off")
 
 
 def plus_minus(q: Quantity) -> str:
@@ -118,21 +113,7 @@ def rivals_words(finding: Finding) -> Iterator[str]:
     alike = {rival_name(r) for r in finding.indistinguishable}
     apart = [r for r in finding.alternatives if rival_name(r) not in alike]
     for rival in apart[:MOST_RIVALS]:
-        yield f"{rival_name(rival)}, {percent(rival.confidence)}: {against(rival)}"
-
-
-def against(rival: Rival) -> str:
-    """What speaks against it. Its misfit, which counts coloured noise and starts as the table of rmse does not, is told
-    relative to that of what was found."""
-    told = " ".join(rival.why_not.split()).rstrip(".")
-    return LEAVES.sub(_worse, BENT.sub(r", and moves a number of the file by \1 times its ±", told))
-
-
-def _worse(match: re.Match[str]) -> str:
-    times = float(match[1]) / max(float(match[2]), 1e-9)
-    if times < HARDLY:
-        return "fits nearly as well"
-    return f"fits {100 * (times - 1):.0f} % worse" if times < 2 else f"fits {digits(times, 2)} times worse"
+        yield f"{rival_name(rival)}, {percent(rival.confidence)}: {rival.why_not}"
 
 
 def percent(share: float) -> str:

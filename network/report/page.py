@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from network.options import ESTIMATED
 from network.report.diagnosis_patch import FILE
 from network.report.diagnosis_words import advice_words, fit_rows, is_unchanged, where_lines
 from network.report.finding_words import (
-    against,
     alike_words,
     evidence_words,
     name_of,
@@ -112,7 +112,7 @@ def _finding(d: Diagnosis, finding: Finding) -> Mapping[str, Any]:
 
 def _rival(rival: Rival) -> Mapping[str, str]:
     return {
-        "name": rival_name(rival), "confidence": percent(rival.confidence), "why_not": against(rival),
+        "name": rival_name(rival), "confidence": percent(rival.confidence), "why_not": rival.why_not,
     }  # fmt: skip
 
 
@@ -120,4 +120,4 @@ def commands(d: Diagnosis, where: Path) -> list[str]:
     """Command lines that use the patched machine."""
     machine = shlex.quote((where / FILE).as_posix())
     files = [shlex.quote(r.recording.file) for r in d.fits.train_after.recordings]
-    return [f"lptn compare {machine} {' '.join(files)}", f"lptn simulate {machine} {files[0]}"]
+    return [f"lptn compare {machine} {' '.join(files)} --start {ESTIMATED}", f"lptn simulate {machine} {files[0]}"]

@@ -24,6 +24,9 @@ MEANING = {
     "unexplained": "{machine} and its recordings differ{where}, and nothing in the catalogue explains it: after all "
     "that was tried, {left} is left.",
 }
+CLEAN, UNTOLD = ("adequate", "parameters_only"), 2.0
+"""Verdicts that speak of recordings as explained, and misfit of a held-out run over that of the others from which it is
+not."""
 NEXT = {
     "adequate": "Use the machine with its numbers as calibrated. What these recordings cannot show is not ruled out.",
     "parameters_only": "Use the calibrated numbers, and look up any that moved far from the file: a wrong drawing, "
@@ -45,7 +48,16 @@ def verdict_words(d: Diagnosis) -> str:
         "where": _where(d), "count": _count(d), "it": "it" if len(d.findings) < 2 else "them",
         "channels": joined(list(dict.fromkeys(n for f in d.findings for n in f.channels))) or "a channel",
     }  # fmt: skip
-    return MEANING[d.verdict].format_map(told)
+    return MEANING[d.verdict].format_map(told) + _but(d)
+
+
+def _but(d: Diagnosis) -> str:
+    """That a held-out run is not explained, where no sentence says so yet."""
+    train, held = d.fits.train_after.rmse_in_noise, d.fits.holdout_after
+    if d.verdict not in CLEAN or held is None or held.rmse_in_noise < UNTOLD * max(1.0, train):
+        return ""
+    left, apart = digits(held.rmse_in_noise, 3), "differs from the others in something they do not show"
+    return f" But it leaves {left} σ of {_held_out(d)}, never used in a fit: that run {apart}."
 
 
 def next_words(d: Diagnosis) -> str:
