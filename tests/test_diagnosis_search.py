@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from network.calibration.partials import Slots
 from network.calibration.predictor import Model
 from network.diagnosis.candidates import Candidate, candidate, candidates
 from network.diagnosis.case import Case, Hypothesis, begun, suppose
+from network.diagnosis.checking import _predicts
 from network.diagnosis.directions import directions
 from network.diagnosis.drawing import Judge, Space, View, apart
 from network.diagnosis.placing import placed, redirected
@@ -261,3 +263,18 @@ def test_a_case_on_another_recording_knows_nothing_of_its_runs() -> None:
     about = begun(h.case, h)
     alone = about.on(about.recordings[:1])
     assert len(alone.lay_out(h.machine)) == 1 and not alone.began and not alone.lacking
+
+
+@pytest.mark.parametrize(("runs", "told", "holds"), [
+    (3, (5.0, 1.05), True), (3, (5.0, 1.2), False), (3, (1.1, 1.15), False), (2, (5.0, 1.2), True),
+    (1, (np.nan, np.nan), True), (3, (12.0, 1.2), True),
+])  # fmt: skip
+def test_what_is_found_tells_runs_left_out_like_the_others(
+    monkeypatch: pytest.MonkeyPatch, runs: int, told: tuple[float, float], holds: bool
+) -> None:
+    """The misfits of runs left out before and after, where the fits leave 5 and 1; relative to before, for numbers that
+    only one run tells."""
+    before, after = (SimpleNamespace(chi=chi, case=SimpleNamespace(recordings=range(runs))) for chi in (5.0, 1.0))
+    misfit = {id(before): told[0], id(after): told[1]}
+    monkeypatch.setattr("network.diagnosis.checking.left_out", lambda h, jobs: misfit[id(h)])
+    assert _predicts(before, after, 1) is holds  # type: ignore[arg-type]
