@@ -14,7 +14,6 @@ from network.demo_missing import tell_missing
 from network.machine import Machine
 from network.output import folder, write_run
 from network.recording import Recording
-from network.report.canvas import pretty
 from network.report.figures import save
 from network.report.pictures import draw_comparison, draw_run
 from network.report.sweep_figure import levels_figure
@@ -22,6 +21,7 @@ from network.report.sweep_words import tell_tolerance
 from network.scenario import Scenario
 from network.shipped import shipped
 from network.simulation import simulate
+from network.spoken import pretty
 from network.sweeping import sweep
 from network.trajectory import Trajectory, axis_unit, in_difference_unit
 

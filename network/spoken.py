@@ -8,12 +8,20 @@ FEWEST, LARGEST = 1e-3, 1e9
 """Sizes between which no exponent is written."""
 GROUPED = 1e4
 """Size from which thousands stand apart."""
+_PRETTY = {"degC": "°C", "degF": "°F", "um": "µm", "urad": "µrad", "1": "–"}
 
 
-def spoken(value: float, unit_text: str) -> str:
-    """A value inside (SI, °C) in a unit, without exponent where it reads so: 5.57 W/K, 21.62 degC, 10 000 rpm."""
+def pretty(unit_text: str) -> str:
+    """A unit as it is printed."""
+    return _PRETTY.get(unit_text, unit_text)
+
+
+def spoken(value: float, unit_text: str, most: int = 3) -> str:
+    """A value inside (SI, °C) in a unit, of so many digits (three: one more for temperatures and thousands), without
+    exponent where it reads so: 5.57 W/K, 21.62 °C, 10 000 rpm."""
     given = (difference(unit(unit_text)) if unit_text == "K" else unit(unit_text)).from_si(value)
-    number = float(f"{given:.{4 if abs(given) >= 1e3 or unit_text == 'degC' else 3}g}")
+    is_long = most > 2 and (abs(given) >= 1e3 or unit_text == "degC")
+    number = float(f"{given:.{most + is_long}g}")
     if number and not FEWEST <= abs(number) < LARGEST:
         text = f"{number:.3g}"
     elif abs(number) < GROUPED:
@@ -21,7 +29,7 @@ def spoken(value: float, unit_text: str) -> str:
     else:
         text = f"{number:,.0f}".replace(",", "\u00a0")
     told = f"−{text[1:]}" if text.startswith("-") else text
-    return told if unit_text in ("", "1") else f"{told} {unit_text}"
+    return told if unit_text in ("", "1") else f"{told} {pretty(unit_text)}"
 
 
 def per_kelvin(value: float) -> str:

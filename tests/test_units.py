@@ -275,7 +275,7 @@ def test_a_parameter_written_reads_back_the_same(name: str, data: st.DataObject)
 
 
 @pytest.mark.parametrize(("value", "unit_text", "told"), [
-    (5.5691, "W/K", "5.57 W/K"), (1000 * 2 * math.pi / 6, "rpm", "10\u00a0000 rpm"), (21.618, "degC", "21.62 degC"),
+    (5.5691, "W/K", "5.57 W/K"), (1000 * 2 * math.pi / 6, "rpm", "10\u00a0000 rpm"), (21.618, "degC", "21.62 °C"),
     (-0.00012, "1/K", "−0.00012 1/K"), (0.0, "W", "0 W"), (562.7, "s", "563 s"), (207908.0, "J/K", "207\u00a0900 J/K"),
 ])  # fmt: skip
 def test_a_number_of_a_sentence_is_short(value: float, unit_text: str, told: str) -> None:

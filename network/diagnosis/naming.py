@@ -15,7 +15,7 @@ from network.diagnosis.ranking import ALIKE, confidence, distinct, shares
 from network.diagnosis.verdict import UNKNOWN, Finding, Quantity, Rival, UnknownHeat, sentence
 from network.machine import Machine
 from network.proposals import bodies
-from network.units import show
+from network.spoken import spoken
 from network.yamlfile import plain
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ def _sentence(h: Hypothesis, c: Candidate, after: Machine) -> str:
     first = c.own[0]
     spread = float(np.sqrt(np.diag(h.fit.covariance))[index[first.path]]) * max(1.0, h.chi)
     unit = "K" if first.field.unit == "degC" else first.field.unit
-    std = show(first.std(float(h.fit.theta[index[first.path]]), spread), unit, 2)
+    std = spoken(first.std(float(h.fit.theta[index[first.path]]), spread), unit, 2)
     return f"{sentence(c.kind.told(after, c.patch))} ({first.path.rpartition('.')[2].replace('_', ' ')} ± {std})."
 
 

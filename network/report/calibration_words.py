@@ -9,9 +9,9 @@ import numpy as np
 
 from network.calibration.judging import relative
 from network.calibration.parameters import Parameter
-from network.report.canvas import pretty
 from network.report.table import digits, signed, span, table
 from network.residuals.amounts import joined
+from network.spoken import pretty
 from network.units import difference, unit
 
 if TYPE_CHECKING:

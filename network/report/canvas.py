@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from network.declare import Array
 from network.files import replace_file
 from network.refusal import Spot, refuse
+from network.spoken import pretty
 from network.units import Unit, difference, unit
 
 if TYPE_CHECKING:
@@ -32,7 +33,6 @@ WIDTH = 10.0
 """Inches: 1200 pixels."""
 FONT, SMALL, TITLE = 8.5, 7.5, 11.5
 FORMATS = (".png", ".svg", ".pdf")
-_PRETTY = {"degC": "°C", "degF": "°F", "um": "µm", "urad": "µrad", "1": "–"}
 
 
 def look(i: int) -> tuple[str, Dashes]:
@@ -56,10 +56,6 @@ def literal(text: str) -> str:
 
 def name_text(name: str, most: int = 28) -> str:
     return literal(shortened(name, most))
-
-
-def pretty(unit_text: str) -> str:
-    return _PRETTY.get(unit_text, unit_text)
 
 
 def in_unit(values: Array, given: Unit) -> Array:

@@ -21,11 +21,11 @@ from network.report.canvas import (
     name_text,
     new_figure,
     number,
-    pretty,
     write_title,
 )
 from network.report.lines import alone, clock, outline, set_clock, thinned, with_gaps
 from network.report.run_figure import is_speed
+from network.spoken import pretty
 from network.units import unit
 
 if TYPE_CHECKING:

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from network.levels import LevelRun
-from network.report.canvas import FONT, GREY, INK, SMALL, headline, look, name_text, pretty
+from network.report.canvas import FONT, GREY, INK, SMALL, headline, look, name_text
 from network.report.sweep_words import lumps_of, pretty_quantity
+from network.spoken import pretty
 from network.trajectory import axis_unit
 from network.units import unit
 

@@ -14,9 +14,9 @@ from network.machine import Machine
 from network.mechanisms.base import Stream
 from network.nodes import Node
 from network.refusal import short
-from network.report.canvas import pretty
 from network.report.strokes import conductance
 from network.report.table import digits, span, table
+from network.spoken import pretty
 from network.units import Number, difference, show, unit
 
 MOST_LUMPS = 300

@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from network.report.canvas import pretty
 from network.report.heat_words import THROUGHOUT, when
 from network.report.naming import called
 from network.report.table import digits
 from network.residuals.amounts import joined
+from network.spoken import pretty
 from network.units import difference, show, unit
 
 if TYPE_CHECKING:

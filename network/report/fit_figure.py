@@ -21,12 +21,12 @@ from network.report.canvas import (
     name_text,
     new_figure,
     number,
-    pretty,
     write_title,
 )
 from network.report.comparison_figure import draw_driver, draw_measured, driver_of
 from network.report.lines import clock, set_clock, thinned
 from network.report.table import digits
+from network.spoken import pretty
 from network.units import unit
 
 if TYPE_CHECKING:

@@ -11,9 +11,9 @@ from network.calibration.judging import named, relative, tie
 from network.calibration.uncertainty import PRIOR_ONLY
 from network.report.calibration_summary import prior
 from network.report.calibration_words import before
-from network.report.canvas import pretty
 from network.report.table import digits, table
 from network.residuals.amounts import joined
+from network.spoken import pretty
 from network.units import difference, unit
 
 if TYPE_CHECKING:

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from network.declare import Array
-from network.report.canvas import FONT, GREY, label_y, look, name_text, pretty, stacked_panels, write_title
+from network.report.canvas import FONT, GREY, label_y, look, name_text, stacked_panels, write_title
 from network.report.labels import label_ends
 from network.report.panels import Curve, Panel, beside, room_for
 from network.report.sweep_figure import draw_curves
+from network.spoken import pretty
 from network.trajectory import axis_unit
 from network.variations import Variation, VariedRun
 

@@ -22,7 +22,6 @@ from network.report.canvas import (
     label_y,
     name_text,
     new_figure,
-    pretty,
     size_of,
     write_title,
 )
@@ -32,6 +31,7 @@ from network.report.lines import clock, outline, set_clock
 from network.report.naming import called
 from network.report.run_figure import is_speed
 from network.report.table import span
+from network.spoken import pretty
 from network.units import unit
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from network.expansions.base import ANGULAR_AXES
 from network.levels import PAPER
-from network.report.canvas import pretty
 from network.report.table import digits, table
+from network.spoken import pretty
 from network.trajectory import axis_unit
 from network.units import unit
 

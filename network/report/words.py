@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from network.declare import Array
-from network.report.canvas import pretty
 from network.report.describe import describe
 from network.report.table import digits, signed, span, table
 from network.residuals.spikes import calmed
 from network.residuals.telling import telling
 from network.residuals.window import worst_window
+from network.spoken import pretty
 from network.units import Unit, difference, unit
 
 if TYPE_CHECKING:

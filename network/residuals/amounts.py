@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from network.report.canvas import number, pretty
+from network.report.canvas import number
 from network.report.table import digits
+from network.spoken import pretty
 from network.units import difference, unit
 
 
