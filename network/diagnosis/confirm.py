@@ -111,8 +111,9 @@ class Begun:
         return max(float(np.sqrt(1 + POOR * max(0.0, self.current.chi**2 - 1))), UNTOLD)
 
     def is_poor(self, ranked: Sequence[Hypothesis]) -> bool:
-        """Whether none of some explanations leaves little, or only with sensors that are far off."""
-        return min((h.chi for h in ranked if h.strain < STRAINED), default=np.inf) > self.little
+        """Whether none of some explanations leaves little, or where nothing is found yet only with sensors far off."""
+        most = np.inf if self.current.found else STRAINED
+        return min((h.chi for h in ranked if h.strain < most), default=np.inf) > self.little
 
     def wider(self, jobs: int) -> Begun:
         """The best of those that were not fitted yet."""

@@ -21,7 +21,7 @@ from network.diagnosis.restarting import restarted
 from network.diagnosis.screen import Score, screen
 from network.diagnosis.settling import settled
 from network.diagnosis.slimming import slim
-from network.diagnosis.standing_in import carried_afresh, stand_in
+from network.diagnosis.standing_in import carried, carried_afresh, stand_in
 from network.diagnosis.together import spread
 from network.diagnosis.verdict import UnknownHeat
 from network.machine import Machine
@@ -108,8 +108,8 @@ def followed(
 
 
 def _is_open(h: Hypothesis) -> bool:
-    """Whether it leaves something, or only sensors that are far off keep it from that."""
-    return h.chi > (FURTHER if h.found else FULL) or h.strain > STRAINED
+    """Whether it leaves something, or nothing is found yet and only sensors that are far off keep it from that."""
+    return h.chi > FURTHER if h.found else h.chi > FULL or h.strain > STRAINED
 
 
 def _stepped(
@@ -206,13 +206,13 @@ def _carried(
     """The best of some rivals on the lumps of what is there; None where there is none."""
     if before is current or not rivals:
         return rejudged(case, rivals[0]) if rivals else None
-    told = spread(partial(_on_lumps, case, current.root), rivals, jobs, None)
+    told = spread(partial(_on_lumps, case, current.root, rivals[0]), rivals, jobs, None)
     best = max((h for h in told if h is not None), key=lambda h: h.evidence, default=None)
     return best and rejudged(replace(case, began=best.case.began), best)
 
 
-def _on_lumps(case: Case, root: Machine, h: Hypothesis) -> Hypothesis | None:
-    told = carried_afresh(case, h, root)
+def _on_lumps(case: Case, root: Machine, first: Hypothesis, h: Hypothesis) -> Hypothesis | None:
+    told = (carried_afresh if h.found[-1].key == first.found[-1].key else carried)(case, h, root)
     return told and placed(slim(told))
 
 

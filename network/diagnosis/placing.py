@@ -29,8 +29,8 @@ GAIN = 6.0
 """Log evidence that another stretch must add."""
 MOST, NEAR = 3, 0.7
 """Rivals that are moved at most, and the share of the best gain in evidence that is not much less."""
-MUCH = 0.1
-"""Share of the misfit that another stretch must promise where a candidate only begins."""
+LITTLE, MUCH = 0.01, 0.1
+"""Share of the misfit that another stretch must promise to be fitted, and where a candidate only begins."""
 LEAST_SEEN = 1e-6
 """Squared change [σ²] of what counts as moved at least."""
 TRIED, FIT_STEPS = 2, 4
@@ -41,12 +41,24 @@ def placed(best: Hypothesis, jobs: int = 1) -> Hypothesis:
     """The hypothesis with the stretches of its last finding where they explain most."""
     for step in (None, *STEPS):
         moved = list(_elsewhere(best.found[-1]) if step is None else _aside(best.found[-1], step))
-        promising = [c for gain, c in _promised(best, moved)[:TRIED] if gain > GAIN]
+        least = max(GAIN, LITTLE * float(best.fit.left @ best.fit.left) / 2)
+        promising = [c for gain, c in _promised(best, moved)[:TRIED] if gain > least]
         fits = spread(partial(_fitted, best), promising, jobs, None)
-        better = max((h for h in fits if h is not None), key=lambda h: h.evidence, default=None)
-        if better is not None and better.evidence > best.evidence + GAIN:
-            best = better
+        best = _widest(best, [h for h in fits if h is not None and h.evidence > best.evidence + GAIN])
     return best
+
+
+def _widest(best: Hypothesis, better: Sequence[Hypothesis]) -> Hypothesis:
+    """The best of some that are better, or one over longer stretches that is hardly behind: on coarse lumps a short
+    stretch may be the same as a long one, and on finer lumps it is not."""
+    most = max((h.evidence for h in better), default=-np.inf)
+    close = [h for h in better if h.evidence > most - GAIN]
+    return max(close, key=lambda h: (_width(h.found[-1]), h.evidence), default=best)
+
+
+def _width(c: Candidate) -> float:
+    """Lengths of the stretches of a candidate in all, in shares of their bars."""
+    return round(sum(bar.stop - bar.start for bar in _bars(c)), 6)
 
 
 def redirected(h: Hypothesis) -> Hypothesis:
@@ -120,7 +132,8 @@ def _promised(best: Hypothesis, moved: Sequence[Candidate]) -> list[tuple[float,
     D = whitened(fit, np.array([changes[k] for k in told]))
     M_D = lean(fit, D)
     gains = np.maximum(M_D @ fit.left, 0.0) ** 2 / (2 * np.maximum(np.einsum("ij,ij->i", D, M_D), LEAST_SEEN))
-    return [(float(gains[i]), moved[told[i]]) for i in np.argsort(-gains, kind="stable")]
+    pairs = [(float(gain), moved[k]) for gain, k in zip(gains, told, strict=True)]
+    return sorted(pairs, key=lambda pair: (-round(pair[0], 1), -_width(pair[1])))
 
 
 def _fitted(best: Hypothesis, c: Candidate) -> Hypothesis | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from network.diagnosis.case import Case, Hypothesis
 from network.diagnosis.refine import ENOUGH, FINEST, GAIN, ever_finer
-from network.diagnosis.standing_in import carried
+from network.diagnosis.standing_in import carried_afresh
 
 LITTLE = 0.015
 """Share of the misfit χ that finer lumps must take away for still finer ones to be tried."""
@@ -15,7 +15,7 @@ def settled(case: Case, best: Hypothesis) -> Hypothesis:
     for root in ever_finer(best.root, FINEST):
         if best.found and best.chi < ENOUGH:
             break
-        other = carried(case, best, root)
+        other = carried_afresh(case, best, root)
         if other is None or other.evidence < best.evidence + GAIN:
             break
         is_little = other.chi > (1 - LITTLE) * best.chi
