@@ -23,7 +23,7 @@ from network.diagnosis.case import Case, Hypothesis, begun, suppose
 from network.diagnosis.checking import _predicts
 from network.diagnosis.directions import directions
 from network.diagnosis.drawing import Judge, Space, View, apart
-from network.diagnosis.placing import placed, redirected
+from network.diagnosis.placing import _widest, placed, redirected
 from network.diagnosis.polishing import polished
 from network.diagnosis.refine import ever_finer
 from network.diagnosis.slimming import slim
@@ -263,6 +263,17 @@ def test_a_case_on_another_recording_knows_nothing_of_its_runs() -> None:
     about = begun(h.case, h)
     alone = about.on(about.recordings[:1])
     assert len(alone.lay_out(h.machine)) == 1 and not alone.began and not alone.lacking
+
+
+def test_of_stretches_that_are_hardly_apart_the_longest_is_taken() -> None:
+    _, c = crossed()
+    long, short = (c.moved("column", f"column@{stretch}") for stretch in ("0.5..0.7", "0.55..0.65"))
+    as_it_is, first, second, third = (
+        SimpleNamespace(evidence=e, found=(x,)) for e, x in ((0.0, c), (50.0, long), (53.0, short), (60.0, short))
+    )
+    assert _widest(as_it_is, [first, second]) is first  # type: ignore[arg-type, list-item]
+    assert _widest(as_it_is, [first, third]) is third  # type: ignore[arg-type, list-item]
+    assert _widest(as_it_is, []) is as_it_is  # type: ignore[arg-type, comparison-overlap]
 
 
 @pytest.mark.parametrize(("runs", "told", "holds"), [
