@@ -83,6 +83,4 @@ def all_begun(
 
 def estimated(machine: Machine, recordings: Sequence[Recording]) -> Comparison:
     """Residuals of recordings of a machine as it is, the start of each estimated from it."""
-    found = [beginning(machine, (), np.empty(0), r, None, 1.0) for r in recordings]
-    each = [compare(machine, r, start=s).recordings[0] for r, s in zip(recordings, found, strict=True)]
-    return Comparison(machine, tuple(each))
+    return Comparison(machine, tuple(begun(machine, machine, (), np.empty(0), r, None, 1.0) for r in recordings))

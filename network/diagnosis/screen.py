@@ -69,14 +69,12 @@ def screen(
 ) -> list[Score]:  # fmt: skip
     """Scores of the candidates that a linear answer can be had for, about a fit at these numbers, best first: of each
     the best along the bars that it touches."""
-    able = [c for c in found if not (c.is_structural or c.switches)]
-    return scored(fit, [placed for c in able for placed in (c, *c.stretches)], values, jobs)
+    return scored(fit, [placed for c in _able(found) for placed in (c, *c.stretches)], values, jobs)
 
 
 def scored(fit: Linearised, found: Sequence[Candidate], values: Mapping[str, float], jobs: int = 1) -> list[Score]:
     """The same of candidates as they are."""
-    able = [c for c in found if not (c.is_structural or c.switches)]
-    tried = [(c, scale, own) for c in able for scale, own in _variants(c)]
+    tried = [(c, scale, own) for c in _able(found) for scale, own in _variants(c)]
     changes = directions([(c, {**values, **own}) for c, _, own in tried], fit.problem.data, fit.predictions, jobs)
     kept = [(*of, d) for of, d in zip(tried, changes, strict=True) if d is not None and np.isfinite(d).all()]
     if not kept:
@@ -89,6 +87,11 @@ def scored(fit: Linearised, found: Sequence[Candidate], values: Mapping[str, flo
         if score is not None and (c.key not in scores or score.gain > scores[c.key].gain):
             scores[c.key] = score
     return sorted(scores.values(), key=lambda s: -s.gain)
+
+
+def _able(found: Sequence[Candidate]) -> list[Candidate]:
+    """Those that a linear answer can be had for."""
+    return [c for c in found if not (c.is_structural or c.switches)]
 
 
 def _score(
