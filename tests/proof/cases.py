@@ -56,7 +56,9 @@ class Truth:
     on: Bench
 
 
-def make_cases(folder: Path | str, count: int, seed: int, jobs: int = 1, only: Sequence[int] | None = None) -> list[str]:
+def make_cases(
+    folder: Path | str, count: int, seed: int, jobs: int = 1, only: Sequence[int] | None = None
+) -> list[str]:
     """Writes the cases, cases.json and keys/; their names. Case k depends on the seed and on k alone: those that are
     there already stay as they are. only: numbers of the cases, from 0, in place of the first `count`."""
     folder = Path(folder)
@@ -124,7 +126,10 @@ def visible_truth(rng: Generator, slot: Slot, numbers: Mapping[str, float], prog
             at = site(rng, layout, kind)
             if kind.without(layout, at) is not layout:
                 layout, fixed = kind.without(layout, at), {**fixed, kind: at}
-        on = bench(layout, {path: numbers[path] for path in layout.nominal()}, programs[:-1], rooms(slot))
+        known = {path: numbers[path] for path in layout.nominal()}
+        if not slot.effects:
+            return Truth(slot, known, programs, (), Bench.idle(layout, known, programs[:-1]))
+        on = bench(layout, known, programs[:-1], rooms(slot))
         warm = warmth(layout, on.numbers, programs[:-1])
         setting = Setting(layout, warm, slot.truth == "hard", slot.truth != "lumped", slot.runs)
         effects = tuple(visible(rng, on, setting, kind, fixed.get(kind)) for kind in slot.effects)
@@ -230,10 +235,9 @@ def course_of(truth: Truth) -> dict[str, Any] | None:
     build = assemble(truth.on.layout, truth.numbers)
     effect.conceal(build, program, 0)
     times = program.times(60.0)
-    row = build.dense(build.at(effect.at)) if isinstance(effect.at, str) and split(effect.at)[0] in build.cells else None
-    if row is None:
+    if not isinstance(effect.at, str) or split(effect.at)[0] not in build.cells:
         return None
-    T = track_of(build, program, {}, COARSE).at(times, row[None])[:, 0]
+    T = track_of(build, program, {}, COARSE).at(times, build.dense(build.at(effect.at))[None])[:, 0]
     heat = effect.course(T, times, program, 0)
     file = next(iter(named(truth.slot, truth.on.layout)))
     return None if heat is None else {"file": file, "t": times.tolist(), "heat": np.round(heat, 3).tolist()}

@@ -21,8 +21,9 @@ class Failing(Effect):
 
     @classmethod
     def draw(cls, setting: Setting, at: Any, rng: Generator) -> Effect:
-        numbers = {"run": float(rng.integers(3)), "after": float(rng.uniform(0.2, 0.7)), "stays": float(rng.random() < 0.4)}
-        return cls(at, float(np.sqrt(cls.bounds[0] * cls.bounds[1])), setting, numbers)
+        numbers = {"run": float(rng.integers(3)), "after": float(rng.uniform(0.2, 0.7))}
+        stays = {"stays": float(rng.random() < 0.4)}
+        return cls(at, float(np.sqrt(cls.bounds[0] * cls.bounds[1])), setting, numbers | stays)
 
     def begins(self, program: Program, index: int) -> float:
         """s from which it fails; never where it works."""

@@ -58,7 +58,7 @@ class Stream:
 
 @dataclass(frozen=True)
 class Cooler:
-    """A cooler [W] that the user knows of: it takes heat from a vessel, on above `set` + h, off below `set` − h [°C]."""
+    """A cooler [W] that the user knows of: it cools a vessel, on above `set` + h, off below `set` − h [°C]."""
 
     at: str
     power: float

@@ -19,7 +19,8 @@ def sites_of(rng: Generator, layout: Layout) -> Mapping[str, tuple[Any, ...]]:
     sensed = [name for name in still if name in warm]
     thermometers = [name for name, place in layout.sensors.items() if split(place)[0] in sensed]
     axes = sorted({growth.axis for growth in layout.growths.values()})
-    skins = [n for n, j in layout.joints.items() if j.kind == "convection" and j.b == "ambient" and split(j.a)[0] in still]
+    outer = {n: split(j.a)[0] for n, j in layout.joints.items() if j.kind == "convection" and j.b == "ambient"}
+    skins = [name for name, part in outer.items() if part in still]
     sites: dict[str, tuple[Any, ...]] = {
         "source": tuple(shuffled(rng, still)[:6]),
         "path": tuple(shuffled(rng, pairs_apart(layout, still))[:8]),
@@ -44,12 +45,12 @@ def usual_sites(rng: Generator, layout: Layout) -> Layout:
     """The machine with the sites that every machine has, beside its own."""
     joints, axes = layout.joints, [growth.axis for growth in layout.growths.values()]
     plain = [name for name, joint in joints.items() if joint.kind == "conduction"]
-    thermometers = [name for name, place in layout.sensors.items() if split(place)[0] in layout.parts]
+    on = {name: split(place)[0] for name, place in layout.sensors.items() if split(place)[0] in layout.parts}
     sites: dict[str, tuple[Any, ...]] = {
         "forgotten": tuple((name, joints[name]) for name in plain if is_spare(layout, name)),
         "growth": tuple(pair for pair in layout.growths.items() if axes.count(pair[1].axis) > 1),
         "link": tuple(plain),
-        "swap": tuple(shuffled(rng, list(combinations(thermometers, 2)))[:6]),
+        "swap": tuple(shuffled(rng, [pair for pair in combinations(on, 2) if on[pair[0]] != on[pair[1]]])[:6]),
         "clock": ("schedule",),
         "room": ("ambient",),
     }

@@ -116,13 +116,13 @@ def joined(joints: dict[str, Joint], a: str, b: str) -> bool:
 
 
 def draw_skins(sketch: Sketch, features: tuple[str, ...]) -> None:
-    """Still air around nearly every part; some skins radiate, some follow buoyancy, that of a turning part its speed."""
+    """Still air around nearly every part; some skins radiate, some follow buoyancy, that of the shaft its speed."""
     rng = sketch.rng
     for name, part in sketch.parts.items():
         if name == "shaft":
             skin = Joint("shaft@0..0.12", "ambient", sketch.near(3), "convection")
-            fan = {"gain": sketch.near(3)}
-            sketch.joints["nose skin"] = replace(skin, kind="forced_convection", more=fan) if "fan" in features else skin
+            fan = replace(skin, kind="forced_convection", more={"gain": sketch.near(3)})
+            sketch.joints["nose skin"] = fan if "fan" in features else skin
             continue
         surface = 4 * np.sqrt(part.area) * part.length
         if rng.random() < 0.12 and name != "housing":
@@ -156,7 +156,8 @@ def draw_coolant(sketch: Sketch, reference: float) -> None:
 
 def draw_seat(sketch: Sketch) -> None:
     """A joint goes through a flange that keeps no heat; a film or another part meets it there."""
-    able = [n for n, j in sketch.joints.items() if j.kind == "conduction" and "bearing" not in n and "coupling" not in n]
+    fixed = ("front bearing", "rear bearing", "motor coupling")
+    able = [name for name, joint in sketch.joints.items() if joint.kind == "conduction" and name not in fixed]
     if not able:
         return
     name = able[int(sketch.rng.integers(len(able)))]
@@ -216,7 +217,8 @@ def grown(sketch: Sketch, axes: tuple[str, ...]) -> Iterator[tuple[str, Growth]]
             a = float(rng.uniform(0, 0.4))
             b = a + float(rng.uniform(0.3, 0.6))
             length = round((b - a) * sketch.parts[name].length, 3)
-            yield f"{name} grows along {axis}", Growth(axis, f"{name}@{a:.2g}..{b:.2g}", length, int(rng.choice([-1, 1])))
+            growth = Growth(axis, f"{name}@{a:.2g}..{b:.2g}", length, int(rng.choice([-1, 1])))
+            yield f"{name} grows along {axis}", growth
 
 
 def warmed(layout: Layout, rise: float) -> Layout:

@@ -38,6 +38,11 @@ class Bench:
     plain: Array
     basis: Array
 
+    @classmethod
+    def idle(cls, layout: Layout, numbers: Mapping[str, float], programs: Sequence[Program]) -> Bench:
+        """One on which nothing is weighed."""
+        return cls(layout, numbers, programs, np.zeros(1), np.zeros((1, 0)))
+
     def remaining(self, change: Array) -> Array:
         """What calibration leaves of a change, to first order."""
         fitted, *_ = np.linalg.lstsq(self.basis, np.append(change, np.zeros(self.basis.shape[1])), rcond=None)
@@ -65,8 +70,8 @@ def channels(
 def bench(
     layout: Layout, numbers: Mapping[str, float], programs: Sequence[Program], rooms: float = 0.0
 ) -> Bench:
-    """The sensitivities by differences of 5 %, with a row for the prior of each number below them; rooms: K by which the
-    room of each run may be off, which the user does not know either."""
+    """The sensitivities by differences of 5 %, with a row for the prior of each number below them; rooms: K by which
+    the room of each run may be off, which the user does not know either."""
     plain = channels(layout, numbers, programs)
     spreads = [(path, spread) for path, _, spread in layout.uncertain()]
     columns = [
@@ -101,6 +106,8 @@ def sized(rng: Generator, on: Bench, effect: Effect) -> Effect:
 
 def seen(on: Bench, effects: Sequence[Effect]) -> dict[str, float]:
     """Rms in units of noise before and after calibration, for the key."""
+    if not effects:
+        return {"before_calibration": 0.0, "after_calibration": 0.0}
     change = on.change(effects)
     left = on.remaining(change)
     return {"before_calibration": round(rms(change), 3), "after_calibration": round(rms(left), 3)}
