@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 from numpy.random import Generator
+from threadpoolctl import threadpool_limits
 
 from proof.assembly import Assembly, assemble
 from proof.effect import Effect, Setting
@@ -83,7 +84,8 @@ def write_case(folder: Path, seed: int, name: str, index: int) -> str:
     if at.is_file() and (folder / name / "case.json").is_file():
         return seal_of(at.read_text(encoding="utf-8"))
     rng = np.random.default_rng([seed, index, 2])
-    case = make_case(rng, slot(seed, index))
+    with threadpool_limits(1):
+        case = make_case(rng, slot(seed, index))
     (folder / name).mkdir(exist_ok=True)
     for file, text in case.files.items():
         (folder / name / file).write_text(text, encoding="utf-8")
