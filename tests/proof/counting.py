@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from proof.judging import SURE, TOLERANCE, Judgement
+from proof.judgement import SURE, TOLERANCE, Judgement
 from proof.rates import Rate, rate
 
 ALONG = 0.8
@@ -79,7 +79,7 @@ def of_all(cases: Sequence[Judgement]) -> dict[str, Rate]:
 def differ(each: Judgement) -> bool:
     """By more than 2 %, either way."""
     low, high = sorted((each.claimed or 0.0, each.simulated or 0.0))
-    return high > TOLERANCE * low
+    return each.does_not_run or high > TOLERANCE * low
 
 
 def shares_of(group: str, some: Sequence[Judgement]) -> dict[str, Rate]:

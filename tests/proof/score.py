@@ -17,12 +17,15 @@ from statistics import median
 from typing import Any
 
 from proof.counting import rates_of, shares_of
-from proof.judging import CLASSES, Judgement, judge
+from proof.judgement import Judgement
+from proof.judging import CLASSES, judge
 from proof.rates import Rate
 from proof.sealed import opened
 
-OUT, ON_TWO = "out", "out-two-cores"
-"""Folders of a case: its answer, and the one given by two processes."""
+OUT, ON_TWO = "out", "-two-cores"
+"""Folder of a case with its answer, and what the one given by two processes is called besides."""
+SCORED = 1000
+"""Seeds below are for development: what was looked at while the search was made proves nothing."""
 BINS = 5
 
 
@@ -110,15 +113,15 @@ def score(folder: Path | str, cases: Sequence[str] | None = None, answers: str =
     folder = Path(folder)
     about = json.loads((folder / "cases.json").read_text(encoding="utf-8"))
     names = cases or sorted(about["cases"])
-    told = tuple(judged_case(folder, name, answers) for name in names)
-    return Score(told, about.get("seed"), about.get("development"), answers)
+    told, seed = tuple(judged_case(folder, name, answers) for name in names), about.get("seed")
+    return Score(told, seed, about.get("development", None if seed is None else seed < SCORED), answers)
 
 
 def judged_case(folder: Path, name: str, answers: str) -> Judgement:
     where = folder / name / answers
     told, run = answer(where), measured(where)
-    if answers == OUT and told is not None:
-        run |= on_two(folder / name / ON_TWO, told)
+    if told is not None:
+        run |= on_two(folder / name / f"{answers}{ON_TWO}", told)
     return judge(name, opened(folder, name), told, run)
 
 
@@ -132,7 +135,7 @@ def measured(where: Path) -> dict[str, Any]:
     """Seconds and how it ended, and the held-out misfit of the machine that was written, as far as they are known."""
     run, held = read(where / "run.json"), read(where / "held_out.json")
     known = {name: run[name] for name in ("seconds", "how") if name in run}
-    return known | ({"simulated": held["rmse_in_noise"]} if held.get("rmse_in_noise") is not None else {})
+    return known | {"simulated": held.get("rmse_in_noise"), "does_not_run": run.get("file_runs") is False}
 
 
 def on_two(where: Path, told: dict[str, Any]) -> dict[str, Any]:

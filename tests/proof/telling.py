@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from proof.judging import VISIBLE, Judgement
+from proof.judgement import VISIBLE, Judgement
 
 if TYPE_CHECKING:
     from proof.score import Score
