@@ -103,7 +103,7 @@ def _diagnosed(cases: Sequence[Path], way: Way, jobs: int, runs: Runs, progress:
 
 def diagnose(case: Path, way: Way, runs: Runs, limit: float = LIMIT) -> tuple[float, str]:
     """Seconds, and how it ended; an answer that came after an error or too late is taken away again."""
-    about, where = _about(case), case / way.answers
+    about, where = description(case), case / way.answers
     shutil.rmtree(where, ignore_errors=True)
     holdout = [word for name in about["holdout"] for word in ("--holdout", name)]
     options = ("-o", way.answers, "--no-plots", "--jobs", str(way.jobs), "--seed", str(way.seed))
@@ -137,7 +137,7 @@ def _run(command: Sequence[str], case: Path, way: Way, runs: Runs, limit: float)
         return runs.run(command, case, log, limit, environment)
 
 
-def _about(case: Path) -> dict[str, Any]:
+def description(case: Path) -> dict[str, Any]:
     """What a case says of itself to everyone."""
     return {"train": TRAIN, "holdout": HELD_OUT, **_read(case / "case.json")}
 
