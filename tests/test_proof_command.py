@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 import sys
 import threading
 from collections.abc import Callable
@@ -13,6 +15,7 @@ import pytest
 from bench import ablated
 from proof import cases
 from proof.sealed import seal_of
+from test_stopping import PROVE, begun, is_gone
 
 from network import proving
 from network.cli import main
@@ -115,6 +118,30 @@ def test_only_a_resumed_proof_keeps_what_it_has_when_it_is_stopped(where: Path, 
         prove(2, 5, 1, where, stop, resume=resume)
     assert (where / "case-001" / "out" / "run.json").exists() is resume and where.exists() is resume
     assert not (where / "case-002" / "out" / "run.json").exists()
+
+
+SLOW = """
+import os, pathlib, sys, time
+if sys.argv[1] == "diagnose" and pathlib.Path.cwd().name == "case-000":
+    pathlib.Path("out").mkdir()
+    pathlib.Path("out/diagnosis.json").write_text("{}")
+    sys.exit(0)
+if pathlib.Path.cwd().name != "case-000":
+    pathlib.Path("../../..", f"{os.getpid()}.pid").touch()
+    time.sleep(60)
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "killpg"), reason="process groups")
+def test_ctrl_c_leaves_the_answers_of_a_resumed_proof(tmp_path: Path) -> None:
+    (tmp_path / "slow.py").write_text(SLOW)
+    code = PROVE.replace("sleeper.py", str(tmp_path / "slow.py")).replace('"2", "-o"', '"1", "--resume"')
+    program = begun(code, tmp_path, 1)
+    program.send_signal(signal.SIGINT)
+    _, said = program.communicate(timeout=5)
+    assert program.returncode == 130 and "1/3 case-000: answered" in said
+    (pid,) = (int(path.stem) for path in tmp_path.glob("*.pid"))
+    assert is_gone(pid) and [path.parent.parent.name for path in tmp_path.rglob("run.json")] == ["case-000"]
 
 
 def test_what_was_stopped_leaves_no_record(where: Path) -> None:

@@ -149,7 +149,9 @@ def test_no_answer_is_a_miss_and_accuses_nobody() -> None:
     missed, quiet = outcome(PATH, None, how="no answer in time", seconds=150.0), outcome(NOTHING, None)
     assert not missed.first and not missed.answered and missed.answer == "no answer" and missed.seconds == 150
     assert not quiet.accused and not quiet.right
-    assert share("no answer in time", missed, quiet) == (2, 2) and share("innocents accused", quiet) == (0, 0)
+    failed = outcome(PATH, None, how="failed with status 1", seconds=2.0)
+    assert share("no answer in time", missed, quiet, failed) == (2, 3) and share("innocents accused", quiet) == (0, 0)
+    assert share("no answer but an error", missed, quiet, failed) == (1, 3)
     assert share("first name right", missed) == (0, 1)
 
 

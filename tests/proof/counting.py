@@ -71,7 +71,8 @@ def of_all(cases: Sequence[Judgement]) -> dict[str, Rate]:
         "held out worse than before": rate(each.worse for each in fitted),
         "claims more than its file does": rate(bool(each.overclaimed) for each in simulated),
         "file and claim differ": rate(differ(each) for each in simulated),
-        "no answer in time": rate(not each.answered for each in cases),
+        "no answer in time": rate(not (each.answered or each.failed) for each in cases),
+        "no answer but an error": rate(each.failed for each in cases),
         "the same found on two cores": rate(each.same_on_two for each in cases if each.same_on_two is not None),
     }
 

@@ -54,6 +54,11 @@ class Judgement:
         return bool(self.verdict)
 
     @property
+    def failed(self) -> bool:
+        """It ended with an error."""
+        return not self.answered and self.how.startswith("failed")
+
+    @property
     def innocent(self) -> bool:
         """Nothing was concealed."""
         return self.group == "innocent"
