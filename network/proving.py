@@ -93,7 +93,8 @@ def _diagnosed(cases: Sequence[Path], way: Way, jobs: int, runs: Runs, progress:
         for done, future in enumerate(as_completed(running), start=1 + len(cases) - len(left)):
             seconds, told = future.result()
             if progress:
-                progress(done, len(cases), f"{running[future]}: {told} after {seconds:.0f} s")
+                how = f"{told} after {seconds:.0f} s" + (f" by {way.jobs} processes" if way.jobs > 1 else "")
+                progress(done, len(cases), f"{running[future]}: {how}")
     except BaseException:
         runs.end()
         raise

@@ -160,7 +160,9 @@ def test_another_seed_is_not_mixed_in(where: Path) -> None:
 
 
 def test_some_cases_are_timed_on_two_cores_once_more(where: Path) -> None:
-    total = prove(3, 5, 1, where, timed=1)
+    said: list[str] = []
+    total = prove(3, 5, 1, where, lambda *told: said.append("{}/{} {}".format(*told)), timed=1)
+    assert said[-1].startswith("1/1 case-001: answered after") and said[-1].endswith("by 2 processes")
     assert total.judgements[0].seconds_two is not None and total.judgements[0].same_on_two
     assert total.judgements[2].seconds_two is None
     assert "-o out-two-cores --no-plots --jobs 2 --seed 5" in asked(where, "case-001")[2]

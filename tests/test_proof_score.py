@@ -72,6 +72,10 @@ def test_a_visible_effect_called_unknown_is_missed_and_counted() -> None:
     silent = outcome(PATH, told(verdict="adequate"))
     named = outcome(PATH, told(finding("conduction", "ram", "sleeve")))
     assert not unknown.first and unknown.unknown and not unknown.sizes and not unknown.silent
+    assert unknown.placed and unknown.right and not unknown.sure_and_wrong
+    elsewhere = outcome(PATH, told(finding("unknown", "bed"), verdict="unexplained"))
+    assert not elsewhere.placed and elsewhere.sure_and_wrong
+    assert outcome(PATH, told(finding("unknown", "ram"), verdict="unexplained")).placed
     assert share("visible but called unknown", unknown, silent, named) == (1, 3)
     assert share("visible but nothing said", unknown, silent, named) == (1, 3)
     assert share("first name right", unknown, silent, named) == (1, 3)

@@ -59,8 +59,9 @@ class Finding:
         return cls(own.kind, own.names, confidence, frozenset(members), told.get("part") == "part")
 
     def is_at(self, groups: Groups) -> bool:
-        """It names one of each group."""
-        return all(not self.names.isdisjoint(group) for group in groups)
+        """It names one of each group; what is unknown has one place, and that is enough."""
+        there = any if self.kind == UNKNOWN else all
+        return there(not self.names.isdisjoint(group) for group in groups)
 
 
 @dataclass(frozen=True)

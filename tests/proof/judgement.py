@@ -74,9 +74,12 @@ class Judgement:
 
     @property
     def right(self) -> bool:
-        """What was said first, or that nothing was said, is right; of what is too faint, nothing need be said."""
+        """What was said first is right, or that nothing was said: `unknown` claims a place, everything else a name. Of
+        what is too faint, nothing need be said."""
         if self.innocent:
             return self.answered and not self.accused
+        if self.unknown:
+            return self.placed
         return self.first if self.seen or not self.silent else self.answered
 
     @property
