@@ -20,6 +20,7 @@ from network.calibration.partials import Slots
 from network.calibration.predictor import Model
 from network.diagnosis.candidates import Candidate, candidate, candidates
 from network.diagnosis.case import Case, Hypothesis, begun, suppose
+from network.diagnosis import checking
 from network.diagnosis.checking import _predicts
 from network.diagnosis.directions import directions
 from network.diagnosis.drawing import Judge, Space, View, apart
@@ -289,3 +290,21 @@ def test_what_is_found_tells_runs_left_out_like_the_others(
     misfit = {id(before): told[0], id(after): told[1]}
     monkeypatch.setattr("network.diagnosis.checking.left_out", lambda h, jobs: misfit[id(h)])
     assert _predicts(before, after, 1) is holds  # type: ignore[arg-type]
+
+
+def test_what_does_not_hold_at_the_end_goes_and_the_rest_is_judged_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Evidence by what is left in: taking one out may lift what another adds above what chance gives, or below it."""
+    evidence = {"": 0.0, "a": 3.0, "b": 30.0, "ab": 35.0, "c": 2.0, "bc": 60.0, "abc": 66.0, "ac": 30.0}
+
+    def hypothesis(names: str) -> SimpleNamespace:
+        return SimpleNamespace(found=tuple(names), evidence=evidence[names], values={}, case=None)
+
+    monkeypatch.setattr(checking, "_refitted", lambda current, other: hypothesis("".join(other[0])))
+    monkeypatch.setattr(checking, "_to_the_end", lambda h: h)
+    monkeypatch.setattr(checking, "rejudged", lambda case, h: h)
+    monkeypatch.setattr(checking, "renoised", lambda case, h: case)
+    monkeypatch.setattr(checking, "spread", lambda work, items, jobs, tell: [work(x) for x in items])
+    expected = {"a": ("", ()), "ab": ("b", (30.0,)), "abc": ("bc", (58.0, 30.0)), "": ("", ())}
+    for names, (left, gains) in expected.items():
+        held, told = checking._held(hypothesis(names), 12.0, 1)  # type: ignore[arg-type]
+        assert ("".join(held.found), told) == (left, gains), names  # type: ignore[arg-type]

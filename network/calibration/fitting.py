@@ -75,7 +75,7 @@ def _improved(at: Linearised, damping: float, low: Array, high: Array) -> tuple[
         expected = float(2 * step @ gradient - step @ precision @ step)
         if expected < CLOSE / 2 or float(np.abs(step).max(initial=0.0)) < 1e-9:
             return at, damping, max(expected, 0.0)
-        new = _tried(at, at.theta + step, refused)
+        new = _tried(at, np.clip(at.theta + step, low, high), refused)
         if new is not None:
             return new, max(damping * SOFTER, LEAST_DAMPING), at.cost - new.cost
         if at.made_at is not None:
@@ -123,4 +123,4 @@ def _step(at: Linearised, damping: float, low: Array, high: Array) -> Array:
     down, up = low - at.theta, high - at.theta
     if ((step >= down) & (step <= up)).all():
         return step
-    return np.asarray(lsq_linear(np.tril(root).T, toward, (down, up), "bvls").x)
+    return np.clip(lsq_linear(np.tril(root).T, toward, (down, up), "bvls").x, down, up)

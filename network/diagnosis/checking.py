@@ -8,8 +8,9 @@ from functools import partial
 import numpy as np
 
 from network.diagnosis.candidates import Candidate
-from network.diagnosis.case import Case, Hypothesis, rejudged, relaid
+from network.diagnosis.case import Case, Hypothesis, rejudged, relaid, renoised
 from network.diagnosis.confirm import left_out
+from network.diagnosis.refine import GAIN
 from network.diagnosis.slimming import slim
 from network.diagnosis.standing_in import stand_in
 from network.diagnosis.together import spread
@@ -38,7 +39,9 @@ def checked(
     later = sum(ranked[0].evidence - h.evidence for h, ranked in zip(befores[1:], steps[1:], strict=True))
     close = [h for h in steps[0][1 : RERANKED + 1] if steps[0][0].evidence - h.evidence < REACH * later]
     current = _reranked(current, close, jobs)
-    current, gains = _needed(current, threshold, jobs)
+    current, gains = _held(current, threshold, jobs)
+    if not current.found:
+        return _without(null, current), ()
     return (current, gains) if _predicts(stand_in(before), stand_in(current), jobs) else (before, ())
 
 
@@ -56,8 +59,25 @@ def _reranked(current: Hypothesis, rivals: Sequence[Hypothesis], jobs: int) -> H
     return _to_the_end(better) if better.evidence > current.evidence else current
 
 
+def _held(current: Hypothesis, threshold: float, jobs: int) -> tuple[Hypothesis, tuple[float, ...]]:
+    """The findings that still add what chance does not, under the noise that they leave in the end, on the final lumps
+    and beside each other, and how much."""
+    while True:
+        count = len(current.found)
+        current, gains = _needed(rejudged(renoised(current.case, current), current), threshold, jobs)
+        if len(current.found) in (0, count):
+            return current, gains
+
+
+def _without(null: Hypothesis, bare: Hypothesis) -> Hypothesis:
+    """The null, or its machine on the finer lumps that were come to with findings, where these mend it alone."""
+    before = rejudged(bare.case, null)
+    return bare if bare.evidence > before.evidence + GAIN else before
+
+
 def _needed(current: Hypothesis, threshold: float, jobs: int) -> tuple[Hypothesis, tuple[float, ...]]:
-    """Without the findings that the others have made superfluous, and the evidence that each of the rest adds."""
+    """Without the findings that add less than the threshold beside the others, and the evidence that each of the rest
+    adds."""
     gains: list[float] = []
     while current.found:
         rests = [[c for c in current.found if c is not out] for out in current.found]
@@ -65,10 +85,10 @@ def _needed(current: Hypothesis, threshold: float, jobs: int) -> tuple[Hypothesi
         gains = [float("inf") if h is None else current.evidence - h.evidence for h in less]
         k = int(np.argmin(gains))
         other = less[k]
-        if other is None or len(gains) < 2 or gains[k] >= threshold:
+        if other is None or gains[k] >= threshold:
             break
         current = _to_the_end(other)
-    return current, tuple(gains)
+    return current, tuple(gains) if current.found else ()
 
 
 def _to_the_end(h: Hypothesis) -> Hypothesis:

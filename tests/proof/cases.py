@@ -9,7 +9,7 @@ import json
 import sys
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,60 +19,74 @@ from numpy.random import Generator
 
 from proof.assembly import Assembly, assemble
 from proof.effect import Effect, Setting
-from proof.layout import Layout
-from proof.observing import ROUGH, WHITE, Recording, observe, record
-from proof.plan import Slot, slots
-from proof.programs import Program, four_programs
+from proof.effects_room import FeedHeat, feed_at, turned_feeds
+from proof.layout import Layout, split
+from proof.observing import ROUGH, WHITE, Recording, observe, record, track_of
+from proof.plan import DEVELOPMENT, Slot, slot
+from proof.programs import Program, programs
 from proof.sealed import seal_of, sealed
-from proof.strength import Bench, bench, seen, sized, warmth
-from proof.system import Array
+from proof.strength import COARSE, Bench, bench, seen, sized, warmth
 from proof.written import machine_text
 
-FILES = ("train1", "train2", "train3", "holdout")
 VISIBLE = 0.9
 """Noise units rms that an effect leaves at the least after calibration."""
-TRIES = 8
+TRIES, PLACES = 8, 3
+"""Effects that are drawn to find a visible one, and places of one that changes the drawing."""
+ROOM = 2.0
+"""K by which a room that is not recorded may differ from what the user states."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """The files of a case, and what they conceal."""
+    """The files of a case by their names, what is public about it, and what it conceals."""
 
-    machine: str
-    recordings: Mapping[str, Recording]
+    files: Mapping[str, str]
+    about: Mapping[str, Any]
     key: Mapping[str, Any]
 
 
-def make_cases(folder: Path | str, count: int, seed: int, jobs: int = 1, reserved: bool = True) -> list[str]:
-    """Writes the cases, cases.json and keys/; their names. The same seed makes the same cases.
+@dataclass(frozen=True)
+class Truth:
+    """What is real in a case: numbers, programs, effects and how they are seen."""
 
-    Without `reserved` the layout that is kept for the final score does not occur.
-    """
+    slot: Slot
+    numbers: Mapping[str, float]
+    programs: tuple[Program, ...]
+    effects: tuple[Effect, ...]
+    on: Bench
+
+
+def make_cases(folder: Path | str, count: int, seed: int, jobs: int = 1, only: Sequence[int] | None = None) -> list[str]:
+    """Writes the cases, cases.json and keys/; their names. Case k depends on the seed and on k alone: those that are
+    there already stay as they are. only: numbers of the cases, from 0, in place of the first `count`."""
     folder = Path(folder)
     (folder / "keys").mkdir(parents=True, exist_ok=True)
-    plan = slots(count, np.random.default_rng([seed, 0]), reserved)
-    names = [f"case-{i + 1:03d}" for i in range(count)]
+    numbers = list(range(count) if only is None else only)
+    names = [f"case-{i + 1:03d}" for i in numbers]
     work = partial(write_case, folder, seed)
     if jobs > 1:
         with ProcessPoolExecutor(jobs) as pool:
-            seals = list(pool.map(work, names, plan, range(count)))
+            seals = list(pool.map(work, names, numbers))
     else:
-        seals = [work(*each) for each in zip(names, plan, range(count), strict=True)]
-    told = {"seed": seed, "cases": {name: {"sha256": seal} for name, seal in zip(names, seals, strict=True)}}
+        seals = [work(*each) for each in zip(names, numbers, strict=True)]
+    sealed_cases = {name: {"sha256": seal} for name, seal in zip(names, seals, strict=True)}
+    told = {"seed": seed, "development": seed < DEVELOPMENT, "cases": sealed_cases}
     (folder / "cases.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
     return names
 
 
-def write_case(folder: Path, seed: int, name: str, slot: Slot, index: int) -> str:
-    """Makes one case and writes it; the seal of its key."""
-    rng = np.random.default_rng([seed, index + 1])
-    case = make_case(rng, slot)
+def write_case(folder: Path, seed: int, name: str, index: int) -> str:
+    """Makes one case and writes it, unless it is there; the seal of its key."""
+    at = folder / "keys" / f"{name}.json"
+    if at.is_file() and (folder / name / "case.json").is_file():
+        return seal_of(at.read_text(encoding="utf-8"))
+    rng = np.random.default_rng([seed, index, 2])
+    case = make_case(rng, slot(seed, index))
     (folder / name).mkdir(exist_ok=True)
-    (folder / name / "machine.yaml").write_text(case.machine, encoding="utf-8")
-    for file, recording in case.recordings.items():
-        (folder / name / f"{file}.csv").write_text(recording.text(), encoding="utf-8")
-    text = sealed(case.key, rng)
-    (folder / "keys" / f"{name}.json").write_text(text, encoding="utf-8")
+    for file, text in case.files.items():
+        (folder / name / file).write_text(text, encoding="utf-8")
+    at.write_text(text := sealed(case.key, rng), encoding="utf-8")
+    (folder / name / "case.json").write_text(json.dumps(case.about, indent=1) + "\n", encoding="utf-8")
     return seal_of(text)
 
 
@@ -80,13 +94,53 @@ def make_case(rng: Generator, slot: Slot) -> Case:
     """Numbers, programs, effects of a visible strength, and recordings of what the machine really did."""
     layout = slot.layout
     numbers = {path: value * float(np.exp(0.15 * rng.standard_normal())) for path, value in layout.nominal().items()}
-    programs = four_programs(rng, layout.top_speed, layout.reference)
-    on = bench(layout, numbers, programs[:3])
-    setting = Setting(layout, warmth(layout, numbers, programs[:3]), slot.truth == "hard", slot.truth != "lumped")
-    effects = [visible(rng, on, setting, kind) for kind in slot.effects]
-    recordings = recorded(rng, slot, numbers, programs, effects)
-    believed = {path: value * wrong(rng, slot.what) for path, value in numbers.items()}
-    return Case(machine_text(layout, believed), recordings, key_of(slot, effects, numbers, seen(on, effects)))
+    truth = visible_truth(rng, slot, numbers, programmed(rng, slot))
+    layout = truth.on.layout
+    believed = {path: truth.numbers[path] * wrong(rng, slot.what) for path in layout.nominal()}
+    recordings = recorded(rng, truth)
+    files = {"machine.yaml": machine_text(layout, believed), **files_of(slot, layout, recordings)}
+    about = {"train": [*named(slot, layout)][:-1], "holdout": [*named(slot, layout)][-1:], "layout": slot.layout.name,
+             "parts": len(layout.parts), "seconds_limit": None}  # fmt: skip
+    return Case(files, about, key_of(truth))
+
+
+def programmed(rng: Generator, slot: Slot) -> tuple[Program, ...]:
+    """What is done to the machine; its axes move where they heat it, or now and then to tempt."""
+    layout, is_stated = slot.layout, slot.room == "stated"
+    made = programs(rng, layout.top_speed, layout.reference, slot.runs, 0.7 * ROOM if is_stated else 0.45)
+    if is_stated:
+        made = tuple(replace(program, waves=()) for program in made)
+    if layout.feeds or FeedHeat in slot.effects or rng.random() < 0.4:
+        made = tuple(replace(program, feeds=turned_feeds(rng, program)) for program in made)
+    return made
+
+
+def visible_truth(rng: Generator, slot: Slot, numbers: Mapping[str, float], programs: tuple[Program, ...]) -> Truth:
+    """The effects at places and of a strength that calibration cannot hide, the best of some tries."""
+    tried = []
+    for _ in range(PLACES):
+        layout, fixed = slot.layout, {}
+        for kind in slot.effects:
+            at = site(rng, layout, kind)
+            if kind.without(layout, at) is not layout:
+                layout, fixed = kind.without(layout, at), {**fixed, kind: at}
+        on = bench(layout, {path: numbers[path] for path in layout.nominal()}, programs[:-1], rooms(slot))
+        warm = warmth(layout, on.numbers, programs[:-1])
+        setting = Setting(layout, warm, slot.truth == "hard", slot.truth != "lumped", slot.runs)
+        effects = tuple(visible(rng, on, setting, kind, fixed.get(kind)) for kind in slot.effects)
+        tried.append(Truth(slot, on.numbers, programs, effects, on))
+        if not fixed or seen(on, effects)["after_calibration"] > VISIBLE:
+            break
+    return max(tried, key=lambda truth: seen(truth.on, truth.effects)["after_calibration"])
+
+
+def rooms(slot: Slot) -> float:
+    return ROOM if slot.room == "stated" else 0.0
+
+
+def site(rng: Generator, layout: Layout, kind: type[Effect]) -> Any:
+    sites = layout.sites[kind.site]
+    return sites[int(rng.integers(len(sites)))]
 
 
 def wrong(rng: Generator, what: str) -> float:
@@ -95,64 +149,94 @@ def wrong(rng: Generator, what: str) -> float:
     return float(np.exp(off))
 
 
-def visible(rng: Generator, on: Bench, setting: Setting, kind: type[Effect]) -> Effect:
+def visible(rng: Generator, on: Bench, setting: Setting, kind: type[Effect], at: Any = None) -> Effect:
     """An effect at one of its sites that calibration cannot hide; the most visible of some tries."""
     found: list[tuple[float, Effect]] = []
-    sites = setting.layout.sites[kind.site]
-    while len(found) < TRIES and not (found and found[-1][0] > VISIBLE):
-        effect = sized(rng, on, kind.draw(setting, sites[int(rng.integers(len(sites)))], rng))
+    while len(found) < (TRIES if at is None else 1) and not (found and found[-1][0] > VISIBLE):
+        where = site(rng, setting.layout, kind) if at is None else at
+        effect = sized(rng, on, kind.draw(setting, where, rng))
         found.append((seen(on, [effect])["after_calibration"], effect))
     return max(found, key=lambda pair: pair[0])[1]
 
 
-def recorded(
-    rng: Generator, slot: Slot, numbers: Mapping[str, float], programs: Sequence[Program], effects: Sequence[Effect]
-) -> dict[str, Recording]:
-    """Three recordings to learn from and one to be judged on, each part starting some 0.1 K off the reference."""
-    layout, noise = slot.layout, ROUGH if slot.truth == "hard" else WHITE
+def recorded(rng: Generator, truth: Truth) -> list[Recording]:
+    """Recordings to learn from and one to be judged on, each part starting some 0.1 K off where it stood."""
+    slot, layout = truth.slot, truth.on.layout
+    noise = ROUGH if slot.truth == "hard" else WHITE
     warm = [name for name, sigma in layout.channels().items() if sigma < 0.1]
     offsets = {name: noise.offset * float(np.clip(rng.standard_normal(), -2, 2)) for name in warm}
-    fed = rng.random() < 0.4
-    files = {}
-    for index, (file, program) in enumerate(zip(FILES, programs, strict=True)):
-        start = {name: layout.reference + float(rng.uniform(-0.15, 0.15)) for name in layout.parts}
-        build = concealed(layout, numbers, slot.truth != "lumped", program, effects, index)
-        shown = observe(build, program, start, program.times())
-        feed = idle_feed(rng, program) if fed else None
-        files[file] = record(rng, program, program.times(), shown, layout.channels(), noise, offsets, feed)
-    return files
+    made = []
+    for index, program in enumerate(truth.programs):
+        stood = program.mean if slot.room == "stated" else layout.reference
+        start = {name: stood + float(rng.uniform(-0.15, 0.15)) for name in (*layout.parts, *layout.vessels)}
+        build = concealed(truth, program, index)
+        times = program.times()
+        shown = observe(build, program, {**dict.fromkeys(build.owner, stood), **start}, times)
+        feed = feed_at(program, times) if program.feeds else None
+        has_room = slot.room == "recorded"
+        made.append(record(rng, program, times, shown, layout.channels(), noise, offsets, feed, has_room))
+    return made
 
 
-def concealed(
-    layout: Layout, numbers: Mapping[str, float], fine: bool, program: Program, effects: Sequence[Effect], index: int
-) -> Assembly:
+def concealed(truth: Truth, program: Program, index: int) -> Assembly:
     """The true machine of one recording."""
-    build = assemble(layout, numbers, fine)
-    for effect in effects:
+    build = assemble(truth.on.layout, truth.numbers, truth.slot.truth != "lumped")
+    for effect in truth.effects:
         effect.conceal(build, program, index)
     return build
 
 
-def idle_feed(rng: Generator, program: Program) -> Array:
-    """A feed [m/min] that drives nothing: it only tempts."""
-    values = {edge: float(rng.choice([0.0, 4.0, 9.0, 15.0])) for edge in program.edges}
-    return np.array([values[max(edge for edge in program.edges if edge <= t + 1e-9)] for t in program.times()])
+def named(slot: Slot, layout: Layout) -> dict[str, str]:
+    """What a diagnosis is given of each recording, and the table behind it."""
+    names = [*(f"train{i + 1}" for i in range(slot.runs)), "holdout"]
+    return {f"{name}.{'csv' if slot.room == 'recorded' else 'yaml'}": f"{name}.csv" for name in names}
 
 
-def key_of(
-    slot: Slot, effects: Sequence[Effect], numbers: Mapping[str, float], visibility: Mapping[str, float]
-) -> dict[str, Any]:
+def files_of(slot: Slot, layout: Layout, recordings: Sequence[Recording]) -> dict[str, str]:
+    """The tables, with mappings that state the room where it was not recorded."""
+    files = {}
+    for (given, table), recording in zip(named(slot, layout).items(), recordings, strict=True):
+        files[table] = recording.text()
+        if given != table:
+            files[given] = recording.mapping(table.removesuffix(".csv"), table, layout.reference)
+    return files
+
+
+def key_of(truth: Truth) -> dict[str, Any]:
     """What is concealed, and which kinds and places would be right answers."""
+    slot, effects = truth.slot, truth.effects
     return {
         "layout": slot.layout.name,
         "truth": slot.truth,
-        "class": slot.what,
+        "class": slot.group,
+        "what": slot.what,
+        "room": slot.room,
         "effects": {effect.name: effect.told() for effect in effects},
         "kinds": [list(effect.kinds) for effect in effects],
+        "near": [list(effect.near) for effect in effects],
         "places": [effect.places() for effect in effects],
-        "in_noise": dict(visibility),
-        "numbers": dict(numbers),
+        "windows": [[w for e in effects for w in e.acts(p, i)] for i, p in enumerate(truth.programs[:-1])],
+        "course": course_of(truth),
+        "in_noise": dict(seen(truth.on, effects)),
+        "numbers": dict(truth.numbers),
     }
+
+
+def course_of(truth: Truth) -> dict[str, Any] | None:
+    """The heat [W] that something outside the catalogue brings to its place over the first recording."""
+    if truth.slot.group != "outside":
+        return None
+    effect, program = truth.effects[0], truth.programs[0]
+    build = assemble(truth.on.layout, truth.numbers)
+    effect.conceal(build, program, 0)
+    times = program.times(60.0)
+    row = build.dense(build.at(effect.at)) if isinstance(effect.at, str) and split(effect.at)[0] in build.cells else None
+    if row is None:
+        return None
+    T = track_of(build, program, {}, COARSE).at(times, row[None])[:, 0]
+    heat = effect.course(T, times, program, 0)
+    file = next(iter(named(truth.slot, truth.on.layout)))
+    return None if heat is None else {"file": file, "t": times.tolist(), "heat": np.round(heat, 3).tolist()}
 
 
 if __name__ == "__main__":

@@ -12,16 +12,19 @@ from numpy.random import Generator
 from proof.assembly import Assembly
 from proof.layout import Layout, split
 from proof.programs import Program
+from proof.system import Array
 
 
 @dataclass(frozen=True)
 class Setting:
-    """What an effect is drawn for: the machine, how warm its parts get without it [°C], and which truth it is."""
+    """What an effect is drawn for: the machine, how warm its parts get without it [°C], which truth it is, and how many
+    recordings there are to learn from."""
 
     layout: Layout
     warm: Mapping[str, float]
     hard: bool = False
     fine: bool = False
+    runs: int = 3
 
 
 @dataclass(frozen=True)
@@ -37,8 +40,25 @@ class Effect(ABC):
     name: ClassVar[str]
     site: ClassVar[str]
     kinds: ClassVar[tuple[str, ...]]
+    near: ClassVar[tuple[str, ...]] = ()
+    """Kinds that would be a part of the truth, where no kind is all of it."""
     bounds: ClassVar[tuple[float, float]]
     scales: ClassVar[bool] = True
+    room: ClassVar[str] = ""
+    """How the room has to be told for it, if that matters."""
+
+    @classmethod
+    def without(cls, layout: Layout, at: Any) -> Layout:
+        """The machine that the user knows; the same, where the effect is nothing that stands in a drawing."""
+        return layout
+
+    def acts(self, program: Program, index: int) -> list[list[float]]:
+        """Windows [s] of a recording in which it acts; none: all the time."""
+        return []
+
+    def course(self, T: Array, times: Array, program: Program, index: int) -> Array | None:
+        """Heat [W] that it brings to its place over time, whose mean temperature [°C] is given; None: no such heat."""
+        return None
 
     @classmethod
     @abstractmethod

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -13,6 +14,7 @@ from proof.effect import Effect, Setting
 from proof.laws import RPM, air_drag, vogel
 from proof.layout import split
 from proof.programs import Program
+from proof.system import Array
 
 
 class HiddenSource(Effect):
@@ -130,27 +132,41 @@ class WashBursts(Effect):
         return cls(at, 400.0, setting, {}, int(rng.integers(2**31)))
 
     def conceal(self, build: Assembly, program: Program, index: int) -> None:
+        build.bursts += [(a, b, build.at(self.at), P) for a, b, P in self.bursts(program, index)]
+
+    def bursts(self, program: Program, index: int) -> Iterator[list[float]]:
+        """Begin and end [s], and power [W]."""
         rng = np.random.default_rng([self.seed, index])
         for begin in np.sort(rng.uniform(0, program.duration - 900, int(rng.integers(4, 9)))):
             end = float(begin + rng.uniform(180, 780))
-            build.bursts.append((float(begin), end, build.at(self.at), self.size * float(rng.uniform(0.6, 1.4))))
+            yield [float(begin), end, self.size * float(rng.uniform(0.6, 1.4))]
+
+    def acts(self, program: Program, index: int) -> list[list[float]]:
+        return [[begin, end] for begin, end, _ in self.bursts(program, index)]
+
+    def course(self, T: Array, times: Array, program: Program, index: int) -> Array | None:
+        return np.asarray(sum(P * ((times >= a) & (times < b)) for a, b, P in self.bursts(program, index)))
 
 
 class RunIn(Effect):
     """Heat [W at top speed] in proportion to speed that dies away with the time the spindle has turned."""
 
     name, site, kinds, bounds = "run_in", "run-in", ("unknown",), (40.0, 900.0)
+    near = ("heat_source", "motor_loss", "bearing_friction", "seal_friction")
 
     @classmethod
     def draw(cls, setting: Setting, at: Any, rng: Generator) -> Effect:
         return cls(at, 250.0, setting, {"tau": float(rng.uniform(1200, 3600))})
 
     def conceal(self, build: Assembly, program: Program, index: int) -> None:
-        top, tau = build.layout.top_speed, self.numbers["tau"]
-        build.laws.append((
-            build.at(self.at), {},
-            lambda t, rpm, T: self.size * abs(rpm) / top * float(np.exp(-program.turning(t) / tau)),
-        ))  # fmt: skip
+        build.laws.append((build.at(self.at), {}, lambda t, rpm, T: self.power(program, t)))
+
+    def power(self, program: Program, t: float) -> float:
+        share = abs(program.speed(t)) / self.setting.layout.top_speed
+        return self.size * share * float(np.exp(-program.turning(t) / self.numbers["tau"]))
+
+    def course(self, T: Array, times: Array, program: Program, index: int) -> Array | None:
+        return np.array([self.power(program, t) for t in times])
 
 
 def stronger(effect: Effect, factor: float) -> Effect:

@@ -92,6 +92,9 @@ class LooseSensor(Effect):
         begins = np.sort(rng.uniform(600, program.duration - 1200, int(rng.integers(2, 5))))
         return np.array([[begin, begin + rng.uniform(480, 2400)] for begin in begins])
 
+    def acts(self, program: Program, index: int) -> list[list[float]]:
+        return self.windows(program, index).tolist()
+
     def conceal(self, build: Assembly, program: Program, index: int) -> None:
         windows, soft = self.windows(program, index), 20.0 if self.setting.hard else 0.5
 

@@ -59,7 +59,7 @@ def observe(
     rows, constants = weights_of(build)
     values = track_of(build, program, start, step).at(times, rows) + constants
     rpm = np.array([program.speed(t) for t in times])
-    air = np.array([program.air(t) for t in times])
+    air = np.array([sum((more(t) for more in build.airs), program.air(t)) for t in times])
     shown = {name: values[:, i] for i, name in enumerate(build.layout.sensors)}
     for name, touches in build.touches.items():
         for touch in touches:
@@ -89,6 +89,13 @@ class Recording:
     units: Mapping[str, str]
     digits: Mapping[str, int]
 
+    def mapping(self, name: str, file: str, room: float) -> str:
+        """The mapping that a user writes for it where the room [°C] was not recorded."""
+        headings = [f"{column} [{self.units[column]}]" for column in self.columns]
+        columns = [f'  "{heading}": "{heading}"' for heading in headings]
+        lines = [f"recording: {name}", f"file: {file}", "columns:", *columns, f"inputs: {{ambient: {room:g} degC}}"]
+        return "\n".join(lines) + "\n"
+
     def text(self) -> str:
         head = ",".join(f"{name} [{self.units[name]}]" for name in self.columns)
         columns = [[f"{x:.{self.digits[name]}f}" for x in values] for name, values in self.columns.items()]
@@ -98,13 +105,17 @@ class Recording:
 def record(
     rng: Generator, program: Program, times: Array, shown: Mapping[str, Array], sigmas: Mapping[str, float],
     noise: Noise = WHITE, offsets: Mapping[str, float] | None = None, feed: Array | None = None,
+    has_room: bool = True,
 ) -> Recording:  # fmt: skip
-    """A recording: speed as it stands at each sample, air to 0.01 K, the other channels with their noise."""
+    """A recording: speed as it stands at each sample, air to 0.01 K if it is recorded, the other channels with their
+    noise."""
     columns = {
         "time": times,
         "speed": np.array([program.speed(t) for t in times]),
         "ambient": np.array([program.air(t) for t in times]),
     }
+    if not has_room:
+        del columns["ambient"]
     units, digits = {"time": "s", "speed": "rpm", "ambient": "degC"}, {"time": 0, "speed": 0, "ambient": 2}
     if feed is not None:
         columns["feed"], units["feed"], digits["feed"] = feed, "m/min", 1

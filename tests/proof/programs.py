@@ -13,8 +13,8 @@ from proof.system import Array
 
 SAMPLE = 10.0
 """s between samples of every recording."""
-HOURS = (3.0, 4.0, 3.5, 4.0)
-"""h of the recordings, the last of them held out."""
+HOURS = {1: (5.0, 4.0), 3: (3.0, 4.0, 3.5, 4.0), 6: (2.5, 3.0, 2.5, 2.0, 3.0, 2.5, 4.0)}
+"""h of the recordings by how many there are to learn from; the last of them is held out."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,11 @@ class Program:
     speeds: tuple[float, ...]
     mean: float
     waves: tuple[tuple[float, float, float], ...] = ()
+    feeds: tuple[float, ...] = ()
+    """m/min from the same edges on; none where no axis moves."""
+
+    def feed(self, t: float) -> float:
+        return self.feeds[bisect_right(self.edges, t + 1e-9) - 1] if self.feeds else 0.0
 
     def speed(self, t: float) -> float:
         return self.speeds[bisect_right(self.edges, t + 1e-9) - 1]
@@ -68,11 +73,14 @@ def pick(rng: Generator, speeds: Array, rest: float, last: float) -> float:
             return speed
 
 
-def four_programs(rng: Generator, top: float, reference: float) -> tuple[Program, ...]:
-    """Three recordings to learn from, and one at speeds that none of them has seen, up to 15 % more."""
+def programs(rng: Generator, top: float, reference: float, runs: int = 3, spread: float = 0.45) -> tuple[Program, ...]:
+    """Recordings to learn from, and one at speeds that none of them has seen, up to 15 % more.
+
+    spread: K by which the mean of the air may differ from the reference.
+    """
     usual = np.round(np.sort(rng.uniform(0.2, 1, 5)) * top, -2)
     usual[-1] = top
     unseen = np.round(usual * 1.15, -1)
-    means = reference + rng.uniform(-0.5, 0.4, 4)
-    plan = zip(HOURS, (usual, usual, usual, unseen), means, strict=True)
+    means = reference - 0.05 + spread * rng.uniform(-1, 1, runs + 1)
+    plan = zip(HOURS[runs], (*[usual] * runs, unseen), means, strict=True)
     return tuple(ladder(rng, hours * 3600, speeds, float(mean)) for hours, speeds, mean in plan)

@@ -78,6 +78,13 @@ class Switches:
         self.due.pop(i, None)
 
 
+def air_of(system: System, program: Program) -> Callable[[float], float]:
+    """The air [°C] as it is, which need not be what its program says."""
+    if not system.airs:
+        return program.air
+    return lambda t: program.air(t) + sum(more(t) for more in system.airs)
+
+
 class Run:
     """Carries a system through a program."""
 
@@ -86,9 +93,10 @@ class Run:
         self.track, self.t, self.T = Track(), 0.0, np.array(start, float)
         self.switches = Switches(system.relays, self.T)
         bursts = [edge for burst in system.bursts for edge in (burst.begin, burst.end)]
-        inside = {edge for edge in (*program.edges, *bursts) if 0 < edge < program.duration}
+        breaks = [edge for each in system.exchanges for edge in each.breaks]
+        inside = {edge for edge in (*program.edges, *bursts, *breaks) if 0 < edge < program.duration}
         self.edges = [*sorted(inside), program.duration]
-        self.air: Callable[[float], float] = program.air
+        self.air: Callable[[float], float] = air_of(system, program)
 
     def go(self) -> Track:
         while self.t < self.program.duration - 1e-9:
@@ -97,7 +105,8 @@ class Run:
 
     def leg(self, stop: float) -> None:
         """Equal steps until `stop`, or until a relay crosses its limit."""
-        regime = Regime(self.system, self.program.speed(self.t), self.switches.on, self.t, self.air)
+        at = self.program
+        regime = Regime(self.system, at.speed(self.t), self.switches.on, self.t, self.air, at.feed(self.t))
         n = max(1, ceil((stop - self.t) / self.step - 1e-9))
         stepper, k = Stepper(regime, (stop - self.t) / n), regime.rate(self.t, self.T)
         for i in range(n):

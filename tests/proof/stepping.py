@@ -17,17 +17,20 @@ Air = Callable[[float], float]
 
 GAMMA = 2 - sqrt(2)
 D, W = GAMMA / 2, sqrt(2) / 4
-ROUNDS = 4
-"""Fixed-point rounds on heat that depends on temperature: each gains a factor of h d q′/C, below 0.05."""
+ROUNDS, ENOUGH = 5, 1e-8
+"""Fixed-point rounds on heat that depends on temperature, each of which gains a factor of h d q′/C, below 0.05, and K
+over a step that are enough."""
 
 
 class Regime:
     """A speed and a position of every switch: constant matrices, and the rate of temperature in them."""
 
-    def __init__(self, system: System, rpm: float, on: tuple[bool, ...], t: float, air: Air) -> None:
+    def __init__(
+        self, system: System, rpm: float, on: tuple[bool, ...], t: float, air: Air, feed: float = 0.0
+    ) -> None:
         self.system, self.rpm, self.air = system, rpm, air
         self.L, self.drive = system.conductance(rpm, on), system.drive(rpm)
-        self.heat = system.heat(rpm, on, t)
+        self.heat = system.heat(rpm, on, t, feed)
         self.into = np.array([law.into for law in system.laws]).T
         self.reads = np.array([law.reads for law in system.laws])
 
@@ -36,11 +39,18 @@ class Regime:
         read = self.reads @ T
         return np.array([law.power(t, self.rpm, x) for law, x in zip(self.system.laws, read, strict=True)])
 
+    def exchanged(self, t: float, T: Array) -> Array:
+        """Heat [W] of every cell by the laws that are no straight lines."""
+        air = self.air(t)
+        return np.asarray(sum(each.heat(t, self.rpm, air, T) for each in self.system.exchanges))
+
     def rate(self, t: float, T: Array) -> Array:
         """dT/dt [K/s]."""
         q = self.heat + self.drive * self.air(t) - self.L @ T
         if self.system.laws:
             q = q + self.into @ self.lawful(t, T)
+        if self.system.exchanges:
+            q = q + self.exchanged(t, T)
         return np.asarray(q / self.system.C)
 
 
@@ -53,16 +63,24 @@ class Stepper:
         self.back = M @ regime.L
         self.heat, self.drive = M @ regime.heat, M @ regime.drive
         self.into = M @ regime.into if regime.system.laws else None
+        self.M = M if regime.system.exchanges else None
 
     def stage(self, t: float, T: Array, guess: Array) -> Array:
         """The rate k [K/s] that solves its own stage."""
         known = self.heat + self.drive * self.regime.air(t) - self.back @ T
-        if self.into is None:
+        if self.into is None and self.M is None:
             return np.asarray(known)
         k = guess
         for _ in range(ROUNDS):
-            k = known + self.into @ self.regime.lawful(t, T + self.h * D * k)
+            before, k = k, known + self.bent(t, T + self.h * D * k)
+            if self.h * np.abs(k - before).max() < ENOUGH:
+                break
         return k
+
+    def bent(self, t: float, T: Array) -> Array:
+        """What heat that depends on temperature in other ways than L adds to the rate [K/s]."""
+        k = np.zeros_like(T) if self.into is None else self.into @ self.regime.lawful(t, T)
+        return k if self.M is None else np.asarray(k + self.M @ self.regime.exchanged(t, T))
 
     def step(self, t: float, T: Array, k1: Array) -> tuple[Array, Array]:
         h = self.h

@@ -7,7 +7,7 @@ with ±, V their prior variances. An effect that moves y by δ leaves δ − S (
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.random import Generator
@@ -62,16 +62,26 @@ def channels(
     return np.concatenate(rows)
 
 
-def bench(layout: Layout, numbers: Mapping[str, float], programs: Sequence[Program]) -> Bench:
-    """The sensitivities by differences of 5 %, with a row for the prior of each number below them."""
+def bench(
+    layout: Layout, numbers: Mapping[str, float], programs: Sequence[Program], rooms: float = 0.0
+) -> Bench:
+    """The sensitivities by differences of 5 %, with a row for the prior of each number below them; rooms: K by which the
+    room of each run may be off, which the user does not know either."""
     plain = channels(layout, numbers, programs)
     spreads = [(path, spread) for path, _, spread in layout.uncertain()]
     columns = [
         (channels(layout, {**numbers, path: numbers[path] * 1.05}, programs) - plain) / np.log(1.05)
         for path, _ in spreads
     ]
-    prior = np.diag([1 / spread for _, spread in spreads])
+    if rooms:
+        columns += [channels(layout, numbers, warmer(programs, i)) - plain for i in range(len(programs))]
+    prior = np.diag([1 / spread for _, spread in spreads] + ([1 / rooms] * len(programs) if rooms else []))
     return Bench(layout, numbers, programs, plain, np.vstack([np.array(columns).T, prior]))
+
+
+def warmer(programs: Sequence[Program], which: int) -> list[Program]:
+    """The programs with one of them in a room that is 1 K warmer."""
+    return [replace(p, mean=p.mean + 1) if i == which else p for i, p in enumerate(programs)]
 
 
 def rms(values: Array) -> float:

@@ -38,6 +38,14 @@ class Law:
 
 
 @dataclass(frozen=True)
+class Exchange:
+    """Heat [W] of every cell by any law: (t [s], rpm, air [°C], T [°C]) → W; `breaks` [s] are where it jumps."""
+
+    heat: Callable[[float, float, float, Array], Array]
+    breaks: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
 class Burst:
     """Heat of every cell [W] from one instant to another [s]."""
 
@@ -75,6 +83,11 @@ class System:
     laws: tuple[Law, ...] = ()
     bursts: tuple[Burst, ...] = ()
     relays: tuple[Relay, ...] = ()
+    fed: tuple[Loss, ...] = ()
+    """Heat that depends on feed [m/min] alone."""
+    exchanges: tuple[Exchange, ...] = ()
+    airs: tuple[Callable[[float], float], ...] = ()
+    """What the air has more [K] at a time [s] than its program says."""
 
     def conductance(self, rpm: float, on: tuple[bool, ...]) -> Array:
         """L at a speed and with switches: films add to the diagonal, a running cooler takes more when it is warmer."""
@@ -91,9 +104,10 @@ class System:
         air = self.held.get("ambient", np.zeros_like(self.C))
         return air + sum((f.losses * f.growth(rpm) for f in self.films if f.to == "ambient"), np.zeros_like(self.C))
 
-    def heat(self, rpm: float, on: tuple[bool, ...], t: float) -> Array:
-        """All heat [W] that is constant until the next edge of speed, burst or switch, from t [s] on."""
+    def heat(self, rpm: float, on: tuple[bool, ...], t: float, feed: float = 0.0) -> Array:
+        """All heat [W] that is constant until the next edge of speed, feed, burst or switch, from t [s] on."""
         q = sum((loss.into * loss.power(rpm) for loss in self.losses), np.zeros_like(self.C))
+        q = q + sum((loss.into * loss.power(feed) for loss in self.fed), np.zeros_like(self.C))
         for name, T in self.temperature.items():
             films = (film.losses * film.growth(rpm) for film in self.films if film.to == name)
             q = q + T * sum(films, self.held[name])
