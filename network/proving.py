@@ -27,8 +27,8 @@ TRAIN, HELD_OUT = ("train1.csv", "train2.csv", "train3.csv"), ("holdout.csv",)
 """Recordings of a case that does not say which it has."""
 COMMAND, ABLATED = (sys.executable, "-m", "network.cli"), "bench.ablated"
 CASES, SEED = 40, 0
-RECORD = "run.json"
-"""Beside an answer: its seconds and how it ended. A case that has one is not run again."""
+CASES_FILE, RECORD = "cases.json", "run.json"
+"""What a proof holds; and beside an answer, its seconds and how it ended: a case that has one is not run again."""
 
 Progress = Callable[[int, int, str], None]
 """Called with cases done, cases in all, and a sentence on the last one."""
@@ -75,6 +75,9 @@ def prove(
     _check_own(folder)
     if not resume:
         _empty(folder)
+    elif not (folder / CASES_FILE).is_file():
+        folder.mkdir(parents=True, exist_ok=True)
+        write_text(folder / CASES_FILE, as_json({"seed": seed, "count": count, "cases": {}}))
     way = Way(command, answers, seed)
     with nullcontext() if resume else _all_or_nothing(folder), _ending() as runs:
         names = cases.make_cases(folder, count, seed, jobs)
@@ -199,17 +202,16 @@ def _ablated(stage: str) -> tuple[tuple[str, ...], str]:
 
 def _asked(folder: Path, count: int | None, seed: int | None) -> tuple[int, int]:
     """Cases and seed of a proof that goes on: as given, else as it has them. Raises Refused for another seed."""
-    there: dict[str, Any] = {"seed": seed or SEED, "cases": {}} | _read(folder / "cases.json")
+    there: dict[str, Any] = {"seed": seed or SEED, "cases": {}} | _read(folder / CASES_FILE)
     if seed not in (None, there["seed"]):
         right = f"give --seed {there['seed']} or another folder"
         raise refuse(Spot(str(folder)), f"holds cases of seed {there['seed']}, not of {seed}", right)
-    return count or len(there["cases"]) or CASES, there["seed"]
+    return count or len(there["cases"]) or there.get("count", CASES), there["seed"]
 
 
 def _check_own(folder: Path) -> None:
     """Raises Refused where something other than a proof lies in the folder."""
-    is_proof = (folder / "cases.json").is_file() or (folder / "keys").is_dir()
-    if not is_proof and folder.is_dir() and any(folder.iterdir()):
+    if not (folder / CASES_FILE).is_file() and folder.is_dir() and any(folder.iterdir()):
         raise refuse(Spot(str(folder)), "is a folder with something else in it", "give an empty or a new folder")
 
 
@@ -217,4 +219,4 @@ def _empty(folder: Path) -> None:
     """Nothing but a proof is ever deleted."""
     for old in (*folder.glob("case-*"), folder / "keys"):
         shutil.rmtree(old, ignore_errors=True)
-    (folder / "cases.json").unlink(missing_ok=True)
+    (folder / CASES_FILE).unlink(missing_ok=True)

@@ -153,6 +153,22 @@ def test_what_was_stopped_leaves_no_record(where: Path) -> None:
     assert not (where / "case-002" / "out" / "run.json").exists()
 
 
+def test_a_proof_that_was_stopped_while_its_cases_were_made_goes_on(
+    where: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop(folder: Path, *_: Any) -> None:
+        (folder / "keys").mkdir()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cases, "make_cases", stop)
+    with pytest.raises(KeyboardInterrupt):
+        prove(1, 1005, 1, where, resume=True)
+    monkeypatch.setattr(cases, "make_cases", make)
+    with pytest.raises(Refused, match="holds cases of seed 1005"):
+        prove(1, 5, 1, where, resume=True)
+    assert len(prove(None, None, 1, where, resume=True).judgements) == 1
+
+
 def test_another_seed_is_not_mixed_in(where: Path) -> None:
     prove(1, 5, 1, where)
     with pytest.raises(Refused, match="holds cases of seed 5, not of 6; give --seed 5"):

@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from proof import cases, plan
 from proof.findings import Member
 from proof.judgement import VISIBLE, Judgement
 from proof.judging import judge
 from proof.rates import Rate
-from proof.score import Score, score
+from proof.score import SCORED, Score, score
 from proof.sealed import Broken, seal_of
 
 
@@ -105,6 +106,10 @@ def test_what_is_too_faint_need_not_be_named() -> None:
     assert share("too faint to ask for: something else named", silent, named, wrong) == (1, 3)
 
 
+def test_the_cases_are_made_as_visible_as_the_scorer_asks() -> None:
+    assert cases.VISIBLE == VISIBLE and plan.DEVELOPMENT == SCORED
+
+
 # -- two at once ------------------------------------------------------------------------------------------------------
 def test_two_effects_need_two_findings() -> None:
     both = outcome(TWO, told(TILT, FAN))
@@ -185,7 +190,7 @@ def test_a_course_is_laid_beside_the_concealed_heat() -> None:
     t = [60.0 * i for i in range(60)]
     heat = [200.0 if 10 <= i % 30 < 20 else 0.0 for i in range(60)]
     key = {**BURSTS, "course": {"file": "train2.csv", "t": t, "heat": heat}}
-    true = {"file": "train2.csv", "t": t, "heat": [0.9 * q + 5 for q in heat]}
+    true = {"file": "there/train2.yaml", "t": t, "heat": [0.9 * q + 5 for q in heat]}
     flat = {"file": "train1.csv", "t": t, "heat": t}
     good = outcome(key, told(finding("unknown", "table", course=[flat, true])))
     assert good.course == pytest.approx(1)
