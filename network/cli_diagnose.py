@@ -68,18 +68,34 @@ def diagnose(
 
 
 @click.command()
-@click.option("--cases", type=Whole(1), default=40, show_default=True, metavar="N", help="how many")
-@click.option("--seed", type=Whole(0), default=0, show_default=True, help="of what is concealed")
+@click.option("--cases", type=Whole(1), metavar="N", help="how many; 40, or as many as the resumed proof has")
+@click.option("--seed", type=Whole(0), metavar="N", help="of what is concealed; 0; from 1000 on it is a scored proof")
 @jobs_option
 @output_folder("out/proof")
-def prove(cases: int, seed: int, jobs: int, output: str) -> None:
+@click.option("--resume", type=click.Path(), metavar="DIR", help="go on in a folder, and keep what is there if stopped")
+@click.option("--ablate", metavar="STAGE", help="without a stage of the diagnosis, to see what it is worth")
+@click.option("--time-two-cores", "timed", type=Whole(0), default=0, metavar="N", help="N cases again by two processes")
+@click.option("--json", "json_file", type=click.Path(), metavar="FILE", help="the score as JSON, '-' to print it")
+def prove(
+    cases: int | None, seed: int | None, jobs: int, output: str, resume: str | None, ablate: str | None, timed: int,
+    json_file: str | None,
+) -> None:  # fmt: skip
     """Conceals effects in machines of a separate truth, diagnoses each blind, then opens the keys and scores."""
-    with share_bar(f"proving on {cases} cases") as bar:
+    with share_bar("proving") as bar:
+        from network.output import as_json, folder, write_text
         from network.proving import prove as run
 
         def tell(done: int, of: int, sentence: str) -> None:
             click.echo(f"{done}/{of} {sentence}", err=True)
             bar(done / max(of, 1))
 
-        told = str(run(cases, seed, jobs, Path(output), tell))
+        where = Path(resume or output)
+        found = run(cases, seed, jobs, where, tell, resume=resume is not None, ablate=ablate, timed=timed)
+        told = str(found) if json_file != "-" else ""
+    if json_file == "-":
+        print_json(found.summary())
+        return
     click.echo(told)
+    if json_file is not None:
+        folder(Path(json_file).parent)
+        write_text(Path(json_file), as_json(found.summary()))

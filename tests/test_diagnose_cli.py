@@ -182,20 +182,6 @@ def test_the_name_is_handed_out_when_it_is_first_used() -> None:
     assert network._HOME["diagnose"] == "diagnosis.diagnosing"
 
 
-# -- prove ----------------------------------------------------------------------------------------------------------
-def test_prove_hands_on_what_it_is_asked(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    import network.proving as proving
-
-    def prove(count: int, seed: int, jobs: int, folder: Path, progress: Any) -> str:
-        progress(1, count, "case-1: answered after 3 s")
-        return f"{count} {seed} {jobs} {folder.as_posix()}"
-
-    monkeypatch.setattr(proving, "prove", prove)
-    assert run("prove", "--cases", "7", "--seed", "2", "--jobs", "2", "-o", "there") == 0
-    told = capsys.readouterr()
-    assert told.out == "7 2 2 there\n" and told.err == "1/7 case-1: answered after 3 s\n"
-
-
 # -- no physics is named --------------------------------------------------------------------------------------------
 BLIND = ("diagnosis_*.py", "*_words.py", "heat_figure.py", "candidates_figure.py", "lit_figure.py", "page.py")
 

@@ -1,6 +1,7 @@
 """The scorer: opens the keys and counts what was named, placed, accused and mended.
 
-`python -m proof.score FOLDER` from the folder tests/; a diagnosis lies in FOLDER/case-…/out/diagnosis.json.
+`python -m proof.score FOLDER [ANSWERS]` from the folder tests/; a diagnosis lies in FOLDER/case-…/out/diagnosis.json,
+or in another folder of each case where that is given.
 """
 
 from __future__ import annotations
@@ -8,103 +9,90 @@ from __future__ import annotations
 import json
 import sys
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 from functools import cached_property
-from math import sqrt
 from pathlib import Path
 from statistics import median
 from typing import Any
 
-from proof.judging import Judgement, judge
+from proof.counting import rates_of, shares_of
+from proof.judgement import Judgement
+from proof.judging import CLASSES, judge
+from proof.rates import Rate
 from proof.sealed import opened
 
-ANSWER = Path("out") / "diagnosis.json"
-
-
-@dataclass(frozen=True)
-class Rate:
-    """So many of so many, with Wilson's 95 % interval."""
-
-    hits: int
-    of: int
-
-    def bound(self, sign: int, z: float = 1.959964) -> float:
-        """The upper (+1) or lower (−1) end of the interval; 0 or 1 where nothing was counted."""
-        if not self.of:
-            return float(sign > 0)
-        p, n = self.hits / self.of, self.of
-        end = (p + z * z / (2 * n) + sign * z * sqrt(p * (1 - p) / n + z * z / (4 * n * n))) / (1 + z * z / n)
-        return min(max(end, 0.0), 1.0)
-
-    def __str__(self) -> str:
-        share = f"{100 * self.hits / self.of:.0f} %" if self.of else "–"
-        return f"{self.hits} of {self.of} ({share}, 95 % {100 * self.bound(-1):.0f}–{100 * self.bound(1):.0f} %)"
+OUT, ON_TWO = "out", "-two-cores"
+"""Folder of a case with its answer, and what the one given by two processes is called besides."""
+SCORED = 1000
+"""Seeds below are for development: what was looked at while the search was made proves nothing."""
+BINS = 5
 
 
 @dataclass(frozen=True)
 class Score:
-    """All judgements of a proof and what they add up to."""
+    """All judgements of a proof and what they add up to. answers: the folder of each case that was judged."""
 
     judgements: tuple[Judgement, ...]
+    seed: int | None = None
+    development: bool | None = None
+    answers: str = OUT
+
+    def of(self, *groups: str) -> list[Judgement]:
+        return [each for each in self.judgements if each.group in groups]
 
     @cached_property
     def effects(self) -> list[Judgement]:
-        """Cases that conceal effects of the catalogue."""
-        return [each for each in self.judgements if not each.innocent and not each.outside]
+        """Cases that conceal effects of the catalogue large enough to be asked for by name."""
+        return [each for each in self.of("effect", "sensor", "two") if each.seen]
 
     @cached_property
-    def nulls(self) -> list[Judgement]:
-        return [each for each in self.judgements if each.innocent]
-
-    @cached_property
-    def outsiders(self) -> list[Judgement]:
-        return [each for each in self.judgements if each.outside]
+    def rates(self) -> dict[str, Rate]:
+        """Counts by what they mean."""
+        return rates_of(self.judgements)
 
     @property
-    def rates(self) -> dict[str, Rate]:
-        """Counts by what they mean; false alarms are counted among the innocents that were answered."""
-        answered = [each for each in self.nulls if each.answered]
-        confident = [each for each in self.judgements if (each.confidence or 0) > 0.9]
-        fitted = [each for each in self.judgements if each.after is not None]
+    def shares(self) -> dict[str, dict[str, Rate]]:
+        """Of each scored class: its rates."""
+        return {group: shares_of(group, some) for group in CLASSES if (some := self.of(group))}
+
+    @property
+    def figures(self) -> dict[str, float | None]:
+        """What is no count: medians [shares, members, s] and the error of the confidence."""
+        sizes = [float(size) for each in self.effects for size in each.sizes]
         return {
-            "right name": rate(each.named for each in self.effects),
-            "right place": rate(each.placed for each in self.effects),
-            "right name at the right place": rate(each.both for each in self.effects),
-            "first name right": rate(each.first for each in self.effects),
-            "something else named besides": rate(each.spurious > 0 for each in self.effects),
-            "innocents accused": rate(each.accused for each in answered),
-            "outside called unknown": rate(each.named for each in self.outsiders),
-            "outside placed right": rate(each.placed for each in self.outsiders),
-            "confident (> 0.9) and wrong": rate(each.sure_and_wrong for each in confident),
-            "held out worse than before": rate(each.worse for each in fitted),
-            "no answer": rate(not each.answered for each in self.judgements),
+            "held-out excess removed, median": middle([each.removed for each in self.effects]),
+            "members of a set, median": middle(sizes),
+            "calibration error": self.calibration_error,
+            "seconds on one core, median": middle([each.seconds for each in self.judgements]),
+            "seconds on two cores, median": middle([each.seconds_two for each in self.judgements]),
+            "seconds on one core of the same, median": middle(
+                [each.seconds for each in self.judgements if each.seconds_two is not None]
+            ),
         }
 
     @property
-    def removed(self) -> float | None:
-        """Median share of the held-out excess that went away, over effects of the catalogue."""
-        shares = [each.removed for each in self.effects if each.removed is not None]
-        return median(shares) if shares else None
-
-    @property
-    def seconds(self) -> float | None:
-        """Median time of a diagnosis [s]."""
-        times = [each.seconds for each in self.judgements if each.seconds is not None]
-        return median(times) if times else None
-
-    @property
     def calibration_error(self) -> float | None:
-        """Expected calibration error of the first finding's confidence, in five bins, over effects of the catalogue."""
-        sure = [(each.confidence, each.first) for each in self.effects if each.confidence is not None]
-        bins = [[pair for pair in sure if min(int(5 * pair[0]), 4) == i] for i in range(5)]
+        """Expected calibration error of the first finding's confidence, in five bins, over all cases with a finding."""
+        sure = [(each.confidence, each.right) for each in self.judgements if each.confidence is not None]
+        bins = [[pair for pair in sure if min(int(BINS * pair[0]), BINS - 1) == i] for i in range(BINS)]
         gaps = (abs(sum(c for c, _ in some) - sum(right for _, right in some)) for some in bins)
         return sum(gaps) / len(sure) if sure else None
 
     @property
     def confusion(self) -> Counter[tuple[str, str]]:
-        """How often what was concealed (or the class of an innocent) was answered by what."""
+        """How often what was concealed (or the sort of an innocent) was answered by what."""
         return Counter((each.expected or each.what, each.answer) for each in self.judgements)
+
+    def summary(self) -> dict[str, Any]:
+        """All of it as JSON takes it."""
+        cases = [{**asdict(each), "right": each.right, "removed": each.removed} for each in self.judgements]
+        shares = {group: {n: r.summary() for n, r in some.items()} for group, some in self.shares.items()}
+        return {
+            "seed": self.seed, "development": self.development, "answers": self.answers,
+            "rates": {name: rate.summary() for name, rate in self.rates.items()}, "classes": shares,
+            "figures": self.figures, "cases": cases,
+        }  # fmt: skip
 
     def __str__(self) -> str:
         from proof.telling import tell
@@ -112,31 +100,64 @@ class Score:
         return tell(self)
 
 
-def rate(outcomes: Iterable[bool]) -> Rate:
-    seen = list(outcomes)
-    return Rate(sum(seen), len(seen))
+def middle(values: Sequence[float | None]) -> float | None:
+    known = [value for value in values if value is not None]
+    return median(known) if known else None
 
 
-def score(folder: Path | str, seconds: Mapping[str, float] | None = None, cases: Sequence[str] | None = None) -> Score:
+def score(folder: Path | str, cases: Sequence[str] | None = None, answers: str = OUT) -> Score:
     """Opens the keys of a folder of cases (or of some of them) and judges what lies in each out/.
 
-    `seconds` are wall times measured outside; a case with no readable diagnosis.json counts as missed.
-    Raises Broken where a key is not the one that was sealed.
+    A case with no readable diagnosis.json counts as missed. Raises Broken where a key is not the one that was sealed.
     """
     folder = Path(folder)
-    names = cases or sorted(json.loads((folder / "cases.json").read_text(encoding="utf-8"))["cases"])
-    times = seconds or {}
-    return Score(tuple(judge(name, opened(folder, name), answer(folder / name), times.get(name)) for name in names))
+    about = json.loads((folder / "cases.json").read_text(encoding="utf-8"))
+    names = cases or sorted(about["cases"])
+    told, seed = tuple(judged_case(folder, name, answers) for name in names), about.get("seed")
+    return Score(told, seed, about.get("development", None if seed is None else seed < SCORED), answers)
 
 
-def answer(case: Path) -> dict[str, Any] | None:
-    """The diagnosis of a case, if there is one that can be read."""
+def judged_case(folder: Path, name: str, answers: str) -> Judgement:
+    where = folder / name / answers
+    told, run = answer(where), measured(where)
+    if told is not None:
+        run |= on_two(folder / name / f"{answers}{ON_TWO}", told)
+    return judge(name, opened(folder, name), told, run)
+
+
+def answer(where: Path) -> dict[str, Any] | None:
+    """The diagnosis in a folder, if there is one that can be read."""
+    told = read(where / "diagnosis.json")
+    return told if "verdict" in told else None
+
+
+def measured(where: Path) -> dict[str, Any]:
+    """Seconds and how it ended, and the held-out misfit of the machine that was written, as far as they are known."""
+    run, held = read(where / "run.json"), read(where / "held_out.json")
+    known = {name: run[name] for name in ("seconds", "how") if name in run}
+    return known | {"simulated": held.get("rmse_in_noise"), "does_not_run": run.get("file_runs") is False}
+
+
+def on_two(where: Path, told: dict[str, Any]) -> dict[str, Any]:
+    """Seconds on two cores, and whether the same was found there."""
+    run, other = read(where / "run.json"), answer(where)
+    if not run:
+        return {}
+    return {"seconds_two": run["seconds"], "same_on_two": other is not None and named(other) == named(told)}
+
+
+def named(told: dict[str, Any]) -> list[Any]:
+    return [told["verdict"], *((each["kind"], each.get("places")) for each in told.get("findings") or ())]
+
+
+def read(path: Path) -> dict[str, Any]:
+    """A mapping from a JSON file; empty where there is none."""
     try:
-        told: dict[str, Any] = json.loads((case / ANSWER).read_text(encoding="utf-8"))
+        told = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
-        return None
-    return told if isinstance(told, dict) and "verdict" in told else None
+        return {}
+    return told if isinstance(told, dict) else {}
 
 
 if __name__ == "__main__":
-    print(score(sys.argv[1]))
+    print(score(sys.argv[1], None, *sys.argv[2:3]))

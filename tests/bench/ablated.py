@@ -1,0 +1,80 @@
+"""`lptn` without one stage of the diagnosis: `python -m bench.ablated STAGE diagnose …`, for `lptn prove --ablate`.
+
+Nothing in the package knows of it: functions of network.diagnosis are replaced by name before the command is called,
+wherever they were imported to.
+"""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from types import ModuleType
+from typing import Any
+
+Stand = Callable[[Callable[..., Any]], Callable[..., Any]]
+"""From a function to what stands in for it."""
+
+
+def only_written(original: Callable[..., Any]) -> Callable[..., Any]:
+    return lambda machine, most=None: iter(())
+
+
+def as_it_was(original: Callable[..., Any]) -> Callable[..., Any]:
+    return lambda case, hypothesis: case
+
+
+def always(original: Callable[..., Any]) -> Callable[..., Any]:
+    return lambda *_, **__: True
+
+
+def on_seen_runs(original: Callable[..., Any]) -> Callable[..., Any]:
+    """The held-out recordings do not count."""
+    return lambda fits: original(replace(fits, holdout_before=None, holdout_after=None))
+
+
+def none_found(original: Callable[..., Any]) -> Callable[..., Any]:
+    return lambda *_, **__: []
+
+
+def nothing(original: Callable[..., Any]) -> Callable[..., Any]:
+    return lambda *_, **__: None
+
+
+STAGES: Mapping[str, Mapping[str, Stand]] = {
+    "file-noise": {"case.renoised": as_it_was},
+    "as-written": {"refine.ever_finer": only_written},
+    "seen-runs": {"checking._predicts": always, "judging._is_worse": on_seen_runs},
+    "no-switching": {"relays.relays": none_found},
+    "no-intermittent": {"episodes.episodes": nothing},
+}
+"""What each does without: noise told from residuals, finer lumps, checks on runs left out or held out, the search for
+relays, faults that come and go. Functions by module and name."""
+
+
+def switch_off(stage: str) -> None:
+    """Raises AttributeError where a function is no longer there: then nothing would have been switched off."""
+    everywhere = [*modules()]
+    for path, stand in STAGES[stage].items():
+        home, _, name = path.partition(".")
+        original = getattr(importlib.import_module(f"network.diagnosis.{home}"), name)
+        substitute = stand(original)
+        for module in everywhere:
+            for word in [word for word, value in vars(module).items() if value is original]:
+                setattr(module, word, substitute)
+
+
+def modules() -> Iterator[ModuleType]:
+    """All of the diagnosis, imported."""
+    package = importlib.import_module("network.diagnosis")
+    for found in pkgutil.iter_modules(package.__path__, f"{package.__name__}."):
+        yield importlib.import_module(found.name)
+
+
+if __name__ == "__main__":
+    switch_off(sys.argv[1])
+    from network.cli import main
+
+    main(sys.argv[2:])

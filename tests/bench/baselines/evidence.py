@@ -1,0 +1,48 @@
+"""White-noise evidence: the candidate of the catalogue with the best BIC, as if the file's white noise were all."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from bench.baselines.given import Given, nothing
+
+from network.diagnosis.candidates import candidates
+from network.diagnosis.case import Hypothesis, suppose
+from network.diagnosis.screen import Score, screen
+from network.refusal import Failed
+
+REFITTED = 5
+"""Candidates that are refitted, the best by their linear score."""
+
+
+def white_evidence(given: Given) -> dict[str, Any]:
+    """The best is told where BIC speaks for it at all: no bootstrap, no finer lumps, no run left out."""
+    null = given.calibrated
+    proposed = candidates(given.machine, given.case.drivers)
+    best = screen(null.fit, proposed, null.values)[:REFITTED]
+    fits = [h for score in best if (h := refitted(null, score)) is not None]
+    won = max(fits, key=lambda h: gain(null, h), default=None)
+    if won is None or gain(null, won) <= 0:
+        return nothing()
+    return {"verdict": "sensor_fault" if won.found[0].channels else "missing_physics", "findings": [told(null, won)]}
+
+
+def refitted(null: Hypothesis, score: Score) -> Hypothesis | None:
+    c = score.candidate
+    try:
+        return suppose(null.case, c.machine, (c,), c.own, {**null.values, **score.best})
+    except (Failed, np.linalg.LinAlgError):
+        return None
+
+
+def gain(null: Hypothesis, h: Hypothesis) -> float:
+    """BIC's log evidence [nats]: half of what χ² falls, less ½ ln N for each number."""
+    fall = null.fit.left @ null.fit.left - h.fit.left @ h.fit.left
+    return float(fall - len(h.own) * np.log(len(null.fit.left))) / 2
+
+
+def told(null: Hypothesis, h: Hypothesis) -> dict[str, Any]:
+    c = h.found[0]
+    sure = float(1 / (1 + np.exp(-min(gain(null, h), 700.0))))
+    return {"kind": c.kind.kind, "places": list(c.places), "channels": list(c.channels), "confidence": sure}
