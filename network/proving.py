@@ -7,7 +7,6 @@ import json
 import os
 import shutil
 import sys
-import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager, nullcontext
@@ -15,14 +14,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from network.groups import Groups
+from network.groups import Ended, Groups
 from network.output import as_json, checked, not_there, remove_empty, write_text
 from network.refusal import Spot, refuse
 from network.stopping import on_stop
 
 TESTS = Path(__file__).resolve().parent.parent / "tests"
 LIMIT = 150.0
-"""s for one diagnosis, where the case sets no limit of its own; a case that takes longer counts as missed."""
+"""s of a processor for one diagnosis, where the case sets no limit of its own; what takes longer counts as missed."""
 TRAIN, HELD_OUT = ("train1.csv", "train2.csv", "train3.csv"), ("holdout.csv",)
 """Recordings of a case that does not say which it has."""
 COMMAND, ABLATED = (sys.executable, "-m", "network.cli"), "bench.ablated"
@@ -112,33 +111,32 @@ def diagnose(case: Path, way: Way, runs: Runs, limit: float = LIMIT) -> tuple[fl
     holdout = [word for name in about["holdout"] for word in ("--holdout", name)]
     options = ("-o", way.answers, "--no-plots", "--jobs", str(way.jobs), "--seed", str(way.seed))
     words = ("diagnose", "machine.yaml", *about["train"], *holdout, *options)
-    began = time.monotonic()
-    code = _run((*way.command, *words), case, way, runs, about.get("seconds_limit") or limit)
-    seconds = time.monotonic() - began
-    if code != 0:
+    ended = _run((*way.command, *words), case, way, runs, about.get("seconds_limit") or limit)
+    if ended.code != 0:
         (where / "diagnosis.json").unlink(missing_ok=True)
-    told = {"seconds": seconds, "how": _told(code), "jobs": way.jobs}
-    if code == 0 and about["holdout"]:
+    seconds = ended.busy if way.jobs == 1 else ended.passed
+    told = {"seconds": seconds, "passed": ended.passed, "how": _told(ended.code), "jobs": way.jobs}
+    if ended.code == 0 and about["holdout"]:
         told["file_runs"] = _simulated(case, way, runs, about["holdout"])
     if not runs.is_over:
         where.mkdir(exist_ok=True)
         write_text(where / RECORD, as_json(told))
-    return seconds, _told(code)
+    return seconds, _told(ended.code)
 
 
 def _simulated(case: Path, way: Way, runs: Runs, holdout: Sequence[str]) -> bool:
     """Whether the machine that was written simulates the held-out recordings; held_out.json says what it leaves."""
     machine, left = f"{way.answers}/machine.diagnosed.yaml", f"{way.answers}/held_out.json"
     words = ("compare", machine, *holdout, "--start", "estimated", "--json", left)
-    return _run((*COMMAND, *words), case, way, runs, LIMIT) == 0
+    return _run((*COMMAND, *words), case, way, runs, LIMIT).code == 0
 
 
-def _run(command: Sequence[str], case: Path, way: Way, runs: Runs, limit: float) -> int | None:
-    """Its exit status; what it says goes to a file beside the answer."""
+def _run(command: Sequence[str], case: Path, way: Way, runs: Runs, limit: float) -> Ended:
+    """How it ended; what it says goes to a file beside the answer."""
     paths = (str(TESTS.parent), str(TESTS) if ABLATED in command else "", os.environ.get("PYTHONPATH"))
     with (case / f"{way.answers}.log").open("a", encoding="utf-8") as log:
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
-        return runs.run(command, case, log, limit, environment)
+        return runs.run(command, case, log, limit, environment, way.jobs)
 
 
 def description(case: Path) -> dict[str, Any]:

@@ -18,9 +18,9 @@ from network.calibration.fitting import linearise
 from network.calibration.parameters import values_at
 from network.calibration.partials import Slots
 from network.calibration.predictor import Model
+from network.diagnosis import checking
 from network.diagnosis.candidates import Candidate, candidate, candidates
 from network.diagnosis.case import Case, Hypothesis, begun, suppose
-from network.diagnosis import checking
 from network.diagnosis.checking import _predicts
 from network.diagnosis.directions import directions
 from network.diagnosis.drawing import Judge, Space, View, apart

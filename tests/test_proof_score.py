@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from proof import cases, plan
 from proof.findings import Member
 from proof.judgement import VISIBLE, Judgement
 from proof.judging import judge
 from proof.rates import Rate
-from proof.score import SCORED, Score, score
+from proof.score import Score, score
 from proof.sealed import Broken, seal_of
 
 
@@ -104,10 +103,6 @@ def test_what_is_too_faint_need_not_be_named() -> None:
     assert silent.right and named.right and not wrong.right and wrong.sure_and_wrong
     assert share("first name right", silent, named, wrong) == (0, 0)
     assert share("too faint to ask for: something else named", silent, named, wrong) == (1, 3)
-
-
-def test_the_cases_are_made_as_visible_as_the_scorer_asks() -> None:
-    assert cases.VISIBLE == VISIBLE and plan.DEVELOPMENT == SCORED
 
 
 # -- two at once ------------------------------------------------------------------------------------------------------

@@ -123,4 +123,4 @@ def _step(at: Linearised, damping: float, low: Array, high: Array) -> Array:
     down, up = low - at.theta, high - at.theta
     if ((step >= down) & (step <= up)).all():
         return step
-    return np.clip(lsq_linear(np.tril(root).T, toward, (down, up), "bvls").x, down, up)
+    return np.asarray(np.clip(lsq_linear(np.tril(root).T, toward, (down, up), "bvls").x, down, up))

@@ -21,16 +21,16 @@ from threadpoolctl import threadpool_limits
 from proof.assembly import Assembly, assemble
 from proof.effect import Effect, Setting
 from proof.effects_room import FeedHeat, feed_at, turned_feeds
+from proof.judgement import VISIBLE
 from proof.layout import Layout, split
 from proof.observing import ROUGH, WHITE, Recording, observe, record, track_of
-from proof.plan import DEVELOPMENT, Slot, slot
+from proof.plan import Slot, slot
 from proof.programs import Program, programs
+from proof.score import SCORED
 from proof.sealed import seal_of, sealed
 from proof.strength import COARSE, Bench, bench, seen, sized, warmth
 from proof.written import machine_text
 
-VISIBLE = 0.9
-"""Noise units rms that an effect leaves at the least after calibration."""
 TRIES, PLACES = 8, 3
 """Effects that are drawn to find a visible one, and places of one that changes the drawing."""
 ROOM = 2.0
@@ -72,10 +72,16 @@ def make_cases(
             seals = list(pool.map(work, names, numbers))
     else:
         seals = [work(*each) for each in zip(names, numbers, strict=True)]
-    sealed_cases = {name: {"sha256": seal} for name, seal in zip(names, seals, strict=True)}
-    told = {"seed": seed, "development": seed < DEVELOPMENT, "cases": sealed_cases}
+    sealed_cases = {name: {"sha256": seal} for name, seal in zip(names, seals, strict=True)} | published(folder)
+    told = {"seed": seed, "development": seed < SCORED, "cases": sealed_cases}
     (folder / "cases.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
     return names
+
+
+def published(folder: Path) -> dict[str, dict[str, str]]:
+    """The seals that stand already: whatever becomes of a key, they stay what they were."""
+    at = folder / "cases.json"
+    return json.loads(at.read_text(encoding="utf-8"))["cases"] if at.is_file() else {}
 
 
 def write_case(folder: Path, seed: int, name: str, index: int) -> str:

@@ -41,8 +41,6 @@ EACH = 60
 """Cases of every class in a whole proof."""
 FIRST = {"innocent": 60, "effect": 60, "outside": 35, "sensor": 25, "two": 20}
 """Of the first 200 cases."""
-DEVELOPMENT = 1000
-"""Seeds below it are for making the search; those from it on are for scores."""
 
 Pair = tuple[type[Effect], type[Effect]]
 
