@@ -58,7 +58,7 @@ def rows(cases: Sequence[Case], where: Path, limit: float, jobs: int) -> list[Ro
     """In the order of the cases; told one by one as they come."""
     groups = Groups()
     with on_stop(groups.end), ThreadPoolExecutor(max(1, jobs)) as pool:
-        running = {pool.submit(lambda c=case: row(answered(c, where, limit, groups))): case for case in cases}
+        running = [pool.submit(_row, case, where, limit, groups) for case in cases]
         try:
             for done, future in enumerate(as_completed(running), start=1):
                 told = future.result()
@@ -68,6 +68,10 @@ def rows(cases: Sequence[Case], where: Path, limit: float, jobs: int) -> list[Ro
             pool.shutdown(cancel_futures=True)
             raise
         return [future.result() for future in running]
+
+
+def _row(case: Case, where: Path, limit: float, groups: Groups) -> Row:
+    return row(answered(case, where, limit, groups))
 
 
 def main(given: Sequence[str] | None = None) -> None:

@@ -53,7 +53,7 @@ class Answer:
         return self.is_named(found) and self.is_driven(found) and self.is_timed(found) and is_followed
 
     def is_part(self, found: Found) -> bool:
-        """The right thing without its course or driver, an alike or unnamed one at its place, or it among the rivals."""
+        """The right thing without its course or driver, an alike or unnamed one there, or it among the rivals."""
         if self.window is not None:
             return any(overlap(w, self.window) > 0.5 for w in windows_of(found))
         rivals = (*found.get("alternatives", ()), *found.get("indistinguishable", ()))

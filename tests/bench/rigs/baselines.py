@@ -8,13 +8,14 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from bench.rigs.figures import Figures, Left, counted, pooled
 from bench.ridge import Run, fit_ridge, lagged
+from bench.rigs.case import dump, read
+from bench.rigs.figures import Figures, Left, counted, left, pooled
 
 from network import Machine, Recording
 from network.calibration.hygiene import look_at
-from network.declare import Array
-from network.units import difference, unit
+from network.declare import Array, Mask
+from network.units import unit
 
 LAGS, SHORTEST = 5, 1 / 64
 """How many, and the shortest as a share of the longest training run, which is the longest."""
@@ -24,15 +25,18 @@ FIRST_READINGS = 60.0
 """s: the stretch whose mean is a first reading."""
 
 Features = Callable[[Recording], Array]
+Predict = Callable[[Recording], Array]
 
 
 @dataclass(frozen=True)
 class Laid:
-    """Runs to learn from and to be told, of one machine. counts: channel → input that must not be zero."""
+    """Runs to learn from and to be told, of one machine. before: the held-out ones with what was recorded before
+    them; counts: channel → input that must not be zero."""
 
     machine: Machine
     train: tuple[Recording, ...]
     holdout: tuple[Recording, ...]
+    before: tuple[Recording, ...]
     counts: Mapping[str, str]
 
     @property
@@ -41,8 +45,17 @@ class Laid:
         return [name for name in self.machine.sensors if all(name in run.columns for run in runs)]
 
     @property
+    def moved(self) -> list[str]:
+        """Channels of displacement."""
+        return [name for name in self.channels if self.machine.sensors[name].place is None]
+
+    @property
     def temperatures(self) -> list[str]:
-        return [name for name in self.channels if self.machine.sensors[name].place is not None]
+        """Columns without gaps, whether the machine knows them or not."""
+        runs = (*self.train, *self.before)
+        warm = [name for name, column in runs[0].columns.items() if unit(column.unit).is_temperature]
+        return [name for name in warm if all(name in r.columns and np.isfinite(r.columns[name].values).all()
+                                             for r in runs)]  # fmt: skip
 
     @property
     def lags(self) -> Array:
@@ -55,43 +68,58 @@ def baselines(
     machine: Path, train: Sequence[Path], holdout: Sequence[Path], counts: Mapping[str, str]
 ) -> dict[str, Figures]:
     """By name, on the held-out runs."""
-    runs = (tuple(Recording.load(path) for path in paths) for paths in (train, holdout))
-    laid = Laid(Machine.load(machine), *runs, counts)
-    moved = [name for name in laid.channels if name not in laid.temperatures]
+    before = [whole(path) for path in holdout]
+    runs = [tuple(Recording.load(path) for path in paths) for paths in (train, holdout, before)]
+    laid = Laid(Machine.load(machine), runs[0], runs[1], runs[2], counts)
     told = {
-        "nothing": _told(laid, {name: (lambda run: np.zeros(len(run.t))) for name in laid.channels}),
+        "nothing": _told(laid, dict.fromkeys(laid.channels, _stays)),
         "ridge on inputs": _told(laid, _predicted(laid, partial(_inputs, laid), laid.channels)),
     }
-    if moved and laid.temperatures:
-        told["ridge on temperatures"] = _told(laid, _predicted(laid, partial(_temperatures, laid), moved))
+    if laid.moved and laid.temperatures:
+        told["ridge on temperatures"] = _told(laid, _predicted(laid, partial(_temperatures, laid), laid.moved))
     return told
 
 
-def _told(laid: Laid, predicted: Mapping[str, Callable[[Recording], Array]]) -> Figures:
-    return pooled([_left(laid, run, name, says(run)) for run in laid.holdout for name, says in predicted.items()])
+def whole(path: Path) -> Path:
+    """The mapping of a run with what stands before it in its file; beside it."""
+    tree = read(path)
+    if "from" not in tree:
+        return path
+    beside = path.with_name(f"whole-{path.name}")
+    dump({key: value for key, value in tree.items() if key != "from"}, beside)
+    return beside
+
+
+def _told(laid: Laid, predicted: Mapping[str, Predict]) -> Figures:
+    runs = zip(laid.holdout, laid.before, strict=True)
+    return pooled([_left(laid, run, name, says(before)) for run, before in runs for name, says in predicted.items()])
 
 
 def _left(laid: Laid, run: Recording, name: str, predicted: Array) -> Left:
-    """What is left of a channel whose change since its first reading was predicted [SI]."""
+    """What is left of a channel whose course was predicted [SI], both since the run's beginning."""
     sensor, kept = laid.machine.sensors[name], _usable(laid, run, name)
-    scale = difference(unit(sensor.unit)).scale
-    shown = "K" if unit(sensor.unit).is_temperature else "µm" if sensor.unit == "um" else sensor.unit
-    return Left(name, shown, (_change(run, name) - predicted)[kept] / scale, sensor.sigma / scale)
+    since = predicted[len(predicted) - len(run.t) :]
+    if len(predicted) > len(run.t):
+        since = since - since[0]
+    return left(name, sensor.unit, sensor.sigma, (_change(run, name) - since)[kept])
+
+
+def _stays(run: Recording) -> Array:
+    return np.zeros(len(run.t))
 
 
 def _change(run: Recording, name: str) -> Array:
-    """Since the first reading: the mean of the first minute, or the first alone where readings are rarer."""
+    """Since the first reading, the mean of the first minute."""
     values = run.columns[name].values
-    early = values[run.t <= run.t[0] + FIRST_READINGS]
-    return np.asarray(values - np.nanmedian(early))
+    return np.asarray(values - np.nanmean(values[run.t <= run.t[0] + FIRST_READINGS]))
 
 
-def _usable(laid: Laid, run: Recording, name: str) -> Array:
+def _usable(laid: Laid, run: Recording, name: str) -> Mask:
     values, sigma = run.columns[name].values, laid.machine.sensors[name].sigma
     return np.asarray(look_at(name, values, sigma).used & counted(run, name, laid.counts))
 
 
-def _predicted(laid: Laid, features: Features, channels: Sequence[str]) -> dict[str, Callable[[Recording], Array]]:
+def _predicted(laid: Laid, features: Features, channels: Sequence[str]) -> dict[str, Predict]:
     return {name: partial(_says, _learned(laid, features, name), features) for name in channels}
 
 
@@ -130,4 +158,4 @@ def _lagged(laid: Laid, run: Recording, values: Sequence[Array], held: bool) -> 
         return np.empty((len(run.t), 0))
     inputs = np.stack(values, axis=1)
     before = np.zeros(len(values)) if held else inputs[0]
-    return lagged(run.t, inputs, before, held=held, time_constants=laid.lags)
+    return lagged(run.t, inputs, before, held=held, time_constants=laid.lags.tolist())

@@ -79,17 +79,18 @@ class Case:
         dump({"extends": str(self.split.machine_file), **patch}, folder / "machine.yaml")
         names = zip((*self.train, *self.holdout), (*self.split.train, *self.split.holdout), strict=True)
         for name, run in names:
-            dump(self._mapping(run, folder / name), folder / name)
+            dump(self._mapping(run, (folder / name).with_suffix(".csv")), folder / name)
 
-    def _mapping(self, run: Run, target: Path) -> Tree:
+    def _mapping(self, run: Run, beside: Path) -> Tree:
+        """Of a run; beside: where its rows go if they are changed."""
         mapping = laid_over(run)
         if self.concealed is None:
             return mapping
         table = load_table(Path(mapping["file"]))
         changed = self.concealed.rows(table)
         if changed != table:
-            mapping = {**mapping, "file": str(target.with_suffix(".csv"))}
-            save_table(changed, target.with_suffix(".csv"))
+            mapping = {**mapping, "file": beside.name}
+            save_table(changed, beside)
         return self.concealed.mapping(mapping, changed)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from bench.rigs.answers import Answer
-from bench.rigs.case import Concealment, Tree, load_table, read
+from bench.rigs.case import Concealment, Tree, load_table
 from bench.rigs.hiding import (
     another_column,
     constant,
@@ -19,7 +19,7 @@ from bench.rigs.hiding import (
     without,
     without_stop,
 )
-from bench.rigs.splits import RECORDINGS, split
+from bench.rigs.splits import RECORDINGS
 
 HEAT = frozenset({"heat_source", "timed_source"})
 FRICTION = frozenset({"guide_friction", "screw_friction"})
@@ -101,7 +101,7 @@ CONCEALMENTS = (
     ),
     Concealment(
         "elements", "oven", "the mass of the elements",
-        always(Answer("a mass between heating and air", MASSES, at("elements", "heating", "air", "walls"),
+        always(Answer("a mass between heating and air", MASSES, at("elements", "heating", "air"),
                       alike=at("sensor_lag"))),
         entries("nodes", elements={}),
     ),
@@ -133,8 +133,3 @@ CONCEALMENTS = (
 
 def concealment(name: str) -> Concealment:
     return next(c for c in CONCEALMENTS if c.name == name)
-
-
-def machine_tree(name: str) -> Tree:
-    """The whole machine file of a concealment's split."""
-    return read(split(concealment(name).split).machine_file)

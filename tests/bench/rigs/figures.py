@@ -12,8 +12,8 @@ from network import Failed, Machine, Recording, Refused
 from network.calibration.beginnings import estimated
 from network.calibration.hygiene import look_at
 from network.calibration.parameters import at_values, centres, free_parameters, values_at
-from network.comparison import ChannelResidual, RecordingResidual
-from network.declare import Array
+from network.comparison import RecordingResidual
+from network.declare import Array, Mask
 from network.units import difference, unit
 
 
@@ -63,21 +63,23 @@ class Left:
 def lefts(run: RecordingResidual, counts: Mapping[str, str]) -> Iterator[Left]:
     """Without readings that lie far from their neighbours (false trips of a probe), and without those of standstill."""
     for channel in run.channels.values():
-        kept = look_at(channel.name, channel.measured, channel.sigma).used & counted(run.recording, channel.name, counts)
+        kept = counted(run.recording, channel.name, counts)
+        kept &= look_at(channel.name, channel.measured, channel.sigma).used
         if kept.any():
-            yield left(channel, channel.residual[kept])
+            yield left(channel.name, channel.unit, channel.sigma, channel.residual[kept])
 
 
-def left(channel: ChannelResidual, values: Array) -> Left:
-    scale = difference(unit(channel.unit)).scale
-    shown = "K" if unit(channel.unit).is_temperature else "µm" if channel.unit == "um" else channel.unit
-    return Left(channel.name, shown, values / scale, channel.sigma / scale)
+def left(name: str, shown: str, sigma: float, values: Array) -> Left:
+    """From SI, as the unit of the sensor shows it."""
+    of = unit(shown)
+    text = "K" if of.is_temperature else "µm" if shown == "um" else shown
+    return Left(name, text, values / difference(of).scale, sigma / difference(of).scale)
 
 
-def counted(recording: Recording, channel: str, counts: Mapping[str, str]) -> Array:
+def counted(recording: Recording, channel: str, counts: Mapping[str, str]) -> Mask:
     """Samples at which a channel's readings count."""
-    driver = counts.get(channel)
-    return recording.columns[driver].values != 0 if driver else np.ones(len(recording.t), bool)
+    driver = recording.columns.get(counts.get(channel, ""))
+    return driver.values != 0 if driver else np.ones(len(recording.t), bool)
 
 
 def pooled(some: Sequence[Left]) -> Figures:

@@ -110,4 +110,5 @@ def heated(tree: Tree, names: Iterable[str]) -> frozenset[str]:
 
 def first_path(tree: Tree, axis: str) -> str:
     """The first of an axis's expansions that stretches."""
-    return next(name for name, entry in tree["tcp"][axis].items() if entry["kind"] == "stretching")
+    found: str = next(name for name, entry in tree["tcp"][axis].items() if entry["kind"] == "stretching")
+    return found

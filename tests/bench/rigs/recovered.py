@@ -55,5 +55,3 @@ def flows(machine: Path, names: tuple[str, ...], mapping: Path) -> Array:
 def _energy(machine: Machine, names: tuple[str, ...], run: Recording) -> float:
     heat = simulate(machine, run, parts=False).energy.by_mechanism
     return sum(heat[f"sources.{name}"] for name in names)
-
-

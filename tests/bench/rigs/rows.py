@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -80,10 +80,13 @@ def measure(answered: Answered) -> Measured:
     there = {stage: path for stage, path in files(folder).items() if path.is_file()}
     train, holdout = ([folder / name for name in names] for names in (case.train, case.holdout))
     counts = case.split.counts
-    sides = [{stage: f for stage, path in there.items() if (f := figures(path, runs, counts))}
-             for runs in (train, holdout)]  # fmt: skip
     without = baselines(there["as written"], train, holdout, counts) if case.concealed is None else {}
-    return Measured(*sides, without, _recovered(answered))
+    return Measured(_staged(there, train, counts), _staged(there, holdout, counts), without, _recovered(answered))
+
+
+def _staged(there: Mapping[str, Path], runs: Sequence[Path], counts: Mapping[str, str]) -> dict[str, Figures]:
+    found = {stage: figures(path, runs, counts) for stage, path in there.items()}
+    return {stage: told for stage, told in found.items() if told is not None}
 
 
 def _recovered(answered: Answered) -> Recovered | None:
@@ -99,8 +102,8 @@ def _recovered(answered: Answered) -> Recovered | None:
 
 
 def _measured(plain: Mapping[str, Any]) -> Measured:
-    sets = ({name: _figures(f) for name, f in plain[key].items()} for key in ("train", "holdout", "baselines"))
-    return Measured(*sets, Recovered(**plain["recovered"]) if plain["recovered"] else None)
+    sets = {key: {name: _figures(f) for name, f in plain[key].items()} for key in ("train", "holdout", "baselines")}
+    return Measured(**sets, recovered=Recovered(**plain["recovered"]) if plain["recovered"] else None)
 
 
 def _figures(plain: Mapping[str, Any]) -> Figures:

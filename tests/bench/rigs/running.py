@@ -90,7 +90,7 @@ def fingerprint(paths: list[Path]) -> str:
     told = hashlib.sha256()
     for path in paths:
         told.update(path.name.encode())
-        told.update(path.read_bytes().replace(f".{path.parent.name.lstrip('.')}".encode(), b""))
+        told.update(path.read_bytes())
     return told.hexdigest()
 
 

@@ -9,7 +9,9 @@ from bench.rigs.figures import Figures
 from bench.rigs.rows import STAGES, Row
 from rich.table import Table
 
-BASELINES = ("nothing", "ridge on inputs", "ridge on temperatures")
+WHOLE = ("nothing", "ridge on inputs")
+"""Baselines that tell every channel."""
+BASELINES = (*WHOLE, "ridge on temperatures")
 DASH = "–"
 
 
@@ -32,7 +34,7 @@ def _table(title: str, headings: Sequence[str], lines: Sequence[Sequence[str]]) 
 
 
 def _split_table(rows: Sequence[Row]) -> Table:
-    headings = ("rig, learned from → held out", "learned from", *BASELINES, *STAGES, "verdict", "named", "s")
+    headings = ("rig, learned from → held out", "learned from", *WHOLE, *STAGES, "verdict", "named", "s")
     lines = [(r.title, pooled_over(r), *_held_out(r), verdict(r), "; ".join(r.named) or DASH, f"{r.seconds:.0f}")
              for r in rows]  # fmt: skip
     return _table("Real rigs: rms over all channels of the held-out runs, in units of declared noise", headings, lines)
@@ -40,7 +42,7 @@ def _split_table(rows: Sequence[Row]) -> Table:
 
 def _held_out(row: Row) -> list[str]:
     measured = row.measured
-    return [noise(of.get(name)) for of, names in ((measured.baselines, BASELINES), (measured.holdout, STAGES))
+    return [noise(of.get(name)) for of, names in ((measured.baselines, WHOLE), (measured.holdout, STAGES))
             for name in names]  # fmt: skip
 
 
