@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bench.rigs.answers import Answer, Score, score
+from bench.rigs.answers import Answer, Score, named, score
 from bench.rigs.case import Case, Concealment, laid_over, read
 from bench.rigs.concealments import CONCEALMENTS, the_stop
 from bench.rigs.figures import Figures, Left, Size, pooled
@@ -136,6 +136,12 @@ def test_no_answer_in_time_is_told_as_such() -> None:
 
 def test_what_was_named_is_told_with_its_confidence() -> None:
     assert scored("bed-frame", RIGHT["bed-frame"]).by == "radiation bed – frame (0.90)"
+
+
+def test_numbers_of_what_was_named_are_told_with_their_units() -> None:
+    parameters = {"conductance": {"value": 0.00335, "std": 0.0005, "unit": "W/K"}, "gain": {"value": 3.1, "unit": "1"}}
+    told = named(finding("conduction", "heater 1", "heater 2", parameters=parameters))
+    assert told == "conduction heater 1 – heater 2 (0.90), conductance 0.00335 ± 0.0005 W/K, gain 3.1"
 
 
 def test_every_concealment_is_scored_here() -> None:

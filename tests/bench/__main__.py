@@ -93,7 +93,7 @@ def main() -> None:
     Console(width=140).print(table)
     for tell in (tell_fits, tell_peers, tell_coverage, tell_recordings):
         tell()
-    tell_rigs([])
+    tell_rigs(["--resume", str(ROOT / "out" / "rigs")])
 
 
 if __name__ == "__main__":

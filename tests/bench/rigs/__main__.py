@@ -19,19 +19,30 @@ from bench.rigs.case import Case
 from bench.rigs.concealments import CONCEALMENTS
 from bench.rigs.rows import Row, row
 from bench.rigs.running import LIMIT, answered
-from bench.rigs.splits import SPLITS, split
+from bench.rigs.splits import RECORDINGS, SPLITS, split
 from bench.rigs.tables import markdown, tables
 from rich.console import Console
 
 from network.groups import Groups
-from network.stopping import on_stop
+from network.stopping import on_stop, stoppable
 
 CASES = (*(Case(s) for s in SPLITS), *(Case(split(c.split), c) for c in CONCEALMENTS))
 
 
 def chosen(words: Sequence[str]) -> list[Case]:
     """Cases whose name or split begins with one of the words."""
-    return [c for c in CASES if not words or any(n.startswith(w) for w in words for n in (c.name, c.split.name))]
+    found = [c for c in CASES if not words or any(n.startswith(w) for w in words for n in (c.name, c.split.name))]
+    if not found:
+        sys.exit(f"no rig or concealment is called so; there are {', '.join(case.name for case in CASES)}")
+    return found
+
+
+def here(cases: Sequence[Case]) -> list[Case]:
+    """Those with all their files; the others are told."""
+    for case in cases:
+        if case.split.lacks:
+            print(f"{case.name}: left out, {case.split.lacks[0].name} is not here", file=sys.stderr)
+    return [case for case in cases if not case.split.lacks]
 
 
 def arguments(given: Sequence[str] | None) -> argparse.Namespace:
@@ -57,7 +68,7 @@ def folder(kept: Path | None) -> Iterator[Path]:
 def rows(cases: Sequence[Case], where: Path, limit: float, jobs: int) -> list[Row]:
     """In the order of the cases; told one by one as they come."""
     groups = Groups()
-    with on_stop(groups.end), ThreadPoolExecutor(max(1, jobs)) as pool:
+    with stoppable(), on_stop(groups.end), ThreadPoolExecutor(max(1, jobs)) as pool:
         running = [pool.submit(_row, case, where, limit, groups) for case in cases]
         try:
             for done, future in enumerate(as_completed(running), start=1):
@@ -76,10 +87,10 @@ def _row(case: Case, where: Path, limit: float, groups: Groups) -> Row:
 
 def main(given: Sequence[str] | None = None) -> None:
     options = arguments(given)
-    cases = [case for case in chosen(options.only) if not case.split.lacks]
-    for case in chosen(options.only):
-        if case.split.lacks:
-            print(f"{case.name}: left out, {case.split.lacks[0].name} is not here", file=sys.stderr)
+    if not RECORDINGS.is_dir():
+        print("the recordings in ../shared/recordings are not here")
+        return
+    cases = here(chosen(options.only))
     with folder(options.resume) as where:
         found = rows(cases, where, options.limit, options.jobs)
     if options.json:
@@ -92,4 +103,7 @@ def main(given: Sequence[str] | None = None) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except KeyboardInterrupt:
+        sys.exit("stopped; with the same --resume folder it goes on from here")

@@ -82,9 +82,16 @@ def score(diagnosis: Mapping[str, Any] | None, answer: Answer, correlation: floa
 
 
 def named(found: Found) -> str:
-    """`convection heater 1 – room (0.93)`."""
+    """`convection heater 1 – room (0.93), conductance 0.0034 ± 0.0005 W/K`."""
     where = [*found.get("places", ()), *found.get("channels", ())]
-    return f"{found['kind']} {' – '.join(where)} ({found.get('confidence') or 0:.2f})"
+    numbers = (number(name, value) for name, value in (found.get("parameters") or {}).items())
+    return ", ".join([f"{found['kind']} {' – '.join(where)} ({found.get('confidence') or 0:.2f})", *numbers])
+
+
+def number(name: str, of: Mapping[str, Any]) -> str:
+    spread = f" ± {of['std']:.2g}" if of.get("std") else ""
+    unit = "" if of.get("unit") in (None, "1") else f" {of['unit']}"
+    return f"{name.replace('_', ' ')} {of['value']:.3g}{spread}{unit}"
 
 
 def drivers_of(patch: Any) -> Iterator[str]:

@@ -118,8 +118,14 @@ def _run(words: tuple[str, ...], folder: Path, command: str, limit: float, group
     if code is None and seconds < limit:
         raise KeyboardInterrupt
     is_there = (folder / command / RESULT[command]).is_file()
-    told = no_answer(limit) if code is None else "answered" if code == 0 and is_there else f"failed with status {code}"
+    told = no_answer(limit) if code is None else "answered" if code == 0 and is_there else failed(code, folder, command)
     return Ending(told, seconds, limit)
+
+
+def failed(code: int, folder: Path, command: str) -> str:
+    """With the last that the command said."""
+    lines = (folder / f"{command}.log").read_text(encoding="utf-8").strip().splitlines()
+    return f"failed with status {code}" + (f": {lines[-1]}" if lines else "")
 
 
 def no_answer(limit: float) -> str:
