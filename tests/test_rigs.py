@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from bench.rigs.figures import Figures, Left, Size, pooled
 from bench.rigs.hiding import heated, of_the_feed, stop, without_stop
 from bench.rigs.recovered import Recovered
 from bench.rigs.rows import Measured, Row
-from bench.rigs.running import fingerprint
+from bench.rigs.running import Processes, answered, fingerprint
 from bench.rigs.splits import RECORDINGS, ROOT, SPLITS, Run, Split, split
 from bench.rigs.tables import markdown, tables
 from rich.console import Console
@@ -277,6 +277,24 @@ def test_an_answer_of_the_same_files_is_kept(tmp_path: Path) -> None:
         return fingerprint(sorted((tmp_path / where).iterdir()))
 
     assert mark("one", "5 min") == mark("other", "5 min") != mark("third", "6 min")
+
+
+class Told(Processes):
+    """Ends as it is told to, at once."""
+
+    def run(self, words: Sequence[str], folder: Path, log: Path) -> tuple[int | None, float]:
+        log.write_text("machine.yaml:1: no such machine\n")
+        return (None if self.limit < 9 else 2), self.limit
+
+
+@needs_recordings
+def test_only_what_a_longer_limit_may_change_is_run_again(tmp_path: Path) -> None:
+    case = Case(split("two-heaters-mhe"))
+    told = [answered(case, tmp_path, Told(limit)).diagnosed for limit in (5.0, 2.0, 9.0, 99.0)]
+    assert [ending.limit for ending in told] == [5, 5, 9, 9]
+    assert [ending.told for ending in told[1:3]] == [
+        "no answer in 5 s", "failed with status 2: machine.yaml:1: no such machine",
+    ]  # fmt: skip
 
 
 def some_rows() -> list[Row]:

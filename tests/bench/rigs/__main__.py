@@ -18,12 +18,11 @@ from pathlib import Path
 from bench.rigs.case import Case
 from bench.rigs.concealments import CONCEALMENTS
 from bench.rigs.rows import Row, row
-from bench.rigs.running import LIMIT, answered
+from bench.rigs.running import LIMIT, Processes, answered
 from bench.rigs.splits import RECORDINGS, SPLITS, split
 from bench.rigs.tables import markdown, tables
 from rich.console import Console
 
-from network.groups import Groups
 from network.stopping import on_stop, stoppable
 
 CASES = (*(Case(s) for s in SPLITS), *(Case(split(c.split), c) for c in CONCEALMENTS))
@@ -67,22 +66,22 @@ def folder(kept: Path | None) -> Iterator[Path]:
 
 def rows(cases: Sequence[Case], where: Path, limit: float, jobs: int) -> list[Row]:
     """In the order of the cases; told one by one as they come."""
-    groups = Groups()
-    with stoppable(), on_stop(groups.end), ThreadPoolExecutor(max(1, jobs)) as pool:
-        running = [pool.submit(_row, case, where, limit, groups) for case in cases]
+    processes = Processes(limit)
+    with stoppable(), on_stop(processes.end), ThreadPoolExecutor(max(1, jobs)) as pool:
+        running = [pool.submit(_row, case, where, processes) for case in cases]
         try:
             for done, future in enumerate(as_completed(running), start=1):
                 told = future.result()
                 print(f"{done}/{len(cases)} {told.name}: {told.told}, {told.seconds:.0f} s", file=sys.stderr)
         except BaseException:
-            groups.end()
+            processes.end()
             pool.shutdown(cancel_futures=True)
             raise
         return [future.result() for future in running]
 
 
-def _row(case: Case, where: Path, limit: float, groups: Groups) -> Row:
-    return row(answered(case, where, limit, groups))
+def _row(case: Case, where: Path, processes: Processes) -> Row:
+    return row(answered(case, where, processes))
 
 
 def main(given: Sequence[str] | None = None) -> None:

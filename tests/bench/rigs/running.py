@@ -8,9 +8,10 @@ import os
 import shutil
 import sys
 import time
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 from bench.rigs.case import Case
@@ -38,6 +39,29 @@ class Ending:
 
 
 @dataclass(frozen=True)
+class Processes:
+    """Commands that end with this one. limit [s]: for each; stopped: none of them came to its end by itself then."""
+
+    limit: float
+    groups: Groups = field(default_factory=Groups)
+    stopped: Event = field(default_factory=Event)
+
+    def end(self) -> None:
+        self.stopped.set()
+        self.groups.end()
+
+    def run(self, words: Sequence[str], folder: Path, log: Path) -> tuple[int | None, float]:
+        """Exit status (None: not in time) and seconds. Raises KeyboardInterrupt where it was stopped."""
+        path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
+        began = time.monotonic()
+        with log.open("w", encoding="utf-8") as file:
+            code = self.groups.run(words, folder, file, self.limit, {**os.environ, "PYTHONPATH": path})
+        if self.stopped.is_set():
+            raise KeyboardInterrupt
+        return code, time.monotonic() - began
+
+
+@dataclass(frozen=True)
 class Answered:
     """A case with the folder it was answered in."""
 
@@ -55,15 +79,13 @@ class Answered:
         return told
 
 
-def answered(case: Case, where: Path, limit: float, groups: Groups) -> Answered:
+def answered(case: Case, where: Path, processes: Processes) -> Answered:
     """What is kept of the same case under the same program, or a new answer."""
     folder = where / case.name
     _prepare(case, folder)
     options = ("--jobs", "1", "--seed", "0", "--no-plots")
-    return Answered(
-        case, folder, _ended(case, folder, "calibrate", ("--no-plots",), limit, groups),
-        _ended(case, folder, "diagnose", options, limit, groups),
-    )  # fmt: skip
+    calibrated = _ended(case, folder, "calibrate", ("--no-plots",), processes)
+    return Answered(case, folder, calibrated, _ended(case, folder, "diagnose", options, processes))
 
 
 def _prepare(case: Case, folder: Path) -> None:
@@ -94,32 +116,27 @@ def fingerprint(paths: list[Path]) -> str:
     return told.hexdigest()
 
 
-def _ended(case: Case, folder: Path, command: str, options: tuple[str, ...], limit: float, groups: Groups) -> Ending:
+def _ended(case: Case, folder: Path, command: str, options: tuple[str, ...], processes: Processes) -> Ending:
     """How a command ended, now or earlier; one that was cut off by a shorter limit is run again."""
     kept = folder / f"{command}.json"
     if kept.is_file():
         old = Ending(**json.loads(kept.read_text()))
-        if old.told != no_answer(old.limit) or old.limit >= limit:
+        if old.told != no_answer(old.limit) or old.limit >= processes.limit:
             return old
     held = [word for name in case.holdout for word in ("--holdout", name)]
     words = (*COMMAND, command, "machine.yaml", *case.train, *held, "-o", command, *options)
     shutil.rmtree(folder / command, ignore_errors=True)
-    ending = _run(words, folder, command, limit, groups)
+    code, seconds = processes.run(words, folder, folder / f"{command}.log")
+    ending = Ending(_told(code, folder, command, processes.limit), seconds, processes.limit)
     kept.write_text(json.dumps(asdict(ending)))
     return ending
 
 
-def _run(words: tuple[str, ...], folder: Path, command: str, limit: float, groups: Groups) -> Ending:
-    path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
-    began = time.monotonic()
-    with (folder / f"{command}.log").open("w", encoding="utf-8") as log:
-        code = groups.run(words, folder, log, limit, {**os.environ, "PYTHONPATH": path})
-    seconds = time.monotonic() - began
-    if code is None and seconds < limit:
-        raise KeyboardInterrupt
+def _told(code: int | None, folder: Path, command: str, limit: float) -> str:
+    if code is None:
+        return no_answer(limit)
     is_there = (folder / command / RESULT[command]).is_file()
-    told = no_answer(limit) if code is None else "answered" if code == 0 and is_there else failed(code, folder, command)
-    return Ending(told, seconds, limit)
+    return "answered" if code == 0 and is_there else failed(code, folder, command)
 
 
 def failed(code: int, folder: Path, command: str) -> str:
