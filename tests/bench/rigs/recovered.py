@@ -11,7 +11,7 @@ from bench.rigs.case import Tree
 from network import Failed, Machine, Recording, Refused, simulate
 from network.declare import Array
 
-PIECES = 40
+PIECES = 24
 """Stretches of a run whose mean heat flows are compared."""
 
 
