@@ -77,15 +77,18 @@ def score(diagnosis: Mapping[str, Any] | None, answer: Answer, correlation: floa
     for grade, holds in (("right", lambda f: answer.is_right(f, correlation)), ("part", answer.is_part)):
         for found in findings:
             if holds(found):
-                return Score(grade, named(found))
+                return Score(grade, called(found))
     return Score("missed")
 
 
 def named(found: Found) -> str:
     """`convection heater 1 – room (0.93), conductance 0.0034 ± 0.0005 W/K`."""
+    return ", ".join([called(found), *(number(n, value) for n, value in (found.get("parameters") or {}).items())])
+
+
+def called(found: Found) -> str:
     where = [*found.get("places", ()), *found.get("channels", ())]
-    numbers = (number(name, value) for name, value in (found.get("parameters") or {}).items())
-    return ", ".join([f"{found['kind']} {' – '.join(where)} ({found.get('confidence') or 0:.2f})", *numbers])
+    return f"{found['kind']} {' – '.join(where)} ({found.get('confidence') or 0:.2f})"
 
 
 def number(name: str, of: Mapping[str, Any]) -> str:
