@@ -68,7 +68,7 @@ def grown(tree: Tree) -> Answer:
 
 CONCEALMENTS = (
     Concealment(
-        "Q2", "two-heaters", "Q2, and its source, out of machine and recording",
+        "Q2", "two-heaters", "Q2 and its source",
         always(Answer("heat at heater 2 in Q2's course", HEAT, at("heater 2"), alike=HEAT, follows=FOLLOWS)),
         without("sources", "heating 2"), no_column("Q2"), heat=sources("heating 2"),
     ),
@@ -78,24 +78,24 @@ CONCEALMENTS = (
         without("links", "film between", "glow between"),
     ),
     Concealment(
-        "swap", "two-heaters", "T1 and T2 read as each other",
+        "swap", "two-heaters", "which of T1 and T2 is which",
         always(Answer("T1 and T2 swapped", at("sensor_swap"), channels=at("T1", "T2"), alike=SENSORS)),
         mapping=swapped("T1", "T2"),
     ),
     Concealment(
-        "P-heating", "building", "P_heating, and its source, out of machine and recording",
+        "P-heating", "building", "P_heating and its source",
         always(Answer("heat at the radiators in P_heating's course", HEAT, at("radiators"), alike=HEAT,
                       follows=FOLLOWS)),
         without("sources", "heating"), no_column("P_heating"), heat=sources("heating"),
     ),
     Concealment(
-        "P-heating-source", "building", "the source that P_heating drives, which is recorded",
+        "P-heating-source", "building", "the source of P_heating, which is recorded",
         always(Answer("heat at the radiators with P_heating", HEAT, at("radiators"), alike=HEAT,
                       drivers=at("P_heating"))),
         without("sources", "heating"), heat=sources("heating"),
     ),
     Concealment(
-        "outdoor", "building", "outdoor held constant",
+        "outdoor", "building", "the course of outdoor",
         always(Answer("outdoor drifts", at("ambient_drift"), at("outdoor"))),
         mapping=constant("outdoor", "degC"),
     ),
@@ -111,7 +111,7 @@ CONCEALMENTS = (
         without("links", "bed to frame"),
     ),
     Concealment(
-        "NTC7", "three-blocks", "that NTC7 does not read the cylinder it is said to sit on",
+        "NTC7", "three-blocks", "that NTC7 is not on the cylinder it is listed for",
         always(Answer("NTC7 is not to be believed", SENSORS, channels=at("NTC7"))),
         lambda tree: {"sensors": {"NTC7": {**tree["sensors"]["NTC8"]}}}, another_column("NTC7_C", "NTC7 [degC]"),
     ),
@@ -119,9 +119,9 @@ CONCEALMENTS = (
         "feed-heat", "cnc", "the heat of the feed", feed_heat,
         lambda tree: without("sources", *of_the_feed(tree))(tree), heat=of_the_feed,
     ),
-    Concealment("room", "cnc", "the room held constant in each run", room, mapping=constant("ambient", "degC")),
+    Concealment("room", "cnc", "the course of the room", room, mapping=constant("ambient", "degC")),
     Concealment(
-        "stop", "cnc", "the stop of 10 August out of the schedule", the_stop,
+        "stop", "cnc", "the stop of 10 August", the_stop,
         rows=without_stop("speed_rpm", "speed_rpm", "feed_m_min"),
     ),
     Concealment(
