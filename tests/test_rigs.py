@@ -18,7 +18,7 @@ from bench.rigs.recovered import Recovered, recovered
 from bench.rigs.rows import Measured, Row
 from bench.rigs.running import Processes, answered, fingerprint
 from bench.rigs.splits import RECORDINGS, ROOT, SPLITS, Run, Split, split
-from bench.rigs.tables import markdown, tables
+from bench.rigs.tables import markdown, short, tables
 from rich.console import Console
 
 from network.machine import Machine
@@ -129,6 +129,10 @@ def test_a_part_of_the_truth_is_called_a_part(name: str) -> None:
 @pytest.mark.parametrize("name", ["Q2", "P-heating"])
 def test_heat_that_does_not_follow_what_was_hidden_is_a_part(name: str) -> None:
     assert [scored(name, RIGHT[name], correlation=r).grade for r in (0.2, None)] == ["part", "part"]
+
+
+def test_a_name_that_is_not_believed_is_a_part() -> None:
+    assert scored("NTC7", {**RIGHT["NTC7"], "confidence": 0.004}).grade == "part"
 
 
 def test_no_answer_in_time_is_told_as_such() -> None:
@@ -328,6 +332,11 @@ def test_tables_tell_both_units_the_grade_and_what_did_not_end() -> None:
     text = console.export_text()
     for told in ("1.5 K (15 σ)", "16 σ → –", "no answer in 300 s", "1 right", "r = 0.83, 90 % of the energy"):
         assert told in text
+
+
+def test_figures_are_told_without_exponents() -> None:
+    assert [short(x) for x in (0.0123, 1.5, 123.4, 7834.0)] == ["0.0123", "1.5", "123", "7834"]
+    assert short(123.4, 2) == "123"
 
 
 def test_markdown_is_one_table() -> None:

@@ -9,6 +9,8 @@ from typing import Any
 Found = Mapping[str, Any]
 """A finding of diagnosis.json, or one of its alternatives."""
 GRADES = ("right", "part", "missed", "no answer")
+SURE = 0.1
+"""Least confidence with which the right thing counts as said; with less it is a part."""
 WITHIN = 300.0
 """s by which a window may be off at either end."""
 
@@ -50,10 +52,11 @@ class Answer:
 
     def is_right(self, found: Found, correlation: float | None) -> bool:
         is_followed = self.follows is None or (correlation is not None and correlation >= self.follows)
-        return self.is_named(found) and self.is_driven(found) and self.is_timed(found) and is_followed
+        is_said = (found.get("confidence") or 0.0) >= SURE
+        return is_said and self.is_named(found) and self.is_driven(found) and self.is_timed(found) and is_followed
 
     def is_part(self, found: Found) -> bool:
-        """The right thing without its course or driver, an alike or unnamed one there, or it among the rivals."""
+        """The right thing unsure or not in its course, an alike or unnamed one there, or it among the rivals."""
         if self.window is not None:
             return any(overlap(w, self.window) > 0.5 for w in windows_of(found))
         rivals = (*found.get("alternatives", ()), *found.get("indistinguishable", ()))

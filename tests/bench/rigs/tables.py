@@ -52,7 +52,12 @@ def pooled_over(row: Row) -> str:
 
 
 def noise(figures: Figures | None) -> str:
-    return f"{figures.noise:.3g} σ" if figures else DASH
+    return f"{short(figures.noise)} σ" if figures else DASH
+
+
+def short(value: float, digits: int = 3) -> str:
+    """To as many digits, and whole where it has more."""
+    return f"{value:.0f}" if value >= 10**digits else f"{value:.{digits}g}"
 
 
 def verdict(row: Row) -> str:
@@ -76,7 +81,7 @@ def channel(figures: Figures | None, name: str) -> str:
     if figures is None or name not in figures.channels:
         return DASH
     size = figures.channels[name]
-    return f"{size.rms:.3g} {size.unit} ({size.noise:.3g} σ)"
+    return f"{short(size.rms)} {size.unit} ({short(size.noise)} σ)"
 
 
 def _concealed_table(rows: Sequence[Row]) -> Table:
@@ -129,5 +134,7 @@ def sizes(figures: Figures | None) -> str:
     if figures is None:
         return DASH
     units = dict.fromkeys(size.unit for size in figures.channels.values())
-    told = [", ".join(f"{n} {s.rms:.2g}" for n, s in figures.channels.items() if s.unit == u) + f" {u}" for u in units]
-    return f"{', '.join(told)}, {figures.noise:.3g} σ"
+    told = [
+        ", ".join(f"{n} {short(s.rms, 2)}" for n, s in figures.channels.items() if s.unit == u) + f" {u}" for u in units
+    ]
+    return f"{', '.join(told)}, {short(figures.noise)} σ"
