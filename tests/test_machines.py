@@ -290,6 +290,19 @@ def test_two_heater_rig_settles_where_film_and_glow_balance_the_heaters() -> Non
     assert [result.sensors["T1"][-1], result.sensors["T2"][-1]] == pytest.approx(list(T), abs=1e-5)
 
 
+def test_three_blocks_settle_where_their_skins_lose_what_the_heater_gives() -> None:
+    """Films and glow at each cylinder's mean, which is 1 K from its ends; the last loses what comes through its pad."""
+    result = settled("three_blocks", heater="10 W", ambient="23.6 degC")
+    rise = {i: result.parts[f"cylinder {i}"][-1] - 23.6 for i in (1, 2, 3)}
+    lost = {
+        i: 2.57 * area * rise[i] ** 1.25
+        + 0.2 * area * STEFAN_BOLTZMANN * ((rise[i] + 23.6 + KELVIN) ** 4 - (23.6 + KELVIN) ** 4)
+        for i, area in ((1, 330e-4), (2, 220e-4), (3, 110e-4))
+    }
+    assert sum(lost.values()) == pytest.approx(10, rel=1e-4)
+    assert 0.22 * (result.sensors["NTC10"][-1] - result.sensors["NTC11"][-1]) == pytest.approx(lost[3], rel=1e-2)
+
+
 def test_heated_gantry_settles_between_its_bed_and_the_room() -> None:
     result = settled("heated_gantry", bed="105 degC", ambient="22 degC")
     bed_glow = (105 + KELVIN) ** 4

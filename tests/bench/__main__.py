@@ -20,6 +20,7 @@ from bench.fit_peers import main as tell_peers
 from bench.fit_rows import main as tell_fits
 from bench.peers import expm_reference, split_solve_ivp
 from bench.recordings_table import main as tell_recordings
+from bench.rigs.__main__ import main as tell_rigs
 from rich.console import Console
 from rich.table import Table
 
@@ -92,6 +93,7 @@ def main() -> None:
     Console(width=140).print(table)
     for tell in (tell_fits, tell_peers, tell_coverage, tell_recordings):
         tell()
+    tell_rigs(["--resume", str(ROOT / "out" / "rigs")])
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from bench.rigs.figures import rms
 from rich.console import Console
 from rich.table import Table
 
@@ -63,10 +64,6 @@ def kept(channel: ChannelResidual) -> Array:
     """Residuals in units of noise, without readings far from their neighbours (false trips of a probe)."""
     used = look_at(channel.name, channel.measured, channel.sigma).used
     return channel.in_noise[used]
-
-
-def rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def pooled(comparison: Comparison) -> float:
