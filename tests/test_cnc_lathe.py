@@ -158,7 +158,7 @@ def test_temperatures_tell_nothing_of_the_displacement_that_they_did_not_see() -
 
 @here
 def test_ridges_beat_nothing_and_stand_in_the_table() -> None:
-    over = folds(days(), "day")[::7]
+    over = folds(days(), "day")[::11]
     some = {"nothing": score(told.nothing, over), "ridge": score(told.ridge_on_schedule, over)}
     assert (over_days(some["ridge"]).absolute < 0.7 * over_days(some["nothing"]).absolute).all()
     text = markdown({"day": some}, days=True)

@@ -29,13 +29,14 @@ BY = ("day", "climate")
 @dataclass(frozen=True)
 class Settings:
     """machine: the file; resume: where calibrations are kept; train: runs of a calibration at most; jobs: processes;
-    left_out: days to be told, default all."""
+    left_out: days to be told, default all; by: what is left out, of `day` and `climate`."""
 
     machine: Path
     resume: Path | None
     train: int | None
     jobs: int
     left_out: tuple[str, ...]
+    by: tuple[str, ...] = BY
 
     def methods(self) -> Mapping[str, Callable[[Fold], Tell]]:
         """The rows of the table."""
@@ -44,7 +45,7 @@ class Settings:
             "ridge on lagged schedule and room": told.ridge_on_schedule,
             "ridge on temperatures and their lags": told.ridge_on_temperatures,
             "lptn as written": partial(told.as_written, path=self.machine),
-            "lptn calibrated": self.calibrated,
+            "lptn calibrated" + (f" on {self.train} runs at most" if self.train else ""): self.calibrated,
         }
 
     def calibrated(self, fold: Fold) -> Tell:
@@ -59,8 +60,8 @@ class Settings:
 
 def scores(settings: Settings, days: Sequence[Day]) -> dict[str, dict[str, list[Miss]]]:
     """By what is left out (day, climate), by method: every day that was told."""
-    over = {by: [fold for fold in folds(days, by) if wanted(settings, fold)] for by in BY}
-    if settings.jobs > 1 and settings.resume is not None:
+    over = {by: [fold for fold in folds(days, by) if wanted(settings, fold)] for by in settings.by}
+    if settings.jobs > 1:
         with ProcessPoolExecutor(settings.jobs) as pool:
             list(pool.map(settings.calibrated, [fold for each in over.values() for fold in each]))
     return {by: {name: score(learn, each) for name, learn in settings.methods().items()} for by, each in over.items()}
@@ -76,13 +77,17 @@ def arguments(words: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--train", type=int, metavar="N", help="calibrate on N runs, evenly chosen by date; default all"
     )
+    parser.add_argument("--by", choices=BY, action="append", help="leave out days or climates alone; default both")
     parser.add_argument("--machine", type=Path, default=told.MACHINE, metavar="FILE")
     parser.add_argument("--resume", type=Path, metavar="DIR", help="keeps calibrations, and goes on from them")
     parser.add_argument("--jobs", type=int, default=1, metavar="N", help="processes; needs --resume")
     parser.add_argument("--json", type=Path, metavar="FILE")
     parser.add_argument("--markdown", action="store_true", help="the table as markdown")
     parser.add_argument("--days", action="store_true", help="every day's figures, too")
-    return parser.parse_args(words)
+    given = parser.parse_args(words)
+    if given.jobs > 1 and given.resume is None:
+        parser.error("--jobs hands calibrations over in a folder: give --resume DIR, too")
+    return given
 
 
 def main(words: Sequence[str] | None = None) -> None:
@@ -91,7 +96,8 @@ def main(words: Sequence[str] | None = None) -> None:
         print("the recordings in ../shared/recordings are not here")
         return
     left_out = tuple(name for name in given.runs.split(",") if name)
-    found = scores(Settings(given.machine, given.resume, given.train, given.jobs, left_out), days)
+    by = tuple(given.by or BY)
+    found = scores(Settings(given.machine, given.resume, given.train, given.jobs, left_out, by), days)
     if given.json:
         given.json.write_text(as_json(found), encoding="utf-8")
     print(markdown(found, given.days)) if given.markdown else table(found, given.days)
