@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache, partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -166,7 +167,7 @@ def test_ridges_beat_nothing_and_stand_in_the_table() -> None:
 
 
 @here
-def test_a_kept_calibration_is_read_again(tmp_path, monkeypatch) -> None:  # type: ignore[no-untyped-def]
+def test_a_kept_calibration_is_read_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     fold = Fold("some", days()[1:2], days()[2:3])
     first = told.Machine.load(told.MACHINE)
     kept = tmp_path / f"{told.mark(fold.training, told.MACHINE)}.yaml"
