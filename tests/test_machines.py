@@ -25,6 +25,7 @@ CASES = ROOT.parent / "shared" / "cases"
 MACHINES = sorted(path.stem for path in (ROOT / "machines").glob("*.yaml"))
 SCENARIOS = sorted(path.stem for path in (ROOT / "scenarios").glob("*.yaml"))
 TOO_FAST = {("belt_lathe", name) for name in ("constant_6000", "constant_8000", "warm_up_and_stop", "day_of_work")}
+TOO_FAST |= {("cnc_lathe", "day_of_work")}
 TO_CALIBRATE = {"lathe_warm_up"}
 """Machines with numbers that are `unknown`."""
 HOTTEST = {"two_heater_rig": 80, "toaster_oven": 600, "heated_building": 80}
@@ -369,6 +370,32 @@ def test_lathe_warm_up_follows_its_front_bearing() -> None:
     grown = 1.1e-5 * (0.3 * 10 - 0.2 * (4 + rise[1]))
     assert result.tcp["x"][-1] == pytest.approx(grown, rel=1e-6)
     assert result.sensors["dx"][-1] == pytest.approx(grown - result.tcp["x"][0], rel=1e-6)
+
+
+# -- turning centre -------------------------------------------------------------------------------------------------
+def between(ends: dict[tuple[int, int], float], skins: list[float]) -> np.ndarray:
+    """Conductances [W/K] between parts, and of each to the air, as a matrix."""
+    G = np.diag(np.array(skins, dtype=float))
+    for (a, b), conductance in ends.items():
+        G[[a, b], [a, b]] += conductance
+        G[[a, b], [b, a]] -= conductance
+    return G
+
+
+def test_cnc_lathe_settles_where_its_conductances_say() -> None:
+    """2000 rpm, both axes at 5 m/min, air at the reference; z: the spindle pushes towards the tool, the bed away."""
+    turning, feeding = ("spindle motor", "spindle", "headstock"), ("x feed motor", "z feed motor", "feed screw")
+    parts = (*turning, *feeding, "saddle", "turret", "bed")
+    joints = {(0, 2): 8, (1, 2): 15, (2, 8): 20, (5, 6): 3, (3, 6): 2, (4, 8): 2, (7, 6): 15, (6, 8): 30}
+    friction, guides = 2000 * RPM * 1.5, 5 * 30
+    heat = [150, friction, 0, 20, 20, 5 * 6, 0.6 * guides, 0.2 * guides, 0.2 * guides]
+    rise = np.linalg.solve(between(joints, [6, 3, 8, 2, 2, 2, 8, 12, 25]), heat)
+    result = settled("cnc_lathe", speed="2000 rpm", feed="5 m/min", ambient="20 degC")
+    assert [result.parts[part][-1] - 20 for part in parts] == pytest.approx(list(rise), rel=1e-9)
+    spindle, head, turret, bed = rise[[1, 2, 7, 8]]
+    z = 1.1e-5 * (0.8 * bed - 0.3 * spindle - 0.2 * head - 0.2 * turret)
+    x = 1.1e-5 * (0.2 * head + 0.5 * bed - 0.1 * spindle - 0.4 * turret)
+    assert [result.tcp[axis][-1] for axis in "xz"] == pytest.approx([x, z], rel=1e-8)
 
 
 # -- scenarios ------------------------------------------------------------------------------------------------------
