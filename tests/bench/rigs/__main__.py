@@ -47,7 +47,7 @@ def here(cases: Sequence[Case]) -> list[Case]:
 def arguments(given: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m bench.rigs", description=__doc__)
     parser.add_argument("--only", action="append", default=[], metavar="NAME", help="rigs and concealments so called")
-    parser.add_argument("--limit", type=float, default=LIMIT, metavar="SECONDS", help="for one diagnosis")
+    parser.add_argument("--limit", type=float, default=LIMIT, metavar="SECONDS", help="of a processor, for each answer")
     parser.add_argument("--jobs", type=int, default=1, metavar="N", help="diagnoses at a time")
     parser.add_argument("--json", type=Path, metavar="FILE", help="the rows, for machines")
     parser.add_argument("--resume", type=Path, metavar="DIR", help="where answers are kept")

@@ -7,7 +7,6 @@ import json
 import os
 import shutil
 import sys
-import time
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -40,7 +39,7 @@ class Ending:
 
 @dataclass(frozen=True)
 class Processes:
-    """Commands that end with this one. limit [s]: for each; stopped: none of them came to its end by itself then."""
+    """Commands that end with this one. limit: s of a processor for each; stopped: none of them came to its own end."""
 
     limit: float
     groups: Groups = field(default_factory=Groups)
@@ -53,12 +52,11 @@ class Processes:
     def run(self, words: Sequence[str], folder: Path, log: Path) -> tuple[int | None, float]:
         """Exit status (None: not in time) and seconds. Raises KeyboardInterrupt where it was stopped."""
         path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
-        began = time.monotonic()
         with log.open("w", encoding="utf-8") as file:
-            code = self.groups.run(words, folder, file, self.limit, {**os.environ, "PYTHONPATH": path})
+            ended = self.groups.run(words, folder, file, self.limit, {**os.environ, "PYTHONPATH": path})
         if self.stopped.is_set():
             raise KeyboardInterrupt
-        return code, time.monotonic() - began
+        return ended.code, ended.busy
 
 
 @dataclass(frozen=True)
