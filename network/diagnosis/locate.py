@@ -15,10 +15,10 @@ import numpy as np
 
 from network.calibration.evidence import Measured
 from network.calibration.fitting import Linearised
-from network.calibration.noise import heat_answers, ou, part_spread, slack_knots
 from network.calibration.predictor import Prediction
 from network.declare import Array
 from network.diagnosis.screen import lean
+from network.diagnosis.unknown_heat import heat_answers, heat_knots, ou, part_spread
 from network.diagnosis.verdict import UnknownHeat
 from network.machine import Machine
 
@@ -43,7 +43,7 @@ class _Place:
 
 def locate(fit: Linearised, machine: Machine) -> tuple[UnknownHeat, ...]:
     """All places, the most probable first."""
-    knots = [slack_knots(d, KNOTS) for d in fit.problem.data]
+    knots = [heat_knots(d, KNOTS) for d in fit.problem.data]
     found = [_explained(fit, place, knots) for place in _places(fit, machine, knots)]
     gains = np.array([u.gain for u in found])
     share = np.exp(FLATTER * (gains - gains.max()))
