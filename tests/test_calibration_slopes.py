@@ -144,4 +144,4 @@ def test_folding_the_runs_gives_what_the_whole_matrix_gives():
     assert at.log_evidence == pytest.approx(-0.5 * (at.cost + problem.log_determinant + volume))
     rows = np.random.default_rng(0).standard_normal(len(at.residual))
     whole = np.eye(len(rows)) + (at.slopes.T * spread**2) @ at.slopes
-    assert np.allclose(whole @ at.unexplained(rows), rows, atol=1e-5)
+    assert np.allclose(whole @ at.project(rows), rows, atol=1e-5)

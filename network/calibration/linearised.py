@@ -16,6 +16,7 @@ from network.calibration.arrow import Folded, Part, folded
 from network.calibration.evidence import Measured
 from network.calibration.predictor import Prediction
 from network.calibration.problem import Problem
+from network.calibration.projector import Projector
 from network.calibration.threads import on_one_thread
 from network.declare import Array
 from network.refusal import Failed
@@ -89,13 +90,9 @@ class Linearised:
             total[rows] = eta[:offsets] @ part.by_offset + mine @ part.by_own
         return total
 
-    def unexplained(self, values: Array) -> Array:
-        """What of whitened rows parameters and nuisances cannot take up, given their priors: (1 + S V Sᵀ)⁻¹ values."""
-        taken = np.asarray(np.linalg.solve(self.precision, self.along(values)), float)
-        left = values - self.moved_by(taken[self.free :])
-        for (rows, _), part in zip(self.blocks, self.parts, strict=True):
-            left[rows] -= taken[: self.free] @ part.by_theta
-        return np.asarray(left)
+    def project(self, rows: Array) -> Array:
+        """What of whitened rows (…, rows) parameters and nuisances cannot take up, given their priors."""
+        return Projector(self.slopes, self.precision).project(rows)
 
     @cached_property
     def precision(self) -> Array:

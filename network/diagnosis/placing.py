@@ -14,7 +14,7 @@ from network.diagnosis.candidates import STRETCHES, Candidate
 from network.diagnosis.case import Hypothesis
 from network.diagnosis.directions import directions
 from network.diagnosis.ranking import best_first
-from network.diagnosis.screen import lean, whitened
+from network.diagnosis.screen import whitened
 from network.diagnosis.slimming import tried
 from network.diagnosis.together import spread
 from network.places import Place
@@ -130,7 +130,7 @@ def _promised(best: Hypothesis, moved: Sequence[Candidate]) -> list[tuple[float,
     if not told:
         return []
     D = whitened(fit, np.array([changes[k] for k in told]))
-    M_D = lean(fit, D)
+    M_D = fit.project(D)
     gains = np.maximum(M_D @ fit.left, 0.0) ** 2 / (2 * np.maximum(np.einsum("ij,ij->i", D, M_D), LEAST_SEEN))
     pairs = [(float(gain), moved[k]) for gain, k in zip(gains, told, strict=True)]
     return sorted(pairs, key=lambda pair: (-round(pair[0], 1), -_width(pair[1])))

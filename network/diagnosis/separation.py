@@ -16,6 +16,7 @@ import numpy as np
 
 from network.calibration.fitting import Linearised, linearise
 from network.calibration.predictor import Model
+from network.calibration.projector import Projector
 from network.calibration.threads import on_one_thread
 from network.declare import Array
 from network.diagnosis.case import Case, Hypothesis
@@ -55,8 +56,7 @@ class Outcome:
         """√J/χ [σ] with the channels there are and some of the extra ones."""
         own = ~np.isin(self.channel, [n for part, n in self.extra.items() if part not in extra])
         slopes, moved = self.at.slopes[:, own], self.moved[own]
-        g = slopes @ moved
-        J = float(moved @ moved - g @ np.linalg.solve(slopes @ slopes.T + self._known, g))
+        J = Projector(slopes, slopes @ slopes.T + self._known).misfit(moved)
         return float(np.sqrt(max(J, 0.0))) / self.pair.chi
 
     @property
