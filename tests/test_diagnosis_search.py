@@ -303,7 +303,7 @@ def test_what_does_not_hold_at_the_end_goes_and_the_rest_is_judged_again(monkeyp
     monkeypatch.setattr(checking, "_to_the_end", lambda h: h)
     monkeypatch.setattr(checking, "rejudged", lambda case, h: h)
     monkeypatch.setattr(checking, "renoised", lambda case, h: case)
-    monkeypatch.setattr(checking, "spread", lambda work, items, jobs, tell: [work(x) for x in items])
+    monkeypatch.setattr(checking, "run_all", lambda work, items, jobs: [work(x) for x in items])
     expected = {"a": ("", ()), "ab": ("b", (30.0,)), "abc": ("bc", (58.0, 30.0)), "": ("", ())}
     for names, (left, gains) in expected.items():
         held, told = checking._held(hypothesis(names), 12.0, 1)  # type: ignore[arg-type]

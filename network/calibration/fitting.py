@@ -15,7 +15,6 @@ from scipy.optimize import lsq_linear
 from network.calibration.linearised import Linearised, linearise, residual_cost, residual_of, with_slopes
 from network.calibration.parameters import centres
 from network.calibration.problem import Problem, make_problem
-from network.calibration.threads import on_one_thread
 from network.declare import Array
 from network.refusal import Failed
 
@@ -31,7 +30,6 @@ NEAR = 0.02
 DAMPING, LEAST_DAMPING, HARDER, SOFTER, HARDEST = 1e-3, 1e-7, 8.0, 0.05, 1e9
 
 
-@on_one_thread
 def minimise(
     problem: Problem, theta: Array | None = None, steps: int = STEPS, tell: Callable[[float], None] | None = None
 ) -> Linearised:

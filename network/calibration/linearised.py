@@ -17,7 +17,6 @@ from network.calibration.evidence import Measured
 from network.calibration.predictor import Prediction
 from network.calibration.problem import Problem
 from network.calibration.projector import Projector
-from network.calibration.threads import on_one_thread
 from network.declare import Array
 from network.refusal import Failed
 
@@ -176,7 +175,6 @@ class Linearised:
         return -0.5 * (self.cost + self.problem.log_determinant + volume)
 
 
-@on_one_thread
 def linearise(problem: Problem, theta: Array) -> Linearised:
     """The problem about θ. Raises Failed where a run runs away."""
     return with_slopes(problem, theta, problem.model.predict(theta))

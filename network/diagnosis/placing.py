@@ -16,7 +16,7 @@ from network.diagnosis.directions import directions
 from network.diagnosis.ranking import best_first
 from network.diagnosis.screen import whitened
 from network.diagnosis.slimming import tried
-from network.diagnosis.together import spread
+from network.parallel import run_all
 from network.places import Place
 
 STEPS = (0.1, 0.05)
@@ -43,7 +43,7 @@ def placed(best: Hypothesis, jobs: int = 1) -> Hypothesis:
         moved = list(_elsewhere(best.found[-1]) if step is None else _aside(best.found[-1], step))
         least = max(GAIN, LITTLE * float(best.fit.left @ best.fit.left) / 2)
         promising = [c for gain, c in _promised(best, moved)[:TRIED] if gain > least]
-        fits = spread(partial(_fitted, best), promising, jobs, None)
+        fits = run_all(partial(_fitted, best), promising, jobs)
         best = _widest(best, [h for h in fits if h is not None and h.evidence > best.evidence + GAIN])
     return best
 

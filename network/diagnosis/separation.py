@@ -17,7 +17,6 @@ import numpy as np
 from network.calibration.fitting import Linearised, linearise
 from network.calibration.predictor import Model
 from network.calibration.projector import Projector
-from network.calibration.threads import on_one_thread
 from network.declare import Array
 from network.diagnosis.case import Case, Hypothesis
 from network.diagnosis.programs import Program
@@ -68,7 +67,6 @@ class Outcome:
         return precision
 
 
-@on_one_thread
 def outcome(pair: Pair, program: Program, parts: Sequence[str] = ()) -> Outcome:
     """Both explanations on a program, with further sensors supposed at some parts. Raises Failed or LinAlgError."""
     holds, rival = pair.holds, pair.rival
