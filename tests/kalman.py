@@ -16,6 +16,7 @@ import numpy as np
 from scipy.linalg import block_diag, cholesky, expm, solve_triangular
 
 from network.calibration.evidence import Measured
+from network.calibration.intervals import first_from
 from network.calibration.noise import Noise
 from network.calibration.prediction import Prediction
 from network.calibration.predictor import start_pushes
@@ -131,6 +132,6 @@ def filter_run(
     """The filter along one run; residual: measured less modelled at the run's samples (channels, samples)."""
     space, problem = state_space(prediction, data, noise, offsets), prediction.course.problem
     t = data.run.knots.samples
-    before = np.clip(np.searchsorted(problem.plan.edges, t - 1e-6) - 1, 0, len(problem.regime_of) - 1)
+    before = np.clip(first_from(problem.plan.edges, t) - 1, 0, len(problem.regime_of) - 1)
     sigma = np.array([data.sigma[n] for n in data.run.channels])
     return filtered(space, t, problem.regime_of[before], residual, sigma)

@@ -13,10 +13,10 @@ from scipy.optimize import minimize
 
 from network.calibration import knots as knots_module
 from network.calibration import recursion, series
-from network.calibration.averages import averages
+from network.calibration.cells import averages, cell_matrix
 from network.calibration.evidence import measured
 from network.calibration.fitting import _step
-from network.calibration.knots import cell_matrix, make_knots, on_knots
+from network.calibration.knots import make_knots, on_knots
 from network.calibration.parameters import centres
 from network.calibration.predictor import Model, Run
 from network.calibration.waveform import course_of

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from network.calibration.averages import Averages, averages
+from network.calibration.cells import Averages, averages
 from network.calibration.course import Course, Push
 from network.calibration.knots import Knots
 from network.calibration.means import Means, first_seen

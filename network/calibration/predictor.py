@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from network.calibration.course import Course, Push, kick
+from network.calibration.intervals import first_from
 from network.calibration.parameters import Parameter, at_values, values_at
 from network.calibration.partials import Slots, acts_by_heat, push_of
 from network.calibration.prediction import Prediction, Run
@@ -25,8 +26,6 @@ __all__ = ["Model", "Prediction", "Run", "channels_of", "edge_pushes", "plan_of"
 
 DIFFERENCE = 1e-4
 """Step in θ for parameters that act otherwise than by heat."""
-SAME = 1e-6
-"""s: how far an instant may lie beside its edge."""
 SHOWN = ("tcp.", "sensors.")
 """Entries whose numbers only change what is seen of a run, or a state that sees it."""
 
@@ -242,6 +241,6 @@ def edge_pushes(course: Course, instants: Array) -> list[Push]:
     dx0, dx1 = course.rates
     pushes = []
     for t in instants:
-        k = int(np.searchsorted(plan.edges, t - SAME))
+        k = int(first_from(plan.edges, t))
         pushes.append(kick(course, (k, dx1[k - 1] - dx0[k])))
     return pushes
