@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from network.calibration.course import Course, Push, kick
 from network.calibration.intervals import first_from
 from network.calibration.parameters import Parameter, at_values, values_at
 from network.calibration.partials import Slots, acts_by_heat, push_of
-from network.calibration.prediction import Prediction, Run
+from network.calibration.prediction import Prediction, Resampled, Run
 from network.calibration.reading import Slopes, channels_of
 from network.calibration.switchings import SwitchedCourse, switched_course
 from network.calibration.waveform import course_of
@@ -30,8 +30,26 @@ SHOWN = ("tcp.", "sensors.")
 """Entries whose numbers only change what is seen of a run, or a state that sees it."""
 
 
+@dataclass(eq=False)
+class WarmStart:
+    """What the runs that were predicted last leave to the next ones, run by run. guess: the course that the search for
+    a bent one begins from; plans: with what they depend on; slopes: of the channels, where they stay the same at all
+    instants and θ; resampled: the cells of the intervals between the last edges."""
+
+    guess: dict[int, tuple[Array, Array]] = field(default_factory=dict)
+    plans: dict[int, tuple[object, Plan]] = field(default_factory=dict)
+    slopes: dict[int, Slopes] = field(default_factory=dict)
+    resampled: dict[int, Resampled] = field(default_factory=dict)
+
+    def resampling(self, i: int, run: Run, edges: Array) -> Resampled:
+        """Of a run over the intervals between some edges."""
+        if i not in self.resampled or self.resampled[i].edges is not edges:
+            self.resampled[i] = Resampled(run, edges)
+        return self.resampled[i]
+
+
 class Model:
-    """A machine with free parameters on some runs."""
+    """A machine with free parameters on some runs; warm: what is left of its last predictions."""
 
     def __init__(self, machine: Machine, parameters: Sequence[Parameter], runs: Sequence[Run]) -> None:
         self.machine, self.parameters, self.runs = machine, tuple(parameters), tuple(runs)
@@ -39,10 +57,11 @@ class Model:
         self.slots = Slots(network, tuple(p for p in self.parameters if not p.path.startswith(SHOWN)))
         self.shown = tuple(p for p in self.parameters if p.path.startswith(SHOWN))
         self._readouts = readouts(network, parts=False)
-        self._guess: dict[int, tuple[Array, Array]] = {}
-        self._plans: dict[int, tuple[object, Plan]] = {}
-        self._linear: dict[int, Slopes] = {}
-        self._last: dict[int, Prediction] = {}
+        self.warm = WarmStart()
+
+    def afresh(self) -> Model:
+        """The same without what its predictions left."""
+        return Model(self.machine, self.parameters, self.runs)
 
     def at(self, theta: Array) -> tuple[Machine, Network]:
         """Machine and network at θ."""
@@ -73,35 +92,34 @@ class Model:
         known: dict[bytes, Modes],
     ) -> Prediction:  # fmt: skip
         run, plan = self.runs[i], self._plan(i, network, start)
-        slopes = self._linear.get(i) if machine is self.machine else None
         if network.relays:
-            made = Prediction(run, machine, switched_course(plan, outputs, known), slopes)
+            course: Course = switched_course(plan, outputs, known)
         else:
-            made = Prediction(run, machine, course_of(plan, outputs, self._guess.get(i), known), slopes)
+            course = course_of(plan, outputs, self.warm.guess.get(i), known)
             if not network.is_affine():
-                self._guess[i] = made.course.T
+                self.warm.guess[i] = course.T
+        slopes = self.warm.slopes.get(i) if machine is self.machine else None
+        made = Prediction(run, machine, course, self.warm.resampling(i, run, course.problem.plan.edges), slopes)
         self._remember(i, made)
         return made
 
     def _remember(self, i: int, made: Prediction) -> None:
-        """Slopes that are the same at all instants and readings stay so at other θ, averages so at the same edges."""
-        before = self._last.get(i)
-        if before is not None and before.course.problem.plan.edges is made.course.problem.plan.edges:
-            made.__dict__.update({n: v for n, v in before.__dict__.items() if n == "averages"})
-        self._last[i] = made
-        if self.parameters and i not in self._linear and made.machine is self.machine:
+        """Slopes that are the same at all instants and readings stay so at other θ."""
+        if self.parameters and i not in self.warm.slopes and made.machine is self.machine:
             slopes = made.slopes
             if slopes is not None and slopes.is_straight and slopes.is_constant:
-                self._linear[i] = slopes
+                self.warm.slopes[i] = slopes
 
     def _plan(self, i: int, network: Network, start: Mapping[str, float]) -> Plan:
         """The plan of a run; its edges and inputs are found once for the same edges of laws."""
         run = self.runs[i]
         own = [group.law.edges(float(run.schedule.t[-1])) for group in network.groups]
         key = (np.concatenate([*own, np.empty(0)]).tobytes(), tuple(sorted(network.held)))
-        if i not in self._plans or self._plans[i][0] != key:
-            self._plans[i] = key, plan_of(network, run, start)
-        return carried(self._plans[i][1], network, start)
+        plans = self.warm.plans
+        if i not in plans or plans[i][0] != key:
+            plans[i] = key, plan_of(network, run, start)
+        plan = plans[i][1]
+        return replace(plan, network=network, T0=start_of(network, start, plan.left))
 
     def slopes(self, theta: Array, predictions: Sequence[Prediction]) -> list[Array]:
         """∂(channels)/∂θ of every run: (parameters, channels, 2 K) each."""
@@ -203,14 +221,6 @@ def plan_of(network: Network, run: Run, start: Mapping[str, float]) -> Plan:
     left, right = spans(run.schedule, edges)
     T0 = start_of(network, start, left)
     return Plan(network, run.schedule.t, edges, left, right, T0, "modal", "on the knots of a fit")
-
-
-def carried(plan: Plan, network: Network, start: Mapping[str, float]) -> Plan:
-    """A plan for another network with the same edges: what was worked out from edges and inputs comes along."""
-    new = replace(plan, network=network, T0=start_of(network, start, plan.left))
-    for name in ("just_inside", "ramped", "steps"):
-        new.__dict__[name] = getattr(plan, name)
-    return new
 
 
 def start_of(network: Network, start: Mapping[str, float], inputs: Mapping[str, Array]) -> Array:

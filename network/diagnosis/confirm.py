@@ -50,7 +50,7 @@ def nominal(fit: Linearised) -> Linearised:
     """The problem about the priors' centres, with priors narrowed by the misfit there."""
     at = linearise(fit.problem, centres(fit.problem.parameters))
     chi = max(1.0, chi_of(at))
-    return replace(at, problem=replace(at.problem, firm_theta=chi, firm_eta=chi))
+    return at.tempered(chi, chi)
 
 
 def shortlist(scores: Sequence[Score], about_file: Sequence[Score], most: int = SHORTLIST) -> list[Score]:
@@ -63,7 +63,7 @@ def _about_file(current: Hypothesis, found: Sequence[Candidate], jobs: int) -> l
     """The screening about the file's own numbers, where candidates are proposed; none where that would take long."""
     if current.machine.lumps >= LARGE:
         return []
-    about = nominal(current.fit)
+    about = nominal(current.linearised)
     return scored(about, found, values_at(about.problem.parameters, about.theta), jobs)
 
 

@@ -91,7 +91,7 @@ def _searched(case: Case, seed: int, jobs: int, tell: Callable[[float], None]) -
     if best is not written and tracks[0].chi < FAR:
         tracks[0] = settled(case, tracks[0])
     null = max(tracks, key=lambda h: h.evidence)
-    located = locate(null.fit, null.machine)
+    located = locate(null.linearised, null.machine)
     is_told = null.chi < FULL and null.machine.lumps > MANY
     seen = Screened(null, (), ()) if is_told else screened(null, jobs)
     found = [followed(null, seen, located, seed, jobs, tell)]

@@ -64,14 +64,14 @@ class Screened:
     @cached_property
     def located(self) -> tuple[UnknownHeat, ...]:
         """Where unknown heat would explain most."""
-        return locate(self.before.fit, self.before.machine)
+        return locate(self.before.linearised, self.before.machine)
 
 
 def screened(current: Hypothesis, jobs: int) -> Screened:
     """Everything that could be missing from a hypothesis, screened."""
     before = stand_in(current)
     proposed = tuple(c for c in candidates(before.machine, current.case.drivers) if _keeps(c, before.own))
-    return Screened(before, proposed, tuple(screen(before.fit, proposed, before.values, jobs)))
+    return Screened(before, proposed, tuple(screen(before.linearised, proposed, before.values, jobs)))
 
 
 def followed(

@@ -120,7 +120,7 @@ def _was_off(search: Search) -> bool:
     """Whether the numbers of the file, as they stand, leave more than noise."""
     from network.diagnosis.confirm import nominal
 
-    return chi_of(nominal(search.null.fit)) > UNEXPLAINED
+    return chi_of(nominal(search.null.linearised)) > UNEXPLAINED
 
 
 def _fits(search: Search, before: Machine, after: Machine, holdout: Sequence[Recording], jobs: int) -> Fits:

@@ -78,7 +78,8 @@ def outcome(pair: Pair, program: Program, parts: Sequence[str] = ()) -> Outcome:
     (there,) = Model(one, holds.fit.problem.parameters, [data.run]).predict(holds.fit.theta)
     (here,), (whiten,) = at.predictions, at.problem.whiteners
     channel = np.repeat(np.array(here.run.channels), here.run.knots.cells)[whiten.known]
-    moved = whiten(there.cells - here.cells) + _offsets(pair) @ at.parts[0].by_offset[: len(rival.fit.problem.offsets)]
+    by_offset = at.rows.slopes.parts[0].by_offset[: len(rival.fit.problem.offsets)]
+    moved = whiten(there.cells - here.cells) + _offsets(pair) @ by_offset
     return Outcome(pair, at, moved, channel, extra)
 
 
