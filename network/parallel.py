@@ -1,6 +1,7 @@
 """Many independent pieces of work: one after the other, over processes, or over a cluster; results in their order.
 
-Processes are fresh ones, begun once for a whole command. However the one that began them ends, they end too.
+Processes are fresh ones, begun once for a whole command beside the one that begins them, which takes its part of the
+work. However that one ends, they end too.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ def run_all(
     if jobs == 1 or len(items) < 2:
         return list(_one_by_one(work, items, say))
     with nullcontext(_OPEN[-1]) if _OPEN else _pool(min(jobs, len(items))) as pool, pool.shelved(work) as shelf:
-        return _gathered([pool.submit(shelf, item) for item in items], say)
+        return _Shared(pool, shelf, items, say).done_with(work)
 
 
 @contextmanager
@@ -81,30 +82,68 @@ def _one_by_one(work: Callable[[Item], Result], items: Sequence[Item], say: Told
         say(done / len(items))
 
 
-def _gathered(futures: Sequence[Future[Any]], say: Told) -> list[Any]:
-    try:
-        for done, future in enumerate(as_completed(futures), 1):
-            future.result()  # raises at the first that failed
-            say(done / len(futures))
-        return [future.result() for future in futures]
-    finally:
-        for future in futures:
-            future.cancel()
-
-
 # -- here -----------------------------------------------------------------------------------------------------------
+class _Shared:
+    """Items that are taken one by one, by other processes and by this one."""
+
+    def __init__(self, pool: _Pool, shelf: Path, items: Sequence[Any], say: Told) -> None:
+        self.pool, self.shelf, self.items, self.say = pool, shelf, items, say
+        self.left, self.lock, self.told = iter(range(len(items))), threading.Lock(), 0
+        self.there: dict[int, Future[Any]] = {}
+
+    def done_with(self, work: Callable[[Any], Any]) -> list[Any]:
+        """Raises at the first that failed."""
+        here: dict[int, Any] = {}
+        try:
+            for _ in range(self.pool.others):
+                self.send()
+            while (i := self.take()) is not None:
+                here[i] = work(self.items[i])
+                self.tell(len(here) + sum(future.done() for future in self.there.values()))
+            for done, future in enumerate(as_completed(self.there.values()), len(here) + 1):
+                future.result()
+                self.tell(done)
+        finally:
+            self.stop()
+        return [here[i] if i in here else self.there[i].result() for i in range(len(self.items))]
+
+    def take(self) -> int | None:
+        with self.lock:
+            return next(self.left, None)
+
+    def send(self, before: Future[Any] | None = None) -> None:
+        """The next one to a process that is free, and so on from there."""
+        if before is not None and (before.cancelled() or before.exception() is not None):
+            self.stop()
+        with self.lock:
+            i = next(self.left, None)
+            if i is not None:
+                self.there[i] = self.pool.submit(self.shelf, self.items[i])
+        if i is not None:
+            self.there[i].add_done_callback(self.send)
+
+    def stop(self) -> None:
+        with self.lock:
+            self.left = iter(())
+
+    def tell(self, done: int) -> None:
+        while self.told < done:
+            self.told += 1
+            self.say(self.told / len(self.items))
+
+
 class _Pool:
-    """Processes, and a folder in which they find what they work with, so that each reads it once."""
+    """Processes beside this one, and a folder in which they find what they work with, so that each reads it once."""
 
     def __init__(self, jobs: int, folder: Path) -> None:
-        self.jobs, self.folder, self.context, self._names = jobs, folder, _Watched(), count()
+        self.others, self.folder, self.context, self._names = jobs - 1, folder, _Watched(), count()
         try:
-            self.executor = ProcessPoolExecutor(jobs, self.context, _begin)
+            self.executor = ProcessPoolExecutor(self.others, self.context, _begin)
         except (ValueError, NotImplementedError, OSError) as error:
             raise refuse(Spot(f"--jobs {jobs}"), f"cannot be had here ({error})", "use fewer, or --jobs 1") from None
 
     def load(self, module: str) -> None:
-        for _ in range(self.jobs):
+        for _ in range(self.others):
             self.executor.submit(import_module, module)
 
     @contextmanager
@@ -121,10 +160,9 @@ class _Pool:
         return self.executor.submit(_worked, str(shelf), item)
 
     def end(self) -> None:
-        self.executor.shutdown(wait=False, cancel_futures=True)
         for process in self.context.started:
             process.terminate()
-        self.executor.shutdown()
+        self.executor.shutdown(cancel_futures=True)
 
 
 @contextmanager

@@ -219,7 +219,7 @@ def test_coarser_lumps_that_are_told_what_they_lack_leave_the_same() -> None:
 def test_what_is_kept_of_a_fit_is_what_it_said() -> None:
     h = null()
     kept = slim(h)
-    assert kept.predictions == () and kept.evidence == h.evidence and kept.chi == h.chi
+    assert not hasattr(kept.fit, "predictions") and kept.evidence == h.evidence and kept.chi == h.chi
     np.testing.assert_array_equal(kept.fit.covariance, h.fit.covariance)
 
 
