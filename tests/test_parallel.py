@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from network import parallel
+from network import processes as beside
 from network.parallel import processes, run_all
 from network.refusal import Failed, Refused
 
@@ -89,7 +89,7 @@ def test_processes_that_cannot_be_had_are_told_in_a_sentence(monkeypatch: pytest
     def no_pool(*_: object) -> None:
         raise NotImplementedError("no semaphores")
 
-    monkeypatch.setattr(parallel, "ProcessPoolExecutor", no_pool)
+    monkeypatch.setattr(beside, "ProcessPoolExecutor", no_pool)
     with pytest.raises(Refused, match=r"--jobs 2: cannot be had here \(no semaphores\); use fewer, or --jobs 1"):
         run_all(divide, [1, 2], 2)
     with pytest.raises(Refused, match="0 is not a number of processes"):

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from network.calibration.arrow import Folded, OwnPart, Part
+from network.calibration.estimate import Estimate, log_evidence
 from network.calibration.evidence import Measured
 from network.calibration.predictor import Prediction
 from network.calibration.problem import Problem
@@ -122,40 +123,13 @@ class Linearised:
 
     @property
     def log_evidence(self) -> float:
-        """Log of the probability of the recordings, parameters integrated out (Laplace), but for a constant."""
-        return _log_evidence(self)
+        return log_evidence(self.problem, self.cost, self.folded)
 
     @property
     def estimate(self) -> Estimate:
         """What is kept of it without the runs and slopes behind it."""
         problem = replace(self.problem, model=self.problem.model.afresh())
         return Estimate(problem, self.theta, self.eta, self.left, self.cost, self.covariance, self.folded)
-
-
-@dataclass(frozen=True, eq=False)
-class Estimate:
-    """The numbers of a fit that is only compared with others: see Linearised."""
-
-    problem: Problem
-    theta: Array
-    eta: Array
-    left: Array
-    cost: float
-    covariance: Array
-    folded: Folded
-
-    @property
-    def free(self) -> int:
-        return len(self.theta)
-
-    @property
-    def log_evidence(self) -> float:
-        return _log_evidence(self)
-
-
-def _log_evidence(fit: Linearised | Estimate) -> float:
-    volume = fit.folded.log_determinant + 2 * float(np.log(fit.problem.prior[1]).sum())
-    return -0.5 * (fit.cost + fit.problem.log_determinant + volume)
 
 
 def linearise(problem: Problem, theta: Array) -> Linearised:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,9 +11,10 @@ from network.calibration.course import Course, Push, kick
 from network.calibration.intervals import first_from
 from network.calibration.parameters import Parameter, at_values, values_at
 from network.calibration.partials import Slots, acts_by_heat, push_of
-from network.calibration.prediction import Prediction, Resampled, Run
-from network.calibration.reading import Slopes, channels_of
+from network.calibration.prediction import Prediction, Run
+from network.calibration.reading import channels_of
 from network.calibration.switchings import SwitchedCourse, switched_course
+from network.calibration.warm_start import WarmStart
 from network.calibration.waveform import course_of
 from network.channels import Readouts, readouts
 from network.declare import Array
@@ -28,24 +29,6 @@ DIFFERENCE = 1e-4
 """Step in θ for parameters that act otherwise than by heat."""
 SHOWN = ("tcp.", "sensors.")
 """Entries whose numbers only change what is seen of a run, or a state that sees it."""
-
-
-@dataclass(eq=False)
-class WarmStart:
-    """What the runs that were predicted last leave to the next ones, run by run. guess: the course that the search for
-    a bent one begins from; plans: with what they depend on; slopes: of the channels, where they stay the same at all
-    instants and θ; resampled: the cells of the intervals between the last edges."""
-
-    guess: dict[int, tuple[Array, Array]] = field(default_factory=dict)
-    plans: dict[int, tuple[object, Plan]] = field(default_factory=dict)
-    slopes: dict[int, Slopes] = field(default_factory=dict)
-    resampled: dict[int, Resampled] = field(default_factory=dict)
-
-    def resampling(self, i: int, run: Run, edges: Array) -> Resampled:
-        """Of a run over the intervals between some edges."""
-        if i not in self.resampled or self.resampled[i].edges is not edges:
-            self.resampled[i] = Resampled(run, edges)
-        return self.resampled[i]
 
 
 class Model:

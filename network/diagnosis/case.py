@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 
 from network.calibration.colour import colours
+from network.calibration.estimate import Estimate
 from network.calibration.evidence import Measured, measured
 from network.calibration.fitting import STEPS, Linearised, Problem, chi_of, linearise, make_problem, minimise
-from network.calibration.linearised import Estimate
 from network.calibration.noise import Noise
 from network.calibration.parameters import Parameter, at_values, centres, free_parameters, values_at
 from network.calibration.predictor import Prediction
