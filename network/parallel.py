@@ -86,8 +86,8 @@ class _Shared:
                 self.send()
             while (i := self.take()) is not None:
                 here[i] = work(self.items[i])
-                self.tell(len(here) + sum(future.done() for future in self.there.values()))
-            for done, future in enumerate(as_completed(self.there.values()), len(here) + 1):
+                self.tell(len(here) + sum(future.done() for future in self.sent()))
+            for done, future in enumerate(as_completed(self.sent()), len(here) + 1):
                 future.result()
                 self.tell(done)
         finally:
@@ -108,6 +108,10 @@ class _Shared:
                 self.there[i] = self.pool.submit(self.shelf, self.items[i])
         if i is not None:
             self.there[i].add_done_callback(self.send)
+
+    def sent(self) -> list[Future[Any]]:
+        with self.lock:
+            return list(self.there.values())
 
     def stop(self) -> None:
         with self.lock:

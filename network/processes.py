@@ -50,7 +50,7 @@ class Pool:
         try:
             yield shelf
         finally:
-            shelf.unlink()
+            shelf.unlink(missing_ok=True)
 
     def submit(self, shelf: Path, item: Any) -> Future[Any]:
         return self.executor.submit(_worked, str(shelf), item)
