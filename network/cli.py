@@ -8,8 +8,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy: more threads only slow the small products down
-
 import click
 
 from network import __version__
@@ -34,6 +32,7 @@ from network.options import (
 from network.refusal import Complaints, Failed, Refused
 from network.report.progress import share_bar
 from network.stopping import STATUS, stoppable, tell_stopped
+from network.threads import begin_on_one_thread
 
 
 class _PipeClosed(Exception):
@@ -230,6 +229,7 @@ def paper(as_json: bool) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """The entry point: every refusal a sentence on stderr, never a traceback for bad input."""
+    begin_on_one_thread()
     try:
         with stoppable():
             cli.main(args=None if arguments is None else list(arguments), prog_name="lptn", standalone_mode=False)

@@ -6,7 +6,6 @@ import time
 from dataclasses import replace
 
 import numpy as np
-from threadpoolctl import ThreadpoolController
 
 from network.declare import Array
 from network.graph import Network, build
@@ -18,6 +17,7 @@ from network.refusal import Complaints, Failed, Spot, likely
 from network.scenario import Scenario
 from network.solvers.carry_out import Progress, solve_schedule
 from network.start import start_temperatures
+from network.threads import on_one_thread
 from network.trajectory import Trajectory
 from network.units import unit
 
@@ -25,6 +25,7 @@ HOPELESS = 1e4
 """°C: beyond it nothing computed means anything."""
 
 
+@on_one_thread
 def simulate(
     machine: Machine, source: Scenario | Recording | Schedule, *, method: str = "auto", start: Start | None = None,
     parts: bool = True, noise_seed: int | None = None, rtol: float | None = None, progress: Progress | None = None,
@@ -41,7 +42,7 @@ def simulate(
     network = build(machine)
     recording = source if isinstance(source, Recording) else None
     T0 = start_temperatures(network, schedule, recording)
-    with _controller().limit(limits=1), np.errstate(over="ignore", invalid="ignore"):
+    with np.errstate(over="ignore", invalid="ignore"):
         began = time.perf_counter()
         outcome = solve_schedule(network, schedule, T0, method, parts, rtol, progress)
         seconds = time.perf_counter() - began
@@ -58,16 +59,6 @@ def _check_sane(network: Network, T_end: Array) -> None:
                 f"{name} reaches {T:.3g} degC: it runs away; a heat source grows with its own temperature faster than "
                 "the heat can leave, check friction that grows with temperature"
             )
-
-
-_CONTROLLERS: list[ThreadpoolController] = []
-
-
-def _controller() -> ThreadpoolController:
-    """BLAS on one thread inside a simulation: two threads slow the small products of a network many times."""
-    if not _CONTROLLERS:
-        _CONTROLLERS.append(ThreadpoolController())
-    return _CONTROLLERS[0]
 
 
 def check_known(machine: Machine) -> None:

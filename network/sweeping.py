@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 from network.inputs import Start
 from network.levels import PAPER, Gap, Job, LevelRun, check_levels, run_level, usual_levels
 from network.machine import Machine
+from network.parallel import Told, run_all
 from network.recording import Recording
 from network.refusal import Complaints, Spot, refuse
 from network.scenario import Scenario
@@ -27,7 +28,6 @@ from network.variations import (
     parse_variation,
     run_varied,
 )
-from network.workers import Told, run_all
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,13 +129,13 @@ def sweep(
     result = Sweep(machine, source.name, variations=variations, tolerance=allowed)
     if variations:
         check_grid(machine, variations)
-        runs = run_all(run_varied, GridJob(job, variations), list(grid(variations)), jobs, cluster, progress)
+        runs = run_all(partial(run_varied, GridJob(job, variations)), list(grid(variations)), jobs, progress, cluster)
         return replace(result, runs=tuple(runs))
     names = names or usual_levels(machine)
     if len(names) < 2:
         raise refuse(Spot("--levels"), "one level has nothing to be compared with", "give two or more, as in 1,2,4,8")
     check_levels(job, names)
-    return replace(result, levels=tuple(run_all(run_level, job, names, jobs, cluster, progress)))
+    return replace(result, levels=tuple(run_all(partial(run_level, job), names, jobs, progress, cluster)))
 
 
 def _checked(

@@ -13,10 +13,11 @@ from scipy.optimize import minimize
 
 from network.calibration import knots as knots_module
 from network.calibration import recursion, series
-from network.calibration.averages import averages
+from network.calibration.cells import averages, cell_matrix
 from network.calibration.evidence import measured
 from network.calibration.fitting import _step
-from network.calibration.knots import cell_matrix, make_knots, on_knots
+from network.calibration.intervals import first_from, interval_of, joined_straight
+from network.calibration.knots import make_knots, on_knots
 from network.calibration.parameters import centres
 from network.calibration.predictor import Model, Run
 from network.calibration.waveform import course_of
@@ -102,6 +103,15 @@ def test_what_straight_heats_cost_falls_with_the_square_of_the_distance_of_knots
         slopes.append(model.slopes(theta, at)[0][:, :, jumps])
     errors = np.array([np.abs(s - slopes[0])[:4].max() for s in slopes[1:]])
     assert (errors[1:] / errors[:-1] > 3.5).all()
+
+
+def test_an_instant_at_an_edge_belongs_to_the_interval_after_it():
+    edges = np.array([0.0, 10.0, 25.0, 30.0])
+    at = np.array([0.0, 9.99, 10.0 - 1e-7, 10.0, 24.0, 25.0, 30.0])
+    assert interval_of(edges, at).tolist() == [0, 0, 1, 1, 1, 2, 2]
+    assert first_from(edges, at).tolist() == [0, 1, 1, 1, 2, 2, 3]
+    k, share = joined_straight(edges, at)
+    np.testing.assert_allclose(edges[k] + share * np.diff(edges)[k], at, atol=2e-7)
 
 
 def test_sums_over_samples_are_those_of_the_matrix(every):

@@ -7,22 +7,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from fit_networks import machines
-from fits import USUAL, problem_of, recorded, speeds, two_blocks
+from fits import USUAL, recorded, speeds, two_blocks
+from kalman import discretised, filter_run, state_space
 from scipy.linalg import expm
 from threadpoolctl import threadpool_limits
 
 from network.calibration import evidence
-from network.calibration.averages import averages
 from network.calibration.colour import residuals
 from network.calibration.evidence import measured
 from network.calibration.fitting import make_problem
-from network.calibration.kalman import discretised, filter_run, state_space
 from network.calibration.knots import Knots, jumps_of
-from network.calibration.noise import Noise, slack_covariance, whitener
+from network.calibration.noise import Noise, whitener
 from network.calibration.parameters import centres, free_parameters
 from network.calibration.predictor import Model
 
-NOISE = Noise({"T_body": (0.08, 240.0), "dz": (0.3e-6, 900.0)}, {"motor": 6.0, "body": 15.0}, 4000.0)
+NOISE = Noise({"T_body": (0.08, 240.0), "dz": (0.3e-6, 900.0)})
 OFFSETS = {"T_motor": 0.1, "T_body": 0.1}
 
 
@@ -102,8 +101,7 @@ def test_fits_on_cells_of_one_sample_have_the_likelihood_of_the_filter(monkeypat
     machine = two_blocks()
     data, prediction = sampled(monkeypatch, machine, hours=1.0, beside=0.01)
     problem = make_problem(machine, free_parameters(machine), [data])
-    slack = slack_covariance(prediction, data, NOISE, 60.0)
-    white = whitener(data, NOISE, slack)
+    white = whitener(data, NOISE)
     offsets = np.array([np.repeat(data.run.channels, data.run.knots.cells) == n for n in OFFSETS], float)
     columns = np.concatenate([prediction.answered(data.pushes(prediction.course))[: len(data.starts)], offsets])
     spreads = np.array([*(s.spread for s in data.starts), *OFFSETS.values()])
@@ -117,25 +115,6 @@ def test_fits_on_cells_of_one_sample_have_the_likelihood_of_the_filter(monkeypat
     assert problem.samples == len(r)
 
 
-def test_slack_on_hats_is_the_covariance_of_a_continuous_heat(monkeypatch):
-    machine = two_blocks()
-    problem = problem_of(machine, recorded(machine, speeds(*USUAL, every=120.0), 1))
-    data, prediction = problem.data[0], problem.model.predict(centres(problem.parameters))[0]
-    heat = Noise({}, NOISE.slack, NOISE.ell)
-    space = state_space(prediction, replace(data, starts=()), heat, {})
-    t = data.run.knots.samples
-    channels, cells = len(data.run.channels), data.run.knots.cells
-    full = dense(space, t, np.zeros(len(t), int)).reshape(len(t), channels, len(t), channels)
-    over = averages(data.run.knots, data.run.knots.t, [np.ones(len(t), bool)])
-    mean = np.zeros((cells, len(t)))
-    mean[data.run.knots.cell_of, np.arange(len(t))] = over.samples[0].share
-    exact = np.einsum("at,tcsd,bs->cadb", mean, full, mean, optimize=True).reshape(channels * cells, -1)
-    found = slack_covariance(prediction, data, heat)
-    white = data.variance**-0.5
-    exact, found = (c * white[:, None] * white for c in (exact, found))
-    assert np.linalg.norm(found - exact) < 0.03 * np.linalg.norm(exact)
-
-
 def test_a_stiff_step_is_discretised_without_overflow():
     A, Q = np.array([[-2.0, 0.1], [0.0, -1e-4]]), np.diag([0.5, 1e-3])
     phi, noise = discretised(A, Q, 1000.0)
@@ -146,13 +125,3 @@ def test_a_stiff_step_is_discretised_without_overflow():
         P = step @ P @ step.T + more
     assert np.abs(noise - P).max() < 1e-9 * np.abs(P).max()
     assert np.abs(phi - expm(A * 1000.0)).max() < 1e-12
-
-
-def test_the_gain_is_kept_once_it_is_steady():
-    machine = two_blocks()
-    problem = problem_of(machine, recorded(machine, speeds((0.0, 5000), hours=12.0), 1))
-    data, prediction = problem.data[0], problem.model.predict(centres(problem.parameters))[0]
-    residual = np.array([residuals(data, prediction)[n] for n in data.run.channels])
-    fast = Noise({}, {"motor": 40.0, "body": 60.0}, 300.0)
-    found = filter_run(prediction, data, residual, fast, {})
-    assert found.steady > 0.3

@@ -12,6 +12,7 @@ from fits import ANOTHER, USUAL, problem_of, recorded, speeds, two_blocks
 from network.calibration.fitting import linearise, minimise
 from network.calibration.parameters import centres
 from network.calibration.predictor import edge_pushes, start_pushes
+from network.calibration.projector import Projector
 
 SHARE = 5e-3
 """How far slopes may lie from differences: heats run straight between knots."""
@@ -144,4 +145,8 @@ def test_folding_the_runs_gives_what_the_whole_matrix_gives():
     assert at.log_evidence == pytest.approx(-0.5 * (at.cost + problem.log_determinant + volume))
     rows = np.random.default_rng(0).standard_normal(len(at.residual))
     whole = np.eye(len(rows)) + (at.slopes.T * spread**2) @ at.slopes
-    assert np.allclose(whole @ at.unexplained(rows), rows, atol=1e-5)
+    assert np.allclose(whole @ at.project(rows), rows, atol=1e-5)
+    projector = Projector(at.slopes, at.precision)
+    moved, fall = projector.adjusted(rows, np.zeros(len(spread)))
+    assert np.allclose(rows - moved @ at.slopes, at.project(rows), atol=1e-8)
+    assert projector.misfit(rows) == pytest.approx(rows @ at.project(rows)) == pytest.approx(rows @ rows - fall)

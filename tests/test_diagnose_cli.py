@@ -23,9 +23,10 @@ from network.cli import main
 from network.cli_diagnose import PICTURES
 from network.csvtable import write_csv
 from network.diagnosis.intake import taken_in
-from network.diagnosis.verdict import UNKNOWN, VERDICTS
+from network.diagnosis.verdict import UNKNOWN
 from network.recording import Column, Recording
 from network.registry import sections
+from network.report.verdict_words import MEANING
 from network.rooms import kinds, open_rooms
 
 ROOT = Path(network.__file__).parent
@@ -208,7 +209,7 @@ def words_in(path: Path) -> set[str]:
 
 def test_no_kind_is_named_where_physics_is_found_and_told() -> None:
     open_rooms()
-    named = {kind for section in sections() for kind in kinds(section)} - {*VERDICTS, UNKNOWN}
+    named = {kind for section in sections() for kind in kinds(section)} - {*MEANING, UNKNOWN}
     assert len(named) > 25 and len(blind_files()) > 20
     for path in blind_files():
         assert not words_in(path) & named, path.name

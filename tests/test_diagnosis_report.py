@@ -20,7 +20,7 @@ from network.comparison import Comparison
 from network.diagnosis.candidates import candidates
 from network.diagnosis.isolability import DETAILS
 from network.diagnosis.naming import why_not
-from network.diagnosis.verdict import UNKNOWN, VERDICTS, Diagnosis, Fits, Quantity
+from network.diagnosis.verdict import UNKNOWN, Diagnosis, Fits, Quantity
 from network.refusal import Refused
 from network.report.candidates_figure import candidates_figure
 from network.report.diagnosis_files import check_target, tidy, write_diagnosis
@@ -35,6 +35,7 @@ from network.report.lit_figure import lit_figure, lit_paths, moves_of
 from network.report.lumps_words import sentence_of
 from network.report.moved_words import moved
 from network.report.page import basis, is_tall
+from network.report.verdict_words import MEANING
 
 ROOT = Path(__file__).parent.parent
 DESIGN = {
@@ -128,7 +129,7 @@ def test_every_verdict_says_plainly_what_it_means(
     )  # fmt: skip
     told = flat(str(replace(found, verdict=verdict, findings=several)))
     assert words in told and ("If one unknown were" in told) == bool(findings)
-    assert verdict in VERDICTS
+    assert verdict in MEANING
 
 
 def test_a_held_out_run_that_is_not_explained_is_told_of_a_clean_verdict(found: Diagnosis) -> None:

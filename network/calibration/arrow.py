@@ -18,17 +18,36 @@ from network.declare import Array
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
-    """Whitened slopes of one run over its rows: by θ, by the offsets, and by its own nuisances."""
+class OwnPart:
+    """Whitened slopes of one run over its rows by η: by the offsets, and by its own nuisances."""
 
-    by_theta: Array
     by_offset: Array
     by_own: Array
 
     @cached_property
-    def by_eta(self) -> tuple[Array, Array, Array]:
-        """Products of offsets and own nuisances: among the first, across, among the second."""
+    def products(self) -> tuple[Array, Array, Array]:
+        """Of offsets and own nuisances: among the first, across, among the second."""
         return self.by_offset @ self.by_offset.T, self.by_offset @ self.by_own.T, self.by_own @ self.by_own.T
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Whitened slopes of one run over its rows: by θ, and by η."""
+
+    by_theta: Array
+    eta: OwnPart
+
+    @property
+    def by_offset(self) -> Array:
+        return self.eta.by_offset
+
+    @property
+    def by_own(self) -> Array:
+        return self.eta.by_own
+
+    @property
+    def by_eta(self) -> tuple[Array, Array, Array]:
+        return self.eta.products
 
     @cached_property
     def of_theta(self) -> tuple[Array, Array, Array]:

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from network.balance import affine_heat, affine_matrix, source_series
-from network.calibration.knots import cell_matrix
+from network.calibration.cells import cell_matrix
 from network.calibration.prediction import Run
 from network.calibration.reading import channels_of, slopes_of
 from network.channels import Readouts, readouts

@@ -9,7 +9,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from network.calibration.admission import admitted, check_apart, check_parameters
 from network.calibration.bands import Band, bands
@@ -31,6 +30,7 @@ from network.inputs import Start
 from network.machine import Machine
 from network.recording import Recording
 from network.refusal import Complaints
+from network.threads import on_one_thread
 
 Progress = Callable[[float], None]
 
@@ -102,6 +102,7 @@ class Calibration:
         return tell_calibration(self)
 
 
+@on_one_thread
 def calibrate(
     machine: Machine, recordings: Recording | Iterable[Recording], holdout: Recording | Iterable[Recording] = (), *,
     start: Start | None = None, seed: int = 0, progress: Progress | None = None,
@@ -117,7 +118,7 @@ def calibrate(
     parameters = free_parameters(machine)
     check_parameters(machine, parameters)
     check_apart(train, held_out)
-    with threadpool_limits(limits=1), np.errstate(over="ignore", invalid="ignore"):
+    with np.errstate(over="ignore", invalid="ignore"):
         return _calibrated(machine, parameters, train, held_out, start, seed, tell, began)
 
 

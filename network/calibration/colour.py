@@ -14,6 +14,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from network.calibration.evidence import Measured
+from network.calibration.intervals import joined_straight
 from network.calibration.predictor import Prediction
 from network.declare import Array
 
@@ -33,8 +34,7 @@ def residuals(data: Measured, prediction: Prediction) -> dict[str, Array]:
     """Measured less modelled at every sample that is used, NaN elsewhere, by channel [SI]."""
     edges, knots = prediction.course.problem.plan.edges, data.run.knots
     K = len(edges) - 1
-    k = np.clip(np.searchsorted(edges - 1e-6, knots.samples, side="right") - 1, 0, K - 1)
-    w = np.clip((knots.samples - edges[k]) / (edges[k + 1] - edges[k]), 0.0, 1.0)
+    k, w = joined_straight(edges, knots.samples)
     out = {}
     for i, (name, channel) in enumerate(data.channels.items()):
         model = (1 - w) * prediction.values[i, k] + w * prediction.values[i, K + k]

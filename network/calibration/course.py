@@ -149,18 +149,6 @@ class Course:
             q = (push.q1 if side else push.q0)[s.first : s.last]
             answer[i, :, side + s.first : side + s.last] += (q @ push.into(sight.direct[s.index])).T
 
-    def states_after(self, pushes: Sequence[Push]) -> tuple[Array, Array]:
-        """Changes of the states just after the beginnings and before the ends of the intervals: (pushes, K, n) each."""
-        K, n = len(self.x0), self.problem.order
-        begin, stop = np.empty((len(pushes), K, n)), np.empty((len(pushes), K, n))
-        x = np.zeros((len(pushes), n))
-        for s in self.stretches:
-            before, after, end = s.moved(pushes, x @ s.modes.W.T)
-            for states, m in ((begin, before), (stop, after)):
-                states[:, s.first : s.last] = np.real(m @ s.modes.V.T).transpose(1, 0, 2)
-            x = np.real(end @ s.modes.V.T)
-        return begin, stop
-
 
 def solve(problem: LinearProblem, known: dict[bytes, Modes] | None = None) -> Course:
     """The course of a reduced problem; `known`: modes found before, by the matrix of their regime."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from network.calibration.course import Course, Push
 from network.calibration.hygiene import Channel, look_at
+from network.calibration.intervals import first_from
 from network.calibration.knots import Knots, make_knots, on_knots
 from network.calibration.predictor import Prediction, Run, edge_pushes, start_pushes
 from network.declare import Array
@@ -157,6 +158,6 @@ def lone_jumps(knots: Knots) -> Array:
 def _edges(run: Run, samples: Array) -> Iterator[Nuisance]:
     """How much later than recorded an input jumped: at most a sample earlier."""
     for t in lone_jumps(run.knots):
-        k = int(np.searchsorted(samples, t - 1e-6))
+        k = int(first_from(samples, t))
         h = float(samples[k] - samples[k - 1]) if k else 0.0
         yield Nuisance(f"jump at {t:.6g} s", -h / 2, max(h * EDGE, 1e-3))

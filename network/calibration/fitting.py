@@ -6,7 +6,6 @@ Source: Madsen, Nielsen & Tingleff, Methods for Non-linear Least Squares Problem
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import cho_factor, solve_triangular
@@ -15,7 +14,6 @@ from scipy.optimize import lsq_linear
 from network.calibration.linearised import Linearised, linearise, residual_cost, residual_of, with_slopes
 from network.calibration.parameters import centres
 from network.calibration.problem import Problem, make_problem
-from network.calibration.threads import on_one_thread
 from network.declare import Array
 from network.refusal import Failed
 
@@ -31,7 +29,6 @@ NEAR = 0.02
 DAMPING, LEAST_DAMPING, HARDER, SOFTER, HARDEST = 1e-3, 1e-7, 8.0, 0.05, 1e9
 
 
-@on_one_thread
 def minimise(
     problem: Problem, theta: Array | None = None, steps: int = STEPS, tell: Callable[[float], None] | None = None
 ) -> Linearised:
@@ -63,7 +60,7 @@ def chi_of(at: Linearised) -> float:
 def _tempered(at: Linearised, free: bool = False) -> Linearised:
     """The same point with priors narrowed by the misfit that is left; those of θ only far off."""
     chi = max(1.0, chi_of(at))
-    return at.beside(problem=replace(at.problem, firm_theta=chi if chi > FAR and not free else 1.0, firm_eta=chi))
+    return at.tempered(chi if chi > FAR and not free else 1.0, chi)
 
 
 def _improved(at: Linearised, damping: float, low: Array, high: Array) -> tuple[Linearised, float, float]:
@@ -95,7 +92,7 @@ def _tried(at: Linearised, theta: Array, refused: bool) -> Linearised | None:
     residual = residual_of(at.problem, predictions)
     if not np.isfinite(residual).all():
         return None
-    new = at.beside(theta=theta, residual=residual, predictions=predictions)
+    new = at.beside(theta, residual, predictions)
     if not _is_near(new) and (not refused or new.cost < at.cost):
         new = with_slopes(at.problem, theta, predictions, at)
     return new if new.cost < at.cost else None

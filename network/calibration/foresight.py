@@ -12,7 +12,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from network.calibration.admission import check_parameters
 from network.calibration.bands import Band, axis_channel, bands, run_of
@@ -27,6 +26,7 @@ from network.machine import Machine
 from network.recording import Recording
 from network.scenario import Scenario
 from network.sensors.sensor import Sensor
+from network.threads import on_one_thread
 from network.trajectory import axis_unit
 
 USUAL = {"degC": 0.1, "um": 0.5e-6, "urad": 0.5e-6}
@@ -93,12 +93,12 @@ class Foresight:
         return tell_foresight(self)
 
 
+@on_one_thread
 def foresee(machine: Machine, source: Scenario | Recording, *, start: Start | None = None) -> Foresight:
     """What a recording along a schedule would tell. Raises Refused for a machine without uncertain numbers."""
     parameters = free_parameters(machine)
     check_parameters(machine, parameters)
-    with threadpool_limits(limits=1):
-        return _foreseen(machine, parameters, source, start)
+    return _foreseen(machine, parameters, source, start)
 
 
 def _foreseen(

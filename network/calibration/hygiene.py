@@ -37,12 +37,6 @@ class Channel:
     def used(self) -> Mask:
         return np.isfinite(self.values) & ~self.apart
 
-    @property
-    def is_flat(self) -> bool:
-        """Not a single reading differs from the others."""
-        finite = self.values[np.isfinite(self.values)]
-        return len(finite) == 0 or float(np.ptp(finite)) == 0.0
-
 
 def look_at(name: str, values: Array, declared: float) -> Channel:
     """What a channel tells by itself; `declared`: 1σ of a sample as the machine file has it."""

@@ -13,6 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from network.calibration.intervals import first_from, interval_of
 from network.declare import Array, Indices, Mask
 from network.inputs import Schedule, Signal, held, linear
 
@@ -38,8 +39,7 @@ class Knots:
     @cached_property
     def cell_of(self) -> Indices:
         """The cell of each sample: from its beginning until before its end; a sample at a jump comes after it."""
-        inner = self.t[self.cell_ends[:-1]] - 1e-6
-        return np.asarray(np.searchsorted(inner, self.samples, side="right"))
+        return interval_of(np.append(self.t[:1], self.t[self.cell_ends]), self.samples)
 
     @property
     def cells(self) -> int:
@@ -93,7 +93,7 @@ def _cells(t: Array, jumps: Array, samples: Array) -> Indices:
     """Knots that end a cell: cells do not cross a jump, grow with the time since it, and hold at least a sample."""
     ends, begin, since = [], float(t[0]), float(t[0])
     jump = set(jumps.tolist())
-    counts = np.searchsorted(samples, t - 1e-6)
+    counts = first_from(samples, t)
     last_count = 0
     for k in range(1, len(t)):
         now = float(t[k])
@@ -142,18 +142,3 @@ def _hat_fit(t: Array, x: Array, y: Array) -> Array:
     beside[:-1] -= stiff
     banded = np.vstack([np.concatenate([[0.0], beside[:-1]]), diagonal])
     return np.asarray(solveh_banded(banded, right))
-
-
-def cell_matrix(knots: Knots, edges: Array, present: Mask) -> Array:
-    """Means over cells of what runs straight in every interval between edges, at the samples that are present:
-    (cells, 2 K) for values just after the K left edges, then just before the K right ones; rows of cells without any
-    sample are zero."""
-    count = len(edges) - 1
-    matrix = np.zeros((knots.cells, 2 * count))
-    x, cell = knots.samples[present], knots.cell_of[present]
-    k = np.clip(np.searchsorted(edges - 1e-6, x, side="right") - 1, 0, count - 1)
-    w = np.clip((x - edges[k]) / (edges[k + 1] - edges[k]), 0.0, 1.0)
-    share = 1 / np.maximum(np.bincount(cell, minlength=knots.cells), 1)[cell]
-    np.add.at(matrix, (cell, k), (1 - w) * share)
-    np.add.at(matrix, (cell, count + k), w * share)
-    return matrix

@@ -1,29 +1,27 @@
-"""A fit about some θ: residuals, slopes by everything that is uncertain, and what follows from these without a run.
-
-The slopes have an arrow's shape: parameters and offsets touch all runs, starts and jumps their own run only.
-"""
+"""A fit about some θ: residuals, slopes by everything that is uncertain, and what follows from these without a run."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
-from network.calibration.arrow import Folded, Part, folded
+from network.calibration.arrow import Folded, OwnPart, Part
+from network.calibration.estimate import Estimate, log_evidence
 from network.calibration.evidence import Measured
 from network.calibration.predictor import Prediction
 from network.calibration.problem import Problem
-from network.calibration.threads import on_one_thread
+from network.calibration.projector import Projector
+from network.calibration.slopes import Rows, Slopes
 from network.declare import Array
 from network.refusal import Failed
 
 
 @dataclass(frozen=True, eq=False)
 class Linearised:
-    """The problem about θ. residual: whitened z − y(θ); parts: slopes, run by run.
+    """The problem about θ. rows: the whitened residual z − y(θ) and its slopes.
 
     made_at, eta_made_at: θ at which the slopes by θ and by η were found, where that is not here.
     """
@@ -31,8 +29,7 @@ class Linearised:
     problem: Problem
     theta: Array
     predictions: tuple[Prediction, ...]
-    residual: Array
-    parts: tuple[Part, ...]
+    rows: Rows
     made_at: Array | None = None
     eta_made_at: Array | None = None
 
@@ -41,93 +38,45 @@ class Linearised:
         return len(self.theta)
 
     @property
-    def _shared(self) -> int:
-        return self.free + len(self.problem.offsets)
+    def residual(self) -> Array:
+        return self.rows.residual
 
-    @cached_property
-    def blocks(self) -> tuple[tuple[slice, slice], ...]:
-        """Of every run: its rows, and its own nuisances; the other runs' slopes are zero there."""
-        found, row, column = [], 0, self._shared
-        for part in self.parts:
-            own, rows = part.by_own.shape
-            found.append((slice(row, row + rows), slice(column, column + own)))
-            row, column = row + rows, column + own
-        return tuple(found)
-
-    @cached_property
+    @property
     def slopes(self) -> Array:
         """Whitened ∂y/∂(θ, η), (parameters + nuisances, rows)."""
-        slopes = np.zeros((len(self.problem.prior[0]), len(self.residual)))
-        for (rows, own), part in zip(self.blocks, self.parts, strict=True):
-            slopes[: self.free, rows], slopes[own, rows] = part.by_theta, part.by_own
-            slopes[self.free : self._shared, rows] = part.by_offset
-        return slopes
+        return self.rows.slopes.matrix
 
-    @cached_property
+    @property
     def normal(self) -> Array:
         """SᵀS without the prior."""
-        k, total = self._shared, np.zeros((len(self.problem.prior[0]),) * 2)
-        for (_, own), part in zip(self.blocks, self.parts, strict=True):
-            total[:k, :k] += part.shared
-            total[own, :k], total[:k, own], total[own, own] = part.across, part.across.T, part.by_eta[2]
-        return total
+        return self.rows.slopes.normal
 
-    def along(self, values: Array) -> Array:
-        """S applied to whitened rows: (parameters + nuisances)."""
-        n, k, total = self.free, self._shared, np.zeros(len(self.problem.prior[0]))
-        for (rows, own), part in zip(self.blocks, self.parts, strict=True):
-            total[:n] += part.by_theta @ values[rows]
-            total[n:k] += part.by_offset @ values[rows]
-            total[own] = part.by_own @ values[rows]
-        return total
-
-    def moved_by(self, eta: Array) -> Array:
-        """Whitened rows that nuisances bring."""
-        total, offsets = np.empty(len(self.residual)), len(self.problem.offsets)
-        for (rows, own), part in zip(self.blocks, self.parts, strict=True):
-            mine = eta[own.start - self.free : own.stop - self.free]
-            total[rows] = eta[:offsets] @ part.by_offset + mine @ part.by_own
-        return total
-
-    def unexplained(self, values: Array) -> Array:
-        """What of whitened rows parameters and nuisances cannot take up, given their priors: (1 + S V Sᵀ)⁻¹ values."""
-        taken = np.asarray(np.linalg.solve(self.precision, self.along(values)), float)
-        left = values - self.moved_by(taken[self.free :])
-        for (rows, _), part in zip(self.blocks, self.parts, strict=True):
-            left[rows] -= taken[: self.free] @ part.by_theta
-        return np.asarray(left)
-
-    @cached_property
+    @property
     def precision(self) -> Array:
         """Inverse posterior covariance of (θ, η), linearised."""
-        return np.asarray(self.normal + np.diag(self.problem.prior[1] ** -2.0))
+        return self.rows.slopes.precision(self.problem.prior[1])
+
+    @property
+    def folded(self) -> Folded:
+        """The precision with the runs' own nuisances folded in."""
+        return self.rows.slopes.folded(self.problem.prior[1])
+
+    def project(self, rows: Array) -> Array:
+        """What of whitened rows (…, rows) parameters and nuisances cannot take up, given their priors."""
+        return Projector(self.slopes, self.precision).project(rows)
 
     @cached_property
     def gradient(self) -> Array:
         """−½ ∂J/∂(θ, η) at θ and η = η₀."""
         mean, spread = self.problem.prior
-        total = self._toward.copy()
+        total = self.rows.toward.copy()
         total[: self.free] += (mean[: self.free] - self.theta) / spread[: self.free] ** 2
         return total
 
     @cached_property
-    def _at_mean(self) -> Array:
-        """Residual with the nuisances at their prior means."""
-        return np.asarray(self.residual - self.moved_by(self.problem.prior[0][self.free :]))
-
-    @cached_property
-    def _toward(self) -> Array:
-        return self.along(self._at_mean)
-
-    @cached_property
-    def folded(self) -> Folded:
-        """The precision with the runs' own nuisances folded in."""
-        return folded(self.free, self.parts, self.problem.prior[1] ** -2.0)
-
-    @cached_property
     def _solved(self) -> tuple[Array, float, Array, Array]:
-        k = self._shared
-        return self.folded.solved(self.gradient[:k], [self.gradient[own] for _, own in self.blocks])
+        slopes = self.rows.slopes
+        return self.folded.solved(self.gradient[: slopes.shared], [self.gradient[own] for _, own in slopes.blocks])
 
     @property
     def reduced(self) -> tuple[Array, Array]:
@@ -147,13 +96,13 @@ class Linearised:
     @cached_property
     def left(self) -> Array:
         """Whitened residual with the nuisances at their most probable."""
-        return np.asarray(self.residual - self.moved_by(self.eta))
+        return np.asarray(self.residual - self.rows.slopes.moved_by(self.eta))
 
     @cached_property
     def cost(self) -> float:
         """J at this θ, least over η."""
-        mean, spread = (p[: self.free] for p in self.problem.prior)
-        return float(self._at_mean @ self._at_mean - self._solved[1] + np.sum(((self.theta - mean) / spread) ** 2))
+        (mean, spread), at_mean = (p[: self.free] for p in self.problem.prior), self.rows.at_mean
+        return float(at_mean @ at_mean - self._solved[1] + np.sum(((self.theta - mean) / spread) ** 2))
 
     @cached_property
     def misfit(self) -> float:
@@ -162,24 +111,27 @@ class Linearised:
         at = np.concatenate([self.theta, self.eta])
         return max(self.cost - float(np.sum(((at - mean) / spread) ** 2)), 0.0)
 
-    def beside(self, **changes: Any) -> Linearised:
-        """The same slopes with another θ, residual, or problem that differs in its priors' widths only."""
-        if "theta" in changes:
-            own = {"made_at": self.made_at, "eta_made_at": self.eta_made_at}
-            changes |= {name: self.theta if at is None else at for name, at in own.items()}
-        other = replace(self, **changes)
-        kept = ("normal", "_at_mean", "_toward") if "problem" in changes else ("normal", "precision", "folded")
-        other.__dict__.update({name: self.__dict__[name] for name in kept if name in self.__dict__})
-        return other
+    def tempered(self, firm_theta: float, firm_eta: float) -> Linearised:
+        """The same with the widths of the priors narrowed by other factors."""
+        return replace(self, problem=replace(self.problem, firm_theta=firm_theta, firm_eta=firm_eta))
+
+    def beside(self, theta: Array, residual: Array, predictions: tuple[Prediction, ...]) -> Linearised:
+        """The same slopes at another θ."""
+        made_at, eta_made_at = (self.theta if at is None else at for at in (self.made_at, self.eta_made_at))
+        rows = replace(self.rows, residual=residual)
+        return Linearised(self.problem, theta, predictions, rows, made_at, eta_made_at)
 
     @property
     def log_evidence(self) -> float:
-        """Log of the probability of the recordings, parameters integrated out (Laplace), but for a constant."""
-        volume = self.folded.log_determinant + 2 * float(np.log(self.problem.prior[1]).sum())
-        return -0.5 * (self.cost + self.problem.log_determinant + volume)
+        return log_evidence(self.problem, self.cost, self.folded)
+
+    @property
+    def estimate(self) -> Estimate:
+        """What is kept of it without the runs and slopes behind it."""
+        problem = replace(self.problem, model=self.problem.model.afresh())
+        return Estimate(problem, self.theta, self.eta, self.left, self.cost, self.covariance, self.folded)
 
 
-@on_one_thread
 def linearise(problem: Problem, theta: Array) -> Linearised:
     """The problem about θ. Raises Failed where a run runs away."""
     return with_slopes(problem, theta, problem.model.predict(theta))
@@ -196,18 +148,14 @@ def with_slopes(
         whitened = whiten(slopes)
         if near is None:
             offsets = whiten(_offset_columns(problem, problem.data[i]))
-            parts.append(Part(whitened[:n], offsets, whitened[n:]))
+            parts.append(Part(whitened[:n], OwnPart(offsets, whitened[n:])))
         else:
-            parts.append(_renewed(near.parts[i], whitened))
+            parts.append(Part(whitened, near.rows.slopes.parts[i].eta))
     made_at = None if near is None else near.theta if near.eta_made_at is None else near.eta_made_at
-    return Linearised(problem, theta, predictions, residual_of(problem, predictions), tuple(parts), None, made_at)
-
-
-def _renewed(part: Part, by_theta: Array) -> Part:
-    """The part with other slopes by θ; what was worked out of those by η comes along."""
-    new = replace(part, by_theta=by_theta)
-    new.__dict__["by_eta"] = part.by_eta
-    return new
+    mean, _ = problem.prior
+    whole = Slopes(tuple(parts), n, n + len(problem.offsets), len(mean))
+    rows = Rows(whole, residual_of(problem, predictions), mean[n:])
+    return Linearised(problem, theta, predictions, rows, None, made_at)
 
 
 def _offset_columns(problem: Problem, data: Measured) -> Array:
@@ -224,7 +172,8 @@ def residual_of(problem: Problem, predictions: Sequence[Prediction]) -> Array:
 def residual_cost(about: Linearised, theta: Array) -> float:
     """J at another θ, with the nuisances' columns taken from nearby; infinite where a run breaks down."""
     try:
-        r = residual_of(about.problem, about.problem.model.predict(theta))
+        predictions = about.problem.model.predict(theta)
     except Failed:
         return np.inf
-    return about.beside(theta=theta, residual=r).cost if np.isfinite(r).all() else np.inf
+    r = residual_of(about.problem, predictions)
+    return about.beside(theta, r, predictions).cost if np.isfinite(r).all() else np.inf

@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from network.calibration.averages import Averages, Samples
+from network.calibration.cells import Averages, Samples
 from network.calibration.course import Course
 from network.calibration.kicks import Kicks
 from network.calibration.series import Cells, cells_of, compiled

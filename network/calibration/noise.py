@@ -1,9 +1,6 @@
-"""The noise a residual may have without accusing anybody: white, coloured, constant, and heat that lumping misplaces.
+"""The noise a residual may have without accusing anybody, Σ = white + coloured.
 
-Σ = white + coloured + lumping slack. Coloured: each sensor's own OU process, variance s², correlation e^(−|t − t'|/τ).
-Slack: an unknown OU heat at every part, q_i = q C_i/ΣC P with correlation time ℓ, carried to the channels by the
-network's own answer to it. Source: Kennedy & O'Hagan, J. R. Stat. Soc. B 63 (2001) 425, with the discrepancy put where
-the heat balance is wrong.
+Coloured: each sensor's own Ornstein-Uhlenbeck (OU) process, variance s², correlation e^(−|t − t'|/τ).
 """
 
 from __future__ import annotations
@@ -15,27 +12,19 @@ from functools import cached_property, lru_cache
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 
-from network.calibration.course import Push
 from network.calibration.evidence import Measured
 from network.calibration.ou import sampled_ou
-from network.calibration.predictor import Prediction
 from network.declare import Array, Indices
 
-SLACK_STEP = 600.0
-"""s: distance of the knots of the slack's heat."""
-MOST_SLACK_KNOTS = 60
 REMEMBERED = 64
 """Roots of coloured covariances."""
 
 
 @dataclass(frozen=True)
 class Noise:
-    """coloured: channel → (1σ in SI, correlation time [s]); slack: 1σ of each part's heat [W]; ell: its correlation
-    time [s]."""
+    """coloured: channel → (1σ in SI, correlation time [s])."""
 
     coloured: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    slack: Mapping[str, float] = field(default_factory=dict)
-    ell: float = 4000.0
 
 
 @dataclass(frozen=True)
@@ -90,13 +79,9 @@ def _solved(root: Array, values: Array) -> Array:
     return np.asarray(solve_triangular(root, flat.T, lower=True, check_finite=False).T.reshape(values.shape))
 
 
-def whitener(data: Measured, noise: Noise, slack: Array | None = None) -> Whitener:
-    """The whitening of one run; `slack`: its covariance by misplaced heat, from `slack_covariance`."""
-    known = data.known
-    if slack is None:
-        return Whitener(known, tuple(_root_of(data, noise, i) for i in range(len(data.run.channels))))
-    covariance = np.diag(data.variance[known]) + (coloured(data, noise) + slack)[np.ix_(known, known)]
-    return Whitener(known, (cholesky(covariance, lower=True),))
+def whitener(data: Measured, noise: Noise) -> Whitener:
+    """The whitening of one run."""
+    return Whitener(data.known, tuple(_root_of(data, noise, i) for i in range(len(data.run.channels))))
 
 
 def _root_of(data: Measured, noise: Noise, i: int) -> Array:
@@ -117,23 +102,6 @@ def _coloured_root(s: float, tau: float, t: bytes, cell: bytes, known: bytes, va
     of = np.frombuffer(known, bool)
     shape = sampled_ou(np.frombuffer(t), np.frombuffer(cell, int), len(of), tau)
     return np.asarray(cholesky(np.diag(np.frombuffer(variance)) + s * s * shape[np.ix_(of, of)], lower=True))
-
-
-def coloured(data: Measured, noise: Noise) -> Array:
-    """Covariance of the cells' means by coloured sensor noise."""
-    cells = data.run.knots.cells
-    matrix = np.zeros((len(data.means), len(data.means)))
-    for i, name in enumerate(data.run.channels):
-        s, tau = noise.coloured.get(name, (0.0, 1.0))
-        if s:
-            own = slice(i * cells, (i + 1) * cells)
-            matrix[own, own] = s * s * of_channel(data, name, tau)
-    return matrix
-
-
-def of_channel(data: Measured, name: str, tau: float) -> Array:
-    """Correlation of the cells' means of one channel under OU noise."""
-    return sampled_ou(*_samples(data, name), data.run.knots.cells, tau)
 
 
 def _samples(data: Measured, name: str) -> tuple[Array, Indices]:
@@ -162,51 +130,3 @@ def averaged_ou(t: Array, width: Array, tau: float) -> Array:
     matrix = factor[:, None] * factor[None, :] * inner
     np.fill_diagonal(matrix, 2 * (safe - 1 + np.exp(-safe)) / safe**2)
     return np.asarray(np.minimum(matrix, 1.0))
-
-
-def slack_knots(data: Measured, step: float = SLACK_STEP) -> Array:
-    """Instants at which the slack's heat is free; straight in between."""
-    t = data.run.knots.t
-    count = min(max(3, round(float(t[-1] - t[0]) / step) + 1), MOST_SLACK_KNOTS)
-    return np.linspace(t[0], t[-1], count)
-
-
-def hats(prediction: Prediction, knots: Array) -> tuple[Array, Array]:
-    """Hat functions on the knots, at both ends of the intervals of a run: (K, hats) each."""
-    edges = prediction.course.problem.plan.edges
-    values = np.stack([np.interp(edges, knots, row) for row in np.eye(len(knots))], axis=1)
-    return values[:-1], values[1:]
-
-
-def heat_answers(prediction: Prediction, spread: Array, knots: Array) -> Array:
-    """Cell means' answers to 1 W into lumps by `spread` (N), as a hat about each knot: (hats, cells)."""
-    h0, h1 = hats(prediction, knots)
-    lumps = np.flatnonzero(spread)
-    into = spread[None, lumps]
-    pushes = [Push(lumps, a[:, None], b[:, None], (), into) for a, b in zip(h0.T, h1.T, strict=True)]
-    return prediction.answered(pushes)
-
-
-def part_spread(prediction: Prediction, part: str) -> Array:
-    """One watt, evenly over the lumps of a part."""
-    network = prediction.course.problem.plan.network
-    spread = np.zeros(network.size)
-    own = network.parts[part]
-    spread[own] = 1 / (own.stop - own.start)
-    return spread
-
-
-def ou(knots: Array, ell: float) -> Array:
-    return np.exp(-np.abs(knots[:, None] - knots[None, :]) / ell)
-
-
-def slack_covariance(prediction: Prediction, data: Measured, noise: Noise, step: float = SLACK_STEP) -> Array:
-    """Covariance of the cells' means by slack heat at every part, straight between instants `step` [s] apart."""
-    knots = slack_knots(data, step)
-    K = ou(knots, noise.ell)
-    matrix = np.zeros((len(data.means), len(data.means)))
-    for part, q in noise.slack.items():
-        if q:
-            G = heat_answers(prediction, part_spread(prediction, part), knots)
-            matrix += G.T @ (q * q * K @ G)
-    return matrix

@@ -152,7 +152,8 @@ class Slots:
             for g, members in found:
                 array = groups[g].law.__dict__[p.attribute].copy()
                 array[members] = values[p.path]
-                groups[g] = _with_law(groups[g], groups[g].law.replaced(**{p.attribute: array}))
+                law: Any = groups[g].law.replaced(**{p.attribute: array})
+                groups[g] = replace(groups[g], law=law)
         left = iter(groups)
         exchanged: dict[str, Any] = {name: tuple(next(left) for _ in getattr(self.network, name)) for name in GROUPS}
         return replace(self.network, capacity=capacity, **exchanged)
@@ -161,11 +162,3 @@ class Slots:
     def places(self) -> tuple[tuple[Parameter, Found], ...]:
         """Every parameter with where it stands."""
         return tuple((p, place_of(self.network, p)) for p in self.parameters)
-
-
-def _with_law(group: Any, law: Declared) -> Any:
-    """The group under another law; what was laid out for its lumps stays."""
-    new = replace(group, law=law)
-    if "spread" in group.__dict__:
-        new.__dict__["spread"] = group.__dict__["spread"]
-    return new

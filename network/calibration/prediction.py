@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from network.calibration.averages import Averages, averages
+from network.calibration.cells import Averages, averages
 from network.calibration.course import Course, Push
 from network.calibration.knots import Knots
 from network.calibration.means import Means, first_seen
@@ -35,6 +35,18 @@ class Run:
 
 
 @dataclass(frozen=True, eq=False)
+class Resampled:
+    """The cells of a run over the intervals between some edges, worked out when they are asked for."""
+
+    run: Run
+    edges: Array
+
+    @cached_property
+    def averages(self) -> Averages:
+        return averages(self.run.knots, self.edges, list(self.run.present.values()))
+
+
+@dataclass(frozen=True, eq=False)
 class Prediction:
     """One run of a machine at some values: channels at both ends of the intervals (2 K each). known: how its channels
     follow the readings, where that is the same for every run and θ."""
@@ -42,11 +54,12 @@ class Prediction:
     run: Run
     machine: Machine
     course: Course
+    resampled: Resampled
     known: Slopes | None = None
 
-    @cached_property
+    @property
     def averages(self) -> Averages:
-        return averages(self.run.knots, self.course.problem.plan.edges, list(self.run.present.values()))
+        return self.resampled.averages
 
     @cached_property
     def _means(self) -> Means:

@@ -8,11 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from network.calibration.course import Course, Push, kick
+from network.calibration.intervals import first_from
 from network.calibration.parameters import Parameter, at_values, values_at
 from network.calibration.partials import Slots, acts_by_heat, push_of
 from network.calibration.prediction import Prediction, Run
-from network.calibration.reading import Slopes, channels_of
+from network.calibration.reading import channels_of
 from network.calibration.switchings import SwitchedCourse, switched_course
+from network.calibration.warm_start import WarmStart
 from network.calibration.waveform import course_of
 from network.channels import Readouts, readouts
 from network.declare import Array
@@ -25,14 +27,12 @@ __all__ = ["Model", "Prediction", "Run", "channels_of", "edge_pushes", "plan_of"
 
 DIFFERENCE = 1e-4
 """Step in θ for parameters that act otherwise than by heat."""
-SAME = 1e-6
-"""s: how far an instant may lie beside its edge."""
 SHOWN = ("tcp.", "sensors.")
 """Entries whose numbers only change what is seen of a run, or a state that sees it."""
 
 
 class Model:
-    """A machine with free parameters on some runs."""
+    """A machine with free parameters on some runs; warm: what is left of its last predictions."""
 
     def __init__(self, machine: Machine, parameters: Sequence[Parameter], runs: Sequence[Run]) -> None:
         self.machine, self.parameters, self.runs = machine, tuple(parameters), tuple(runs)
@@ -40,10 +40,11 @@ class Model:
         self.slots = Slots(network, tuple(p for p in self.parameters if not p.path.startswith(SHOWN)))
         self.shown = tuple(p for p in self.parameters if p.path.startswith(SHOWN))
         self._readouts = readouts(network, parts=False)
-        self._guess: dict[int, tuple[Array, Array]] = {}
-        self._plans: dict[int, tuple[object, Plan]] = {}
-        self._linear: dict[int, Slopes] = {}
-        self._last: dict[int, Prediction] = {}
+        self.warm = WarmStart()
+
+    def afresh(self) -> Model:
+        """The same without what its predictions left."""
+        return Model(self.machine, self.parameters, self.runs)
 
     def at(self, theta: Array) -> tuple[Machine, Network]:
         """Machine and network at θ."""
@@ -74,35 +75,34 @@ class Model:
         known: dict[bytes, Modes],
     ) -> Prediction:  # fmt: skip
         run, plan = self.runs[i], self._plan(i, network, start)
-        slopes = self._linear.get(i) if machine is self.machine else None
         if network.relays:
-            made = Prediction(run, machine, switched_course(plan, outputs, known), slopes)
+            course: Course = switched_course(plan, outputs, known)
         else:
-            made = Prediction(run, machine, course_of(plan, outputs, self._guess.get(i), known), slopes)
+            course = course_of(plan, outputs, self.warm.guess.get(i), known)
             if not network.is_affine():
-                self._guess[i] = made.course.T
+                self.warm.guess[i] = course.T
+        slopes = self.warm.slopes.get(i) if machine is self.machine else None
+        made = Prediction(run, machine, course, self.warm.resampling(i, run, course.problem.plan.edges), slopes)
         self._remember(i, made)
         return made
 
     def _remember(self, i: int, made: Prediction) -> None:
-        """Slopes that are the same at all instants and readings stay so at other θ, averages so at the same edges."""
-        before = self._last.get(i)
-        if before is not None and before.course.problem.plan.edges is made.course.problem.plan.edges:
-            made.__dict__.update({n: v for n, v in before.__dict__.items() if n == "averages"})
-        self._last[i] = made
-        if self.parameters and i not in self._linear and made.machine is self.machine:
+        """Slopes that are the same at all instants and readings stay so at other θ."""
+        if self.parameters and i not in self.warm.slopes and made.machine is self.machine:
             slopes = made.slopes
             if slopes is not None and slopes.is_straight and slopes.is_constant:
-                self._linear[i] = slopes
+                self.warm.slopes[i] = slopes
 
     def _plan(self, i: int, network: Network, start: Mapping[str, float]) -> Plan:
         """The plan of a run; its edges and inputs are found once for the same edges of laws."""
         run = self.runs[i]
         own = [group.law.edges(float(run.schedule.t[-1])) for group in network.groups]
         key = (np.concatenate([*own, np.empty(0)]).tobytes(), tuple(sorted(network.held)))
-        if i not in self._plans or self._plans[i][0] != key:
-            self._plans[i] = key, plan_of(network, run, start)
-        return carried(self._plans[i][1], network, start)
+        plans = self.warm.plans
+        if i not in plans or plans[i][0] != key:
+            plans[i] = key, plan_of(network, run, start)
+        plan = plans[i][1]
+        return replace(plan, network=network, T0=start_of(network, start, plan.left))
 
     def slopes(self, theta: Array, predictions: Sequence[Prediction]) -> list[Array]:
         """∂(channels)/∂θ of every run: (parameters, channels, 2 K) each."""
@@ -206,14 +206,6 @@ def plan_of(network: Network, run: Run, start: Mapping[str, float]) -> Plan:
     return Plan(network, run.schedule.t, edges, left, right, T0, "modal", "on the knots of a fit")
 
 
-def carried(plan: Plan, network: Network, start: Mapping[str, float]) -> Plan:
-    """A plan for another network with the same edges: what was worked out from edges and inputs comes along."""
-    new = replace(plan, network=network, T0=start_of(network, start, plan.left))
-    for name in ("just_inside", "ramped", "steps"):
-        new.__dict__[name] = getattr(plan, name)
-    return new
-
-
 def start_of(network: Network, start: Mapping[str, float], inputs: Mapping[str, Array]) -> Array:
     """Temperatures of all lumps at the start."""
     T0 = np.full(network.size, network.machine.reference)
@@ -242,6 +234,6 @@ def edge_pushes(course: Course, instants: Array) -> list[Push]:
     dx0, dx1 = course.rates
     pushes = []
     for t in instants:
-        k = int(np.searchsorted(plan.edges, t - SAME))
+        k = int(first_from(plan.edges, t))
         pushes.append(kick(course, (k, dx1[k - 1] - dx0[k])))
     return pushes

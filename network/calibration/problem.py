@@ -13,9 +13,9 @@ from functools import cached_property
 import numpy as np
 
 from network.calibration.evidence import OFFSET, Measured, Nuisance
-from network.calibration.noise import Noise, Whitener, slack_covariance, whitener
+from network.calibration.noise import Noise, Whitener, whitener
 from network.calibration.parameters import Parameter
-from network.calibration.predictor import Model, Prediction
+from network.calibration.predictor import Model
 from network.declare import Array
 from network.machine import Machine
 
@@ -59,17 +59,12 @@ class Problem:
 
 
 def make_problem(
-    machine: Machine, parameters: Sequence[Parameter], data: Sequence[Measured], noise: Noise | None = None,
-    at: Sequence[Prediction] | None = None,
-) -> Problem:  # fmt: skip
-    """The problem of some runs; with slack in the noise, `at` are predictions that carry its heat to the channels."""
+    machine: Machine, parameters: Sequence[Parameter], data: Sequence[Measured], noise: Noise | None = None
+) -> Problem:
+    """The problem of some runs."""
     noise = noise or Noise()
     model = Model(machine, parameters, [d.run for d in data])
-    whiteners = []
-    for i, d in enumerate(data):
-        slack = slack_covariance(at[i], d, noise) if at is not None and any(noise.slack.values()) else None
-        whiteners.append(whitener(d, noise, slack))
-    return Problem(model, tuple(data), tuple(whiteners), tuple(_offsets(machine, data)))
+    return Problem(model, tuple(data), tuple(whitener(d, noise) for d in data), tuple(_offsets(machine, data)))
 
 
 def _offsets(machine: Machine, data: Sequence[Measured]) -> list[Nuisance]:

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from network.calibration.colour import colours
+from network.calibration.estimate import Estimate
 from network.calibration.evidence import Measured, measured
 from network.calibration.fitting import STEPS, Linearised, Problem, chi_of, linearise, make_problem, minimise
 from network.calibration.noise import Noise
@@ -109,14 +110,15 @@ def under_file_noise(case: Case) -> Case:
 class Hypothesis:
     """A machine with what is supposed to be missing in it, fitted.
 
-    found: the patches laid over it, in their order; own: their numbers, free along with those of the file.
+    found: the patches laid over it, in their order; own: their numbers, free along with those of the file; fit: an
+    estimate where it is only compared with others.
     """
 
     case: Case
     machine: Machine
     found: tuple[Candidate, ...]
     own: tuple[Parameter, ...]
-    fit: Linearised
+    fit: Linearised | Estimate
 
     @cached_property
     def chi(self) -> float:
@@ -159,8 +161,14 @@ class Hypothesis:
         return self.fit.log_evidence
 
     @property
+    def linearised(self) -> Linearised:
+        """The fit with its runs and slopes, which one that is only compared has no more."""
+        assert isinstance(self.fit, Linearised)
+        return self.fit
+
+    @property
     def predictions(self) -> tuple[Prediction, ...]:
-        return self.fit.predictions
+        return self.linearised.predictions
 
     @cached_property
     def shift(self) -> Array:
@@ -254,5 +262,5 @@ def rejudged(case: Case, hypothesis: Hypothesis) -> Hypothesis:
     case = replace(case, began=hypothesis.case.began or case.began)
     problem = case.problem(hypothesis.machine, hypothesis.fit.problem.parameters)
     fit = linearise(problem, hypothesis.fit.theta)
-    fit = replace(fit, problem=replace(fit.problem, firm_eta=max(1.0, chi_of(fit))))
+    fit = fit.tempered(fit.problem.firm_theta, max(1.0, chi_of(fit)))
     return replace(hypothesis, case=case, fit=fit)

@@ -13,7 +13,7 @@ from network.diagnosis.confirm import left_out
 from network.diagnosis.refine import GAIN
 from network.diagnosis.slimming import slim
 from network.diagnosis.standing_in import stand_in
-from network.diagnosis.together import spread
+from network.parallel import run_all
 
 HOLDS = 1.02
 """Misfit on left-out runs, relative to before, that findings may leave."""
@@ -54,7 +54,7 @@ def _refitted(current: Hypothesis, other: tuple[Sequence[Candidate], Mapping[str
 def _reranked(current: Hypothesis, rivals: Sequence[Hypothesis], jobs: int) -> Hypothesis:
     """The first finding against its rivals, now that the others are in."""
     others = [((h.found[-1], *current.found[1:]), h.values | current.values) for h in rivals]
-    told = spread(partial(_refitted, current), others, jobs, None)
+    told = run_all(partial(_refitted, current), others, jobs)
     better = max((h for h in told if h is not None), key=lambda h: h.evidence, default=current)
     return _to_the_end(better) if better.evidence > current.evidence else current
 
@@ -81,7 +81,7 @@ def _needed(current: Hypothesis, threshold: float, jobs: int) -> tuple[Hypothesi
     gains: list[float] = []
     while current.found:
         rests = [[c for c in current.found if c is not out] for out in current.found]
-        less = spread(partial(_refitted, current), [(rest, current.values) for rest in rests], jobs, None)
+        less = run_all(partial(_refitted, current), [(rest, current.values) for rest in rests], jobs)
         gains = [float("inf") if h is None else current.evidence - h.evidence for h in less]
         k = int(np.argmin(gains))
         other = less[k]

@@ -18,7 +18,7 @@ from network.diagnosis.refine import FULL, STRAINED
 from network.diagnosis.screen import Score, scored
 from network.diagnosis.slimming import beside, slim
 from network.diagnosis.standing_in import SMALL
-from network.diagnosis.together import spread
+from network.parallel import run_all
 
 SHOWS = 1.0
 """Nats of a linear score from which a candidate is looked at."""
@@ -50,7 +50,7 @@ def nominal(fit: Linearised) -> Linearised:
     """The problem about the priors' centres, with priors narrowed by the misfit there."""
     at = linearise(fit.problem, centres(fit.problem.parameters))
     chi = max(1.0, chi_of(at))
-    return replace(at, problem=replace(at.problem, firm_theta=chi, firm_eta=chi))
+    return at.tempered(chi, chi)
 
 
 def shortlist(scores: Sequence[Score], about_file: Sequence[Score], most: int = SHORTLIST) -> list[Score]:
@@ -63,7 +63,7 @@ def _about_file(current: Hypothesis, found: Sequence[Candidate], jobs: int) -> l
     """The screening about the file's own numbers, where candidates are proposed; none where that would take long."""
     if current.machine.lumps >= LARGE:
         return []
-    about = nominal(current.fit)
+    about = nominal(current.linearised)
     return scored(about, found, values_at(about.problem.parameters, about.theta), jobs)
 
 
@@ -129,8 +129,8 @@ class Begun:
         """The best of them fitted further and to the end, the best evidence first."""
         likely, others = _parted(self.current, self.fits, KEPT, CONTINUED)
         further = partial(_continued, self.current)
-        likely, rest = _parted(self.current, [*spread(further, likely, jobs, None), *others], FINALISTS, FINISHED)
-        ends = spread(_to_the_end, likely, jobs, None)
+        likely, rest = _parted(self.current, [*run_all(further, likely, jobs), *others], FINALISTS, FINISHED)
+        ends = run_all(_to_the_end, likely, jobs)
         return best_first(*ends, *rest)
 
 
@@ -156,7 +156,7 @@ def _others(scores: Sequence[Score], than: Sequence[Score]) -> tuple[Score, ...]
 def _all(
     begin: Callable[[Score], Hypothesis | None], trials: Sequence[Score], jobs: int, tell: Tell = None
 ) -> list[Hypothesis]:  # fmt: skip
-    return [h for h in spread(begin, trials, jobs, tell) if h is not None]
+    return [h for h in run_all(begin, trials, jobs, tell) if h is not None]
 
 
 def _parted(
@@ -179,7 +179,7 @@ def left_out(hypothesis: Hypothesis, jobs: int = 1) -> float:
     runs = range(len(hypothesis.case.recordings))
     if len(runs) < 2:
         return float("nan")
-    told = spread(partial(_told_without, hypothesis), runs, jobs, None)
+    told = run_all(partial(_told_without, hypothesis), runs, jobs)
     return float(np.sqrt(sum(misfit for misfit, _ in told) / max(sum(count for _, count in told), 1)))
 
 

@@ -10,7 +10,6 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from network.calibration.threads import on_one_thread
 from network.diagnosis.case import Case, Hypothesis, rejudged, renoised, suppose, under_file_noise
 from network.diagnosis.episodes import Episodes, episodes
 from network.diagnosis.following import Screened, followed, screened
@@ -22,7 +21,9 @@ from network.diagnosis.settling import settled
 from network.diagnosis.verdict import Diagnosis, UnknownHeat
 from network.inputs import Start
 from network.machine import Machine
+from network.parallel import processes
 from network.recording import Recording
+from network.threads import on_one_thread
 
 MANY = 120
 """Lumps from which it is not worked out what would not have shown, where nothing is looked for."""
@@ -68,8 +69,9 @@ def diagnose(
     began, tell = time.perf_counter(), progress or (lambda share: None)
     runs = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
     let_in = taken_in(machine, runs, tuple(holdout), start)
-    found = _searched(Case(machine, let_in.recordings, start), seed, jobs, tell)
-    told = diagnosis_of(found, let_in.holdout, let_in.warnings, seed, jobs)
+    with processes(jobs, __name__):
+        found = _searched(Case(machine, let_in.recordings, start), seed, jobs, tell)
+        told = diagnosis_of(found, let_in.holdout, let_in.warnings, seed, jobs)
     return replace(told, seconds=time.perf_counter() - began)
 
 
@@ -89,7 +91,7 @@ def _searched(case: Case, seed: int, jobs: int, tell: Callable[[float], None]) -
     if best is not written and tracks[0].chi < FAR:
         tracks[0] = settled(case, tracks[0])
     null = max(tracks, key=lambda h: h.evidence)
-    located = locate(null.fit, null.machine)
+    located = locate(null.linearised, null.machine)
     is_told = null.chi < FULL and null.machine.lumps > MANY
     seen = Screened(null, (), ()) if is_told else screened(null, jobs)
     found = [followed(null, seen, located, seed, jobs, tell)]

@@ -21,9 +21,9 @@ from network.calibration.predictor import Model, Prediction, channels_of
 from network.channels import readouts, states_of
 from network.declare import Array
 from network.diagnosis.candidates import Candidate
-from network.diagnosis.together import spread
 from network.graph import Network, build
 from network.machine import Machine
+from network.parallel import run_all
 from network.proposals import bodies
 from network.refusal import Failed
 
@@ -46,7 +46,7 @@ def directions(
     """Changes of the cells' means of all runs that candidates bring, each at the numbers beside it (those at which the
     predictions were made, and its own); None where they cannot be computed."""
     portions = [tried[first : first + AT_ONCE] for first in range(0, len(tried), AT_ONCE)]
-    told = spread(partial(_together, data, predictions), portions, jobs, None)
+    told = run_all(partial(_together, data, predictions), portions, jobs)
     return [d for portion in told for d in portion]
 
 

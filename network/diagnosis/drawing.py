@@ -18,6 +18,7 @@ from network.calibration.evidence import START_ANYWHERE
 from network.calibration.fitting import Linearised
 from network.calibration.parameters import values_at
 from network.calibration.partials import Slots
+from network.calibration.projector import Projector
 from network.checks import places_of
 from network.declare import Array, Mask
 from network.diagnosis.candidates import Candidate
@@ -100,20 +101,15 @@ class View:
         return np.concatenate([early(d, self.share) for d in self.about.problem.data])
 
     @cached_property
-    def slopes(self) -> Array:
-        return self.about.slopes * (whitened(self.about, self.cells.astype(float)) > 0)
+    def projector(self) -> Projector:
+        slopes = self.about.slopes * (whitened(self.about, self.cells.astype(float)) > 0)
+        return Projector(slopes, slopes @ slopes.T + np.diag(self.about.problem.prior[1] ** -2.0))
 
     @cached_property
     def off(self) -> Array:
         """Gradient of the parameters' priors."""
         mean, spread = self.about.problem.prior
         return np.asarray((mean - np.concatenate([self.about.theta, np.zeros(len(self.about.eta))])) / spread**2)
-
-    @cached_property
-    def root(self) -> Array:
-        """Lower Cholesky factor of the parameters' precision."""
-        spread = self.about.problem.prior[1]
-        return np.asarray(np.linalg.cholesky(self.slopes @ self.slopes.T + np.diag(spread**-2.0)))
 
     @cached_property
     def hours(self) -> float:
@@ -126,9 +122,7 @@ class View:
 
     def taken(self, residual: Array) -> tuple[Array, Array]:
         """What parameters take up of residuals (…, rows): their adjustment, and by how much the misfit falls."""
-        right = residual @ self.slopes.T + self.off
-        half = np.linalg.solve(self.root, right.T)
-        return np.linalg.solve(self.root.T, half).T, np.einsum("j...,j...->...", half, half)
+        return self.projector.adjusted(residual, self.off)
 
     @cached_property
     def misfit(self) -> float:
@@ -161,7 +155,7 @@ class Judge:
     def residuals(self, view: View, theta: Array) -> Array:
         """Whitened residuals of draws (draws, rows); not numbers where one switches all the time."""
         if not len(theta):
-            return np.empty((0, view.slopes.shape[1]))
+            return np.empty((0, view.projector.slopes.shape[1]))
         means, switches = self._runs(theta, view.share)
         residual = view.white(means)
         residual[switches > MOST_SWITCHES * view.hours] = np.nan

@@ -22,9 +22,9 @@ from network.diagnosis.screen import Score, screen
 from network.diagnosis.settling import settled
 from network.diagnosis.slimming import slim
 from network.diagnosis.standing_in import carried, carried_afresh, stand_in
-from network.diagnosis.together import spread
 from network.diagnosis.verdict import UnknownHeat
 from network.machine import Machine
+from network.parallel import run_all
 
 MOST_FINDINGS = 3
 FURTHER = 1.1
@@ -64,14 +64,14 @@ class Screened:
     @cached_property
     def located(self) -> tuple[UnknownHeat, ...]:
         """Where unknown heat would explain most."""
-        return locate(self.before.fit, self.before.machine)
+        return locate(self.before.linearised, self.before.machine)
 
 
 def screened(current: Hypothesis, jobs: int) -> Screened:
     """Everything that could be missing from a hypothesis, screened."""
     before = stand_in(current)
     proposed = tuple(c for c in candidates(before.machine, current.case.drivers) if _keeps(c, before.own))
-    return Screened(before, proposed, tuple(screen(before.fit, proposed, before.values, jobs)))
+    return Screened(before, proposed, tuple(screen(before.linearised, proposed, before.values, jobs)))
 
 
 def followed(
@@ -95,7 +95,7 @@ def followed(
         case = kept.case
         now = replace(before.case, noise=case.noise, sigma=case.sigma)
         befores.append(slim(rejudged(now, before)))
-        steps.append(_led(kept, spread(partial(_rejudged, now), ranked, jobs, None)))
+        steps.append(_led(kept, run_all(partial(_rejudged, now), ranked, jobs)))
         left = (kept.chi**2 - 1) / (current.chi**2 - 1)
         current = kept
         tell(0.15 + 0.25 * len(steps))
@@ -206,7 +206,7 @@ def _carried(
     """The best of some rivals on the lumps of what is there; None where there is none."""
     if before is current or not rivals:
         return rejudged(case, rivals[0]) if rivals else None
-    told = spread(partial(_on_lumps, case, current.root, rivals[0]), rivals, jobs, None)
+    told = run_all(partial(_on_lumps, case, current.root, rivals[0]), rivals, jobs)
     best = max((h for h in told if h is not None), key=lambda h: h.evidence, default=None)
     return best and rejudged(replace(case, began=best.case.began), best)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,9 +18,9 @@ from network.diagnosis.case import Hypothesis, rejudged
 from network.diagnosis.coarse import lumping_of
 from network.diagnosis.isolability import isolability
 from network.diagnosis.naming import named, rivals, unknown
-from network.diagnosis.together import spread
 from network.diagnosis.verdict import Diagnosis, Finding, Fits
 from network.machine import Machine
+from network.parallel import run_all
 from network.recording import Recording
 
 if TYPE_CHECKING:
@@ -119,7 +120,7 @@ def _was_off(search: Search) -> bool:
     """Whether the numbers of the file, as they stand, leave more than noise."""
     from network.diagnosis.confirm import nominal
 
-    return chi_of(nominal(search.null.fit)) > UNEXPLAINED
+    return chi_of(nominal(search.null.linearised)) > UNEXPLAINED
 
 
 def _fits(search: Search, before: Machine, after: Machine, holdout: Sequence[Recording], jobs: int) -> Fits:
@@ -127,7 +128,8 @@ def _fits(search: Search, before: Machine, after: Machine, holdout: Sequence[Rec
     held = _set_right(search, after, holdout)
     sets = [(search.plain, before, search.given.recordings), (best, after, search.case.recordings),
             (search.plain, before, holdout), (best, after, held)]  # fmt: skip
-    told = iter(spread(_compared, [(h, m, r) for h, m, runs in sets for r in runs], jobs, None))
+    items = [(i, run) for i, (_, _, runs) in enumerate(sets) for run in runs]
+    told = iter(run_all(partial(_compared, [(h, m) for h, m, _ in sets]), items, jobs))
     train, fitted, *rest = (Comparison(m, tuple(next(told) for _ in runs)) for _, m, runs in sets)
     return Fits(train, fitted, *(rest if holdout else (None, None)))
 
@@ -137,14 +139,15 @@ def _set_right(search: Search, after: Machine, holdout: Sequence[Recording]) -> 
     fault = search.fault
     if fault is None:
         return holdout
-    raw = [_compared((search.best, after, r)) for r in holdout]
+    raw = [_compared([(search.best, after)], (0, r)) for r in holdout]
     return [fault.found_in(r.recording, r.channels[fault.channel]) if fault.channel in r.channels else r.recording
             for r in raw]  # fmt: skip
 
 
-def _compared(of: tuple[Hypothesis, Machine, Recording]) -> RecordingResidual:
-    """Residuals of a run of a machine with the numbers of a hypothesis, temperatures at the start estimated."""
-    h, machine, run = of
+def _compared(fitted: Sequence[tuple[Hypothesis, Machine]], of: tuple[int, Recording]) -> RecordingResidual:
+    """Residuals of a run of one of some machines with the numbers of its hypothesis, temperatures at the start
+    estimated."""
+    (h, machine), run = fitted[of[0]], of[1]
     return begun(machine, h.machine, h.fit.problem.parameters, h.fit.theta, run, h.case.start, max(1.0, h.chi))
 
 

@@ -1,7 +1,7 @@
 """Where the mismatch is: unknown heat at a part, through a link, or an unknown offset of a channel, over time.
 
 Heat f(t) ~ OU(σ, ℓ), straight between knots, enters at one place; with its answers G (whitened) and the parameters free
-again (lean: M as in the screening) its log evidence over no such heat is
+again (M as in the screening) its log evidence over no such heat is
 ½ (gᵀ B g − log |I + K GᵀMG|), g = GᵀM r, B = (K⁻¹ + GᵀMG)⁻¹, K = σ² e^(−|t − t'|/ℓ), at the best σ and ℓ tried; f is
 what B g says. Source: latent force models, Alvarez, Luengo & Lawrence, IEEE Trans. PAMI 35 (2013) 2693; unverified.
 """
@@ -15,10 +15,9 @@ import numpy as np
 
 from network.calibration.evidence import Measured
 from network.calibration.fitting import Linearised
-from network.calibration.noise import heat_answers, ou, part_spread, slack_knots
 from network.calibration.predictor import Prediction
 from network.declare import Array
-from network.diagnosis.screen import lean
+from network.diagnosis.unknown_heat import heat_answers, heat_knots, ou, part_spread
 from network.diagnosis.verdict import UnknownHeat
 from network.machine import Machine
 
@@ -43,7 +42,7 @@ class _Place:
 
 def locate(fit: Linearised, machine: Machine) -> tuple[UnknownHeat, ...]:
     """All places, the most probable first."""
-    knots = [slack_knots(d, KNOTS) for d in fit.problem.data]
+    knots = [heat_knots(d, KNOTS) for d in fit.problem.data]
     found = [_explained(fit, place, knots) for place in _places(fit, machine, knots)]
     gains = np.array([u.gain for u in found])
     share = np.exp(FLATTER * (gains - gains.max()))
@@ -100,7 +99,7 @@ def _block(fit: Linearised, rows: list[Array]) -> Array:
 def _explained(fit: Linearised, place: _Place, knots: list[Array]) -> UnknownHeat:
     """The unknown heat of one place at its best size and correlation time."""
     G = place.answers
-    M_G = np.stack([lean(fit, row) for row in G])
+    M_G = np.stack([fit.project(row) for row in G])
     H, g = M_G @ G.T, M_G @ fit.left
     scale = max(1.0, float(np.mean(fit.left**2)))
     unit = 1 / np.sqrt(max(float(np.diag(H).max()), 1e-300))

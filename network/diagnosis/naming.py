@@ -137,7 +137,7 @@ def _patch(c: Candidate, after: Machine) -> dict[str, Any]:
 
 def unknown(search: Search) -> Finding:
     """What no kind explains: its place, its shape and its size."""
-    left = locate(search.best.fit, search.best.machine) if search.best.found else search.located
+    left = locate(search.best.linearised, search.best.machine) if search.best.found else search.located
     top = left[0]
     places = tuple(top.name.split(" to ")) if top.kind == "link" else (top.name,)
     unit = "W" if top.kind != "channel" else "of its unit"

@@ -14,9 +14,9 @@ from network.diagnosis.candidates import STRETCHES, Candidate
 from network.diagnosis.case import Hypothesis
 from network.diagnosis.directions import directions
 from network.diagnosis.ranking import best_first
-from network.diagnosis.screen import lean, whitened
+from network.diagnosis.screen import whitened
 from network.diagnosis.slimming import tried
-from network.diagnosis.together import spread
+from network.parallel import run_all
 from network.places import Place
 
 STEPS = (0.1, 0.05)
@@ -43,7 +43,7 @@ def placed(best: Hypothesis, jobs: int = 1) -> Hypothesis:
         moved = list(_elsewhere(best.found[-1]) if step is None else _aside(best.found[-1], step))
         least = max(GAIN, LITTLE * float(best.fit.left @ best.fit.left) / 2)
         promising = [c for gain, c in _promised(best, moved)[:TRIED] if gain > least]
-        fits = spread(partial(_fitted, best), promising, jobs, None)
+        fits = run_all(partial(_fitted, best), promising, jobs)
         best = _widest(best, [h for h in fits if h is not None and h.evidence > best.evidence + GAIN])
     return best
 
@@ -130,7 +130,7 @@ def _promised(best: Hypothesis, moved: Sequence[Candidate]) -> list[tuple[float,
     if not told:
         return []
     D = whitened(fit, np.array([changes[k] for k in told]))
-    M_D = lean(fit, D)
+    M_D = fit.project(D)
     gains = np.maximum(M_D @ fit.left, 0.0) ** 2 / (2 * np.maximum(np.einsum("ij,ij->i", D, M_D), LEAST_SEEN))
     pairs = [(float(gain), moved[k]) for gain, k in zip(gains, told, strict=True)]
     return sorted(pairs, key=lambda pair: (-round(pair[0], 1), -_width(pair[1])))

@@ -58,10 +58,11 @@ def _at(judge: Judge, view: View, theta: Array) -> _At:
 def _step(judge: Judge, view: View, at: _At, damped: float) -> Array:
     """(draws, numbers); none where a draw or its neighbours cannot be run."""
     centre, spread, _, _ = judge.space.prior
+    others = view.projector
     adjusted, _ = view.taken(at.residual)
-    left = at.residual - adjusted @ view.slopes
+    left = at.residual - adjusted @ others.slopes
     right = np.einsum("dnr,dr->dn", at.slopes, left) - (at.theta - centre) / spread**2
-    beside = np.linalg.solve(view.root, np.einsum("dnr,pr->dpn", at.slopes, view.slopes))
+    beside = np.linalg.solve(others.root, np.einsum("dnr,pr->dpn", at.slopes, others.slopes))
     H = np.einsum("dnr,dmr->dnm", at.slopes, at.slopes) - np.einsum("dpn,dpm->dnm", beside, beside)
     H = H + np.diag(spread**-2.0) + damped * np.einsum("dnn,nm->dnm", H, np.eye(len(spread)))
     runs = np.isfinite(H).all(axis=(1, 2)) & np.isfinite(right).all(axis=1)

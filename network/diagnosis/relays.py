@@ -16,8 +16,8 @@ from network.diagnosis.case import Case, Hypothesis, rejudged, under_file_noise
 from network.diagnosis.drawing import Judge, Space, View, apart, parts_about
 from network.diagnosis.polishing import polished
 from network.diagnosis.slimming import beside, slim
-from network.diagnosis.together import spread
 from network.diagnosis.verdict import UnknownHeat
+from network.parallel import run_all
 from network.refusal import Failed
 
 MOST = 3
@@ -96,11 +96,11 @@ def _drawn(abouts: Sequence[Linearised], switched: Sequence[Candidate], seed: in
     spaces = [s for s in map(Space, switched) if s.serves]
     judges = [Judge(s, a, values_at(a.problem.parameters, a.theta)) for a in abouts for s in spaces]
     begins = [share for share in FIRST for _ in spaces]
-    drawn = _each(judges, spread(partial(_first, seed), list(zip(judges, begins, strict=True)), jobs, None))
+    drawn = _each(judges, run_all(partial(_first, seed), list(zip(judges, begins, strict=True)), jobs))
     for share, steps, most in THEN:
         groups = [[d for d in drawn[:most] if d.judge is judge] for judge in judges]
         groups = [g for g in groups if g]
-        further = spread(partial(_further, share, steps), groups, jobs, None)
+        further = run_all(partial(_further, share, steps), groups, jobs)
         drawn = _each([g[0].judge for g in groups], further)
     behind = min((View(a, THEN[-1][0]).misfit for a in abouts), default=0.0)
     return [d for d in drawn if d.misfit < NEAR * behind]
@@ -155,7 +155,7 @@ def _fitted(case: Case, null: Hypothesis, starts: Sequence[_Start], jobs: int) -
     alive: list[Hypothesis] = []
     for share, steps, most in LADDER:
         part = case.until(share) if share < 1 else case
-        fits = spread(partial(_fit, part, null, steps), starts, jobs, None)
+        fits = run_all(partial(_fit, part, null, steps), starts, jobs)
         alive = sorted((h for h in fits if h is not None), key=lambda h: h.chi)[:most]
         starts = [_Start(h.found[-1], h.values, h.case.began) for h in alive]
     return alive[0] if alive else None

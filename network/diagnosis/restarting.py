@@ -16,7 +16,7 @@ from network.diagnosis.case import Case, Hypothesis, begun, led, relaid, suppose
 from network.diagnosis.drawing import Space
 from network.diagnosis.ranking import best_first
 from network.diagnosis.slimming import slim
-from network.diagnosis.together import spread
+from network.parallel import run_all
 from network.refusal import Failed
 
 SHIFTS = (-0.6, -0.3, 0.3, 0.6)
@@ -33,7 +33,7 @@ def restarted(best: Hypothesis, jobs: int = 1) -> Hypothesis:
     loose = {n for c in best.found if c.switches for n in Space(c).parts}
     if not loose:
         return best
-    tried = spread(partial(_shifted, best, loose), (0.0, *SHIFTS), jobs, None)
+    tried = run_all(partial(_shifted, best, loose), (0.0, *SHIFTS), jobs)
     ranked = best_first(*(h for h in tried if h is not None))
     is_other = ranked and tried[0] is not ranked[0]
     return _better(best, _to_the_end(best.case, ranked[0])) if is_other else best

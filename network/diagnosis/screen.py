@@ -59,11 +59,6 @@ def whitened(fit: Linearised, means: Array) -> Array:
     return np.concatenate([w(x) for w, x in zip(fit.problem.whiteners, parts, strict=True)], axis=-1)
 
 
-def lean(fit: Linearised, d: Array) -> Array:
-    """M d, for one or many (…, rows)."""
-    return np.asarray(d - np.linalg.solve(fit.precision, fit.slopes @ d.T).T @ fit.slopes)
-
-
 def screen(
     fit: Linearised, found: Sequence[Candidate], values: Mapping[str, float], jobs: int = 1
 ) -> list[Score]:  # fmt: skip
@@ -80,7 +75,7 @@ def scored(fit: Linearised, found: Sequence[Candidate], values: Mapping[str, flo
     if not kept:
         return []
     D = whitened(fit, np.array([d for *_, d in kept]))
-    M_D = lean(fit, D)
+    M_D = fit.project(D)
     scores: dict[tuple[str, ...], Score] = {}
     for (c, scale, own, _), d, M_d in zip(kept, D, M_D, strict=True):
         score = _score(fit, c, scale, own, d, M_d)

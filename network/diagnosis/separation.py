@@ -16,7 +16,7 @@ import numpy as np
 
 from network.calibration.fitting import Linearised, linearise
 from network.calibration.predictor import Model
-from network.calibration.threads import on_one_thread
+from network.calibration.projector import Projector
 from network.declare import Array
 from network.diagnosis.case import Case, Hypothesis
 from network.diagnosis.programs import Program
@@ -55,8 +55,7 @@ class Outcome:
         """√J/χ [σ] with the channels there are and some of the extra ones."""
         own = ~np.isin(self.channel, [n for part, n in self.extra.items() if part not in extra])
         slopes, moved = self.at.slopes[:, own], self.moved[own]
-        g = slopes @ moved
-        J = float(moved @ moved - g @ np.linalg.solve(slopes @ slopes.T + self._known, g))
+        J = Projector(slopes, slopes @ slopes.T + self._known).misfit(moved)
         return float(np.sqrt(max(J, 0.0))) / self.pair.chi
 
     @property
@@ -68,7 +67,6 @@ class Outcome:
         return precision
 
 
-@on_one_thread
 def outcome(pair: Pair, program: Program, parts: Sequence[str] = ()) -> Outcome:
     """Both explanations on a program, with further sensors supposed at some parts. Raises Failed or LinAlgError."""
     holds, rival = pair.holds, pair.rival
@@ -80,7 +78,8 @@ def outcome(pair: Pair, program: Program, parts: Sequence[str] = ()) -> Outcome:
     (there,) = Model(one, holds.fit.problem.parameters, [data.run]).predict(holds.fit.theta)
     (here,), (whiten,) = at.predictions, at.problem.whiteners
     channel = np.repeat(np.array(here.run.channels), here.run.knots.cells)[whiten.known]
-    moved = whiten(there.cells - here.cells) + _offsets(pair) @ at.parts[0].by_offset[: len(rival.fit.problem.offsets)]
+    by_offset = at.rows.slopes.parts[0].by_offset[: len(rival.fit.problem.offsets)]
+    moved = whiten(there.cells - here.cells) + _offsets(pair) @ by_offset
     return Outcome(pair, at, moved, channel, extra)
 
 

@@ -7,25 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from network.calibration.linearised import Linearised
 from network.calibration.parameters import Parameter
-from network.calibration.predictor import Model
 from network.diagnosis.candidates import Candidate
 from network.diagnosis.case import Case, Hypothesis, suppose
 from network.refusal import Failed
 
-FIT = ("eta", "left", "cost", "misfit", "precision", "covariance", "folded", "_solved")
-OWN = ("chi", "evidence", "shift", "strain", "values")
-
 
 def slim(h: Hypothesis) -> Hypothesis:
     """The hypothesis without its runs; whoever needs these fits it again from its numbers."""
-    fit, own = ({n: getattr(of, n) for n in names} for of, names in ((h.fit, FIT), (h, OWN)))
-    problem = h.fit.problem
-    problem = replace(problem, model=Model(problem.model.machine, problem.parameters, problem.model.runs))
-    kept = replace(h, fit=replace(h.fit, problem=problem, predictions=(), parts=(), residual=h.fit.residual[:0]))
-    kept.fit.__dict__.update(fit)
-    kept.__dict__.update(own)
-    return kept
+    return replace(h, fit=h.fit.estimate) if isinstance(h.fit, Linearised) else h
 
 
 def beside(

@@ -10,7 +10,6 @@ from network.comparison import Comparison
 from network.declare import Array
 from network.machine import Machine
 
-VERDICTS = ("adequate", "parameters_only", "too_coarse", "missing_physics", "sensor_fault", "unexplained")
 UNKNOWN = "unknown"
 """The kind of a finding that no kind of the catalogue explains."""
 CLEAR = 3.0

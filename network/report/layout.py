@@ -7,16 +7,17 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import networkx as nx
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from network.declare import Array
 from network.report.places import MARGIN, Block, Placing
 from network.report.rim import place_rim
+from network.threads import on_one_thread
 
 FAR_APART = 1.5
 """Steps by which pieces that nothing joins stand further apart than the ends of the longest one."""
 
 
+@on_one_thread
 def place(
     inner: Mapping[str, Block], rim: Mapping[str, Block], edges: Sequence[tuple[str, str]], width: float
 ) -> Placing:
@@ -50,8 +51,7 @@ def _unit_places(names: Sequence[str], edges: Sequence[tuple[str, str]]) -> dict
     graph.add_edges_from(edges)
     inner = graph.subgraph(names)
     far = _distances(inner, graph)
-    with threadpool_limits(limits=1, user_api="blas"):  # two threads get in each other's way
-        found = nx.kamada_kawai_layout(inner, dist=far)
+    found = nx.kamada_kawai_layout(inner, dist=far)
     points = np.array([found[name] for name in names])
     points -= points.mean(axis=0)
     _, _, axes = np.linalg.svd(points, full_matrices=False)

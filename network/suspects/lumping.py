@@ -36,13 +36,5 @@ class Lumping(Suspect, kind="lumping"):
                 yield cls(host=Place(name), lumps=more)
 
 
-def finer(machine: Any) -> Mapping[str, Any]:
-    """The patch that cuts every bar more finely; laid over again and again it refines further, and ends empty."""
-    nodes: dict[str, Any] = {}
-    for suspect in Lumping.suspected(machine):
-        nodes |= suspect.patch(machine)["nodes"]
-    return {"nodes": nodes}
-
-
 def _more(lumps: int) -> int:
     return min(max(FEWEST, 2 * lumps), MOST_LUMPS)

@@ -1,4 +1,4 @@
-"""Speed of fits: 12 numbers on four runs of 8 h with 20 parts, many fits in a row, finer machines, and the filter.
+"""Speed of fits: 12 numbers on four runs of 8 h with 20 parts, many fits in a row, and finer machines.
 
 `python -m bench.fit_rows`, or with the others by `make bench`. Seconds are of one core.
 """
@@ -16,11 +16,7 @@ from bench.fit_cases import fit_case, free_numbers, laid_out, recorded, schedule
 from rich.console import Console
 from rich.table import Table
 
-from network.calibration.colour import residuals
 from network.calibration.fitting import Linearised, linearise, make_problem, minimise
-from network.calibration.kalman import filter_run
-from network.calibration.noise import Noise, slack_covariance, whitener
-from network.calibration.noise_fit import estimate_noise
 from network.calibration.parameters import at_values, centres
 from network.calibration.series import compiled
 
@@ -82,28 +78,12 @@ def fine_rows(table: Table) -> None:
         table.add_row(f"one run and all slopes, 3 runs of 8 h, {nodes} parts", shown(took), "", "")
 
 
-def noise_rows(table: Table) -> None:
-    machine, free, recordings, _ = fit_case(nodes=8, runs=1, output=60.0)
-    problem = make_problem(machine, free[:4], laid_out(machine, recordings))
-    at, data = minimise(problem), problem.data[0]
-    noise = Noise({"T0": (0.05, 600.0)}, {f"n{i}": 1.0 for i in range(8)})
-    prediction = at.predictions[0]
-    rest = np.array([residuals(data, prediction)[n] for n in data.run.channels])
-    took = seconds(lambda: filter_run(prediction, data, rest, noise, {"T0": 0.1}), 2)
-    table.add_row(f"Kalman filter, {rest.shape[1]} samples × {len(rest)}", shown(took), "", "")
-    slack = seconds(lambda: slack_covariance(prediction, data, noise), 2)
-    dense = seconds(lambda: whitener(data, noise, slack_covariance(prediction, data, noise)), 2)
-    cells = int(data.known.sum())
-    table.add_row(f"dense form on {cells} cells (slack of it)", f"{shown(dense)} ({shown(slack)})", "", "")
-    table.add_row("most probable coloured noise and slack heat", shown(seconds(lambda: estimate_noise(at), 1)), "", "")
-
-
 def main() -> None:
     kind = "with numba" if compiled() is not None else "without numba"
     table = Table(title=f"fits in one process, one core, {kind}")
     for heading in ("what", "time", "to reach", "rms error in standard errors"):
         table.add_column(heading, justify="right")
-    for rows in (fit_rows, fine_rows, noise_rows):
+    for rows in (fit_rows, fine_rows):
         rows(table)
     Console(width=140).print(table)
 

@@ -1,7 +1,8 @@
 """The likelihood of a run sample by sample: a Kalman filter on what is measured beside the model.
 
-States are the deviation of lumps and lags from the run, an OU heat at every part, the coloured noise of every channel,
-and constants: offsets of channels, what a zeroed channel read at its start. Σ = white noise comes in with the samples.
+An answer from outside to what a fit minimises. States are the deviation of lumps and lags from the run, the
+coloured noise of every channel, and constants: offsets of channels, what a zeroed channel read at its start. White
+noise comes in with the samples.
 Each innovation v with variance S counts −½ (log 2π|S| + vᵀ S⁻¹ v). Sources: van Loan, IEEE Trans. Autom. Control 23
 (1978) 395 (exact discretisation); Anderson & Moore, Optimal Filtering (1979), ch. 3 and 5.
 """
@@ -15,14 +16,11 @@ import numpy as np
 from scipy.linalg import block_diag, cholesky, expm, solve_triangular
 
 from network.calibration.evidence import Measured
-from network.calibration.noise import Noise, part_spread
+from network.calibration.intervals import first_from
+from network.calibration.noise import Noise
 from network.calibration.prediction import Prediction
 from network.calibration.predictor import start_pushes
-from network.calibration.threads import on_one_thread
 from network.declare import Array, Indices, Mask
-
-STEADY = 1e-10
-"""Relative change of the covariance in a step, at constant steps, from which its gain is kept."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,12 +35,10 @@ class StateSpace:
 
 @dataclass(frozen=True, eq=False)
 class Filtered:
-    """innovations: whitened by channel and sample (NaN where nothing was read); steady: share of steps whose gain was
-    kept from the step before."""
+    """innovations: whitened by channel and sample (NaN where nothing was read)."""
 
     log_likelihood: float
     innovations: Array
-    steady: float
 
 
 def discretised(A: Array, Q: Array, h: float) -> tuple[Array, Array]:
@@ -67,19 +63,15 @@ def state_space(
     if slopes is None or not slopes.is_constant:
         raise ValueError("the filter serves channels that are linear in the readings only")
     sight, names = course.sight.through(slopes.matrix), data.run.channels
-    n, parts = course.problem.order, [p for p, q in noise.slack.items() if q]
+    n = course.problem.order
     colour = [(i, *noise.coloured[c]) for i, c in enumerate(names) if noise.coloured.get(c, (0.0, 1.0))[0]]
-    spread = np.array([part_spread(prediction, p) for p in parts]).reshape(len(parts), course.problem.plan.network.size)
     own = np.eye(len(names))
-    rates = np.array([1 / noise.ell] * len(parts) + [1 / tau for _, _, tau in colour])
-    sizes = np.array([noise.slack[p] for p in parts] + [s for _, s, _ in colour])
+    rates, sizes = np.array([1 / tau for _, _, tau in colour]), np.array([s for _, s, _ in colour])
     constants = np.hstack([own[:, [names.index(c) for c in offsets]], -own[:, slopes.zeroed]])
     A, H = [], []
     for r, regime in enumerate(course.problem.regimes):
-        inner = block_diag(regime.A, -np.diag(rates), np.zeros((constants.shape[1],) * 2))
-        inner[:n, n : n + len(parts)] = regime.F_heat @ spread.T
-        A.append(inner)
-        H.append(np.hstack([sight.over[r], sight.direct[r] @ spread.T, own[:, [i for i, *_ in colour]], constants]))
+        A.append(block_diag(regime.A, -np.diag(rates), np.zeros((constants.shape[1],) * 2)))
+        H.append(np.hstack([sight.over[r], own[:, [i for i, *_ in colour]], constants]))
     Q = block_diag(np.zeros((n, n)), np.diag(2 * sizes**2 * rates), np.zeros((constants.shape[1],) * 2))
     first = int(course.problem.regime_of[0])
     return StateSpace(tuple(A), tuple(H), Q, _start(prediction, data, sizes, list(offsets.values()), H[first]))
@@ -109,47 +101,37 @@ def filtered(space: StateSpace, t: Array, regime_of: Indices, residual: Array, s
         white, root = walk.step(int(regime_of[k]), round(float(h[k]), 9), own, residual[own, k])
         out[own, k] = white
         total -= 0.5 * float(white @ white + len(white) * np.log(2 * np.pi)) + float(np.log(np.diag(root)).sum())
-    return Filtered(total, out, walk.kept / max(len(t), 1))
+    return Filtered(total, out)
 
 
 class _Walk:
     """The filter from sample to sample."""
 
     def __init__(self, space: StateSpace, sigma: Array) -> None:
-        self.space, self.variance, self.kept = space, sigma**2, 0
+        self.space, self.variance = space, sigma**2
         self.z, self.P = np.zeros(len(space.P0)), space.P0
         self.steps: dict[tuple[int, float], tuple[Array, Array]] = {}
-        self.like: tuple[int, float, bytes] | None = None
-        self.is_steady = False
 
     def step(self, r: int, h: float, own: Mask, read: Array) -> tuple[Array, Array]:
         """Goes on by h and takes in what was read: the whitened innovation, and the root of its variance."""
         if (r, h) not in self.steps:
             self.steps[r, h] = discretised(self.space.A[r], self.space.Q, h)
         phi, added = self.steps[r, h]
-        H, like = self.space.H[r][own], (r, h, own.tobytes())
-        if self.is_steady and like == self.like:
-            self.kept += 1
-        else:
-            before, P = self.P, phi @ self.P @ phi.T + added
-            self.root = cholesky(H @ P @ H.T + np.diag(self.variance[own]), lower=True, check_finite=False)
-            half = solve_triangular(self.root, H @ P, lower=True, check_finite=False)
-            self.gain, self.P = half, P - half.T @ half
-            still = float(np.abs(self.P - before).max()) <= STEADY * float(np.abs(before).max())
-            self.is_steady, self.like = still and like == self.like, like
-        ahead = phi @ self.z
-        white = np.asarray(solve_triangular(self.root, read - H @ ahead, lower=True, check_finite=False))
-        self.z = ahead + white @ self.gain
-        return white, self.root
+        H, P = self.space.H[r][own], phi @ self.P @ phi.T + added
+        root = cholesky(H @ P @ H.T + np.diag(self.variance[own]), lower=True, check_finite=False)
+        gain = solve_triangular(root, H @ P, lower=True, check_finite=False)
+        self.P, ahead = P - gain.T @ gain, phi @ self.z
+        white = np.asarray(solve_triangular(root, read - H @ ahead, lower=True, check_finite=False))
+        self.z = ahead + white @ gain
+        return white, root
 
 
-@on_one_thread
 def filter_run(
     prediction: Prediction, data: Measured, residual: Array, noise: Noise, offsets: Mapping[str, float]
 ) -> Filtered:
     """The filter along one run; residual: measured less modelled at the run's samples (channels, samples)."""
     space, problem = state_space(prediction, data, noise, offsets), prediction.course.problem
     t = data.run.knots.samples
-    before = np.clip(np.searchsorted(problem.plan.edges, t - 1e-6) - 1, 0, len(problem.regime_of) - 1)
+    before = np.clip(first_from(problem.plan.edges, t) - 1, 0, len(problem.regime_of) - 1)
     sigma = np.array([data.sigma[n] for n in data.run.channels])
     return filtered(space, t, problem.regime_of[before], residual, sigma)

@@ -1,4 +1,7 @@
-"""Means over cells: which samples lie in which interval, and what share of its cell's mean each of them has."""
+"""Resampling: recordings and runs are compared as means over cells, each of the samples that lie in it.
+
+Which samples lie in which interval of a run, and what share of its cell's mean each of them has.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from network.calibration.intervals import first_from, interval_of
 from network.calibration.knots import Knots
 from network.declare import Array, Indices, Mask
 
@@ -28,6 +32,11 @@ class Samples:
             starts = np.flatnonzero(np.append(True, np.diff(k) > 0))
             out[k[starts] - first] = np.add.reduceat(values, starts, axis=0)
         return out
+
+    def weights(self, steps: Array) -> tuple[Array, Array]:
+        """Of the values just after and just before the edges of its interval, of lengths `steps`."""
+        w = self.since / steps[self.interval]
+        return (1 - w) * self.share, w * self.share
 
     def within(self, first: int, last: int) -> slice:
         """The samples in intervals first to last (excluded)."""
@@ -83,20 +92,28 @@ def averages(knots: Knots, edges: Array, present: Sequence[Mask]) -> Averages:
     sets = tuple(_samples(knots, edges, present[keys.index(key)]) for key in different)
     left, right = (np.array(side) for side in zip(*(_straight(s, np.diff(edges)) for s in sets), strict=True))
     ends = knots.t[knots.cell_ends[:-1]]
-    starts = np.concatenate([[0], np.searchsorted(edges[:-1], ends - 1e-6)])
+    starts = np.concatenate([[0], first_from(edges[:-1], ends)])
     return Averages(starts, left, right, np.array([different.index(key) for key in keys]), sets)
 
 
 def _samples(knots: Knots, edges: Array, present: Mask) -> Samples:
     x, cell = knots.samples[present], knots.cell_of[present]
-    k = np.clip(np.searchsorted(edges - 1e-6, x, side="right") - 1, 0, len(edges) - 2)
+    k = interval_of(edges, x)
     share = 1 / np.maximum(np.bincount(cell, minlength=knots.cells), 1)[cell]
     return Samples(k, np.clip(x - edges[k], 0.0, np.diff(edges)[k]), share)
 
 
 def _straight(samples: Samples, steps: Array) -> tuple[Array, Array]:
-    w = samples.since / steps[samples.interval]
     count = len(steps)
-    weights = ((1 - w) * samples.share, w * samples.share)
-    left, right = (np.bincount(samples.interval, own, count).astype(float) for own in weights)
+    left, right = (np.bincount(samples.interval, own, count).astype(float) for own in samples.weights(steps))
     return left, right
+
+
+def cell_matrix(knots: Knots, edges: Array, present: Mask) -> Array:
+    """The same of one channel for intervals that may cross cells, as a matrix (cells, 2 K); rows of cells without any
+    sample are zero."""
+    samples, cell, K = _samples(knots, edges, present), knots.cell_of[present], len(edges) - 1
+    matrix = np.zeros((knots.cells, 2 * K))
+    for first, own in zip((0, K), samples.weights(np.diff(edges)), strict=True):
+        np.add.at(matrix, (cell, first + samples.interval), own)
+    return matrix

@@ -1,0 +1,40 @@
+"""BLAS on one thread, from the entry points on: two threads slow the small products of a network down many times.
+
+A command and its processes hold it there from their beginning; a public function holds it while it runs.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from functools import cache, wraps
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
+
+if TYPE_CHECKING:
+    from threadpoolctl import ThreadpoolController
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def begin_on_one_thread() -> None:
+    """For a program and its processes, before numpy is there; what the environment says comes first."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
+def on_one_thread(function: Callable[P, R]) -> Callable[P, R]:
+    """The function with BLAS held to one thread while it runs."""
+
+    @wraps(function)
+    def held(*args: P.args, **kwargs: P.kwargs) -> R:
+        with _controller().limit(limits=1):
+            return function(*args, **kwargs)
+
+    return held
+
+
+@cache
+def _controller() -> ThreadpoolController:
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
