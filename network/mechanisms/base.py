@@ -62,6 +62,38 @@ class Mechanism(Effect):
         """Instants in 0 < t < duration at which the heat jumps or kinks by itself; integration restarts there."""
         return np.empty(0)
 
+    @classmethod
+    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+        """In the place of every entry it could replace; what replaces none, wherever it could stand besides."""
+        if not cls.replaces:
+            yield from cls.besides(machine)
+        for entry in getattr(machine, cls.section).values():
+            patch = cls.in_place_of(entry, machine) if entry.kind in cls.replaces else None
+            if patch is not None:
+                yield patch
+
+    @classmethod
+    @abstractmethod
+    def besides(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+        """Patches that add it to what is there."""
+
+    @classmethod
+    def in_place_of(cls, entry: Any, machine: Any) -> Mapping[str, Any] | None:
+        """The patch that puts it in the place of an entry, keeping its places and the numbers that `replaces` names;
+        None where it cannot stand there."""
+        given = cls.taken_from(entry, machine)
+        if given is None:
+            return None
+        kept, numbers = entry.to_plain(), cls.replaces[entry.kind]
+        own = {cls.fields[ours].key: kept[theirs] for theirs, ours in numbers.items() if theirs in kept}
+        where = {key: kept[key] for key in ("between", "through", "into") if key in kept}
+        return {entry.section: {entry.name: {**typical_body(cls), **own, **where, **given}}}
+
+    @classmethod
+    def taken_from(cls, entry: Any, machine: Any) -> Mapping[str, Any] | None:
+        """What else it takes from an entry that it could replace; None where it could not."""
+        return {}
+
 
 class Flow(Mechanism):
     """Heat driven by two temperatures."""
@@ -93,7 +125,7 @@ class Link(Flow):
         return self
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+    def besides(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
         """Between every pair of nodes where it could be missing."""
         for a, b in cls.candidates(machine):
             body = sized_body(cls, machine, between=[a, b])
@@ -149,7 +181,7 @@ class Source(Mechanism):
         return tuple(np.imag(heat) / STEP for heat in heats)
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+    def besides(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
         """Into every part that has a heat capacity."""
         for name in cls.hosts(machine):
             extra = {cls.fields[r].key: name for r in cls.readings()}
@@ -184,18 +216,10 @@ class Stream(Flow):
         """Transport delay of the whole stream [s] and capacity flow [W/K]: they make the fluid cells on the way."""
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+    def besides(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
         """From every held node into every part that no stream passes yet."""
         passed = {p.node for e in machine.links.values() if isinstance(e, Stream) for p in e.through}
         for held in (n for n, node in machine.nodes.items() if node.is_held):
             for part in (n for n, node in machine.nodes.items() if node.is_part and n not in passed):
                 name = fresh(f"{cls.kind} {held} {part}", machine.links)
                 yield {"links": {name: sized_body(cls, machine, through=[held, part])}}
-
-
-def keeping(cls: type[Mechanism], entry: Mechanism, numbers: Mapping[str, str], **given: Any) -> Mapping[str, Any]:
-    """The patch that puts `cls` in the place of `entry`, keeping its places and the named numbers."""
-    kept = entry.to_plain()
-    own = {cls.fields[ours].key: kept[theirs] for theirs, ours in numbers.items() if theirs in kept}
-    where = {key: kept[key] for key in ("between", "through", "into") if key in kept}
-    return {entry.section: {entry.name: {**typical_body(cls), **own, **where, **given}}}

@@ -1,12 +1,11 @@
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any, Self
 
 from network.declare import Array
 from network.fields import param
-from network.mechanisms.base import Inputs, Link, keeping, not_below_zero
-from network.mechanisms.conduction import Conduction
+from network.mechanisms.base import Inputs, Link, not_below_zero
 from network.spoken import per_kelvin
 
 
@@ -51,8 +50,6 @@ class Contact(Link, kind="contact"):
         return by_mean + G, by_mean - G
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
-        """In the place of every conduction between two parts."""
-        for entry in machine.links.values():
-            if isinstance(entry, Conduction) and not any(machine.nodes[p.node].is_held for p in entry.between):
-                yield keeping(cls, entry, cls.replaces[entry.kind])
+    def taken_from(cls, entry: Any, machine: Any) -> Mapping[str, Any] | None:
+        """Nothing more; it stands between parts only."""
+        return None if any(machine.nodes[place.node].is_held for place in entry.between) else {}

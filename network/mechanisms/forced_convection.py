@@ -1,14 +1,13 @@
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from network.declare import Array
 from network.fields import param
-from network.mechanisms.base import SPINDLE, Inputs, SurfaceLink, keeping, raised
-from network.mechanisms.convection import Convection
+from network.mechanisms.base import SPINDLE, Inputs, SurfaceLink, raised
 from network.mechanisms.usual import usual_speed
 
 
@@ -49,9 +48,8 @@ class ForcedConvection(SurfaceLink, kind="forced_convection"):
         return G, -G
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
-        """In the place of every convection of constant coefficient."""
-        for entry in machine.links.values():
-            if isinstance(entry, Convection) and (total := entry.total) is not None:
-                conductance = cls.fields["conductance"].write(total)
-                yield keeping(cls, entry, {}, conductance=conductance, **usual_speed(machine))
+    def taken_from(cls, entry: Any, machine: Any) -> Mapping[str, Any] | None:
+        """Of a constant coefficient: its conductance, whatever form it has."""
+        if (total := entry.total) is None:
+            return None
+        return {"conductance": cls.fields["conductance"].write(total), **usual_speed(machine)}

@@ -60,7 +60,7 @@ class HeatSource(Source, kind="heat_source"):
         return q
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+    def besides(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
         """Into every part: always, and while the spindle runs if the machine knows its speed."""
         for driver in ("always", "running") if "speed" in machine.inputs else ("always",):
             for name in cls.hosts(machine):

@@ -35,7 +35,7 @@ class MotorLoss(Source, kind="motor_loss"):
         return q
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+    def besides(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
         """Iron loss in every part that has a heat capacity."""
         for name in cls.hosts(machine):
             body = sized_body(cls, machine, into={name: 1}, **usual_speed(machine))

@@ -75,7 +75,7 @@ class MovingContact(Link, kind="moving_contact"):
         return G, -G
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+    def besides(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
         """Between a bar along which the machine knows something to move, and every part that is not joined with it."""
         known = _moving(machine)
         for pair in cls.candidates(machine):

@@ -42,7 +42,7 @@ class ThermostatCooling(Relay, kind="thermostat_cooling"):
         return self.delay
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+    def besides(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
         """Into and watching every part, set to the reference: off until it is the half width warmer."""
         for name in cls.hosts(machine):
             around = show(machine.reference, "degC", 17)

@@ -33,7 +33,7 @@ class Windage(Source, kind="windage"):
         return q
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+    def besides(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
         """At every part that turns."""
         for name in turning(machine):
             body = sized_body(cls, machine, into={name: 1}, **usual_speed(machine))
