@@ -24,7 +24,7 @@ class Foundation(Suspect, kind="foundation"):
     conductance = param("W/K", 0, 1e5, "conductance into the floor", typical=10)
     strength = "conductance"
     shapes = ("temperature",)
-    looks_like = ("convection", "ambient_drift")
+    looks_like = ("convection",)
     sentence = "{host} loses heat into a floor of {temperature}, at {conductance}"
 
     def patch(self, machine: Any) -> Mapping[str, Any]:
