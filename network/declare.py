@@ -196,6 +196,11 @@ class Effect(Declared):
         return self.sentence.format_map(_Words(self, more))
 
     @classmethod
+    def is_searched(cls) -> bool:
+        """Whether a diagnosis looks for it."""
+        return True
+
+    @classmethod
     @abstractmethod
     def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
         """Patches: where in this machine the effect could be missing, each with a typical strength."""

@@ -197,8 +197,14 @@ def arguments(entry: Any, seed: int) -> tuple[Array, ...]:
     if isinstance(entry, Expansion):
         scale = {"mean": 20.0, "gradient": 50.0, "heat": 1e5}
         return tuple(np.array(scale[r.how] * rng.uniform(-1, 1)) for r in entry.readings())
-    count = len(entry.readings()) if isinstance(entry, Source) else 2
+    count = 0 if isinstance(entry, Source) else 2
+    count += len(entry.readings()) if isinstance(entry, Mechanism) else 0
     return tuple(np.array(x) for x in rng.uniform(15, 60, count))
+
+
+def own_arguments(entry: Mechanism, seed: int) -> tuple[Array, ...]:
+    """The temperatures and states of its `readings`."""
+    return arguments(entry, seed)[0 if isinstance(entry, Source) else 2 :]
 
 
 def evaluated(entry: Any, u: Mapping[str, Array], *x: Array) -> Array:
@@ -209,4 +215,4 @@ def evaluated(entry: Any, u: Mapping[str, Array], *x: Array) -> Array:
         return np.asarray(entry.movement(u, *x))
     if isinstance(entry, SensorEffect):
         return np.asarray(entry.reading(*x, u))
-    return np.asarray(entry.heat_flow(*x, u))
+    return np.asarray(entry.heat_flow(*x[:2], u, *x[2:]))

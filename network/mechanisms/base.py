@@ -7,7 +7,8 @@ it comes from and +1 for the one it enters. Equations work on arrays of temperat
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from itertools import combinations
 from typing import Any, ClassVar, Self, TypeAlias, cast
 
@@ -48,15 +49,62 @@ def not_below_zero(x: Array) -> Array:
     return np.where(np.real(x) > 0, x, 0.0)
 
 
-class Mechanism(Effect):
-    """A heat flow. `affine`: with the inputs given, the heat is a linear function of temperatures plus a constant;
-    `follows_time`: between its edges the heat still changes with `time` by itself."""
+@dataclass(frozen=True)
+class State:
+    """A number of its own that an entry carries through a run, like an integral. Its unit is one of SI."""
 
+    unit: str
+    meaning: str
+
+
+def beyond(mode: Array, T: Array, middle: Array, half_width: Array) -> Array:
+    """The guard of a hysteresis: on above its middle + half width, off below its middle − half width."""
+    return np.asarray(np.where(mode > 0, -1.0, 1.0) * (T - middle) - half_width)
+
+
+def complex_steps(f: Callable[..., Array], *x: Array) -> tuple[Array, ...]:
+    """∂f/∂x for each argument."""
+    values = (f(*x[:i], stepped(x[i], 1j * STEP), *x[i + 1 :]) for i in range(len(x)))
+    return tuple(np.imag(value) / STEP for value in values)
+
+
+class Mechanism(Effect):
+    """A heat flow, in watts.
+
+    states: the states of its own that it keeps, by name; affine: with the inputs given, the heat, and the rates of its
+    states, are linear functions of what it reads plus a constant; follows_time: between its edges the heat still
+    changes with `time` by itself.
+    """
+
+    states: ClassVar[Mapping[str, State]] = {}
     affine: ClassVar[bool] = True
     follows_time: ClassVar[bool] = False
 
     def is_affine(self) -> bool:
         return bool(self.affine)
+
+    @classmethod
+    def is_searched(cls) -> bool:
+        """Not with states of its own, nor where a guard switches a conductance: no quick look shows what they do."""
+        return not cls.states and (cls.section == "sources" or not issubclass(cls, Relay))
+
+    @classmethod
+    def places_read(cls) -> tuple[str, ...]:
+        """The fields that name places whose mean temperature it depends on."""
+        return tuple(name for name, field in cls.fields.items() if isinstance(field, PlaceField))
+
+    @classmethod
+    def readings(cls) -> tuple[str, ...]:
+        """What it depends on beside inputs and the temperatures it joins: places that it reads, then its states."""
+        return (*cls.places_read(), *cls.states)
+
+    def rate(self, u: Inputs, *own: Array) -> tuple[Array, ...]:
+        """How fast each of its states grows [unit/s], with the temperatures [°C] and states of `readings`."""
+        return ()
+
+    def begin(self, u: Inputs, *T: Array) -> tuple[Array, ...]:
+        """What its states begin a run with, at the temperatures of `places_read`: zero."""
+        return tuple(np.zeros(()) for _ in self.states)
 
     def edges(self, duration: float) -> Array:
         """Instants in 0 < t < duration at which the heat jumps or kinks by itself; integration restarts there."""
@@ -71,6 +119,11 @@ class Mechanism(Effect):
             patch = cls.in_place_of(entry, machine) if entry.kind in cls.replaces else None
             if patch is not None:
                 yield patch
+
+    @classmethod
+    def reading(cls, node: str) -> dict[str, str]:
+        """The keys of a proposal that let it read one node."""
+        return {cls.fields[field].key: node for field in cls.places_read()}
 
     @classmethod
     @abstractmethod
@@ -95,20 +148,31 @@ class Mechanism(Effect):
         return {}
 
 
+class Relay(Mechanism):
+    """A source, link or stream with two modes, switched by guards. Its heat is the one while it is on; it is zero
+    while off."""
+
+    @abstractmethod
+    def guard(self, mode: Array, u: Inputs, *own: Array) -> Array:
+        """Above zero: time to leave this mode (0 off, 1 on). With the temperatures and states of `readings`."""
+
+    @abstractmethod
+    def pause(self) -> Array:
+        """Time between the guard and the switching [s]."""
+
+
 class Flow(Mechanism):
     """Heat driven by two temperatures."""
 
     section = "links"
 
     @abstractmethod
-    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs) -> Array:
-        """Heat from a to b [W]."""
+    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> Array:
+        """Heat from a to b [W], with the temperatures and states in the order of `readings`."""
 
-    def slopes(self, T_a: Array, T_b: Array, u: Inputs) -> tuple[Array, Array]:
-        """∂Q/∂T_a and ∂Q/∂T_b [W/K]; complex step unless an entry knows better."""
-        by_a = np.imag(self.heat_flow(stepped(T_a, 1j * STEP), T_b, u)) / STEP
-        by_b = np.imag(self.heat_flow(T_a, stepped(T_b, 1j * STEP), u)) / STEP
-        return by_a, by_b
+    def slopes(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> tuple[Array, ...]:
+        """∂Q/∂T_a and ∂Q/∂T_b [W/K], then by each of its readings; complex step unless an entry knows better."""
+        return complex_steps(lambda a, b, *more: self.heat_flow(a, b, u, *more), T_a, T_b, *own)
 
 
 class Link(Flow):
@@ -128,7 +192,7 @@ class Link(Flow):
     def besides(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
         """Between every pair of nodes where it could be missing."""
         for a, b in cls.candidates(machine):
-            body = sized_body(cls, machine, between=[a, b])
+            body = sized_body(cls, machine, between=[a, b], **cls.reading(a))
             yield {"links": {fresh(f"{cls.kind} {a} {b}", machine.links): body}}
 
     @classmethod
@@ -165,44 +229,24 @@ class Source(Mechanism):
     section = "sources"
     into = shares("where the heat goes: places with shares that add up to 1")
 
-    @classmethod
-    def readings(cls) -> tuple[str, ...]:
-        """The fields that name the places whose mean temperature the heat depends on."""
-        return tuple(name for name, field in cls.fields.items() if isinstance(field, PlaceField))
-
     @abstractmethod
     def heat(self, u: Inputs, *T: Array) -> Array:
-        """Heat delivered [W], with the temperatures read [°C] in the order of `readings`."""
+        """Heat delivered [W], with the temperatures [°C] and states in the order of `readings`."""
 
     def slopes(self, u: Inputs, *T: Array) -> tuple[Array, ...]:
         """∂heat/∂T for each reading [W/K]."""
-        rows = np.eye(len(T)) * STEP * 1j
-        heats = (self.heat(u, *(stepped(t, s) for t, s in zip(T, row, strict=True))) for row in rows)
-        return tuple(np.imag(heat) / STEP for heat in heats)
+        return complex_steps(lambda *x: self.heat(u, *x), *T)
 
     @classmethod
     def besides(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
         """Into every part that has a heat capacity."""
         for name in cls.hosts(machine):
-            extra = {cls.fields[r].key: name for r in cls.readings()}
-            body = sized_body(cls, machine, into={name: 1}, **extra)
+            body = sized_body(cls, machine, into={name: 1}, **cls.reading(name))
             yield {"sources": {fresh(f"{cls.kind} {name}", machine.sources): body}}
 
     @classmethod
     def hosts(cls, machine: Any) -> Iterator[str]:
         return (name for name, node in machine.nodes.items() if node.is_part)
-
-
-class Relay(Source):
-    """A source with two modes, switched by guards. `heat` is the heat while it is on; it is zero while off."""
-
-    @abstractmethod
-    def guard(self, mode: Array, u: Inputs, *T: Array) -> Array:
-        """Above zero: time to leave this mode (0 off, 1 on)."""
-
-    @abstractmethod
-    def pause(self) -> Array:
-        """Time between the guard and the switching [s]."""
 
 
 class Stream(Flow):
@@ -222,4 +266,4 @@ class Stream(Flow):
         for held in (n for n, node in machine.nodes.items() if node.is_held):
             for part in (n for n, node in machine.nodes.items() if node.is_part and n not in passed):
                 name = fresh(f"{cls.kind} {held} {part}", machine.links)
-                yield {"links": {name: sized_body(cls, machine, through=[held, part])}}
+                yield {"links": {name: sized_body(cls, machine, through=[held, part], **cls.reading(part))}}

@@ -39,11 +39,11 @@ class Contact(Link, kind="contact"):
         closure: Array = 1 + self.slope * ((T_a + T_b) / 2 - self.cold)
         return closure
 
-    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs) -> Array:
+    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> Array:
         Q: Array = self.conductance * not_below_zero(self._closure(T_a, T_b)) * (T_a - T_b)
         return Q
 
-    def slopes(self, T_a: Array, T_b: Array, u: Inputs) -> tuple[Array, Array]:
+    def slopes(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> tuple[Array, Array]:
         closure = self._closure(T_a, T_b)
         G = self.conductance * not_below_zero(closure)
         by_mean = self.conductance * self.slope / 2 * (closure > 0) * (T_a - T_b)

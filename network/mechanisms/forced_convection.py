@@ -39,11 +39,11 @@ class ForcedConvection(SurfaceLink, kind="forced_convection"):
         G: Array = self.conductance * (1 + self.gain * raised(np.abs(u["speed"]) / self.reference_speed, self.exponent))
         return G
 
-    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs) -> Array:
+    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> Array:
         Q: Array = self._conductance(u) * (T_a - T_b)
         return Q
 
-    def slopes(self, T_a: Array, T_b: Array, u: Inputs) -> tuple[Array, Array]:
+    def slopes(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> tuple[Array, Array]:
         G = self._conductance(u)
         return G, -G
 

@@ -66,11 +66,11 @@ class MovingContact(Link, kind="moving_contact"):
         begin, end = (limited((x * self.span - first) / width, 0.0, 1.0) for x in (self.start, self.stop))
         return np.asarray(end - begin)
 
-    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs) -> Array:
+    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> Array:
         Q: Array = self.conductance * self._share(u) * (T_a - T_b)
         return Q
 
-    def slopes(self, T_a: Array, T_b: Array, u: Inputs) -> tuple[Array, Array]:
+    def slopes(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> tuple[Array, Array]:
         G = self.conductance * self._share(u)
         return G, -G
 

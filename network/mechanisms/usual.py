@@ -47,7 +47,8 @@ def _losses(machine: Any) -> Iterator[float]:
         is_held = [machine.nodes[place.node].is_held for place in places]
         if is_held[0] != is_held[1]:
             T_a, T_b = (cold if held else warm for held in is_held)
-            yield abs(float(link.slopes(T_a, T_b, u)[0]))
+            own = (cold for _ in link.readings())
+            yield abs(float(link.slopes(T_a, T_b, u, *own)[0]))
 
 
 def usual_surroundings(machine: Any, besides: str = "") -> str | None:
