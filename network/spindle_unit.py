@@ -113,8 +113,7 @@ def _index(machine: Machine) -> dict[str, int]:
 def _pairs(machine: Machine) -> Iterator[tuple[Link | Stream, str, str]]:
     """Every link, and every leg of a stream, with the nodes it runs between."""
     for link in machine.links.values():
-        places = link.between if isinstance(link, Link) else link.through
-        yield from ((link, a.node, b.node) for a, b in pairwise(places) if a.node != b.node)
+        yield from ((link, a.node, b.node) for a, b in pairwise(link.places) if a.node != b.node)
 
 
 def _joined(machine: Machine, first: str, beam: str | None) -> set[str]:

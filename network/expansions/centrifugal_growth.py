@@ -6,6 +6,7 @@ from typing import Any
 from network.declare import Array
 from network.expansions.base import Expansion, Reading
 from network.fields import param
+from network.machinelike import MachineLike
 from network.mechanisms.base import SPINDLE, Inputs
 from network.mechanisms.usual import usual_speed
 
@@ -32,6 +33,6 @@ class CentrifugalGrowth(Expansion, kind="centrifugal_growth"):
         return d
 
     @classmethod
-    def subjects(cls, machine: Any, axis: str) -> Iterator[tuple[str, dict[str, Any]]]:
+    def subjects(cls, machine: MachineLike, axis: str) -> Iterator[tuple[str, dict[str, Any]]]:
         if "speed" in machine.inputs:
             yield "", usual_speed(machine)

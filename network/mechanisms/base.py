@@ -15,7 +15,8 @@ from typing import Any, ClassVar, Self, TypeAlias, cast
 import numpy as np
 
 from network.declare import Array, Effect, typical_body
-from network.fields import PlaceField, places, shares
+from network.fields import Place, PlaceField, places, shares
+from network.machinelike import EntryLike, MachineLike, NodeLike
 from network.mechanisms.usual import sized_body
 from network.proposals import fresh
 
@@ -111,11 +112,11 @@ class Mechanism(Effect):
         return np.empty(0)
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+    def proposes(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """In the place of every entry it could replace; what replaces none, wherever it could stand besides."""
         if not cls.replaces:
             yield from cls.besides(machine)
-        for entry in getattr(machine, cls.section).values():
+        for _, entry in machine.entries():
             patch = cls.in_place_of(entry, machine) if entry.kind in cls.replaces else None
             if patch is not None:
                 yield patch
@@ -127,11 +128,11 @@ class Mechanism(Effect):
 
     @classmethod
     @abstractmethod
-    def besides(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+    def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """Patches that add it to what is there."""
 
     @classmethod
-    def in_place_of(cls, entry: Any, machine: Any) -> Mapping[str, Any] | None:
+    def in_place_of(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
         """The patch that puts it in the place of an entry, keeping its places and the numbers that `replaces` names;
         None where it cannot stand there."""
         given = cls.taken_from(entry, machine)
@@ -143,7 +144,7 @@ class Mechanism(Effect):
         return {entry.section: {entry.name: {**typical_body(cls), **own, **where, **given}}}
 
     @classmethod
-    def taken_from(cls, entry: Any, machine: Any) -> Mapping[str, Any] | None:
+    def taken_from(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
         """What else it takes from an entry that it could replace; None where it could not."""
         return {}
 
@@ -166,6 +167,11 @@ class Flow(Mechanism):
 
     section = "links"
 
+    @property
+    @abstractmethod
+    def places(self) -> tuple[Place, ...]:
+        """The places it joins or passes, in order."""
+
     @abstractmethod
     def heat_flow(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> Array:
         """Heat from a to b [W], with the temperatures and states in the order of `readings`."""
@@ -184,19 +190,23 @@ class Link(Flow):
     moves: ClassVar[bool] = False
     between = places("the two places it joins")
 
+    @property
+    def places(self) -> tuple[Place, ...]:
+        return self.between
+
     def over(self, start: float, stop: float) -> Self:
         """What of it goes into the piece of its second place from one fraction to the other."""
         return self
 
     @classmethod
-    def besides(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+    def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """Between every pair of nodes where it could be missing."""
         for a, b in cls.candidates(machine):
             body = sized_body(cls, machine, between=[a, b], **cls.reading(a))
             yield {"links": {fresh(f"{cls.kind} {a} {b}", machine.links): body}}
 
     @classmethod
-    def candidates(cls, machine: Any) -> Iterator[tuple[str, str]]:
+    def candidates(cls, machine: MachineLike) -> Iterator[tuple[str, str]]:
         """Pairs of unheld nodes that no such link joins yet; beside a link of any kind an affine one adds nothing
         that the other's conductance could not take over."""
         links = [e for e in machine.links.values() if isinstance(e, Link) and (cls.affine or e.kind == cls.kind)]
@@ -206,7 +216,7 @@ class Link(Flow):
                 yield pair
 
     @classmethod
-    def suits(cls, a: Any, b: Any) -> bool:
+    def suits(cls, a: NodeLike, b: NodeLike) -> bool:
         return not (a.is_held or b.is_held)
 
 
@@ -214,12 +224,12 @@ class SurfaceLink(Link):
     """Heat between a part's surface, named first, and its surroundings."""
 
     @classmethod
-    def candidates(cls, machine: Any) -> Iterator[tuple[str, str]]:
+    def candidates(cls, machine: MachineLike) -> Iterator[tuple[str, str]]:
         for a, b in super().candidates(machine):
             yield (b, a) if machine.nodes[a].is_held else (a, b)
 
     @classmethod
-    def suits(cls, a: Any, b: Any) -> bool:
+    def suits(cls, a: NodeLike, b: NodeLike) -> bool:
         return bool((a.is_part and b.is_held) or (a.is_held and b.is_part))
 
 
@@ -238,14 +248,14 @@ class Source(Mechanism):
         return complex_steps(lambda *x: self.heat(u, *x), *T)
 
     @classmethod
-    def besides(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+    def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """Into every part that has a heat capacity."""
         for name in cls.hosts(machine):
             body = sized_body(cls, machine, into={name: 1}, **cls.reading(name))
             yield {"sources": {fresh(f"{cls.kind} {name}", machine.sources): body}}
 
     @classmethod
-    def hosts(cls, machine: Any) -> Iterator[str]:
+    def hosts(cls, machine: MachineLike) -> Iterator[str]:
         return (name for name, node in machine.nodes.items() if node.is_part)
 
 
@@ -255,12 +265,16 @@ class Stream(Flow):
 
     through = places("the places the fluid passes, in that order", None)
 
+    @property
+    def places(self) -> tuple[Place, ...]:
+        return self.through
+
     @abstractmethod
     def transport(self) -> tuple[float, float]:
         """Transport delay of the whole stream [s] and capacity flow [W/K]: they make the fluid cells on the way."""
 
     @classmethod
-    def besides(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+    def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """From every held node into every part that no stream passes yet."""
         passed = {p.node for e in machine.links.values() if isinstance(e, Stream) for p in e.through}
         for held in (n for n, node in machine.nodes.items() if node.is_held):

@@ -5,7 +5,9 @@ from typing import Any, Self
 
 from network.declare import Array
 from network.fields import param
+from network.machinelike import EntryLike, MachineLike
 from network.mechanisms.base import Inputs, Link, not_below_zero
+from network.mechanisms.conduction import Conduction
 from network.spoken import per_kelvin
 
 
@@ -32,7 +34,7 @@ class Contact(Link, kind="contact"):
         """The slope in words."""
         return per_kelvin(float(self.slope))
 
-    def resolved(self, machine: Any) -> Self:
+    def resolved(self, machine: MachineLike) -> Self:
         return self.replaced(cold=machine.reference)
 
     def _closure(self, T_a: Array, T_b: Array) -> Array:
@@ -50,6 +52,7 @@ class Contact(Link, kind="contact"):
         return by_mean + G, by_mean - G
 
     @classmethod
-    def taken_from(cls, entry: Any, machine: Any) -> Mapping[str, Any] | None:
+    def taken_from(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
         """Nothing more; it stands between parts only."""
-        return None if any(machine.nodes[place.node].is_held for place in entry.between) else {}
+        between_parts = isinstance(entry, Conduction) and not any(machine.nodes[p.node].is_held for p in entry.places)
+        return {} if between_parts else None

@@ -7,7 +7,9 @@ import numpy as np
 
 from network.declare import Array
 from network.fields import param, place
+from network.machinelike import EntryLike, MachineLike
 from network.mechanisms.base import SPINDLE, Inputs, Source
+from network.mechanisms.heat_source import HeatSource
 from network.mechanisms.motor_loss import MotorLoss
 from network.proposals import fresh
 from network.spoken import per_kelvin
@@ -36,7 +38,7 @@ class CopperTemperature(Source, kind="copper_temperature"):
         """The slope in words."""
         return per_kelvin(float(self.slope))
 
-    def resolved(self, machine: Any) -> Self:
+    def resolved(self, machine: MachineLike) -> Self:
         reads = self.reads if self.reads is not None else self.into[0][0]
         return self.replaced(reads=reads, cold=machine.reference)
 
@@ -49,14 +51,15 @@ class CopperTemperature(Source, kind="copper_temperature"):
         return (slope * np.ones_like(T[0]),)
 
     @classmethod
-    def taken_from(cls, entry: Any, machine: Any) -> Mapping[str, Any] | None:
+    def taken_from(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
         """Of copper loss, and of constant heat while the spindle runs."""
         if isinstance(entry, MotorLoss):
             return {} if entry.copper > 0 else None
-        return {} if entry.driver == "running" and entry.power > 0 else None
+        runs = isinstance(entry, HeatSource) and entry.driver == "running" and entry.power > 0
+        return {} if runs else None
 
     @classmethod
-    def in_place_of(cls, entry: Any, machine: Any) -> Mapping[str, Any] | None:
+    def in_place_of(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
         """Beside a motor, which keeps its iron loss."""
         patch = super().in_place_of(entry, machine)
         if patch is None or not isinstance(entry, MotorLoss):

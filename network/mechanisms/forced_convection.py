@@ -7,7 +7,9 @@ import numpy as np
 
 from network.declare import Array
 from network.fields import param
+from network.machinelike import EntryLike, MachineLike
 from network.mechanisms.base import SPINDLE, Inputs, SurfaceLink, raised
+from network.mechanisms.convection import Convection
 from network.mechanisms.usual import usual_speed
 
 
@@ -48,8 +50,8 @@ class ForcedConvection(SurfaceLink, kind="forced_convection"):
         return G, -G
 
     @classmethod
-    def taken_from(cls, entry: Any, machine: Any) -> Mapping[str, Any] | None:
+    def taken_from(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
         """Of a constant coefficient: its conductance, whatever form it has."""
-        if (total := entry.total) is None:
+        if not isinstance(entry, Convection) or (total := entry.total) is None:
             return None
         return {"conductance": cls.fields["conductance"].write(total), **usual_speed(machine)}

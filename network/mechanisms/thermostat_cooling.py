@@ -7,6 +7,7 @@ import numpy as np
 
 from network.declare import Array
 from network.fields import param, place
+from network.machinelike import MachineLike
 from network.mechanisms.base import Inputs, Relay, Source, beyond
 from network.mechanisms.usual import sized_body
 from network.proposals import fresh
@@ -42,7 +43,7 @@ class ThermostatCooling(Source, Relay, kind="thermostat_cooling"):
         return self.delay
 
     @classmethod
-    def besides(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+    def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """Into and watching every part, set to the reference: off until it is the half width warmer."""
         for name in cls.hosts(machine):
             around = show(machine.reference, "degC", 17)

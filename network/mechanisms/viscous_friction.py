@@ -7,7 +7,9 @@ import numpy as np
 
 from network.declare import Array
 from network.fields import param, place
+from network.machinelike import EntryLike, MachineLike
 from network.mechanisms.base import Inputs
+from network.mechanisms.bearing_friction import BearingFriction
 from network.mechanisms.friction import Friction
 from network.spoken import per_kelvin
 
@@ -43,10 +45,12 @@ class ViscousFriction(Friction, kind="viscous_friction"):
     def slopes(self, u: Inputs, *T: Array) -> tuple[Array, ...]:
         return (-self.thinning * self.heat(u, *T),)
 
-    def resolved(self, machine: Any) -> Self:
+    def resolved(self, machine: MachineLike) -> Self:
         return self.replaced(cold=machine.reference)
 
     @classmethod
-    def taken_from(cls, entry: Any, machine: Any) -> Mapping[str, Any] | None:
+    def taken_from(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
         """Of a constant torque: it reads where the heat goes first."""
-        return {"reads": str(entry.into[0][0])} if entry.is_constant else None
+        if isinstance(entry, BearingFriction) and entry.is_constant:
+            return {"reads": str(entry.into[0][0])}
+        return None
