@@ -13,17 +13,18 @@ import numpy as np
 
 from network.declare import Array, Indices, Mask
 from network.graph import Flows, Heats, Network
-from network.mechanisms.base import Inputs, Relay, Source
+from network.mechanisms.base import Inputs, Mechanism, Relay
 
 
-def flow_heat(flows: Flows, T: Array, u: Inputs) -> Array:
-    """Heat of each elementary flow [W], (…, E)."""
-    return np.asarray(flows.w * flows.law.heat_flow(T[..., flows.a], T[..., flows.b], u))
+def flow_heat(flows: Flows, T: Array, u: Inputs, modes: Array | None = None) -> Array:
+    """Heat of each elementary flow [W], (…, E); what a relay switches by its mode (0 off, 1 on)."""
+    heat = flows.w * flows.heat_flow(T, u)
+    return np.asarray(heat if flows.relay is None or modes is None else heat * modes[..., flows.relay])
 
 
-def source_heat(heats: Heats[Source], T: Array, u: Inputs, mode: Array | None = None) -> Array:
+def source_heat(heats: Heats[Mechanism], T: Array, u: Inputs, mode: Array | None = None) -> Array:
     """Heat of each source [W], (…, n); relays by their mode (0 off, 1 on)."""
-    heat = heats.law.heat(u, *(T @ R.T for R in heats.reads)) * np.ones(heats.into.shape[1])
+    heat = heats.heat(u, *(T @ R.T for R in heats.reads)) * np.ones(heats.into.shape[1])
     return np.asarray(heat if mode is None else heat * mode)
 
 
@@ -44,13 +45,14 @@ def heat_balance(network: Network, T: Array, u: Inputs, modes: Array) -> Heat:
     by_mechanism = np.zeros((*T.shape[:-1], len(network.mechanisms)))
     bound = np.isinf(network.capacity)
     for flows in network.flows:
-        Q = flow_heat(flows, T, u)
+        Q = flow_heat(flows, T, u, modes)
         into += Q @ flows.spread
         _add_columns(by_mechanism, flows.entry, Q * inward(flows, bound))
     for heats, mode in with_modes(network, modes):
         q = source_heat(heats, T, u, mode)
         into += q @ heats.into.T
-        _add_columns(by_mechanism, heats.entry, q)
+        if heats.is_heat:
+            _add_columns(by_mechanism, heats.entry, q)
     return Heat(into, by_mechanism)
 
 
@@ -65,7 +67,7 @@ def inward(flows: Flows, bound: Mask) -> Array:
     return np.where(bound[flows.b], np.where(bound[flows.a], 0.0, -1.0), 1.0)
 
 
-def with_modes(network: Network, modes: Array) -> Iterator[tuple[Heats[Source], Array | None]]:
+def with_modes(network: Network, modes: Array) -> Iterator[tuple[Heats[Mechanism], Array | None]]:
     """Every group of sources, relays with their part of the modes (…, relays)."""
     yield from ((heats, None) for heats in network.heats)
     for relays, part in relay_slices(network):
@@ -85,16 +87,19 @@ def jacobian(network: Network, T: Array, u: Inputs, modes: Array) -> Array:
     N = network.size
     J = np.zeros((N, N))
     for flows in network.flows:
-        by_a, by_b = (flows.w * slope for slope in flows.law.slopes(T[flows.a], T[flows.b], u))
+        weight = flows.w if flows.relay is None else flows.w * modes[flows.relay]
+        by_a, by_b, *by_own = (weight * slope for slope in flows.slopes(T, u))
         J += np.bincount(flows.b * N + flows.a, by_a, N * N).reshape(N, N)
         J += np.bincount(flows.b * N + flows.b, by_b, N * N).reshape(N, N)
         if not flows.one_way:
             J -= np.bincount(flows.a * N + flows.a, by_a, N * N).reshape(N, N)
             J -= np.bincount(flows.a * N + flows.b, by_b, N * N).reshape(N, N)
+        for R, slope in zip(flows.reads, by_own, strict=True):
+            J += flows.spread.T @ ((slope * np.ones(len(R)))[:, None] * R)
     for heats, mode in with_modes(network, modes):
         readings = [R @ T for R in heats.reads]
         scale = 1.0 if mode is None else mode
-        for R, slope in zip(heats.reads, heats.law.slopes(u, *readings), strict=True):
+        for R, slope in zip(heats.reads, heats.slopes(u, *readings), strict=True):
             J += heats.into @ ((slope * scale * np.ones(len(R)))[:, None] * R)
     return J
 
@@ -112,10 +117,10 @@ def driven_conductances(network: Network, u: Inputs) -> Array:
     return np.hstack([np.broadcast_to(s, (instants, np.shape(s)[-1])) for s in map(np.atleast_1d, slopes)])
 
 
-def _at_zero(group: Flows | Heats[Source], u: Inputs) -> tuple[Array, ...]:
+def _at_zero(group: Flows | Heats[Mechanism], u: Inputs) -> tuple[Array, ...]:
     if isinstance(group, Flows):
-        return group.law.slopes(np.zeros(len(group.a)), np.zeros(len(group.b)), u)
-    return group.law.slopes(u, *(np.zeros(len(R)) for R in group.reads))
+        return group.slopes(np.zeros(group.size), u)
+    return group.slopes(u, *(np.zeros(len(R)) for R in group.reads))
 
 
 def affine_heat(network: Network, u: Inputs, modes: Array, instants: int) -> Array:
@@ -126,9 +131,9 @@ def affine_heat(network: Network, u: Inputs, modes: Array, instants: int) -> Arr
     return q
 
 
-def source_series(heats: Heats[Source], u: Inputs, mode: Array | None, instants: int) -> Array:
+def source_series(heats: Heats[Mechanism], u: Inputs, mode: Array | None, instants: int) -> Array:
     """Heat of each source at zero temperature readings (the constant part of an affine one), (instants, n)."""
     count = heats.into.shape[1]
     zeros = [np.zeros(count) for _ in heats.reads]
-    heat = heats.law.heat(u, *zeros) * np.ones((instants, count))
+    heat = heats.heat(u, *zeros) * np.ones((instants, count))
     return np.asarray(heat if mode is None else heat * mode)

@@ -25,8 +25,8 @@ class Readouts:
     """What is wanted: each key is one of the rows over all lumps, plus an offset.
 
     rows: different ones only, for a part of one lump is all its places; where: key → (its row, its offset). Keys:
-    ('part', node), ('reading', axis, entry, i), ('sensor', name). States of sensor effects, in the order of `state_of`:
-    dz/dt = state_T @ T + state_z @ z + state_constant.
+    ('part', node), ('state', path), ('reading', axis, entry, i), ('sensor', name). States of sensor effects, in the
+    order of `state_of`: dz/dt = state_T @ T + state_z @ z + state_constant.
     """
 
     rows: Array
@@ -55,12 +55,13 @@ class Readouts:
 
 
 def readouts(network: Network, parts: bool = True) -> Readouts:
-    """All base readings of a machine; `parts`: the mean temperature of every part too."""
+    """All base readings of a machine; `parts`: the mean temperature of every part, and every state, too."""
     machine = network.machine
     reference = machine.reference
     rows: list[tuple[Key, Array, float]] = []
     if parts:
         rows += [(("part", name), network.row(Place(name)), 0.0) for name in machine.nodes]
+        rows += [(("state", name), network.row(Place(name)), 0.0) for name in network.states]
     for (axis, name), entry in machine.expansions.items():
         for i, reading in enumerate(entry.readings()):
             if reading.how != "heat":

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from network.declare import Declared, Effect
 from network.expansions.base import AXES
 from network.fields import Place, PlacesField, SharesField
-from network.mechanisms.base import Link, Stream
+from network.mechanisms.base import Stream
 from network.nodes import Node
 from network.refusal import Complaints
 from network.sections import is_empty, section
@@ -67,7 +67,7 @@ def _check_entries(machine: Machine, complaints: Complaints) -> None:
 
 def _check_links(machine: Machine, complaints: Complaints) -> None:
     for name, link in machine.links.items():
-        places = _along(link)
+        places = link.places
         field = "through" if isinstance(link, Stream) else "between"
         for a, b in pairwise(places):
             if a == b:
@@ -169,12 +169,8 @@ def _groups(machine: Machine) -> Iterator[list[str]]:
     """The nodes that links and streams join, directly or over others, each group in the order of the file."""
     group = {name: {name} for name in machine.nodes}
     for link in machine.links.values():
-        places = _along(link)
+        places = link.places
         together = set().union(*(group[place.node] for place in places))
         group.update(dict.fromkeys(together, together))
     for members in {id(members): members for members in group.values()}.values():
         yield [name for name in machine.nodes if name in members]
-
-
-def _along(link: Link | Stream) -> tuple[Place, ...]:
-    return link.through if isinstance(link, Stream) else link.between

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from network.along import Along
 from network.fieldbase import REQUIRED, Field
+from network.machinelike import MachineLike
 from network.proposals import bodies
 from network.quantities import ParamField
 from network.reading import read_values
@@ -161,7 +162,7 @@ class Declared(ABC):
         """Entries of one class with equal structure can be stacked: the same forms and words, other numbers."""
         return (type(self), *(field.structure(self.__dict__[name]) for name, field in self.fields.items()))
 
-    def resolved(self, machine: Any) -> Self:
+    def resolved(self, machine: MachineLike) -> Self:
         """The entry with what only the whole machine knows: the reference, a material's expansion, a length."""
         return self
 
@@ -196,8 +197,13 @@ class Effect(Declared):
         return self.sentence.format_map(_Words(self, more))
 
     @classmethod
+    def is_searched(cls) -> bool:
+        """Whether a diagnosis looks for it."""
+        return True
+
+    @classmethod
     @abstractmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+    def proposes(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """Patches: where in this machine the effect could be missing, each with a typical strength."""
 
     @classmethod
@@ -207,11 +213,12 @@ class Effect(Declared):
         return f"{path}.{cls.fields[parameter].key}"
 
     @classmethod
-    def told(cls, machine: Any, patch: Mapping[str, Any]) -> str:
+    def told(cls, machine: MachineLike, patch: Mapping[str, Any]) -> str:
         """The sentence of a patch it proposed, with the numbers of the machine the patch was laid over."""
         path = cls.path_to(cls.strength, patch).rpartition(".")[0]
         channel = path.removeprefix("sensors.").rpartition(".effects.")[0]
-        entry: Effect = dict(machine.entries())[path]
+        entry = dict(machine.entries())[path]
+        assert isinstance(entry, Effect)
         return entry.said(channel=channel)
 
 

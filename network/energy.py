@@ -70,11 +70,11 @@ class EnergyAccount:
 
     def _by_part(self, heat: Array) -> dict[str, float]:
         bound = np.isinf(self.network.capacity)
-        return {name: float(heat[part].sum()) for name, part in self.network.parts.items() if not bound[part].any()}
+        return {name: float(heat[part].sum()) for name, part in self.network.bodies.items() if not bound[part].any()}
 
 
 def stored_heat(network: Network, T: Array) -> Array:
-    """Heat in every lump above 0 °C [J], latent heat included; zero for held and massless lumps. T (…, N)."""
+    """Heat in every lump above 0 °C [J], latent heat included; zero for held and massless lumps and states."""
     finite = np.where(np.isfinite(network.capacity), network.capacity, 0.0)
     heat = np.where(finite > 0, finite * np.where(np.isfinite(T), T, 0.0), 0.0)
     for name in network.melting:
@@ -82,6 +82,8 @@ def stored_heat(network: Network, T: Array) -> Array:
         assert melting is not None
         share = 1 / (part.stop - part.start)
         heat[..., part] += share * melting.absorbed(T[..., part])
+    if network.states:
+        heat[..., network.is_state] = 0.0
     return np.asarray(heat)
 
 
@@ -135,7 +137,7 @@ def _add_flows(problem: LinearProblem, mine: Indices, T: Array, into: Array, by_
     bound = np.isinf(network.capacity)
     u = _inputs(problem.plan, mine)
     for flows in network.flows:
-        Q = flows.w * flows.law.heat_flow(T[flows.a], T[flows.b], u)
+        Q = flows.w * flows.heat_flow(T, u)
         into += Q @ flows.spread
         np.add.at(by_mechanism, flows.entry, Q * inward(flows, bound))
 
@@ -148,10 +150,11 @@ def _add_sources(problem: LinearProblem, mine: Indices, T: Array, into: Array, b
         if heats.reads:
             u = _inputs(plan, mine)
             zeros = [np.zeros(len(R)) for R in heats.reads]
-            for R, slope in zip(heats.reads, heats.law.slopes(u, *zeros), strict=True):
+            for R, slope in zip(heats.reads, heats.slopes(u, *zeros), strict=True):
                 energy = energy + slope * (R @ T)
         into += heats.into @ energy
-        by_mechanism[heats.entry] += energy
+        if heats.is_heat:
+            by_mechanism[heats.entry] += energy
 
 
 def heat_over_time(problem: LinearProblem, solution: LinearSolution) -> Array:

@@ -3,34 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import groupby, pairwise
-from typing import Generic, TypeVar
+from typing import ClassVar, Generic, TypeVar, cast
 
 import numpy as np
 
-from network.declare import Array, Declared, Indices
+from network.declare import Array, Declared, Indices, Mask
 from network.expansions.base import Reading
 from network.fields import Place
 from network.lumps import weights
 from network.machine import Machine
-from network.mechanisms.base import Link, Relay, Source, Stream
+from network.mechanisms.base import Inputs, Link, Mechanism, Relay, Source, Stream, complex_steps
 from network.mechanisms.conduction import Conduction
 from network.nodes import Node
 
 CELLS = 8
 """Well-mixed cells on each leg of a stream with a transport delay."""
 
-Law = TypeVar("Law", bound=Source)
-Law_co = TypeVar("Law_co", bound=Source, covariant=True)
+Law = TypeVar("Law", bound=Mechanism)
+Into = TypeVar("Into", bound=Source)
+Law_co = TypeVar("Law_co", bound=Mechanism, covariant=True)
 
 
 @dataclass(frozen=True)
 class Flows:
     """Elementary flows of one class, side by side: E flows of weight w[e] from lump a[e] to lump b[e].
 
-    one_way: a stream; the lump a does not lose what b gets. entry[e]: index into Network.mechanisms.
+    one_way: a stream; the lump a does not lose what b gets. entry[e]: index into Network.mechanisms; reads: what the
+    law depends on besides (one E×N matrix for each reading); relay[e]: the relay in whose modes it flows, if any.
     """
 
     law: Link | Stream
@@ -40,6 +42,16 @@ class Flows:
     entry: Indices
     one_way: bool
     size: int
+    reads: tuple[Array, ...] = ()
+    relay: Indices | None = None
+
+    def heat_flow(self, T: Array, u: Inputs) -> Array:
+        """Heat of every flow by its law, with the temperatures of all lumps (…, N), before its weight."""
+        return self.law.heat_flow(T[..., self.a], T[..., self.b], u, *(T @ R.T for R in self.reads))
+
+    def slopes(self, T: Array, u: Inputs) -> tuple[Array, ...]:
+        """Slopes of its law by both temperatures and every reading, before its weight."""
+        return self.law.slopes(T[..., self.a], T[..., self.b], u, *(T @ R.T for R in self.reads))
 
     @cached_property
     def spread(self) -> Array:
@@ -60,6 +72,46 @@ class Heats(Generic[Law_co]):
     into: Array
     reads: tuple[Array, ...]
     entry: Indices
+    is_heat: ClassVar[bool] = True
+
+    def heat(self, u: Inputs, *own: Array) -> Array:
+        """What every entry gives, with what it reads."""
+        return cast(Source, self.law).heat(u, *own)
+
+    def slopes(self, u: Inputs, *own: Array) -> tuple[Array, ...]:
+        return cast(Source, self.law).slopes(u, *own)
+
+
+@dataclass(frozen=True)
+class Rates(Heats[Law_co]):
+    """How fast a state of some entries grows: a heat into a lump of capacity 1 that stands for the state."""
+
+    state: int = 0
+    is_heat: ClassVar[bool] = False
+
+    def heat(self, u: Inputs, *own: Array) -> Array:
+        return self.law.rate(u, *own)[self.state]
+
+    def slopes(self, u: Inputs, *own: Array) -> tuple[Array, ...]:
+        return complex_steps(lambda *x: self.heat(u, *x), *own)
+
+    def first(self, u: Inputs, T: Array) -> tuple[Indices, Array]:
+        """The lumps of the state, and what it begins with at the temperatures of all lumps."""
+        seen = self.reads[: len(self.law.places_read())]
+        return np.argmax(self.into, axis=0), self.law.begin(u, *(R @ T for R in seen))[self.state]
+
+
+@dataclass(frozen=True)
+class Guards(Heats[Law_co]):
+    """What switches some links or streams: relays that give no heat of their own, their flows do."""
+
+    is_heat: ClassVar[bool] = False
+
+    def heat(self, u: Inputs, *own: Array) -> Array:
+        return np.zeros(self.into.shape[1])
+
+    def slopes(self, u: Inputs, *own: Array) -> tuple[Array, ...]:
+        return tuple(np.zeros(self.into.shape[1]) for _ in own)
 
 
 @dataclass(frozen=True)
@@ -67,7 +119,7 @@ class Network:
     """N lumps; capacity [J/K] is 0 for massless junctions and inf for held nodes.
 
     mechanisms: names as in the file, then the bars' inner conduction; parts: node → its lumps; held: lump → input
-    name or constant [°C].
+    name or constant [°C]; states: lumps that stand for a state of an entry, by their names among the parts.
     """
 
     machine: Machine
@@ -76,8 +128,9 @@ class Network:
     held: Mapping[int, str | float]
     mechanisms: tuple[str, ...]
     flows: tuple[Flows, ...]
-    heats: tuple[Heats[Source], ...]
+    heats: tuple[Heats[Mechanism], ...]
     relays: tuple[Heats[Relay], ...]
+    states: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def size(self) -> int:
@@ -96,7 +149,17 @@ class Network:
         return np.flatnonzero(np.isinf(self.capacity))
 
     @cached_property
-    def groups(self) -> tuple[Flows | Heats[Source] | Heats[Relay], ...]:
+    def bodies(self) -> Mapping[str, slice]:
+        """The parts that hold heat: all but the states of entries."""
+        return {name: part for name, part in self.parts.items() if name not in self.states}
+
+    @cached_property
+    def is_state(self) -> Mask:
+        """Lumps that stand for a state."""
+        return np.isin(np.arange(self.size), list(self.states.values()))
+
+    @cached_property
+    def groups(self) -> tuple[Flows | Heats[Mechanism] | Heats[Relay], ...]:
         return (*self.flows, *self.heats, *self.relays)
 
     @property
@@ -160,14 +223,20 @@ class _Builder:
         for name, node in self.machine.nodes.items():
             self._add(name, node)
         flows = [*self._links(), *self._bars(), *self._streams()]
+        states = dict(self._states())
         sources = [s for name, s in self.machine.sources.items() if self._wanted(f"sources.{name}")]
+        links = [s for name, s in self.machine.links.items() if self._wanted(f"links.{name}")]
         plain = [s for s in sources if not isinstance(s, Relay)]
         relays = [s for s in sources if isinstance(s, Relay)]
-        grouped = tuple(self._grouped(flows))
-        heats, switched = tuple(self._heats(plain)), tuple(self._heats(relays))
+        heats: tuple[Heats[Mechanism], ...] = tuple(self._heats(plain))
+        switched: tuple[Heats[Relay], ...] = tuple(self._heats(relays))
+        heats += tuple(self._rates([s for s in (*sources, *links) if s.states]))
+        switched += tuple(self._guards([s for s in links if isinstance(s, Relay)]))
+        grouped = tuple(self._grouped(flows, [int(i) for group in switched for i in group.entry]))
         return Network(
-            self.machine, self.parts, np.array(self.capacity), self.held, tuple(self.names), grouped, heats, switched
-        )
+            self.machine, self.parts, np.array(self.capacity), self.held, tuple(self.names), grouped, heats, switched,
+            states,
+        )  # fmt: skip
 
     def _add(self, name: str, node: Node) -> None:
         first, count = len(self.capacity), node.lumps
@@ -236,14 +305,25 @@ class _Builder:
                 yield from range(first + (leg - 1) * CELLS, first + leg * CELLS)
             yield from (i for i, _ in self._places(place))
 
-    def _grouped(self, elements: Iterable[_Element]) -> Iterator[Flows]:
+    def _states(self) -> Iterator[tuple[str, int]]:
+        """A lump of capacity 1 for every state of an entry."""
+        for name in self.machine.states:
+            at = len(self.capacity)
+            self.parts[name] = slice(at, at + 1)
+            self.capacity.append(1.0)
+            yield name, at
+
+    def _grouped(self, elements: Iterable[_Element], relays: Sequence[int]) -> Iterator[Flows]:
+        """The flows by class; relays: the entry of every relay."""
         for members in _by_structure(elements, lambda element: element.law):
             law = _stacked([member.law for member in members])
             columns = zip(*((m.a, m.b, m.w, m.entry) for m in members), strict=True)
             a, b, w, entry = (np.array(column) for column in columns)
-            yield Flows(law, a, b, w, entry, isinstance(law, Stream), len(self.capacity))
+            reads = tuple(self._reads([member.law for member in members]))
+            relay = np.array([relays.index(i) for i in entry.tolist()]) if isinstance(law, Relay) else None
+            yield Flows(law, a, b, w, entry, isinstance(law, Stream), len(self.capacity), reads, relay)
 
-    def _heats(self, sources: Sequence[Law]) -> Iterator[Heats[Law]]:
+    def _heats(self, sources: Sequence[Into]) -> Iterator[Heats[Into]]:
         for members in _by_structure(sources, lambda source: source):
             law = type(members[0]).stack(members)
             entry = np.array([self._name(f"sources.{m.name}") for m in members])
@@ -254,11 +334,35 @@ class _Builder:
                         into[i, column] += share * w
             yield Heats(law, into, tuple(self._reads(members)), entry)
 
-    def _reads(self, members: Sequence[Law]) -> Iterator[Array]:
-        for field in members[0].readings():
+    def _rates(self, entries: Sequence[Mechanism]) -> Iterator[Heats[Mechanism]]:
+        for members in _by_structure(entries, lambda entry: entry):
+            law, reads, entry = _stacked(members), tuple(self._reads(members)), self._entries(members)
+            for i, state in enumerate(law.states):
+                into = np.zeros((len(self.capacity), len(members)))
+                for column, member in enumerate(members):
+                    into[self._state(member, state), column] = 1.0
+                yield Rates(law, into, reads, entry, i)
+
+    def _guards(self, entries: Sequence[Law]) -> Iterator[Heats[Law]]:
+        for members in _by_structure(entries, lambda entry: entry):
+            into = np.zeros((len(self.capacity), len(members)))
+            yield Guards(_stacked(members), into, tuple(self._reads(members)), self._entries(members))
+
+    def _entries(self, members: Sequence[Mechanism]) -> Indices:
+        """Where entries that have a name stand among the mechanisms."""
+        return np.array([self.names.index(f"{member.section}.{member.name}") for member in members])
+
+    def _state(self, entry: Mechanism, state: str) -> int:
+        return int(self.parts[f"{entry.section}.{entry.name}.{state}"].start)
+
+    def _reads(self, members: Sequence[Mechanism]) -> Iterator[Array]:
+        for reading in members[0].readings():
             matrix = np.zeros((len(members), len(self.capacity)))
             for line, member in enumerate(members):
-                for i, w in self._places(getattr(member, field)):
+                if reading in member.states:
+                    matrix[line, self._state(member, reading)] = 1.0
+                    continue
+                for i, w in self._places(getattr(member, reading)):
                     matrix[line, i] += w
             yield matrix
 

@@ -14,7 +14,7 @@ from network.expansions.base import Expansion
 from network.lumps import level_patch
 from network.machine_reader import MachineReader
 from network.materials import BUILT_IN, Material
-from network.mechanisms.base import Link, Source, Stream
+from network.mechanisms.base import Link, Source, State, Stream
 from network.nodes import Node
 from network.patch import check_sections, load_tree, merged, set_lumps, set_value
 from network.refusal import Complaints, Refusal, Spot, refuse
@@ -118,6 +118,12 @@ class Machine:
             yield f"sensors.{name}", sensor
             for i, effect in enumerate(sensor.effects):
                 yield f"sensors.{name}.effects.{i}", effect
+
+    @cached_property
+    def states(self) -> Mapping[str, State]:
+        """The states that entries keep, by path: links.<name>.<state>."""
+        entries = (*self.links.values(), *self.sources.values())
+        return {f"{e.section}.{e.name}.{name}": state for e in entries for name, state in e.states.items()}
 
     @cached_property
     def uncertain(self) -> Mapping[str, Number]:

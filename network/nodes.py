@@ -9,6 +9,7 @@ import numpy as np
 
 from network.declare import Advice, Array, Declared
 from network.fields import ParamField, flag, nested, param, whole, word, word_of
+from network.machinelike import MachineLike
 from network.materials import Material
 from network.refusal import short
 from network.units import BadNumber
@@ -91,7 +92,7 @@ class Node(Declared):
     melts: Melting | None = nested("a melting range", lambda: Melting)
     stuff: Material | None = None
 
-    def resolved(self, machine: Any) -> Self:
+    def resolved(self, machine: MachineLike) -> Self:
         return self.replaced(stuff=machine.material(self.material) if self.material else None)
 
     @property

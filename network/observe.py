@@ -50,6 +50,7 @@ def observe(
         machine, schedule, network, plan.t, {n: u[n] for n in schedule.signals if n in machine.inputs}, sensors, tcp,
         contributions, parts, _part_heat(network, parts, outcome), outcome.T_start, outcome.T_end, outcome.account,
         outcome.switches, plan.method, plan.why, seconds, outcome.error, tuple(_warnings(network, outcome)),
+        {key[1]: values for key, values in rows.items() if key[0] == "state"},
     )  # fmt: skip
 
 
@@ -126,7 +127,7 @@ def _warnings(network: Network, outcome: Outcome) -> Iterator[str]:
     u = {name: np.concatenate([plan.left[name], plan.right[name]]) for name in plan.left}
     for path, entry in network.machine.entries():
         yield from (f"{path}: {remark}" for remark in (entry.remarks(u) if isinstance(entry, Effect) else ()))
-    for name, part in network.parts.items():
+    for name, part in network.bodies.items():
         T = float(outcome.T_end[part].max())
         if not PLAUSIBLE[0] < T < PLAUSIBLE[1]:
             yield f"{name} ends at {T:.4g} degC; check its heat sources and losses"

@@ -9,6 +9,7 @@ from typing import Any
 
 from network.declare import Declared, Effect
 from network.fieldbase import REQUIRED, Field
+from network.mechanisms.base import Mechanism, Relay
 from network.places import PlaceField, PlacesField, SharesField
 from network.quantities import ParamField
 from network.refusal import Spot, likely, refuse, short
@@ -61,11 +62,17 @@ def _page(cls: type[Declared]) -> str:
         inspect.cleandoc(cls.__doc__ or ""),
         _listed("Places", [(f.key, f.meaning + _default(cls, f)) for f in cls.fields.values() if _is_place(f)]),
         _listed("Parameters", [_parameter(cls, f) for f in cls.fields.values() if not _is_place(f)]),
+        _listed("States of its own", list(_states(cls))),
         _choice(cls),
         "\n".join(_remarks(cls)),
         f"Example\n  name: {example_line(cls)}" if cls.section != "suspects" else "",
     ]
     return "\n\n".join(part for part in parts if part)
+
+
+def _states(cls: type[Declared]) -> Iterator[tuple[str, str]]:
+    for name, state in cls.states.items() if issubclass(cls, Mechanism) else ():
+        yield f"{name} [{state.unit}]", state.meaning
 
 
 def _is_place(field: Field) -> bool:
@@ -101,6 +108,10 @@ def _remarks(cls: type[Declared]) -> Iterator[str]:
         yield f"Strength: {cls.fields[cls.strength].key}; at 0 it is not there."
     if issubclass(cls, Effect) and cls.inputs:
         yield "Reads the input " + " and ".join(f"{name} [{unit}]" for name, unit in cls.inputs.items()) + "."
+    if issubclass(cls, Relay):
+        yield "Switches on and off by itself."
+    if issubclass(cls, Effect) and not cls.is_searched():
+        yield "A diagnosis does not look for it."
     if cls.replaces:
         yield f"Can take the place of: {', '.join(cls.replaces)}."
     if cls.looks_like:

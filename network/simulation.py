@@ -52,7 +52,7 @@ def simulate(
 
 def _check_sane(network: Network, T_end: Array) -> None:
     """Raises Failed for a machine that has run away."""
-    for name, part in network.parts.items():
+    for name, part in network.bodies.items():
         T = float(T_end[part].max())
         if not -HOPELESS < T < HOPELESS:
             raise Failed(

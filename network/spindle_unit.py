@@ -16,7 +16,7 @@ import numpy as np
 
 from network.declare import Array, Indices
 from network.machine import Machine
-from network.mechanisms.base import Inputs, Link, Relay, Source, Stream
+from network.mechanisms.base import Inputs, Link, Mechanism, Relay, Source, Stream
 from network.refusal import Spot, refuse, short
 
 EXCESS = 10.0
@@ -69,7 +69,7 @@ class SpindleUnit:
         reference."""
         q, index = np.zeros((len(u["time"]), len(self.machine.nodes))), _index(self.machine)
         for source in self.sources.values():
-            heat = source.heat(u, *(np.array(self.machine.reference) for _ in source.readings()))
+            heat = source.heat(u, *_at_reference(self.machine, source))
             for place, share in source.into:
                 q[:, index[place.node]] += share * heat
         return q
@@ -113,8 +113,7 @@ def _index(machine: Machine) -> dict[str, int]:
 def _pairs(machine: Machine) -> Iterator[tuple[Link | Stream, str, str]]:
     """Every link, and every leg of a stream, with the nodes it runs between."""
     for link in machine.links.values():
-        places = link.between if isinstance(link, Link) else link.through
-        yield from ((link, a.node, b.node) for a, b in pairwise(places) if a.node != b.node)
+        yield from ((link, a.node, b.node) for a, b in pairwise(link.places) if a.node != b.node)
 
 
 def _joined(machine: Machine, first: str, beam: str | None) -> set[str]:
@@ -136,4 +135,9 @@ def _joined(machine: Machine, first: str, beam: str | None) -> set[str]:
 def _conductance(machine: Machine, entry: Link | Stream, u: Inputs) -> Array:
     """W/K at the inputs; of a link that is not linear, the secant over EXCESS."""
     cold = np.array(machine.reference)
-    return np.asarray(entry.heat_flow(cold + EXCESS, cold, u) / EXCESS)
+    return np.asarray(entry.heat_flow(cold + EXCESS, cold, u, *_at_reference(machine, entry)) / EXCESS)
+
+
+def _at_reference(machine: Machine, entry: Mechanism) -> list[Array]:
+    """What an entry reads when everything is at the reference and its states are zero."""
+    return [np.array(0.0 if name in entry.states else machine.reference) for name in entry.readings()]

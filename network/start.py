@@ -9,7 +9,7 @@ import numpy as np
 from network.balance import heat_balance, jacobian
 from network.declare import Array, Mask
 from network.fields import Place
-from network.graph import Network
+from network.graph import Network, Rates
 from network.inputs import Schedule, Start
 from network.mechanisms.base import Inputs
 from network.recording import Recording
@@ -28,11 +28,22 @@ def start_temperatures(network: Network, schedule: Schedule, recording: Recordin
     u = first_inputs(schedule)
     _hold(network, T, u)
     start = schedule.start
-    if start is None:
-        return from_first_readings(network, recording, T, u) if recording is not None else T
-    if start.steady:
+    if start is not None and start.steady:
         return steady_state(network, T, u)
-    return _given(network, start, T, schedule.file)
+    if start is not None:
+        T = _given(network, start, T, schedule.file)
+    elif recording is not None:
+        T = from_first_readings(network, recording, T, u)
+    return _begun(network, T, u)
+
+
+def _begun(network: Network, T: Array, u: Inputs) -> Array:
+    """The temperatures of a start, with what the states of entries begin with."""
+    for rates in network.heats:
+        if isinstance(rates, Rates):
+            lumps, first = rates.first(u, T)
+            T[lumps] = first
+    return T
 
 
 def first_inputs(schedule: Schedule) -> Inputs:
@@ -108,14 +119,16 @@ def _first_readings(network: Network, recording: Recording) -> Iterator[tuple[Pl
 
 def interpolated(network: Network, T: Array, known: Mask, u: Inputs) -> Array:
     """Unknown lumps settle between the known ones, by links alone, linearised at the mean of what is known."""
-    unknown = np.flatnonzero(~known)
+    unknown = np.flatnonzero(~known & ~network.is_state)
     if not len(unknown):
         return T
     T[unknown] = T[known].mean()
     K = np.zeros((network.size, network.size))
     for flows in network.flows:
+        if flows.relay is not None:
+            continue
         at = T[flows.a] + 1e-3, T[flows.b] - 1e-3
-        G = flows.w * np.abs(flows.law.slopes(*at, u)[0])
+        G = flows.w * np.abs(flows.law.slopes(*at, u, *(R @ T for R in flows.reads))[0])
         if not flows.one_way:
             np.add.at(K, (flows.a, flows.b), G)
             np.add.at(K, (flows.b, flows.a), G)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -28,7 +28,7 @@ class Trajectory:
 
     inputs, sensors: by name; tcp: axis → displacement [m] or angle [rad]; contributions: (axis, entry) → the same;
     parts: node → mean temperature [°C]; heat: part → heat absorbed since the start [J]; T_start, T_end: all lumps;
-    error: estimate of the numerical error [K]; switches: (instant, source, on or off).
+    error: estimate of the numerical error [K]; switches: (instant, entry, on or off); states: of entries, by path.
     """
 
     machine: Machine
@@ -50,6 +50,7 @@ class Trajectory:
     solve_seconds: float
     error: float
     warnings: tuple[str, ...]
+    states: Mapping[str, Array] = field(default_factory=dict)
 
     def columns(self) -> Iterator[tuple[str, str, Array]]:
         """(name, unit, values in SI) of every input, sensor and tcp axis: the columns of results.csv."""
@@ -61,13 +62,16 @@ class Trajectory:
             yield f"tcp.{axis}", axis_unit(axis), values
 
     def part_columns(self) -> Iterator[tuple[str, str, Array]]:
-        """(name, unit, values in SI) of every part's temperature and heat, and of every contribution: parts.csv."""
+        """(name, unit, values in SI) of every part's temperature and heat, of every contribution, of every state of an
+        entry: parts.csv."""
         for name, values in self.parts.items():
             yield f"T.{name}", "degC", values
         for name, values in self.heat.items():
             yield f"heat.{name}", "kJ", values
         for (axis, name), values in self.contributions.items():
             yield f"tcp.{axis}.{name}", axis_unit(axis), values
+        for path, values in self.states.items():
+            yield path, self.machine.states[path].unit, values
 
     def shown(self, name: str) -> Array:
         """A channel, part or tcp axis in its unit (degC, um, rpm …). Raises KeyError for an unknown name."""

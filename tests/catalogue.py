@@ -28,15 +28,8 @@ TYPES: list[type[Effect]] = [kinds(section)[kind] for section, kind in KINDS]
 FLOWS = [cls for cls in TYPES if issubclass(cls, Mechanism)]
 LAWS = [cls for cls in TYPES if not issubclass(cls, Suspect)]
 
-NAMED = {
-    *"""conduction contact convection natural_convection forced_convection radiation advection
-    heat_source timed_source motor_loss windage copper_temperature bearing_friction viscous_friction preload_friction
-    seal_friction guide_friction screw_friction cutting_heat sunlight thermostat_cooling hidden_mass lumping
-    phase_change ambient_drift foundation stretching bending tilt centrifugal_growth displacement_step
-    sensor_lag sensor_offset sensor_fault sensor_swap clock_shift
-    """.split()  # noqa: SIM905
-}
-"""Every kind that a diagnosis may name, built or not."""
+NAMED = {kind for _, kind in KINDS}
+"""Every kind there is: no other is named to users."""
 
 STEEL = "material: steel, area: 100 cm^2, length"
 HEAD = "machine: test\nreference: 22 degC\n"
@@ -204,8 +197,14 @@ def arguments(entry: Any, seed: int) -> tuple[Array, ...]:
     if isinstance(entry, Expansion):
         scale = {"mean": 20.0, "gradient": 50.0, "heat": 1e5}
         return tuple(np.array(scale[r.how] * rng.uniform(-1, 1)) for r in entry.readings())
-    count = len(entry.readings()) if isinstance(entry, Source) else 2
+    count = 0 if isinstance(entry, Source) else 2
+    count += len(entry.readings()) if isinstance(entry, Mechanism) else 0
     return tuple(np.array(x) for x in rng.uniform(15, 60, count))
+
+
+def own_arguments(entry: Mechanism, seed: int) -> tuple[Array, ...]:
+    """The temperatures and states of its `readings`."""
+    return arguments(entry, seed)[0 if isinstance(entry, Source) else 2 :]
 
 
 def evaluated(entry: Any, u: Mapping[str, Array], *x: Array) -> Array:
@@ -216,4 +215,4 @@ def evaluated(entry: Any, u: Mapping[str, Array], *x: Array) -> Array:
         return np.asarray(entry.movement(u, *x))
     if isinstance(entry, SensorEffect):
         return np.asarray(entry.reading(*x, u))
-    return np.asarray(entry.heat_flow(*x, u))
+    return np.asarray(entry.heat_flow(*x[:2], u, *x[2:]))

@@ -25,7 +25,10 @@ def more_machines():
     stock = {"density": "7800 kg/m^3", "specific_heat": "460 J/(kg K) ± 10 %",
              "conductivity": "45 W/(m K) ± 20 %", "expansion": "1.1e-5 1/K"}  # fmt: skip
     made = two_blocks(nodes={"body": material}, materials={"stock": stock})
-    return machines() | {"geometry": geometry, "material": made}
+    chiller = {"kind": "pi_cooling", "into": {"motor": 1}, "watches": "motor", "set": "24 degC ± 1 K",
+               "gain": "10 W/K ± 30 %", "reset_time": "900 s ± 30 %"}  # fmt: skip
+    chilled = two_blocks(sources={"chiller": chiller})
+    return machines() | {"geometry": geometry, "material": made, "chilled": chilled}
 
 
 MACHINES = more_machines()

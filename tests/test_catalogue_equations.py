@@ -8,12 +8,13 @@ from typing import TypeAlias
 
 import numpy as np
 import pytest
-from catalogue import FLOWS, arguments, drawn, each_law, evaluated, names, surroundings
+from catalogue import FLOWS, arguments, drawn, each_law, evaluated, names, own_arguments, surroundings
 
 from network.declare import Array, Effect
-from network.mechanisms.base import Inputs, Link, Mechanism, Source, Stream
+from network.mechanisms.base import Inputs, Link, Mechanism, Relay, Source, Stream
 from network.mechanisms.friction import Friction, Sliding
 from network.sensors.base import SensorEffect
+from network.units import unit
 
 STEP = 1e-30
 Args: TypeAlias = tuple[Array, ...]
@@ -30,7 +31,7 @@ def test_slopes_are_the_derivatives(cls: type[Effect]) -> None:
         if isinstance(entry, SensorEffect):
             continue
         u, x = surroundings(seed), arguments(entry, seed)
-        slopes = entry.slopes(*x, u) if isinstance(entry, Link | Stream) else entry.slopes(u, *x)
+        slopes = entry.slopes(*x[:2], u, *x[2:]) if isinstance(entry, Link | Stream) else entry.slopes(u, *x)
         assert len(slopes) == len(x)
         for i, slope in enumerate(slopes):
 
@@ -107,13 +108,59 @@ def test_affine_means_affine(cls: type[Effect]) -> None:
         assert (max(bends) < 1e-12) == entry.is_affine(), bends
 
 
+@pytest.mark.parametrize("cls", [c for c in FLOWS if c.states], ids=names)
+def test_states_have_a_unit_a_beginning_and_a_rate(cls: type[Mechanism]) -> None:
+    for state in cls.states.values():
+        assert unit(state.unit).scale == 1, "one of SI"
+        assert len(state.meaning) > 3
+    for seed, entry in enumerate(drawn(cls, 6)):
+        u, own = surroundings(seed), own_arguments(entry, seed)
+        assert len(entry.rate(u, *own)) == len(entry.begin(u, *own[: len(cls.places_read())])) == len(cls.states)
+        for name, value in ((n, getattr(entry, n)) for n in cls.params()):
+            if value is not None:
+                stepped = entry.replaced(**{name: value + STEP * 1j}).rate(u, *own)
+                assert np.isfinite(stepped).all(), name
+
+
+@pytest.mark.parametrize("cls", [c for c in FLOWS if c.states], ids=names)
+def test_rates_of_an_affine_entry_are_affine(cls: type[Mechanism]) -> None:
+    for seed, entry in enumerate(drawn(cls, 6)):
+        rng, u, own = np.random.default_rng(seed), surroundings(seed), own_arguments(entry, seed)
+        first, second = rng.uniform(-1, 1, (2, len(own)))
+        steps = (0 * first, first, second, first + second)
+        a, b, c, d = (np.array(entry.rate(u, *(v + s for v, s in zip(own, step, strict=True)))) for step in steps)
+        assert not entry.is_affine() or a - b - c + d == pytest.approx(np.zeros(len(a)), abs=1e-12 * np.abs(a).max())
+
+
+@pytest.mark.parametrize("cls", [c for c in FLOWS if c.states or issubclass(c, Relay)], ids=names)
+def test_rates_and_guards_of_many_are_those_of_each(cls: type[Mechanism]) -> None:
+    entry = next(drawn(cls, 1))
+    several = [entry, entry.replaced(**{n: 1.07 * getattr(entry, n) for n in cls.params() if getattr(entry, n)})]
+    stacked, u = type(entry).stack(several), surroundings(3)
+    wide = tuple(np.full(2, float(x)) for x in own_arguments(entry, 3))
+    for i, one in enumerate(several):
+        own = tuple(x[i] for x in wide)
+        assert [float(r[i]) for r in stacked.rate(u, *wide)] == [float(r) for r in one.rate(u, *own)]
+        if isinstance(one, Relay) and isinstance(stacked, Relay):
+            for mode in (0.0, 1.0):
+                assert stacked.guard(np.full(2, mode), u, *wide)[i] == one.guard(np.array(mode), u, *own)
+
+
+@pytest.mark.parametrize("cls", [c for c in FLOWS if issubclass(c, Relay)], ids=names)
+def test_a_relay_never_wants_to_leave_both_modes(cls: type[Relay]) -> None:
+    for seed, entry in enumerate(drawn(cls, 6)):
+        u, own = surroundings(seed), own_arguments(entry, seed)
+        assert min(float(entry.guard(np.array(mode), u, *own)) for mode in (0.0, 1.0)) < 0
+        assert float(entry.pause()) >= 0
+
+
 @pytest.mark.parametrize("cls", [c for c in FLOWS if issubclass(c, Link)], ids=names)
 def test_heat_flows_from_hot_to_cold(cls: type[Link]) -> None:
     for seed, entry in enumerate(drawn(cls, 6)):
-        u, (T_a, T_b) = surroundings(seed), arguments(entry, seed)
-        assert evaluated(entry, u, T_a, T_b) * (T_a - T_b) > 0
-        assert evaluated(entry, u, T_b, T_a) * (T_b - T_a) > 0
-        assert evaluated(entry, u, T_a, T_a) == 0
+        u, (T_a, T_b, *own) = surroundings(seed), arguments(entry, seed)
+        assert evaluated(entry, u, T_a, T_b, *own) * (T_a - T_b) > 0
+        assert evaluated(entry, u, T_b, T_a, *own) * (T_b - T_a) > 0
+        assert evaluated(entry, u, T_a, T_a, *own) == 0
 
 
 @each_law

@@ -86,7 +86,7 @@ def heats(on: Machine, temperatures: Mapping[str, float], u: Mapping[str, Array]
             T[network.parts[name]] = value
     relays = sum(group.into.shape[1] for group in network.relays)
     into = heat_balance(network, T, u, np.ones(relays)).into
-    return {name: float(into[part].sum()) for name, part in network.parts.items() if on.nodes[name].is_part}
+    return {name: float(into[part].sum()) for name, part in network.bodies.items() if on.nodes[name].is_part}
 
 
 def movements(on: Machine, seed: int, u: Mapping[str, Array]) -> dict[str, float]:
@@ -140,7 +140,8 @@ def test_typical_strengths_are_believable(cls: type[Effect]) -> None:
                 size = abs(float(evaluated(entry, pulse, *(np.array(22.0) for _ in entry.readings()))))
                 assert 1 < size < 2000, f"{path}: {size}"
             else:
-                size = abs(float(evaluated(entry, u, np.array(32.0), np.array(22.0))))
+                own = (np.array(22.0) for _ in entry.readings())
+                size = abs(float(evaluated(entry, u, np.array(32.0), np.array(22.0), *own)))
                 assert 1 < size < 2000, f"{path}: {size}"
 
 

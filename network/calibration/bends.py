@@ -76,7 +76,7 @@ def _rows(network: Network, group: Group, m: int) -> list[Array]:
     """What one member reads, without held lumps."""
     if isinstance(group, Flows):
         unit = np.eye(network.size)
-        rows = [unit[group.a[m]], unit[group.b[m]]]
+        rows = [unit[group.a[m]], unit[group.b[m]], *(R[m] for R in group.reads)]
     else:
         rows = [R[m] for R in group.reads]
     return [np.where(np.isinf(network.capacity), 0.0, row) for row in rows]

@@ -9,9 +9,9 @@ import numpy as np
 from network.balance import flow_heat, source_heat
 from network.declare import Array, Indices
 from network.graph import Flows, Heats, Network
-from network.mechanisms.base import Source
+from network.mechanisms.base import Mechanism
 
-Group = Flows | Heats[Source]
+Group = Flows | Heats[Mechanism]
 Slopes = tuple[Array, ...]
 
 BEND = 0.15
@@ -43,7 +43,10 @@ def spread_of(group: Group) -> Array:
 def heat_along(group: Group, slopes: Slopes, moved: Array) -> Array:
     """Heat of the members by straight laws as temperatures move (2 K, members)."""
     if isinstance(group, Flows):
-        return np.asarray((slopes[0] * moved[:, group.a] + slopes[1] * moved[:, group.b]) * group.w)
+        joined = slopes[0] * moved[:, group.a] + slopes[1] * moved[:, group.b]
+        for slope, R in zip(slopes[2:], group.reads, strict=True):
+            joined = joined + slope * (moved @ R.T)
+        return np.asarray(joined * group.w)
     return sum((s * (moved @ R.T) for s, R in zip(slopes, group.reads, strict=True)), np.zeros(1))
 
 
@@ -70,9 +73,9 @@ def windows(slopes: list[Slopes], K: int) -> Indices:
 def slopes_of_group(group: Group, T: Array, u: Mapping[str, Array]) -> Slopes:
     """Slopes of a group by each of its readings at many instants, each (instants, members)."""
     if isinstance(group, Flows):
-        slopes: Slopes = group.law.slopes(T[:, group.a], T[:, group.b], u)
+        slopes: Slopes = group.slopes(T, u)
     else:
-        slopes = group.law.slopes(u, *(T @ R.T for R in group.reads))
+        slopes = group.slopes(u, *(T @ R.T for R in group.reads))
     return tuple(np.broadcast_to(s, (len(T), len(group.entry))) for s in slopes)
 
 
@@ -82,6 +85,6 @@ def touched(network: Network, groups: Sequence[Group]) -> Indices:
     for group in groups:
         if isinstance(group, Flows):
             read[group.a] = read[group.b] = True
-        else:
-            read |= np.any([R.any(axis=0) for R in group.reads], axis=0)
+        for R in group.reads:
+            read |= R.any(axis=0)
     return np.flatnonzero(read & np.isfinite(network.capacity))

@@ -18,7 +18,7 @@ from network.calibration.course import Course, Push
 from network.calibration.parameters import Parameter
 from network.declare import Array, Declared, Indices
 from network.graph import Flows, Heats, Network
-from network.mechanisms.base import STEP, Source, Stream
+from network.mechanisms.base import STEP, Mechanism, Stream
 from network.solvers.plan import Plan
 
 GROUPS = ("flows", "heats", "relays")
@@ -99,18 +99,18 @@ def _by_parameter(course: Course, g: int, members: Indices, attribute: str) -> t
     return course.derived[g, attribute][:, members], into
 
 
-def _derivatives(course: Course, group: Flows | Heats[Source], attribute: str) -> Array:
+def _derivatives(course: Course, group: Flows | Heats[Mechanism], attribute: str) -> Array:
     """∂heat/∂value of all members of a group, each by its own number: one imaginary step for all at once."""
     T, u = course.T_ends, course.inputs
     law: Any = group.law.replaced(**{attribute: group.law.__dict__[attribute] + 1j * STEP})
     if isinstance(group, Flows):
-        return np.asarray(np.imag(law.heat_flow(T[:, group.a], T[:, group.b], u)) / STEP * group.w)
-    q = law.heat(u, *(T @ R.T for R in group.reads)) * np.ones((len(T), len(group.entry)))
+        return np.asarray(np.imag(replace(group, law=law).heat_flow(T, u)) / STEP * group.w)
+    q = replace(group, law=law).heat(u, *(T @ R.T for R in group.reads)) * np.ones((len(T), len(group.entry)))
     modes = relay_modes(course.problem.plan, group)
     return np.asarray(np.imag(q if modes is None else q * modes) / STEP)
 
 
-def relay_modes(plan: Plan, group: Heats[Source]) -> Array | None:
+def relay_modes(plan: Plan, group: Heats[Mechanism]) -> Array | None:
     """Modes of a group of relays at both ends of the intervals (2 K, n); None for other sources."""
     for relays, part in relay_slices(plan.network):
         if relays is group:

@@ -13,7 +13,7 @@ from network.calibration.parameters import Parameter, at_values, values_at
 from network.calibration.partials import Slots, acts_by_heat, push_of
 from network.calibration.prediction import Prediction, Run
 from network.calibration.reading import channels_of
-from network.calibration.switchings import SwitchedCourse, switched_course
+from network.calibration.switchings import SwitchedCourse, check_followed, switched_course
 from network.calibration.warm_start import WarmStart
 from network.calibration.waveform import course_of
 from network.channels import Readouts, readouts
@@ -37,6 +37,7 @@ class Model:
     def __init__(self, machine: Machine, parameters: Sequence[Parameter], runs: Sequence[Run]) -> None:
         self.machine, self.parameters, self.runs = machine, tuple(parameters), tuple(runs)
         network = build(machine)
+        check_followed(network)
         self.slots = Slots(network, tuple(p for p in self.parameters if not p.path.startswith(SHOWN)))
         self.shown = tuple(p for p in self.parameters if p.path.startswith(SHOWN))
         self._readouts = readouts(network, parts=False)

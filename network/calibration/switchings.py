@@ -21,9 +21,9 @@ from network.calibration.kicks import states_at
 from network.calibration.parameters import Parameter
 from network.channels import Readouts
 from network.declare import Array, Indices
-from network.graph import Heats
+from network.graph import Guards, Heats, Network
 from network.mechanisms.base import STEP, Inputs, Relay, stepped
-from network.refusal import Failed
+from network.refusal import Failed, Spot, refuse
 from network.solvers import switched
 from network.solvers.linear import reduce
 from network.solvers.modal import Modes
@@ -165,6 +165,15 @@ class SwitchedCourse(Course):
                 by_theta = seen.slope(law, seen.readings) - self._guard_rates[seen.events] * later
                 out[seen.events[own]] = parameter.slope(parameter.value(theta)) * by_theta[own]
         return out
+
+
+def check_followed(network: Network) -> None:
+    """Raises Refused where a relay switches a conductance: only switched heat is followed."""
+    for group in network.relays:
+        if isinstance(group, Guards):
+            wrong = f"{network.mechanisms[group.entry[0]]} ({group.law.kind}) switches a conductance"
+            right = "a fit follows relays that switch a heat; simulate and compare serve this machine as it is"
+            raise refuse(Spot(network.machine.file), f"{wrong}, which a fit cannot follow", right)
 
 
 def switched_course(plan: Plan, readouts: Readouts, known: dict[bytes, Modes] | None = None) -> SwitchedCourse:

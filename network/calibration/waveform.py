@@ -108,7 +108,8 @@ class _Rounds:
     def course(self, times: int) -> Course | None:
         """The run; None where it does not settle."""
         for _ in range(times):
-            self.T = np.clip(np.nan_to_num(self.T, nan=self.network.machine.reference), COLDEST, HOTTEST)
+            T = np.nan_to_num(self.T, nan=self.network.machine.reference)
+            self.T = np.where(self.network.is_state, T, np.clip(T, COLDEST, HOTTEST))
             of = windows([slopes_of_group(g, self.T, self.u) for g in self.inside], len(self.plan.steps))
             middles = [self._middle(np.flatnonzero(of == w)) for w in range(int(of.max()) + 1)]
             regimes = [regime_from(self.network, jacobian(self.straight, *at), self.readouts) for at in middles]

@@ -128,11 +128,11 @@ def _nodes_of(body: Mapping[str, Any]) -> Iterator[str]:
 
 
 def kinds() -> Iterator[type[Effect]]:
-    """Every kind that can be missing."""
+    """Every kind that can be missing and is looked for."""
     open_rooms()
     for section in sections():
         for kind in registered(section).values():
-            if issubclass(kind, Effect) and kind.strength:
+            if issubclass(kind, Effect) and kind.strength and kind.is_searched():
                 yield kind
 
 

@@ -25,7 +25,7 @@ from network.diagnosis.candidates import Candidate
 from network.diagnosis.case import early
 from network.diagnosis.screen import whitened
 from network.graph import Network, build
-from network.mechanisms.base import Relay
+from network.mechanisms.base import Relay, Source
 
 FARTHEST = 4.0
 """Prior 1σ that a start may lie off."""
@@ -80,7 +80,7 @@ class Space:
 def parts_about(candidate: Candidate) -> tuple[str, ...]:
     """The parts that its switched heat enters; where it enters a node held until now, the parts linked to that."""
     base = candidate.base
-    relays = (e for _, e in candidate.machine.entries() if isinstance(e, Relay))
+    relays = (e for _, e in candidate.machine.entries() if isinstance(e, Source) and isinstance(e, Relay))
     into = {place.node for relay in relays for place, _ in relay.into}
     own = [n for n in into if n in base.nodes and base.nodes[n].is_part]
     if own:

@@ -16,6 +16,7 @@ import numpy as np
 
 from network.declare import Array, Effect, typical_body
 from network.fields import Place, whole
+from network.machinelike import MachineLike
 from network.mechanisms.base import STEP, Inputs, Link, stepped
 from network.proposals import fresh
 
@@ -68,7 +69,7 @@ class Expansion(Effect):
         return f"{'+' if self.direction > 0 else '-'}{self.axis}"
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+    def proposes(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """On every axis the machine has, for everything it could read, each way: a strength has no sign."""
         for axis in (a for a in machine.tcp if a in cls.axes):
             for label, given in cls.subjects(machine, axis):
@@ -78,7 +79,7 @@ class Expansion(Effect):
 
     @classmethod
     @abstractmethod
-    def subjects(cls, machine: Any, axis: str) -> Iterator[tuple[str, dict[str, Any]]]:
+    def subjects(cls, machine: MachineLike, axis: str) -> Iterator[tuple[str, dict[str, Any]]]:
         """What it could act on to move that axis: a label and the YAML keys that say so."""
 
 
@@ -89,19 +90,19 @@ def chosen(given: Array | None, own: Array | None) -> Array:
     return value
 
 
-def own_length(machine: Any, place: Place) -> float | None:
+def own_length(machine: MachineLike, place: Place) -> float | None:
     """The range's share of a bar's length; None for a point and for a part without a length."""
     length = machine.nodes[place.node].length
     return float(length) * place.share if length is not None and place.share else None
 
 
-def own_expansion(machine: Any, place: Place) -> float | None:
+def own_expansion(machine: MachineLike, place: Place) -> float | None:
     """The coefficient of expansion of a part's material [1/K]; None without one."""
     alpha: float | None = machine.nodes[place.node].expansion
     return alpha
 
 
-def neighbours(machine: Any) -> Iterator[tuple[str, str]]:
+def neighbours(machine: MachineLike) -> Iterator[tuple[str, str]]:
     """Pairs of parts that a link joins, directly or over one massless node, each once."""
     pairs: dict[frozenset[str], tuple[str, str]] = {}
     for a, b in (*machine.joined_parts(), *_over_joints(machine)):
@@ -109,14 +110,14 @@ def neighbours(machine: Any) -> Iterator[tuple[str, str]]:
     yield from pairs.values()
 
 
-def _over_joints(machine: Any) -> Iterator[tuple[str, str]]:
+def _over_joints(machine: MachineLike) -> Iterator[tuple[str, str]]:
     links = [[place.node for place in link.between] for link in machine.links.values() if isinstance(link, Link)]
     for joint in (name for name, node in machine.nodes.items() if node.is_massless):
         around = dict.fromkeys(node for nodes in links if joint in nodes for node in nodes)
         yield from combinations((node for node in around if machine.nodes[node].is_part), 2)
 
 
-def steel_unless_known(machine: Any, *parts: str) -> dict[str, Any]:
+def steel_unless_known(machine: MachineLike, *parts: str) -> dict[str, Any]:
     """For a proposal: the expansion of steel where a part names no material."""
     known = all(machine.nodes[part].expansion is not None for part in parts)
     return {} if known else {"expansion": "1.13e-5 1/K"}

@@ -17,6 +17,7 @@ from network.expansions.base import (
     steel_unless_known,
 )
 from network.fields import Place, param, place, places, word
+from network.machinelike import MachineLike
 from network.mechanisms.base import Inputs
 
 
@@ -50,7 +51,7 @@ class Bending(Expansion, kind="bending"):
     def host(self) -> Place:
         return self.of if self.of is not None else self.between[0]
 
-    def resolved(self, machine: Any) -> Self:
+    def resolved(self, machine: MachineLike) -> Self:
         node = machine.nodes[self.host.node]
         height = float(node.length) * self.host.share if node.length is not None else None
         alpha = own_expansion(machine, self.host)
@@ -84,7 +85,7 @@ class Bending(Expansion, kind="bending"):
         return readings[0] if self.of is not None else np.asarray((readings[0] - readings[1]) / self.distance)
 
     @classmethod
-    def subjects(cls, machine: Any, axis: str) -> Iterator[tuple[str, dict[str, Any]]]:
+    def subjects(cls, machine: MachineLike, axis: str) -> Iterator[tuple[str, dict[str, Any]]]:
         """Parts that are joined: one may be the warm face of what the other belongs to."""
         for a, b in neighbours(machine):
             yield f"{a} {b}", {"between": [a, b], **steel_unless_known(machine, a)}

@@ -6,6 +6,7 @@ from typing import Any
 from network.declare import Array
 from network.expansions.base import Expansion, Reading
 from network.fields import param
+from network.machinelike import MachineLike
 from network.mechanisms.base import SPINDLE, Inputs
 from network.mechanisms.usual import usual_speed
 
@@ -21,7 +22,7 @@ class CentrifugalGrowth(Expansion, kind="centrifugal_growth"):
     reference_speed = param("rpm", 0, 300_000, "speed at which it is given", positive=True, typical=10_000)
     inputs = SPINDLE
     strength = "displacement"
-    looks_like = ("displacement_step", "hidden_mass")
+    looks_like = ("hidden_mass",)
     sentence = "the shaft moves the tool centre point along {way} by {displacement} at {reference_speed}"
 
     def readings(self) -> tuple[Reading, ...]:
@@ -32,6 +33,6 @@ class CentrifugalGrowth(Expansion, kind="centrifugal_growth"):
         return d
 
     @classmethod
-    def subjects(cls, machine: Any, axis: str) -> Iterator[tuple[str, dict[str, Any]]]:
+    def subjects(cls, machine: MachineLike, axis: str) -> Iterator[tuple[str, dict[str, Any]]]:
         if "speed" in machine.inputs:
             yield "", usual_speed(machine)

@@ -10,6 +10,7 @@ from network.along import beyond, followed, limited, metres
 from network.declare import Advice, Array
 from network.expansions.base import Expansion, Reading, chosen, own_expansion, own_length, steel_unless_known
 from network.fields import Place, along, param, place, word
+from network.machinelike import MachineLike
 from network.mechanisms.base import Inputs
 from network.units import show
 
@@ -45,7 +46,7 @@ class Stretching(Expansion, kind="stretching"):
     lumps: int = 1
     sentence = "{of} grows over {grows_over} and moves the tool centre point along {way}"
 
-    def resolved(self, machine: Any) -> Self:
+    def resolved(self, machine: MachineLike) -> Self:
         node = machine.nodes[self.of.node]
         alpha, bar = own_expansion(machine, self.of), own_length(machine, self.of)
         share = (self.of.share or 1 / node.lumps) if self.fixed is None else 1 / node.lumps
@@ -113,7 +114,7 @@ class Stretching(Expansion, kind="stretching"):
         return {"length": length, "expansion": show(alpha, "1/K", 17), "method": "temperature"}
 
     @classmethod
-    def subjects(cls, machine: Any, axis: str) -> Iterator[tuple[str, dict[str, Any]]]:
+    def subjects(cls, machine: MachineLike, axis: str) -> Iterator[tuple[str, dict[str, Any]]]:
         """Every part, over its length or a typical one."""
         for name, node in machine.nodes.items():
             if node.is_part:

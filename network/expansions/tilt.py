@@ -16,6 +16,7 @@ from network.expansions.base import (
     steel_unless_known,
 )
 from network.fields import param, places
+from network.machinelike import MachineLike
 from network.mechanisms.base import Inputs
 from network.units import show
 
@@ -42,7 +43,7 @@ class Tilt(Expansion, kind="tilt"):
     length_b: Array | None
     sentence = "{between[0]} grows more than {between[1]}: the tilt moves the tool centre point along {way}"
 
-    def resolved(self, machine: Any) -> Self:
+    def resolved(self, machine: MachineLike) -> Self:
         a, b = self.between
         return self.replaced(
             alpha_a=own_expansion(machine, a), alpha_b=own_expansion(machine, b),
@@ -82,7 +83,7 @@ class Tilt(Expansion, kind="tilt"):
         return {"length": "1 m", "expansion": show(g_a, "1/K", 17)} if g_a == g_b else {}
 
     @classmethod
-    def subjects(cls, machine: Any, axis: str) -> Iterator[tuple[str, dict[str, Any]]]:
+    def subjects(cls, machine: MachineLike, axis: str) -> Iterator[tuple[str, dict[str, Any]]]:
         """Parts that are joined, as supports of a typical length."""
         for a, b in neighbours(machine):
             arm = {"arm": "400 mm"} if axis in LINEAR_AXES else {}

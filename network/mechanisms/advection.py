@@ -20,7 +20,7 @@ class Advection(Stream, kind="advection"):
     looks_like = ("convection", "sensor_lag")
     sentence = "a stream of {capacity_flow} passes {through}"
 
-    def heat_flow(self, T_up: Array, T_down: Array, u: Inputs) -> Array:
+    def heat_flow(self, T_up: Array, T_down: Array, u: Inputs, *own: Array) -> Array:
         Q: Array = self.capacity_flow * (T_up - T_down)
         return Q
 

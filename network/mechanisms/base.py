@@ -7,14 +7,16 @@ it comes from and +1 for the one it enters. Equations work on arrays of temperat
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from itertools import combinations
 from typing import Any, ClassVar, Self, TypeAlias, cast
 
 import numpy as np
 
 from network.declare import Array, Effect, typical_body
-from network.fields import PlaceField, places, shares
+from network.fields import Place, PlaceField, places, shares
+from network.machinelike import EntryLike, MachineLike, NodeLike
 from network.mechanisms.usual import sized_body
 from network.proposals import fresh
 
@@ -48,19 +50,116 @@ def not_below_zero(x: Array) -> Array:
     return np.where(np.real(x) > 0, x, 0.0)
 
 
-class Mechanism(Effect):
-    """A heat flow. `affine`: with the inputs given, the heat is a linear function of temperatures plus a constant;
-    `follows_time`: between its edges the heat still changes with `time` by itself."""
+@dataclass(frozen=True)
+class State:
+    """A number of its own that an entry carries through a run, like an integral. Its unit is one of SI."""
 
+    unit: str
+    meaning: str
+
+
+def beyond(mode: Array, T: Array, middle: Array, half_width: Array) -> Array:
+    """The guard of a hysteresis: on above its middle + half width, off below its middle − half width."""
+    return np.asarray(np.where(mode > 0, -1.0, 1.0) * (T - middle) - half_width)
+
+
+def complex_steps(f: Callable[..., Array], *x: Array) -> tuple[Array, ...]:
+    """∂f/∂x for each argument."""
+    values = (f(*x[:i], stepped(x[i], 1j * STEP), *x[i + 1 :]) for i in range(len(x)))
+    return tuple(np.imag(value) / STEP for value in values)
+
+
+class Mechanism(Effect):
+    """A heat flow, in watts.
+
+    states: the states of its own that it keeps, by name; affine: with the inputs given, the heat, and the rates of its
+    states, are linear functions of what it reads plus a constant; follows_time: between its edges the heat still
+    changes with `time` by itself.
+    """
+
+    states: ClassVar[Mapping[str, State]] = {}
     affine: ClassVar[bool] = True
     follows_time: ClassVar[bool] = False
 
     def is_affine(self) -> bool:
         return bool(self.affine)
 
+    @classmethod
+    def is_searched(cls) -> bool:
+        """Not with states of its own, nor where a guard switches a conductance: no quick look shows what they do."""
+        return not cls.states and (cls.section == "sources" or not issubclass(cls, Relay))
+
+    @classmethod
+    def places_read(cls) -> tuple[str, ...]:
+        """The fields that name places whose mean temperature it depends on."""
+        return tuple(name for name, field in cls.fields.items() if isinstance(field, PlaceField))
+
+    @classmethod
+    def readings(cls) -> tuple[str, ...]:
+        """What it depends on beside inputs and the temperatures it joins: places that it reads, then its states."""
+        return (*cls.places_read(), *cls.states)
+
+    def rate(self, u: Inputs, *own: Array) -> tuple[Array, ...]:
+        """How fast each of its states grows [unit/s], with the temperatures [°C] and states of `readings`."""
+        return ()
+
+    def begin(self, u: Inputs, *T: Array) -> tuple[Array, ...]:
+        """What its states begin a run with, at the temperatures of `places_read`: zero."""
+        return tuple(np.zeros(()) for _ in self.states)
+
     def edges(self, duration: float) -> Array:
         """Instants in 0 < t < duration at which the heat jumps or kinks by itself; integration restarts there."""
         return np.empty(0)
+
+    @classmethod
+    def proposes(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
+        """In the place of every entry it could replace; what replaces none, wherever it could stand besides."""
+        if not cls.replaces:
+            yield from cls.besides(machine)
+        for _, entry in machine.entries():
+            patch = cls.in_place_of(entry, machine) if entry.kind in cls.replaces else None
+            if patch is not None:
+                yield patch
+
+    @classmethod
+    def reading(cls, node: str) -> dict[str, str]:
+        """The keys of a proposal that let it read one node."""
+        return {cls.fields[field].key: node for field in cls.places_read()}
+
+    @classmethod
+    @abstractmethod
+    def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
+        """Patches that add it to what is there."""
+
+    @classmethod
+    def in_place_of(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
+        """The patch that puts it in the place of an entry, keeping its places and the numbers that `replaces` names;
+        None where it cannot stand there."""
+        given = cls.taken_from(entry, machine)
+        if given is None:
+            return None
+        kept, numbers = entry.to_plain(), cls.replaces[entry.kind]
+        own = {cls.fields[ours].key: kept[theirs] for theirs, ours in numbers.items() if theirs in kept}
+        where = {key: kept[key] for key in ("between", "through", "into") if key in kept}
+        return {entry.section: {entry.name: {**typical_body(cls), **own, **where, **given}}}
+
+    @classmethod
+    def taken_from(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
+        """What else it takes from an entry that it could replace; None where it could not."""
+        return {}
+
+
+class Relay(Mechanism):
+    """A source, link or stream with two modes, switched by guards. Its heat is the one while it is on; it is zero
+    while off."""
+
+    @abstractmethod
+    def guard(self, mode: Array, u: Inputs, *own: Array) -> Array:
+        """Above zero: time to leave this mode (0 off, 1 on). With the temperatures and states of `readings`."""
+
+    @abstractmethod
+    def pause(self) -> Array:
+        """Time between the guard and the switching [s]."""
 
 
 class Flow(Mechanism):
@@ -68,15 +167,18 @@ class Flow(Mechanism):
 
     section = "links"
 
+    @property
     @abstractmethod
-    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs) -> Array:
-        """Heat from a to b [W]."""
+    def places(self) -> tuple[Place, ...]:
+        """The places it joins or passes, in order."""
 
-    def slopes(self, T_a: Array, T_b: Array, u: Inputs) -> tuple[Array, Array]:
-        """∂Q/∂T_a and ∂Q/∂T_b [W/K]; complex step unless an entry knows better."""
-        by_a = np.imag(self.heat_flow(stepped(T_a, 1j * STEP), T_b, u)) / STEP
-        by_b = np.imag(self.heat_flow(T_a, stepped(T_b, 1j * STEP), u)) / STEP
-        return by_a, by_b
+    @abstractmethod
+    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> Array:
+        """Heat from a to b [W], with the temperatures and states in the order of `readings`."""
+
+    def slopes(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> tuple[Array, ...]:
+        """∂Q/∂T_a and ∂Q/∂T_b [W/K], then by each of its readings; complex step unless an entry knows better."""
+        return complex_steps(lambda a, b, *more: self.heat_flow(a, b, u, *more), T_a, T_b, *own)
 
 
 class Link(Flow):
@@ -88,19 +190,23 @@ class Link(Flow):
     moves: ClassVar[bool] = False
     between = places("the two places it joins")
 
+    @property
+    def places(self) -> tuple[Place, ...]:
+        return self.between
+
     def over(self, start: float, stop: float) -> Self:
         """What of it goes into the piece of its second place from one fraction to the other."""
         return self
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+    def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """Between every pair of nodes where it could be missing."""
         for a, b in cls.candidates(machine):
-            body = sized_body(cls, machine, between=[a, b])
+            body = sized_body(cls, machine, between=[a, b], **cls.reading(a))
             yield {"links": {fresh(f"{cls.kind} {a} {b}", machine.links): body}}
 
     @classmethod
-    def candidates(cls, machine: Any) -> Iterator[tuple[str, str]]:
+    def candidates(cls, machine: MachineLike) -> Iterator[tuple[str, str]]:
         """Pairs of unheld nodes that no such link joins yet; beside a link of any kind an affine one adds nothing
         that the other's conductance could not take over."""
         links = [e for e in machine.links.values() if isinstance(e, Link) and (cls.affine or e.kind == cls.kind)]
@@ -110,7 +216,7 @@ class Link(Flow):
                 yield pair
 
     @classmethod
-    def suits(cls, a: Any, b: Any) -> bool:
+    def suits(cls, a: NodeLike, b: NodeLike) -> bool:
         return not (a.is_held or b.is_held)
 
 
@@ -118,12 +224,12 @@ class SurfaceLink(Link):
     """Heat between a part's surface, named first, and its surroundings."""
 
     @classmethod
-    def candidates(cls, machine: Any) -> Iterator[tuple[str, str]]:
+    def candidates(cls, machine: MachineLike) -> Iterator[tuple[str, str]]:
         for a, b in super().candidates(machine):
             yield (b, a) if machine.nodes[a].is_held else (a, b)
 
     @classmethod
-    def suits(cls, a: Any, b: Any) -> bool:
+    def suits(cls, a: NodeLike, b: NodeLike) -> bool:
         return bool((a.is_part and b.is_held) or (a.is_held and b.is_part))
 
 
@@ -133,44 +239,24 @@ class Source(Mechanism):
     section = "sources"
     into = shares("where the heat goes: places with shares that add up to 1")
 
-    @classmethod
-    def readings(cls) -> tuple[str, ...]:
-        """The fields that name the places whose mean temperature the heat depends on."""
-        return tuple(name for name, field in cls.fields.items() if isinstance(field, PlaceField))
-
     @abstractmethod
     def heat(self, u: Inputs, *T: Array) -> Array:
-        """Heat delivered [W], with the temperatures read [°C] in the order of `readings`."""
+        """Heat delivered [W], with the temperatures [°C] and states in the order of `readings`."""
 
     def slopes(self, u: Inputs, *T: Array) -> tuple[Array, ...]:
         """∂heat/∂T for each reading [W/K]."""
-        rows = np.eye(len(T)) * STEP * 1j
-        heats = (self.heat(u, *(stepped(t, s) for t, s in zip(T, row, strict=True))) for row in rows)
-        return tuple(np.imag(heat) / STEP for heat in heats)
+        return complex_steps(lambda *x: self.heat(u, *x), *T)
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+    def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """Into every part that has a heat capacity."""
         for name in cls.hosts(machine):
-            extra = {cls.fields[r].key: name for r in cls.readings()}
-            body = sized_body(cls, machine, into={name: 1}, **extra)
+            body = sized_body(cls, machine, into={name: 1}, **cls.reading(name))
             yield {"sources": {fresh(f"{cls.kind} {name}", machine.sources): body}}
 
     @classmethod
-    def hosts(cls, machine: Any) -> Iterator[str]:
+    def hosts(cls, machine: MachineLike) -> Iterator[str]:
         return (name for name, node in machine.nodes.items() if node.is_part)
-
-
-class Relay(Source):
-    """A source with two modes, switched by guards. `heat` is the heat while it is on; it is zero while off."""
-
-    @abstractmethod
-    def guard(self, mode: Array, u: Inputs, *T: Array) -> Array:
-        """Above zero: time to leave this mode (0 off, 1 on)."""
-
-    @abstractmethod
-    def pause(self) -> Array:
-        """Time between the guard and the switching [s]."""
 
 
 class Stream(Flow):
@@ -179,23 +265,19 @@ class Stream(Flow):
 
     through = places("the places the fluid passes, in that order", None)
 
+    @property
+    def places(self) -> tuple[Place, ...]:
+        return self.through
+
     @abstractmethod
     def transport(self) -> tuple[float, float]:
         """Transport delay of the whole stream [s] and capacity flow [W/K]: they make the fluid cells on the way."""
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+    def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """From every held node into every part that no stream passes yet."""
         passed = {p.node for e in machine.links.values() if isinstance(e, Stream) for p in e.through}
         for held in (n for n, node in machine.nodes.items() if node.is_held):
             for part in (n for n, node in machine.nodes.items() if node.is_part and n not in passed):
                 name = fresh(f"{cls.kind} {held} {part}", machine.links)
-                yield {"links": {name: sized_body(cls, machine, through=[held, part])}}
-
-
-def keeping(cls: type[Mechanism], entry: Mechanism, numbers: Mapping[str, str], **given: Any) -> Mapping[str, Any]:
-    """The patch that puts `cls` in the place of `entry`, keeping its places and the named numbers."""
-    kept = entry.to_plain()
-    own = {cls.fields[ours].key: kept[theirs] for theirs, ours in numbers.items() if theirs in kept}
-    where = {key: kept[key] for key in ("between", "through", "into") if key in kept}
-    return {entry.section: {entry.name: {**typical_body(cls), **own, **where, **given}}}
+                yield {"links": {name: sized_body(cls, machine, through=[held, part], **cls.reading(part))}}

@@ -17,9 +17,9 @@ class Conduction(Link, kind="conduction"):
     looks_like = ("contact", "convection", "hidden_mass")
     sentence = "{between[0]} and {between[1]} exchange heat by conduction at {conductance}"
 
-    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs) -> Array:
+    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> Array:
         Q: Array = self.conductance * (T_a - T_b)
         return Q
 
-    def slopes(self, T_a: Array, T_b: Array, u: Inputs) -> tuple[Array, Array]:
+    def slopes(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> tuple[Array, Array]:
         return self.conductance, -self.conductance

@@ -1,11 +1,12 @@
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any, Self
 
 from network.declare import Array
 from network.fields import param
-from network.mechanisms.base import Inputs, Link, keeping, not_below_zero
+from network.machinelike import EntryLike, MachineLike
+from network.mechanisms.base import Inputs, Link, not_below_zero
 from network.mechanisms.conduction import Conduction
 from network.spoken import per_kelvin
 
@@ -33,26 +34,25 @@ class Contact(Link, kind="contact"):
         """The slope in words."""
         return per_kelvin(float(self.slope))
 
-    def resolved(self, machine: Any) -> Self:
+    def resolved(self, machine: MachineLike) -> Self:
         return self.replaced(cold=machine.reference)
 
     def _closure(self, T_a: Array, T_b: Array) -> Array:
         closure: Array = 1 + self.slope * ((T_a + T_b) / 2 - self.cold)
         return closure
 
-    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs) -> Array:
+    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> Array:
         Q: Array = self.conductance * not_below_zero(self._closure(T_a, T_b)) * (T_a - T_b)
         return Q
 
-    def slopes(self, T_a: Array, T_b: Array, u: Inputs) -> tuple[Array, Array]:
+    def slopes(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> tuple[Array, Array]:
         closure = self._closure(T_a, T_b)
         G = self.conductance * not_below_zero(closure)
         by_mean = self.conductance * self.slope / 2 * (closure > 0) * (T_a - T_b)
         return by_mean + G, by_mean - G
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
-        """In the place of every conduction between two parts."""
-        for entry in machine.links.values():
-            if isinstance(entry, Conduction) and not any(machine.nodes[p.node].is_held for p in entry.between):
-                yield keeping(cls, entry, cls.replaces[entry.kind])
+    def taken_from(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
+        """Nothing more; it stands between parts only."""
+        between_parts = isinstance(entry, Conduction) and not any(machine.nodes[p.node].is_held for p in entry.places)
+        return {} if between_parts else None

@@ -61,7 +61,7 @@ class Convection(SurfaceLink, kind="convection"):
     def is_affine(self) -> bool:
         return self.geometry is None
 
-    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs) -> Array:
+    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> Array:
         Q: Array = self._conductance(T_a, T_b) * (T_a - T_b)
         return Q
 

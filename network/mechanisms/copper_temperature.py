@@ -1,13 +1,14 @@
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any, Self
 
 import numpy as np
 
 from network.declare import Array
 from network.fields import param, place
-from network.mechanisms.base import SPINDLE, Inputs, Source, keeping
+from network.machinelike import EntryLike, MachineLike
+from network.mechanisms.base import SPINDLE, Inputs, Source
 from network.mechanisms.heat_source import HeatSource
 from network.mechanisms.motor_loss import MotorLoss
 from network.proposals import fresh
@@ -37,7 +38,7 @@ class CopperTemperature(Source, kind="copper_temperature"):
         """The slope in words."""
         return per_kelvin(float(self.slope))
 
-    def resolved(self, machine: Any) -> Self:
+    def resolved(self, machine: MachineLike) -> Self:
         reads = self.reads if self.reads is not None else self.into[0][0]
         return self.replaced(reads=reads, cold=machine.reference)
 
@@ -50,12 +51,18 @@ class CopperTemperature(Source, kind="copper_temperature"):
         return (slope * np.ones_like(T[0]),)
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
-        """In the place of every motor's copper loss, and of every constant heat while the spindle runs."""
-        for name, entry in machine.sources.items():
-            if isinstance(entry, MotorLoss) and entry.copper > 0:
-                mine = keeping(cls, entry, cls.replaces[entry.kind])[cls.section][name]
-                other = fresh(f"{cls.kind} {name}", machine.sources)
-                yield {cls.section: {name: {**entry.to_plain(), "copper": "0 W"}, other: mine}}
-            elif isinstance(entry, HeatSource) and entry.driver == "running" and entry.power > 0:
-                yield keeping(cls, entry, cls.replaces[entry.kind])
+    def taken_from(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
+        """Of copper loss, and of constant heat while the spindle runs."""
+        if isinstance(entry, MotorLoss):
+            return {} if entry.copper > 0 else None
+        runs = isinstance(entry, HeatSource) and entry.driver == "running" and entry.power > 0
+        return {} if runs else None
+
+    @classmethod
+    def in_place_of(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
+        """Beside a motor, which keeps its iron loss."""
+        patch = super().in_place_of(entry, machine)
+        if patch is None or not isinstance(entry, MotorLoss):
+            return patch
+        other = fresh(f"{cls.kind} {entry.name}", machine.sources)
+        return {cls.section: {entry.name: {**entry.to_plain(), "copper": "0 W"}, other: patch[cls.section][entry.name]}}

@@ -1,13 +1,14 @@
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from network.declare import Array
 from network.fields import param
-from network.mechanisms.base import SPINDLE, Inputs, SurfaceLink, keeping, raised
+from network.machinelike import EntryLike, MachineLike
+from network.mechanisms.base import SPINDLE, Inputs, SurfaceLink, raised
 from network.mechanisms.convection import Convection
 from network.mechanisms.usual import usual_speed
 
@@ -40,18 +41,17 @@ class ForcedConvection(SurfaceLink, kind="forced_convection"):
         G: Array = self.conductance * (1 + self.gain * raised(np.abs(u["speed"]) / self.reference_speed, self.exponent))
         return G
 
-    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs) -> Array:
+    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> Array:
         Q: Array = self._conductance(u) * (T_a - T_b)
         return Q
 
-    def slopes(self, T_a: Array, T_b: Array, u: Inputs) -> tuple[Array, Array]:
+    def slopes(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> tuple[Array, Array]:
         G = self._conductance(u)
         return G, -G
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
-        """In the place of every convection of constant coefficient."""
-        for entry in machine.links.values():
-            if isinstance(entry, Convection) and (total := entry.total) is not None:
-                conductance = cls.fields["conductance"].write(total)
-                yield keeping(cls, entry, {}, conductance=conductance, **usual_speed(machine))
+    def taken_from(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
+        """Of a constant coefficient: its conductance, whatever form it has."""
+        if not isinstance(entry, Convection) or (total := entry.total) is None:
+            return None
+        return {"conductance": cls.fields["conductance"].write(total), **usual_speed(machine)}

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
 from network.declare import Advice, Array
 from network.fields import param
+from network.machinelike import MachineLike
 from network.mechanisms.base import FEED, SPINDLE, Inputs, Source
 
 KILOWATT_AT = 2 * np.pi / 60 * 3000
@@ -51,7 +51,7 @@ class Sliding(Source):
         return q
 
 
-def turning(machine: Any) -> Iterator[str]:
+def turning(machine: MachineLike) -> Iterator[str]:
     """Parts that turn: marked `rotates: true`, or not marked and the first that some friction heats."""
     first = {entry.into[0][0].node for entry in machine.sources.values() if isinstance(entry, Friction)}
     for name, node in machine.nodes.items():

@@ -7,6 +7,7 @@ import numpy as np
 
 from network.declare import Advice, Array
 from network.fields import amount, param, word
+from network.machinelike import MachineLike
 from network.mechanisms.base import SPINDLE, Inputs, Source
 from network.mechanisms.usual import sized_body
 from network.proposals import fresh
@@ -25,7 +26,7 @@ class HeatSource(Source, kind="heat_source"):
     derived = ("full",)
     full: float
     strength = "power"
-    looks_like = ("timed_source", "ambient_drift")
+    looks_like = ("timed_source",)
     sentence = "{into} receives {power} from a source {when}"
 
     @property
@@ -40,7 +41,7 @@ class HeatSource(Source, kind="heat_source"):
             return {}
         return SPINDLE if self.driver == "running" else {self.driver: self.at.unit}
 
-    def resolved(self, machine: Any) -> Self:
+    def resolved(self, machine: MachineLike) -> Self:
         return self.replaced(full=self.at.value if self.at is not None else None)
 
     def faults(self) -> Iterator[Advice]:
@@ -60,7 +61,7 @@ class HeatSource(Source, kind="heat_source"):
         return q
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+    def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """Into every part: always, and while the spindle runs if the machine knows its speed."""
         for driver in ("always", "running") if "speed" in machine.inputs else ("always",):
             for name in cls.hosts(machine):

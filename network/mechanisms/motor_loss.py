@@ -7,6 +7,7 @@ import numpy as np
 
 from network.declare import Array
 from network.fields import param
+from network.machinelike import MachineLike
 from network.mechanisms.base import SPINDLE, Inputs, Source, raised
 from network.mechanisms.usual import sized_body, usual_speed
 from network.proposals import fresh
@@ -35,7 +36,7 @@ class MotorLoss(Source, kind="motor_loss"):
         return q
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+    def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """Iron loss in every part that has a heat capacity."""
         for name in cls.hosts(machine):
             body = sized_body(cls, machine, into={name: 1}, **usual_speed(machine))

@@ -8,6 +8,7 @@ import numpy as np
 from network.along import Along, beyond, followed, limited, metres
 from network.declare import Advice, Array
 from network.fields import along, param
+from network.machinelike import MachineLike
 from network.mechanisms.base import Inputs, Link
 from network.mechanisms.usual import sized_body
 from network.proposals import fresh
@@ -35,7 +36,7 @@ class MovingContact(Link, kind="moving_contact"):
     stop: Array
     sentence = "{between[0]} exchanges heat with {between[1]} at {at} by {conductance} over {width}"
 
-    def resolved(self, machine: Any) -> Self:
+    def resolved(self, machine: MachineLike) -> Self:
         return self.replaced(span=machine.nodes[self.between[1].node].length, start=0.0, stop=1.0)
 
     def over(self, start: float, stop: float) -> Self:
@@ -66,16 +67,16 @@ class MovingContact(Link, kind="moving_contact"):
         begin, end = (limited((x * self.span - first) / width, 0.0, 1.0) for x in (self.start, self.stop))
         return np.asarray(end - begin)
 
-    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs) -> Array:
+    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> Array:
         Q: Array = self.conductance * self._share(u) * (T_a - T_b)
         return Q
 
-    def slopes(self, T_a: Array, T_b: Array, u: Inputs) -> tuple[Array, Array]:
+    def slopes(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> tuple[Array, Array]:
         G = self.conductance * self._share(u)
         return G, -G
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+    def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """Between a bar along which the machine knows something to move, and every part that is not joined with it."""
         known = _moving(machine)
         for pair in cls.candidates(machine):
@@ -85,13 +86,13 @@ class MovingContact(Link, kind="moving_contact"):
                     yield {"links": {fresh(f"{cls.kind} {a} {bar}", machine.links): body}}
 
 
-def _moving(machine: Any) -> dict[str, str]:
+def _moving(machine: MachineLike) -> dict[str, str]:
     """Bars on which an entry follows a position, and how it is written there."""
     known: dict[str, str] = {}
     for _, entry in machine.entries():
         for name in ("at", "fixed"):
             where = entry.__dict__.get(name)
             if isinstance(where, Along) and where.input:
-                place = entry.between[1] if isinstance(entry, Link) else entry.of
+                place = entry.between[1] if isinstance(entry, Link) else entry.__dict__["of"]
                 known.setdefault(place.node, str(where))
     return {bar: where for bar, where in known.items() if machine.nodes[bar].is_bar}

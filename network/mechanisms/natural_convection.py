@@ -25,10 +25,10 @@ class NaturalConvection(SurfaceLink, kind="natural_convection"):
         G: Array = self.coefficient * self.area * raised(magnitude(T_a - T_b), self.exponent)
         return G
 
-    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs) -> Array:
+    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> Array:
         Q: Array = self._conductance(T_a, T_b) * (T_a - T_b)
         return Q
 
-    def slopes(self, T_a: Array, T_b: Array, u: Inputs) -> tuple[Array, Array]:
+    def slopes(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> tuple[Array, Array]:
         by_a = (1 + self.exponent) * self._conductance(T_a, T_b)
         return by_a, -by_a

@@ -1,13 +1,14 @@
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from network.declare import Array
 from network.fields import Place, param, place
-from network.mechanisms.base import Inputs, keeping, not_below_zero
+from network.machinelike import EntryLike, MachineLike
+from network.mechanisms.base import Inputs, not_below_zero
 from network.mechanisms.bearing_friction import BearingFriction
 from network.mechanisms.friction import Friction, turning
 from network.spoken import per_kelvin
@@ -47,15 +48,13 @@ class PreloadFriction(Friction, kind="preload_friction"):
         return slope, -slope
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
-        """In the place of every bearing of constant torque whose two rings can be told."""
-        for entry in machine.sources.values():
-            if isinstance(entry, BearingFriction) and entry.is_constant and (rings := _rings(entry, machine)):
-                inner, outer = (str(ring) for ring in rings)
-                yield keeping(cls, entry, cls.replaces[entry.kind], inner=inner, outer=outer)
+    def taken_from(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
+        """Of a constant torque whose two rings can be told: where they are."""
+        rings = _rings(entry, machine) if isinstance(entry, BearingFriction) and entry.is_constant else None
+        return dict(zip(("inner", "outer"), map(str, rings), strict=True)) if rings else None
 
 
-def _rings(entry: BearingFriction, machine: Any) -> tuple[Place, Place] | None:
+def _rings(entry: BearingFriction, machine: MachineLike) -> tuple[Place, Place] | None:
     """Inner and outer ring: the two parts that the bearing heats, or that one and a part linked to it; the one that
     turns is inside."""
     first = entry.into[0][0]

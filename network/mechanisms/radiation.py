@@ -22,11 +22,11 @@ class Radiation(SurfaceLink, kind="radiation"):
     looks_like = ("convection", "natural_convection")
     sentence = "{between[0]} radiates to {between[1]} over {emissivity_area} of black-body area"
 
-    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs) -> Array:
+    def heat_flow(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> Array:
         fourth_powers = (T_a + ZERO_CELSIUS) ** 4 - (T_b + ZERO_CELSIUS) ** 4
         Q: Array = self.emissivity_area * STEFAN_BOLTZMANN * fourth_powers
         return Q
 
-    def slopes(self, T_a: Array, T_b: Array, u: Inputs) -> tuple[Array, Array]:
+    def slopes(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> tuple[Array, Array]:
         scale = 4 * self.emissivity_area * STEFAN_BOLTZMANN
         return scale * (T_a + ZERO_CELSIUS) ** 3, -scale * (T_b + ZERO_CELSIUS) ** 3

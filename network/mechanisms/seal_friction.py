@@ -1,10 +1,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from network.declare import Array
 from network.fields import param
+from network.machinelike import MachineLike
 from network.mechanisms.base import Inputs
 from network.mechanisms.friction import Friction, turning
 
@@ -25,5 +25,5 @@ class SealFriction(Friction, kind="seal_friction"):
         return self.torque
 
     @classmethod
-    def hosts(cls, machine: Any) -> Iterator[str]:
+    def hosts(cls, machine: MachineLike) -> Iterator[str]:
         return turning(machine)

@@ -7,13 +7,14 @@ import numpy as np
 
 from network.declare import Array
 from network.fields import param, place
-from network.mechanisms.base import Inputs, Relay
+from network.machinelike import MachineLike
+from network.mechanisms.base import Inputs, Relay, Source, beyond
 from network.mechanisms.usual import sized_body
 from network.proposals import fresh
 from network.units import show
 
 
-class ThermostatCooling(Relay, kind="thermostat_cooling"):
+class ThermostatCooling(Source, Relay, kind="thermostat_cooling"):
     """A cooler with hysteresis: q = −P while on; it goes on above set + h, off below set − h, `delay` later each time.
 
     For one mass C with constant heat q < P, no losses and no delay it is on for t_on = 2hC/(P − q) and off for
@@ -36,13 +37,13 @@ class ThermostatCooling(Relay, kind="thermostat_cooling"):
         return q
 
     def guard(self, mode: Array, u: Inputs, *T: Array) -> Array:
-        return np.asarray(np.where(mode > 0, -1.0, 1.0) * (T[0] - self.set) - self.hysteresis)
+        return beyond(mode, T[0], self.set, self.hysteresis)
 
     def pause(self) -> Array:
         return self.delay
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+    def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """Into and watching every part, set to the reference: off until it is the half width warmer."""
         for name in cls.hosts(machine):
             around = show(machine.reference, "degC", 17)

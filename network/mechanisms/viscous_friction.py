@@ -1,13 +1,14 @@
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any, Self
 
 import numpy as np
 
 from network.declare import Array
 from network.fields import param, place
-from network.mechanisms.base import Inputs, keeping
+from network.machinelike import EntryLike, MachineLike
+from network.mechanisms.base import Inputs
 from network.mechanisms.bearing_friction import BearingFriction
 from network.mechanisms.friction import Friction
 from network.spoken import per_kelvin
@@ -44,12 +45,12 @@ class ViscousFriction(Friction, kind="viscous_friction"):
     def slopes(self, u: Inputs, *T: Array) -> tuple[Array, ...]:
         return (-self.thinning * self.heat(u, *T),)
 
-    def resolved(self, machine: Any) -> Self:
+    def resolved(self, machine: MachineLike) -> Self:
         return self.replaced(cold=machine.reference)
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
-        """In the place of every bearing of constant torque, reading where its heat goes first."""
-        for entry in machine.sources.values():
-            if isinstance(entry, BearingFriction) and entry.is_constant:
-                yield keeping(cls, entry, cls.replaces[entry.kind], reads=str(entry.into[0][0]))
+    def taken_from(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
+        """Of a constant torque: it reads where the heat goes first."""
+        if isinstance(entry, BearingFriction) and entry.is_constant:
+            return {"reads": str(entry.into[0][0])}
+        return None

@@ -7,6 +7,7 @@ import numpy as np
 
 from network.declare import Array
 from network.fields import param
+from network.machinelike import MachineLike
 from network.mechanisms.base import SPINDLE, Inputs, Source, raised
 from network.mechanisms.friction import turning
 from network.mechanisms.usual import sized_body, usual_speed
@@ -33,7 +34,7 @@ class Windage(Source, kind="windage"):
         return q
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+    def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """At every part that turns."""
         for name in turning(machine):
             body = sized_body(cls, machine, into={name: 1}, **usual_speed(machine))

@@ -46,7 +46,8 @@ def conductance(machine: Machine, link: Link) -> float:
     """Mean conductance of a link around the reference, with all inputs zero [W/K]."""
     u = {name: np.zeros(()) for name in (*machine.inputs, "time")}
     warm, cold = np.array(machine.reference + EXCESS / 2), np.array(machine.reference - EXCESS / 2)
-    return float(link.heat_flow(warm, cold, u)) / EXCESS
+    own = (np.array(machine.reference) for _ in link.readings())
+    return float(link.heat_flow(warm, cold, u, *own)) / EXCESS
 
 
 def duration(run: Trajectory) -> float:
@@ -90,7 +91,7 @@ def notes(machine: Machine, run: Trajectory | None, whole: Collection[str] = ())
         relay = isinstance(source, Relay)
         heat = None if run is None else run.energy.by_mechanism.get(f"sources.{name}", 0.0) / duration(run)
         for node, share in _shares(source.into).items():
-            watched = {getattr(source, field).node for field in source.readings()} - {node} if relay else set()
+            watched = {getattr(source, field).node for field in source.places_read()} - {node} if relay else set()
             found[node].append(
                 Note("relay" if relay else "source", _heat(cut(name, whole), share, heat), next(iter(watched), ""))
             )

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from network.declare import Array, Effect, typical_body
+from network.machinelike import MachineLike
 from network.mechanisms.base import Inputs
 
 
@@ -42,7 +43,7 @@ class SensorEffect(Effect):
         raise NotImplementedError(f"{self.kind} does not say what lies behind a reading")
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+    def proposes(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """On every channel that measures a temperature, before the first effect that is not steady."""
         for name, sensor in machine.sensors.items():
             if sensor.place is not None and not any(e.kind == cls.kind for e in sensor.effects):
@@ -53,6 +54,6 @@ class SensorEffect(Effect):
                 yield {"sensors": {name: {**body, "effects": effects}}}
 
     @classmethod
-    def typical_on(cls, machine: Any) -> dict[str, Any]:
+    def typical_on(cls, machine: MachineLike) -> dict[str, Any]:
         """The YAML of a typical one on a channel of this machine."""
         return typical_body(cls)

@@ -7,6 +7,7 @@ import numpy as np
 
 from network.declare import Advice, Array, typical_body
 from network.fields import REQUIRED, param
+from network.machinelike import MachineLike
 from network.mechanisms.base import Inputs
 from network.mechanisms.usual import usual_surroundings
 from network.nodes import HeldField
@@ -73,7 +74,7 @@ class SensorFault(SensorEffect, kind="sensor_fault"):
         return shown
 
     @classmethod
-    def typical_on(cls, machine: Any) -> dict[str, Any]:
+    def typical_on(cls, machine: MachineLike) -> dict[str, Any]:
         """Loose all the time, in the air around the machine."""
         around = usual_surroundings(machine)
         held = machine.nodes[around].temperature if around is not None else machine.reference

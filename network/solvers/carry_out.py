@@ -95,6 +95,6 @@ def _error_from(account: EnergyAccount, network: Network, rtol: float, T_end: Ar
 
 
 def _named(network: Network, switches: Iterable[tuple[float, int, int]]) -> tuple[tuple[float, str, bool], ...]:
-    """Switchings with the names of their sources."""
+    """Switchings with the names of what switches."""
     names = [network.mechanisms[i] for relays in network.relays for i in relays.entry]
-    return tuple((t, names[j].removeprefix("sources."), bool(mode)) for t, j, mode in switches)
+    return tuple((t, names[j].partition(".")[2], bool(mode)) for t, j, mode in switches)

@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 
 from network.declare import Array, Indices
-from network.graph import Heats, Network
+from network.graph import Guards, Heats, Network
 from network.inputs import Schedule
-from network.mechanisms.base import Inputs, Mechanism, Source
+from network.mechanisms.base import Inputs, Mechanism
 from network.refusal import Spot, likely, refuse
 from network.solvers.regimes import matrix_inputs, too_many
 
@@ -203,7 +203,8 @@ def why_not_exact(network: Network, left: Mapping[str, Array], right: Mapping[st
             return f"{network.mechanisms[group.entry[0]]} ({group.law.kind}) is not linear in temperature"
     for relays in network.relays:
         u = {name: values[0] for name, values in left.items()}
-        if any(np.any(slope) for slope in relays.law.slopes(u, *(np.zeros(len(R)) for R in relays.reads))):
+        slopes = relays.slopes(u, *(np.zeros(len(R)) for R in relays.reads))
+        if isinstance(relays, Guards) or any(np.any(slope) for slope in slopes):
             return f"{network.mechanisms[relays.entry[0]]} ({relays.law.kind}) changes a conductance as it switches"
     for name in matrix_inputs(network):
         if not np.array_equal(left[name], right[name]):
@@ -230,11 +231,11 @@ def _straightened(
     return np.unique(np.concatenate([*cut, [edges[-1]], np.array(zero_crossings, float)]))
 
 
-def _bend(heats: Heats[Source], left: Mapping[str, Array], right: Mapping[str, Array], share: float) -> Array:
+def _bend(heats: Heats[Mechanism], left: Mapping[str, Array], right: Mapping[str, Array], share: float) -> Array:
     """Distance of the source from the straight line at a share of each interval, relative to its heat there."""
     at = [{n: ((1 - s) * left[n] + s * right[n])[:, None] for n in left} for s in (1e-9, share, 1 - 1e-9)]
     zeros = [np.zeros(1) for _ in heats.reads]
-    first, inside, last = (np.asarray(heats.law.heat(u, *zeros) + 0 * u["time"]) for u in at)
+    first, inside, last = (np.asarray(heats.heat(u, *zeros) + 0 * u["time"]) for u in at)
     size = np.maximum(np.abs(np.stack([first, inside, last])).max(axis=0), 1e-300)
     return np.asarray((np.abs(inside - (1 - share) * first - share * last) / size).max(axis=1))
 

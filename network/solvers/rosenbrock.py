@@ -129,14 +129,16 @@ class _Heat:
         T, u = self.lumps(t, x), self.inputs(t)
         J = self.K.copy()
         for flows in self.flows:
-            by_a, by_b = flows.law.slopes(T[flows.a], T[flows.b], u)
+            by_a, by_b, *by_own = flows.slopes(T, u)
             along = np.zeros_like(flows.spread)
             rows = np.arange(len(flows.a))
             along[rows, flows.a] = flows.w * by_a
             along[rows, flows.b] += flows.w * by_b
+            for reads, slope in zip(flows.reads, by_own, strict=True):
+                along += (flows.w * slope)[:, None] * reads
             J += flows.spread.T @ along
         for heats in self.heats:
-            for R, slope in zip(heats.reads, heats.law.slopes(u, *(R @ T for R in heats.reads)), strict=True):
+            for R, slope in zip(heats.reads, heats.slopes(u, *(R @ T for R in heats.reads)), strict=True):
                 J += heats.into @ ((slope * np.ones(len(R)))[:, None] * R)
         return np.asarray(J[np.ix_(self.solved, self.solved)])
 

@@ -12,6 +12,7 @@ from typing import Any, Self
 
 from network.declare import Effect
 from network.fields import Field, Place, PlaceField, parse_place
+from network.machinelike import MachineLike
 from network.proposals import bodies
 
 
@@ -21,16 +22,16 @@ class Suspect(Effect):
     section = "suspects"
 
     @abstractmethod
-    def patch(self, machine: Any) -> Mapping[str, Any]:
+    def patch(self, machine: MachineLike) -> Mapping[str, Any]:
         """The patch that adds it to a machine."""
 
     @classmethod
     @abstractmethod
-    def suspected(cls, machine: Any) -> Iterator[Self]:
+    def suspected(cls, machine: MachineLike) -> Iterator[Self]:
         """Where in this machine it could be missing, with typical numbers."""
 
     @classmethod
-    def proposes(cls, machine: Any) -> Iterator[Mapping[str, Any]]:
+    def proposes(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         return (suspect.patch(machine) for suspect in cls.suspected(machine))
 
     @classmethod
@@ -48,11 +49,11 @@ class Suspect(Effect):
         return next(f"{path}.{key}" for path, body in bodies(patch) if key in body)
 
     @classmethod
-    def told(cls, machine: Any, patch: Mapping[str, Any]) -> str:
+    def told(cls, machine: MachineLike, patch: Mapping[str, Any]) -> str:
         return cls.found(machine, patch).said()
 
     @classmethod
-    def found(cls, machine: Any, patch: Mapping[str, Any]) -> Self:
+    def found(cls, machine: MachineLike, patch: Mapping[str, Any]) -> Self:
         """The suspect that a patch holds, with the numbers of the machine the patch was laid over."""
         entries = dict(machine.entries())
         return cls(**{name: cls._read_back(field, entries, patch) for name, field in cls.fields.items()})

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Self
 
 from network.fields import Place, param, place
+from network.machinelike import MachineLike
 from network.mechanisms.base import Stream
 from network.mechanisms.usual import links_to, sized_value, usual_surroundings
 from network.proposals import fresh
@@ -29,7 +30,7 @@ class CoolantTank(Suspect, kind="thermostat_cooling"):
     looks_like = ("timed_source", "advection")
     sentence = "{host} is a tank of {heat_capacity}, cooled by {power} on and off around {set} ± {hysteresis}"
 
-    def patch(self, machine: Any) -> Mapping[str, Any]:
+    def patch(self, machine: MachineLike) -> Mapping[str, Any]:
         tank = self.host.node
         cooler = {"kind": "thermostat_cooling", "into": {tank: 1}, "watches": tank}
         cooler |= self.written("set", "hysteresis", "power")
@@ -43,7 +44,7 @@ class CoolantTank(Suspect, kind="thermostat_cooling"):
         }
 
     @classmethod
-    def suspected(cls, machine: Any) -> Iterator[Self]:
+    def suspected(cls, machine: MachineLike) -> Iterator[Self]:
         """Every node held at a constant that is linked to a part, where another held node remains as surroundings."""
         held = [name for name, node in machine.nodes.items() if node.is_held]
         for name in held:
@@ -53,7 +54,7 @@ class CoolantTank(Suspect, kind="thermostat_cooling"):
                 yield cls.typical(host=Place(name), set=float(machine.nodes[name].temperature), **sized)
 
 
-def _closed_streams(machine: Any, tank: str) -> dict[str, Any]:
+def _closed_streams(machine: MachineLike, tank: str) -> dict[str, Any]:
     """Streams that came from the held coolant, led back into the tank: now it loses what they bring."""
     streams = {name: link for name, link in machine.links.items() if isinstance(link, Stream)}
     return {

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Self
 
 from network.fields import Place, param, place
+from network.machinelike import MachineLike
 from network.mechanisms.friction import turning
 from network.proposals import fresh
 from network.suspects.base import Suspect
@@ -24,17 +25,17 @@ class Foundation(Suspect, kind="foundation"):
     conductance = param("W/K", 0, 1e5, "conductance into the floor", typical=10)
     strength = "conductance"
     shapes = ("temperature",)
-    looks_like = ("convection", "ambient_drift")
+    looks_like = ("convection",)
     sentence = "{host} loses heat into a floor of {temperature}, at {conductance}"
 
-    def patch(self, machine: Any) -> Mapping[str, Any]:
+    def patch(self, machine: MachineLike) -> Mapping[str, Any]:
         floor = fresh("foundation", machine.nodes)
         link = {"kind": "conduction", "between": [str(self.host), floor], **self.written("conductance")}
         name = fresh(f"foundation of {self.host.node}", machine.links)
         return {"nodes": {floor: self.written("temperature")}, "links": {name: link}}
 
     @classmethod
-    def suspected(cls, machine: Any) -> Iterator[Self]:
+    def suspected(cls, machine: MachineLike) -> Iterator[Self]:
         """Under every part that does not turn, sized after it."""
         turns = {*turning(machine)}
         for name, node in machine.nodes.items():

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Self
 
 from network.fields import Place, param, place
+from network.machinelike import MachineLike
 from network.proposals import fresh
 from network.suspects.base import Suspect
 
@@ -28,13 +29,13 @@ class HiddenMass(Suspect, kind="hidden_mass"):
     looks_like = ("sensor_lag", "lumping", "thermostat_cooling")
     sentence = "a mass of {heat_capacity} that is not in the file takes part behind {host}, joined by {conductance}"
 
-    def patch(self, machine: Any) -> Mapping[str, Any]:
+    def patch(self, machine: MachineLike) -> Mapping[str, Any]:
         name = fresh(f"hidden mass at {self.host.node}", {*machine.nodes, *machine.links})
         link = {"kind": "conduction", "between": [str(self.host), name], **self.written("conductance")}
         return {"nodes": {name: self.written("heat_capacity")}, "links": {name: link}}
 
     @classmethod
-    def suspected(cls, machine: Any) -> Iterator[Self]:
+    def suspected(cls, machine: MachineLike) -> Iterator[Self]:
         """Behind every part, sized after it."""
         for name, node in machine.nodes.items():
             if node.is_part:

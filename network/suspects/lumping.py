@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Self
 
 from network.fields import Place, place, whole
+from network.machinelike import MachineLike
 from network.nodes import MOST_LUMPS
 from network.suspects.base import Suspect
 
@@ -24,12 +25,12 @@ class Lumping(Suspect, kind="lumping"):
     looks_like = ("hidden_mass", "sensor_lag")
     sentence = "{host} needs {lumps} lumps along its length"
 
-    def patch(self, machine: Any) -> Mapping[str, Any]:
+    def patch(self, machine: MachineLike) -> Mapping[str, Any]:
         node = machine.nodes[self.host.node]
         return {"nodes": {self.host.node: {**node.to_plain(), "lumps": self.lumps}}}
 
     @classmethod
-    def suspected(cls, machine: Any) -> Iterator[Self]:
+    def suspected(cls, machine: MachineLike) -> Iterator[Self]:
         """Every bar, one at a time."""
         for name, node in machine.nodes.items():
             if node.is_bar and (more := _more(node.lumps)) > node.lumps:
