@@ -10,6 +10,7 @@ import numpy as np
 
 from network.declare import Array
 from network.energy import EnergyAccount
+from network.entry_path import displacement
 from network.expansions.base import ANGULAR_AXES
 from network.graph import Network
 from network.inputs import Schedule
@@ -58,7 +59,7 @@ class Trajectory:
         for name, values in self.sensors.items():
             yield name, self.machine.sensors[name].unit, values
         for axis, values in self.tcp.items():
-            yield f"tcp.{axis}", axis_unit(axis), values
+            yield displacement(axis), axis_unit(axis), values
 
     def part_columns(self) -> Iterator[tuple[str, str, Array]]:
         """(name, unit, values in SI) of every part's temperature and heat, and of every contribution: parts.csv."""
@@ -67,7 +68,7 @@ class Trajectory:
         for name, values in self.heat.items():
             yield f"heat.{name}", "kJ", values
         for (axis, name), values in self.contributions.items():
-            yield f"tcp.{axis}.{name}", axis_unit(axis), values
+            yield f"{displacement(axis)}.{name}", axis_unit(axis), values
 
     def shown(self, name: str) -> Array:
         """A channel, part or tcp axis in its unit (degC, um, rpm …). Raises KeyError for an unknown name."""
