@@ -11,12 +11,13 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from network.declare import Declared, Effect
+from network.entry_path import EntryPath, displacement
 from network.expansions.base import AXES
 from network.fields import Place, PlacesField, SharesField
 from network.mechanisms.base import Stream
 from network.nodes import Node
 from network.refusal import Complaints
-from network.sections import is_empty, section
+from network.sections import TCP, is_empty, section
 from network.units import unit
 from network.yamltree import Branch, Items, Leaf, Tree
 
@@ -54,8 +55,8 @@ def check_machine(machine: Machine, complaints: Complaints) -> None:
 
 def _check_entries(machine: Machine, complaints: Complaints) -> None:
     """What the entries say against themselves; expansions know the machine by now and are asked again."""
-    for path, entry in machine.entries():
-        for field, wrong, right in entry.faults() if path.startswith("tcp.") else ():
+    for path, entry in machine.by_path.items():
+        for field, wrong, right in entry.faults() if path.section == TCP else ():
             complaints.refuse(entry.spot_of(field), f"{path}: {wrong}", right)
         for field, wrong, right in entry.doubts():
             complaints.warn(entry.spot_of(field), f"{path}: {wrong}", right)
@@ -87,14 +88,14 @@ def _check_sources(machine: Machine, complaints: Complaints) -> None:
 
 
 def _check_sensors(machine: Machine, complaints: Complaints) -> None:
-    tcp = section(machine.tree, "tcp")
+    tcp = section(machine.tree, TCP)
     unmoved = [axis for axis in tcp.items if isinstance(tcp.items[axis], Branch) and not section(tcp, axis).items]
     moved = [axis for axis, entries in tcp.items.items() if not is_empty(entries) and axis not in unmoved]
     for name, sensor in machine.sensors.items():
         if sensor.axis is not None and sensor.axis not in moved and set(moved) <= set(AXES):
-            wrong = f"sensors.{name}: measures tcp.{sensor.axis}, and nothing moves that axis"
-            others = " or ".join(f"tcp.{axis}" for axis in moved)
-            right = f"add an entry below tcp.{sensor.axis}" + (f", or measure {others}" if others else "")
+            wrong = f"sensors.{name}: measures {displacement(sensor.axis)}, and nothing moves that axis"
+            others = " or ".join(displacement(axis) for axis in moved)
+            right = f"add an entry below {displacement(sensor.axis)}" + (f", or measure {others}" if others else "")
             complaints.refuse(sensor.spot_of("measures"), wrong, right)
         if name in machine.inputs or name == "time":
             what = "an input" if name != "time" else "the time column"
@@ -103,8 +104,8 @@ def _check_sensors(machine: Machine, complaints: Complaints) -> None:
 
 def _check_inputs(machine: Machine, complaints: Complaints) -> None:
     """One input cannot be a temperature here and a speed there."""
-    seen: dict[str, tuple[str, str]] = {}
-    for path, entry in machine.entries():
+    seen: dict[str, tuple[EntryPath, str]] = {}
+    for path, entry in machine.by_path.items():
         for name, unit_text in _needs(entry).items():
             first_path, first_unit = seen.setdefault(name, (path, unit_text))
             if unit(first_unit).dimension != unit(unit_text).dimension:

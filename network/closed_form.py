@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 
 from network.declare import Array, Indices
+from network.entry_path import EntryPath
 from network.expansions.base import Expansion
 from network.expansions.stretching import Stretching
 from network.graph import build
@@ -34,6 +35,7 @@ from network.machine import Machine
 from network.mechanisms.base import Relay
 from network.recording import Recording
 from network.scenario import Scenario
+from network.sections import TCP
 from network.settling import Settled, settled
 from network.simulation import check_known, schedule_for
 from network.solvers.modal import scan
@@ -193,7 +195,7 @@ def _moving(unit: SpindleUnit) -> dict[str, tuple[list[Stretching], list[Stretch
 def _left_out(unit: SpindleUnit) -> Iterator[str]:
     for (axis, name), entry in unit.machine.expansions.items():
         if not _part(unit, entry):
-            yield f"tcp.{axis}.{name}"
+            yield str(EntryPath(TCP, axis, name))
     for name, source in unit.machine.sources.items():
         if isinstance(source, Relay):
             yield f"sources.{name}"

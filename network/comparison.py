@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from network.declare import Array
+from network.entry_path import displacement
 from network.inputs import Start
 from network.machine import Machine
 from network.plausible import check_readings
@@ -172,7 +173,7 @@ def _compared(
     }  # fmt: skip
     if not any(channel.n for channel in channels.values()):
         raise refuse(Spot(recording.file), "the measured channels hold no value at all", "give at least one reading")
-    known = {*machine.sensors, *machine.inputs, *(f"tcp.{axis}" for axis in machine.tcp)}
+    known = {*machine.sensors, *machine.inputs, *map(displacement, machine.tcp)}
     unused = tuple(name for name in recording.columns if name not in known)
     return RecordingResidual(recording, run, channels, unused)
 

@@ -20,9 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from network.along import Along
+from network.entry_path import NumberPath
 from network.fieldbase import REQUIRED, Field
 from network.machinelike import MachineLike
-from network.proposals import bodies
+from network.patch import Patch
 from network.quantities import ParamField
 from network.reading import read_values
 from network.refusal import Complaints, Spot
@@ -207,19 +208,18 @@ class Effect(Declared):
         """Patches: where in this machine the effect could be missing, each with a typical strength."""
 
     @classmethod
-    def path_to(cls, parameter: str, patch: Mapping[str, Any]) -> str:
+    def path_to(cls, parameter: str, patch: Mapping[str, Any]) -> NumberPath:
         """Where a parameter of this kind stands in a patch it proposed, like 'links.skin.gain'."""
-        path = next(path for path, body in reversed([*bodies(patch)]) if body.get("kind") == cls.kind)
-        return f"{path}.{cls.fields[parameter].key}"
+        path = next(path for path, body in reversed([*Patch(patch).entries()]) if body.get("kind") == cls.kind)
+        return NumberPath(path, cls.fields[parameter].key)
 
     @classmethod
     def told(cls, machine: MachineLike, patch: Mapping[str, Any]) -> str:
         """The sentence of a patch it proposed, with the numbers of the machine the patch was laid over."""
-        path = cls.path_to(cls.strength, patch).rpartition(".")[0]
-        channel = path.removeprefix("sensors.").rpartition(".effects.")[0]
-        entry = dict(machine.entries())[path]
+        path = cls.path_to(cls.strength, patch).entry
+        entry = machine.by_path[path]
         assert isinstance(entry, Effect)
-        return entry.said(channel=channel)
+        return entry.said(channel=path.name)
 
 
 class _Words(dict[str, Any]):

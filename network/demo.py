@@ -11,6 +11,7 @@ import numpy as np
 from network.comparison import compare
 from network.csvtable import write_csv
 from network.demo_missing import tell_missing
+from network.entry_path import axis_of
 from network.machine import Machine
 from network.output import folder, write_run
 from network.recording import Recording
@@ -90,7 +91,7 @@ def _recording(machine_file: Path, scenario: Scenario, where: Path) -> Iterator[
     yield from _chapter("4  A recording beside it")
     truth = Machine.load(machine_file, sets=TRUTH)
     made = simulate(truth, scenario, noise_seed=1)
-    columns = {name: (unit_text, values) for name, unit_text, values in made.columns() if not name.startswith("tcp.")}
+    columns = {name: (unit_text, values) for name, unit_text, values in made.columns() if not axis_of(name)}
     write_csv(where / "recording.csv", made.t, columns)
     compared = compare(Machine.load(machine_file), [Recording.load(where / "recording.csv")])
     yield from _wrapped(

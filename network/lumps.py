@@ -12,14 +12,16 @@ import numpy as np
 
 from network.checks import places_of
 from network.declare import Array, Declared
+from network.entry_path import EntryPath
+from network.expansions.base import Expansion
 from network.fields import Place, PlacesField, SharesField
 from network.nodes import CAPACITIES, Node
-from network.patch import merged
+from network.patch import Patch, merged
 from network.refusal import Complaints, Refused, Spot, likely, refuse, short
 from network.sections import section
 from network.settings import set_lumps
 from network.units import Number
-from network.yamlfile import Branch, Items, plain, tree_of
+from network.yamlfile import Branch, Items, plain
 
 if TYPE_CHECKING:
     from network.machine import Machine
@@ -84,9 +86,7 @@ def _merged_nodes(machine: Machine, tree: Branch, level: Branch) -> Branch:
         machine = type(machine).read(tree, machine.file)
         names = plain(members) if isinstance(members, Items) else []
         _check_group(machine, new, names, members.spot)
-        patch = tree_of(merge_patch(machine, new, names), members.spot)
-        assert isinstance(patch, Branch)
-        tree = merged(tree, patch)
+        tree = merge_patch(machine, new, names).over(tree, members.spot)
     return tree
 
 
@@ -103,24 +103,25 @@ def _check_group(machine: Machine, new: str, names: list[Any], spot: Spot) -> No
         raise refuse(spot, f"merge.{new}: several of these parts melt", "merge only one that melts")
 
 
-def merge_patch(machine: Machine, new: str, members: list[str]) -> dict[str, Any]:
+def merge_patch(machine: Machine, new: str, members: list[str]) -> Patch:
     """The patch that makes one lump of several parts: capacities add, links between them go, places follow.
 
     What a part's length and material decided (how far it stretches) is kept as numbers.
     """
-    nodes: dict[str, Any] = {m: None for m in members if m != new}
-    nodes[new] = _one_lump([machine.nodes[m] for m in members])
-    links = {n: _followed(e, new, members) for n, e in machine.links.items() if _touches(e, members)}
-    sources = {n: _followed(e, new, members) for n, e in machine.sources.items() if _touches(e, members)}
-    sensors = {n: _followed(e, new, members) for n, e in machine.sensors.items() if _touches(e, members)}
-    tcp: dict[str, Any] = {}
-    for (axis, name), entry in machine.expansions.items():
-        if _touches(entry, members):
-            body = _followed(entry, new, members)
-            tcp.setdefault(axis, {})[name] = body and body | entry.kept_when_merged()
+    sections = Patch.of(_merged_entries(machine, new, members)).to_plain()
     roles = {role: new if node in members else node for role, node in machine.closed_form.items()}
-    closed_form = {"closed_form": roles} if roles else {}
-    return {"nodes": nodes, "links": links, "sources": sources, "sensors": sensors, "tcp": tcp, **closed_form}
+    return Patch(sections | ({"closed_form": roles} if roles else {}))
+
+
+def _merged_entries(machine: Machine, new: str, members: list[str]) -> Iterator[tuple[EntryPath, Any]]:
+    for name in members:
+        if name != new:
+            yield EntryPath("nodes", "", name), None
+    yield EntryPath("nodes", "", new), _one_lump([machine.nodes[name] for name in members])
+    for path, entry in machine.by_path.items():
+        if not path.inner and _touches(entry, members):
+            body = _followed(entry, new, members)
+            yield path, body and body | entry.kept_when_merged() if isinstance(entry, Expansion) else body
 
 
 def _one_lump(nodes: list[Node]) -> dict[str, Any]:

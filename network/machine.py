@@ -10,17 +10,21 @@ from typing import Any, Self
 
 from network.checks import check_machine
 from network.declare import Declared, Effect
+from network.entry_path import NESTED, EntryPath
 from network.expansions.base import Expansion
 from network.lumps import level_patch
+from network.machine_file import load_tree
 from network.machine_reader import MachineReader
 from network.materials import BUILT_IN, Material
 from network.mechanisms.base import Link, Source, State, Stream
 from network.nodes import Node
-from network.patch import check_sections, load_tree, merged, set_lumps, set_value
-from network.refusal import Complaints, Refusal, Spot, refuse
+from network.patch import Patch
+from network.refusal import Complaints, Refusal, Spot
+from network.sections import TCP, check_sections
 from network.sensors.sensor import Sensor
+from network.settings import set_lumps, set_value
 from network.units import Number
-from network.yamlfile import Branch, plain, tree_of
+from network.yamlfile import Branch, plain
 
 
 @dataclass(frozen=True)
@@ -73,12 +77,9 @@ class Machine:
         own.raise_if_any()
         return replace(machine, warnings=tuple(sorted(set(own.warnings))))
 
-    def patched(self, patch: Mapping[str, Any] | Branch, origin: str = "patch") -> Self:
+    def patched(self, patch: Mapping[str, Any], origin: str = "patch") -> Self:
         """This machine with a patch laid over it; `origin` stands in messages. Raises Refused."""
-        laid = tree_of(patch, Spot(origin))
-        if not isinstance(laid, Branch):
-            raise refuse(laid.spot, "a patch is not a mapping", "give sections as in a machine file")
-        return self.read(merged(self.tree, laid), self.file)
+        return self.read(Patch(patch).over(self.tree, Spot(origin)), self.file)
 
     def material(self, name: str) -> Material | None:
         return self.materials.get(name)
@@ -103,21 +104,29 @@ class Machine:
         """(axis, name) → entry."""
         return {(axis, name): entry for axis, entries in self.tcp.items() for name, entry in entries.items()}
 
-    def entries(self) -> Iterator[tuple[str, Declared]]:
-        """Every entry with its path in the file, like ('links.skin', …)."""
+    def entries(self) -> Iterator[tuple[EntryPath, Declared]]:
+        """Every entry with its path in the file, behind each entry those that it holds."""
+        for path, entry in self._by_name():
+            yield path, entry
+            if path.section in NESTED:
+                yield from path.held_by(entry.__dict__)
+
+    def _by_name(self) -> Iterator[tuple[EntryPath, Declared]]:
         own = {name: stuff for name, stuff in self.materials.items() if stuff is not BUILT_IN.get(name)}
         rooms = {"materials": own, "nodes": self.nodes, "links": self.links, "sources": self.sources}
         for section, named in rooms.items():
-            for name, entry in named.items():
-                yield f"{section}.{name}", entry
-                if isinstance(entry, Node) and entry.melts is not None:
-                    yield f"{section}.{name}.melts", entry.melts
-        for (axis, name), entry in self.expansions.items():
-            yield f"tcp.{axis}.{name}", entry
-        for name, sensor in self.sensors.items():
-            yield f"sensors.{name}", sensor
-            for i, effect in enumerate(sensor.effects):
-                yield f"sensors.{name}.effects.{i}", effect
+            yield from ((EntryPath(section, "", name), entry) for name, entry in named.items())
+        yield from ((EntryPath(TCP, axis, name), entry) for (axis, name), entry in self.expansions.items())
+        yield from ((EntryPath("sensors", "", name), sensor) for name, sensor in self.sensors.items())
+
+    @cached_property
+    def by_path(self) -> Mapping[EntryPath, Declared]:
+        return dict(self.entries())
+
+    @cached_property
+    def paths(self) -> Mapping[str, EntryPath]:
+        """Every entry's path by its text."""
+        return {str(path): path for path in self.by_path}
 
     @cached_property
     def states(self) -> Mapping[str, State]:
@@ -127,14 +136,14 @@ class Machine:
 
     @cached_property
     def uncertain(self) -> Mapping[str, Number]:
-        """Path → number with ± or `unknown`."""
-        return {f"{path}.{key}": n for path, entry in self.entries() for key, n in entry.uncertain().items()}
+        """Path, as its user writes it → number with ± or `unknown`."""
+        return {f"{path}.{key}": n for path, entry in self.by_path.items() for key, n in entry.uncertain().items()}
 
     @cached_property
     def inputs(self) -> Mapping[str, str]:
         """The input channels this machine reads, each with a unit of the kind it must have."""
         needed = {n.temperature: "degC" for n in self.nodes.values() if isinstance(n.temperature, str)}
-        for _, entry in self.entries():
+        for entry in self.by_path.values():
             needed |= entry.needs() if isinstance(entry, Effect) else {}
         return needed
 

@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 from network import materials
 from network.checks import places_of
 from network.declare import Declared
+from network.entry_path import EntryPath, axis_of, displacement
 from network.expansions.base import AXES, Expansion
 from network.fields import read_kind
 from network.mechanisms.base import Link, Source, Stream
 from network.nodes import Node
 from network.refusal import Complaints, likely, short
 from network.rooms import kinds, open_rooms
-from network.sections import SECTIONS, section
+from network.sections import SECTIONS, TCP, section
 from network.sensors.sensor import Sensor
 from network.units import BadNumber, in_unit
 from network.yamltree import Branch, Leaf, Tree
@@ -53,8 +54,9 @@ class MachineReader:
             name=self._name(), reference=self._reference(), nodes=nodes, links=links, sources=sources, tcp=tcp,
             sensors=sensors, materials=stuffs, closed_form=self._closed_form(), tree=self.tree, file=self.file,
         )  # fmt: skip
-        axes = {f"tcp.{axis}": entries for axis, entries in tcp.items()}
-        self._resolve(machine, {"nodes": nodes, "links": links, "sources": sources, **axes, "sensors": sensors})
+        axes = {(TCP, axis): entries for axis, entries in tcp.items()}
+        self._resolve(machine, {("nodes", ""): nodes, ("links", ""): links, ("sources", ""): sources, **axes,
+                                ("sensors", ""): sensors})  # fmt: skip
         return machine
 
     # -- single values ----------------------------------------------------------------------------------------------
@@ -131,25 +133,25 @@ class MachineReader:
 
     def _tcp(self) -> dict[str, dict[str, Expansion]]:
         result: dict[str, dict[str, Expansion]] = {}
-        tcp = section(self.tree, "tcp")
+        tcp = section(self.tree, TCP)
         for axis, child in tcp.items.items():
             if axis not in AXES:
                 wrong = f"tcp has no axis '{short(axis)}'"
                 self.complaints.refuse(tcp.key_spot(axis), wrong, "the axes are " + ", ".join(AXES))
             elif isinstance(child, Branch):
-                self._check_names(f"tcp.{axis}", child)
+                self._check_names(displacement(axis), child)
                 read = {name: self._expansion(axis, name, tree) for name, tree in child.items.items()}
                 result[axis] = {name: entry for name, entry in read.items() if entry is not None}
         return result
 
     def _expansion(self, axis: str, name: str, tree: Tree) -> Expansion | None:
-        known = cast("dict[str, type[Expansion]]", kinds("tcp"))
-        where = f"tcp.{axis}.{name}"
+        known = cast("dict[str, type[Expansion]]", kinds(TCP))
+        where = str(EntryPath(TCP, axis, name))
         entry: Expansion | None = self._once(
-            f"tcp.{axis}", name, tree, lambda n, c, own: read_kind(known, where, c, own)
+            displacement(axis), name, tree, lambda n, c, own: read_kind(known, where, c, own)
         )
         if entry is not None and axis not in entry.axes:
-            wrong = f"tcp.{axis}.{name}: {entry.kind} does not act on {axis}"
+            wrong = f"{where}: {entry.kind} does not act on {axis}"
             self.complaints.refuse(entry.spot_of("kind"), wrong, "it acts on " + ", ".join(entry.axes))
             return None
         return entry and entry.replaced(axis=axis, name=name)
@@ -165,21 +167,21 @@ class MachineReader:
             elif name != " ".join(name.split()) or not name:
                 wrong = f"{where}: the name {name[:60]!r} is empty, or has spaces that are not seen"
                 self.complaints.refuse(branch.key_spot(name), wrong, "rename it")
-            elif where in ("nodes", "sensors") and name.startswith("tcp."):
+            elif where in ("nodes", "sensors") and axis_of(name) is not None:
                 wrong = f"{where}: the name '{short(name)}' means a displacement"
                 self.complaints.refuse(branch.key_spot(name), wrong, "rename it")
 
     # -- what only the whole machine knows --------------------------------------------------------------------------
-    def _resolve(self, machine: Machine, holders: Mapping[str, dict[str, Any]]) -> None:
+    def _resolve(self, machine: Machine, holders: Mapping[tuple[str, str], dict[str, Any]]) -> None:
         """Entries that name what is not there are told and taken out; the others look up what they need."""
-        for where, holder in holders.items():
+        for (section_name, axis), holder in holders.items():
             for name, entry in list(holder.items()):
-                if self._finds_all(machine, f"{where}.{name}", entry):
+                if self._finds_all(machine, EntryPath(section_name, axis, name), entry):
                     holder[name] = entry.resolved(machine)
                 else:
                     del holder[name]
 
-    def _finds_all(self, machine: Machine, path: str, entry: Declared) -> bool:
+    def _finds_all(self, machine: Machine, path: EntryPath, entry: Declared) -> bool:
         material = entry.material if isinstance(entry, Node) else None
         if material is not None and material not in machine.materials:
             self._missing(path, entry, "material", material, "materials", machine.materials)
@@ -188,7 +190,9 @@ class MachineReader:
             self._missing(path, entry, attribute, node, "nodes", machine.nodes)
         return not gone and (material is None or material in machine.materials)
 
-    def _missing(self, path: str, entry: Declared, field: str, name: str, where: str, known: Iterable[str]) -> None:
+    def _missing(
+        self, path: EntryPath, entry: Declared, field: str, name: str, where: str, known: Iterable[str]
+    ) -> None:  # fmt: skip
         """Refuses a name that leads nowhere; one that stands in the file has its own fault and is not told again."""
         there = section(self.tree, where)
         if name in there.items:

@@ -6,10 +6,17 @@ from network.refusal import Complaints, likely, short
 from network.yamltree import Branch, Leaf, Tree
 
 NAMED = ("nodes", "links", "sources", "sensors", "materials", "levels")
-"""Sections of entries by name; `tcp` has them by axis and name."""
-SECTIONS = ("machine", "reference", "extends", "closed_form", *NAMED, "tcp")
-_MAPPINGS = (*NAMED, "tcp", "closed_form")
+"""Sections of entries by name."""
+TCP = "tcp"
+"""The section of entries by axis and name."""
+SECTIONS = ("machine", "reference", "extends", "closed_form", *NAMED, TCP)
+_MAPPINGS = (*NAMED, TCP, "closed_form")
 _ONLY_IN_LEVELS = ("lumps", "merge")
+
+
+def depth(section: str) -> int:
+    """How many keys of a section lead to an entry; 0 where the section itself is exchanged as a whole."""
+    return 2 if section == TCP else 1 if section in NAMED else 0
 
 
 def is_empty(tree: Tree | None) -> bool:
@@ -30,7 +37,7 @@ def check_sections(tree: Branch, complaints: Complaints) -> None:
             complaints.refuse(tree.key_spot(key), f"unknown section '{short(key)}'", likely(key, SECTIONS))
         elif key in _MAPPINGS and not isinstance(child, Branch) and not is_empty(child):
             complaints.refuse(child.spot, f"section '{key}' is not a mapping", "write `name: {…}` lines below it")
-        elif isinstance(child, Branch) and key == "tcp":
+        elif isinstance(child, Branch) and key == TCP:
             _check_axes(child, complaints)
         elif isinstance(child, Branch) and key == "levels":
             _check_levels(child, complaints)
@@ -55,7 +62,7 @@ def _means(key: str, name: str) -> bool:
 def _check_axes(tcp: Branch, complaints: Complaints) -> None:
     for axis, entries in tcp.items.items():
         if not isinstance(entries, Branch) and not is_empty(entries):
-            complaints.refuse(entries.spot, f"tcp.{axis} is not a mapping", "write `name: {kind: …}` lines below it")
+            complaints.refuse(entries.spot, f"{TCP}.{axis} is not a mapping", "write `name: {kind: …}` lines below it")
 
 
 def _check_levels(levels: Branch, complaints: Complaints) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from network.refusal import Refused, Spot, likely, refuse, short
-from network.sections import SECTIONS, section
+from network.sections import SECTIONS, depth, section
 from network.yamlfile import Branch, Items, Leaf, Tree, parse
 
 _SECTIONS = tuple(name for name in SECTIONS if name != "extends")
@@ -55,7 +55,7 @@ def _first_key(branch: Branch, path: str, spot: Spot, where: str) -> str:
     if there:
         return max(there, key=len)
     head = path.partition(".")[0]
-    if (not where and head in _SECTIONS) or (where == "tcp" and "." in path):
+    if (not where and head in _SECTIONS) or (depth(where) > 1 and "." in path):
         return head
     if where and "." not in path:
         return path

@@ -10,6 +10,7 @@ import numpy as np
 
 from network.declare import Array
 from network.energy import EnergyAccount
+from network.entry_path import displacement
 from network.expansions.base import ANGULAR_AXES
 from network.graph import Network
 from network.inputs import Schedule
@@ -59,7 +60,7 @@ class Trajectory:
         for name, values in self.sensors.items():
             yield name, self.machine.sensors[name].unit, values
         for axis, values in self.tcp.items():
-            yield f"tcp.{axis}", axis_unit(axis), values
+            yield displacement(axis), axis_unit(axis), values
 
     def part_columns(self) -> Iterator[tuple[str, str, Array]]:
         """(name, unit, values in SI) of every part's temperature and heat, of every contribution, of every state of an
@@ -69,7 +70,7 @@ class Trajectory:
         for name, values in self.heat.items():
             yield f"heat.{name}", "kJ", values
         for (axis, name), values in self.contributions.items():
-            yield f"tcp.{axis}.{name}", axis_unit(axis), values
+            yield f"{displacement(axis)}.{name}", axis_unit(axis), values
         for path, values in self.states.items():
             yield path, self.machine.states[path].unit, values
 

@@ -12,7 +12,9 @@ from fits import ANOTHER, USUAL, recorded, speeds, two_blocks
 
 from network import Machine, compare
 from network.comparison import Comparison
+from network.diagnosis.location import Location
 from network.diagnosis.verdict import Diagnosis, Experiment, Finding, Fits, Quantity, Rival, UnknownHeat
+from network.patch import Patch
 from network.yamlfile import dump
 
 LEAK = {"kind": "convection", "between": ["body", "air"], "conductance": "6.1 W/K ± 3 %"}
@@ -34,22 +36,23 @@ def rival(kind: str, places: str, confidence: float, chi: float, gain: float, wh
 
 
 def finding(**changed: Any) -> Finding:
+    patch = Patch(changed.pop("patch", PATCH))
     usual = Finding(
         "convection", "links", ("body", "air"), (), 0.93, {"conductance": Quantity(6.1, 0.2, "W/K")},
-        "Body loses heat to air over 6.1 W/K that is not in the file.", PATCH, 412.3, 9.3, ((2400.0, 6600.0),),
+        "Body loses heat to air over 6.1 W/K that is not in the file.", patch, 412.3, 9.3, ((2400.0, 6600.0),),
         (rival("radiation", "body air", 0.05, 1.3, 300.0), rival("windage", "motor", 0.01, 3.4, 90.0)),
     )  # fmt: skip
     return replace(usual, **changed)
 
 
-def unknown_heat(name: str, kind: str, probability: float, runs: int, size: float) -> UnknownHeat:
+def unknown_heat(at: Location, probability: float, runs: int, size: float) -> UnknownHeat:
     """Bursts of `size` in the first run, nothing that stands out in the others."""
     t = np.arange(0.0, 4 * 3600 + 1, 300.0)
     first = np.where((t > 2400) & (t < 9000) & (np.sin(t / 300) > 0), size, 0.0)
     heat = (first, *(np.zeros(len(t)) for _ in range(runs - 1)))
     std = tuple(np.full(len(t), abs(size) / 10) for _ in range(runs))
     rms = float(np.sqrt(np.mean(first**2)))
-    return UnknownHeat(name, kind, probability, rms, 200 * probability, (t,) * runs, heat, std)
+    return UnknownHeat(at, probability, rms, 200 * probability, (t,) * runs, heat, std)
 
 
 def fits_of(before: Machine, after: Machine, holdout: bool = True) -> Fits:
@@ -69,8 +72,8 @@ def diagnosed(folder: Path, verdict: str = "missing_physics", holdout: bool = Tr
     before, after = machine.patched(BENT), machine.patched(STRAIGHT).patched(PATCH)
     fits = fits_of(before, after, holdout)
     located = (
-        unknown_heat("body", "node", 0.81, 2, -310.0), unknown_heat("motor to body", "link", 0.12, 2, 45.0),
-        unknown_heat("T_body", "channel", 0.04, 2, 0.6),
+        unknown_heat(Location(("body",)), 0.81, 2, -310.0), unknown_heat(Location(("motor", "body")), 0.12, 2, 45.0),
+        unknown_heat(Location(channel="T_body"), 0.04, 2, 0.6),
     )  # fmt: skip
     usual: dict[str, Any] = {
         "machine": machine, "before": before, "after": after, "verdict": verdict, "findings": (finding(),),

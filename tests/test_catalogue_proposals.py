@@ -20,13 +20,12 @@ from network.mechanisms.base import Source
 from network.mechanisms.convection import Convection
 from network.mechanisms.friction import turning
 from network.mechanisms.usual import size_of
-from network.patch import merged, set_value
-from network.proposals import bodies
+from network.patch import Patch
 from network.refusal import Spot
 from network.rooms import kinds
 from network.sensors.base import SensorEffect
+from network.settings import set_value
 from network.units import Number
-from network.yamlfile import tree_of
 
 SHIPPED = Path(__file__).parents[1] / "machines"
 
@@ -43,12 +42,11 @@ def test_proposals_load_and_keep_what_they_do_not_change(cls: type[Effect], name
     for patch in proposals(cls, bare):
         patched = bare.patched(patch)
         after = dict(patched.entries())
-        touched = {path for path, _ in bodies(patch)}
+        touched = {path for path, _ in Patch(patch).entries()}
         assert touched <= set(after)
         assert all(after[path] == before[path] for path in set(before) - touched)
         assert len(cls.told(patched, patch)) > 10
-        path = cls.path_to(cls.strength, patch)
-        assert path.rpartition(".")[0] in touched
+        assert cls.path_to(cls.strength, patch).entry in touched
 
 
 @pytest.mark.parametrize("file", sorted(SHIPPED.glob("*.yaml")), ids=lambda file: file.stem)
@@ -70,11 +68,11 @@ def test_a_second_proposal_does_not_overwrite_the_first(cls: type[Effect]) -> No
         return
     first = proposals(cls, machine())[0]
     once = machine().patched(first)
-    added = {path for path, _ in bodies(first)} - {path for path, _ in machine().entries()}
+    added = {path for path, _ in Patch(first).entries()} - {path for path, _ in machine().entries()}
     for patch in proposals(cls, once):
         twice = dict(once.patched(patch).entries())
         assert added <= set(twice)
-        assert {path for path, _ in bodies(patch)}.isdisjoint({p for p in added if not p.startswith("sensors.")})
+        assert {path for path, _ in Patch(patch).entries()}.isdisjoint({p for p in added if p.section != "sensors"})
 
 
 def heats(on: Machine, temperatures: Mapping[str, float], u: Mapping[str, Array]) -> dict[str, float]:
@@ -107,7 +105,7 @@ def test_strength_zero_changes_nothing(cls: type[Effect], name: str) -> None:
     rng = np.random.default_rng(1)
     temperatures = dict(zip(bare.nodes, rng.uniform(15, 60, len(bare.nodes)), strict=True))
     for patch in proposals(cls, bare):
-        tree = merged(bare.tree, tree_of(patch, Spot("patch")))
+        tree = Patch(patch).over(bare.tree, Spot("patch"))
         zero = Machine.read(set_value(tree, f"{cls.path_to(cls.strength, patch)}={strength.write(Number(0.0))}"), name)
         for seed in range(3):
             u = surroundings(seed)
@@ -128,7 +126,7 @@ def test_typical_strengths_are_believable(cls: type[Effect]) -> None:
     for patch in proposals(cls, machine()):
         patched = machine().patched(patch)
         entries = dict(patched.entries())
-        for path, body in bodies(patch):
+        for path, body in Patch(patch).entries():
             entry = entries[path]
             if body.get("kind") != cls.kind or isinstance(entry, SensorEffect):
                 continue
@@ -161,16 +159,15 @@ def test_strength_and_shapes_are_numbers_that_can_be_freed(cls: type[Effect]) ->
         return
     for name in MACHINES:
         for patch in proposals(cls, machine(name)):
-            tree, paths = merged(machine(name).tree, tree_of(patch, Spot("patch"))), set()
+            tree, paths = Patch(patch).over(machine(name).tree, Spot("patch")), set()
             entries = dict(Machine.read(tree, name).entries())
             for parameter in (cls.strength, *cls.shapes):
                 path = cls.path_to(parameter, patch)
-                entry, _, key = path.rpartition(".")
-                held = entries[entry]
+                held, key = entries[path.entry], path.key
                 value = float(next(held.__dict__[a] for a, f in held.fields.items() if f.key == key))
                 field = held.params()[next(a for a, f in held.fields.items() if f.key == key)]
                 tree = set_value(tree, f"{path}={loosened(field, value)}")
-                paths.add(path)
+                paths.add(str(path))
             assert paths <= set(Machine.read(tree, name).uncertain)
 
 
@@ -187,7 +184,7 @@ def test_what_is_taken_over_keeps_its_spread(cls: type[Effect], name: str) -> No
     before = dict(bare.entries())
     for patch in proposals(cls, bare) if cls.replaces else ():
         after = dict(bare.patched(patch).entries())
-        for path, body in bodies(patch):
+        for path, body in Patch(patch).entries():
             taken = before.get(path)
             if taken is None or body.get("kind") != cls.kind or isinstance(taken, Convection):
                 continue
@@ -213,7 +210,7 @@ LAYOUTS = ("gantry_spindle", "vertical_mill", "belt_lathe", "ball_screw_axis")
 def places(kind: str, on: Machine) -> list[Mapping[str, Any]]:
     """The bodies of that kind in its proposals."""
     cls = next(cls for cls in TYPES if cls.kind == kind and cls.section != "suspects")
-    return [body for patch in proposals(cls, on) for _, body in bodies(patch) if body.get("kind") == kind]
+    return [body for patch in proposals(cls, on) for _, body in Patch(patch).entries() if body.get("kind") == kind]
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
@@ -248,10 +245,10 @@ def test_a_displacement_is_proposed_both_ways(cls: type[Effect], layout: str) ->
     on = Machine.load(SHIPPED / f"{layout}.yaml")
     ways: dict[str, set[int]] = {}
     for patch in proposals(cls, on):
-        for path, body in bodies(patch):
+        for path, body in Patch(patch).entries():
             ways.setdefault(path, set()).add(body["direction"])
             sign = "+" if body["direction"] > 0 else "-"
-            assert f"along {sign}{path.split('.')[1]}" in cls.told(on.patched(patch), patch)
+            assert f"along {sign}{path.axis}" in cls.told(on.patched(patch), patch)
     assert all(directions == {1, -1} for directions in ways.values())
 
 

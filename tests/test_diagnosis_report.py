@@ -19,6 +19,7 @@ from network import Machine, compare
 from network.comparison import Comparison
 from network.diagnosis.candidates import candidates
 from network.diagnosis.isolability import DETAILS
+from network.diagnosis.location import Location
 from network.diagnosis.naming import why_not
 from network.diagnosis.verdict import UNKNOWN, Diagnosis, Fits, Quantity
 from network.refusal import Refused
@@ -96,18 +97,18 @@ def test_it_is_told_when_the_map_of_unknown_heat_points_elsewhere(found: Diagnos
     assert "explains the recordings better" not in flat(str(found))
     assert "explains the recordings better" in flat(str(replace(found, findings=(finding(places=("motor",)),))))
     reads = finding(places=("tcp.z", "motor"))
-    probe = unknown_heat("dz", "channel", 0.9, 2, 2e-6)
+    probe = unknown_heat(Location(channel="dz"), 0.9, 2, 2e-6)
     told = flat(str(replace(found, findings=(reads,), located=(probe, *found.located))))
     assert "explains the recordings better" not in told and "dz reads on average 1.0 µm higher than the model" in told
     assert "show at motor (movement along z)." in told
 
 
-@pytest.mark.parametrize(("kind", "name", "told"), [
-    ("link", "motor to body", "46 W more flow from motor to body than in the model"),
-    ("channel", "T_body", "T_body reads on average 0.30 K higher than the model"),
+@pytest.mark.parametrize(("at", "size", "told"), [
+    (Location(("motor", "body")), 92.0, "46 W more flow from motor to body than in the model"),
+    (Location(channel="T_body"), 0.6, "T_body reads on average 0.30 K higher than the model"),
 ])  # fmt: skip
-def test_unknown_heat_of_links_and_channels(found: Diagnosis, kind: str, name: str, told: str) -> None:
-    heat = unknown_heat(name, kind, 0.9, 2, 0.6 if kind == "channel" else 92.0)
+def test_unknown_heat_of_links_and_channels(found: Diagnosis, at: Location, size: float, told: str) -> None:
+    heat = unknown_heat(at, 0.9, 2, size)
     assert told in flat(str(replace(found, located=(heat,))))
 
 
@@ -177,12 +178,12 @@ def test_parts_that_need_more_lumps_are_told_together_and_all_of_them() -> None:
 
 def test_what_says_nothing_is_left_out(found: Diagnosis) -> None:
     always = finding(windows=((0.0, 4 * 3600.0),))
-    still = unknown_heat("body", "node", 0.9, 2, 0.0)
+    still = unknown_heat(Location(("body",)), 0.9, 2, 0.0)
     told = flat(str(replace(found, findings=(always,), located=(still,))))
     assert "showed most" not in told and "stands out" not in told
     twice = replace(found, findings=(finding(), finding(kind="windage", places=("motor",))))
     assert flat(str(twice)).count("It showed most") == 1
-    vague = tuple(replace(u, name="motor", probability=0.1) for u in found.located)
+    vague = tuple(replace(u, at=Location(("motor",)), probability=0.1) for u in found.located)
     pointless = flat(str(replace(found, located=vague)))
     assert "If one unknown" not in pointless and "motor gets" not in pointless
     long = replace(found, notes=(f"3 of 9 effects are too small to show here. {DETAILS} alike: tilt (3).",))
@@ -376,14 +377,14 @@ def words_of(figure: Figure) -> str:
 
 
 def test_the_suspect_is_lit(found: Diagnosis) -> None:
-    assert lit_paths(found) == ["nodes.body", "links.wet side"]
+    assert [str(path) for path in lit_paths(found)] == ["nodes.body", "links.wet side"]
     assert "lit in orange: body" in words_of(lit_figure(found))
     moves = replace(found, findings=(finding(places=("tcp.z", "motor"), patch={}),))
     assert "moves tcp.z" in words_of(lit_figure(moves))
     assert moves_of(moves) == {"motor": "↕ moves tcp.z"}
     assert "moves" not in " ".join(t.get_text() for t in lit_figure(moves).texts)
     reads = replace(found, findings=(finding(places=(), channels=("T_motor",), patch={}),))
-    assert lit_paths(reads) == ["nodes.motor"]
+    assert [str(path) for path in lit_paths(reads)] == ["nodes.motor"]
 
 
 def test_unknown_heat_is_drawn_for_every_recording_with_its_inputs(found: Diagnosis) -> None:

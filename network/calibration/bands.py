@@ -11,6 +11,7 @@ from network.calibration.knots import make_knots, on_knots
 from network.calibration.parameters import Parameter
 from network.calibration.predictor import Model, Prediction, Run
 from network.declare import Array
+from network.entry_path import displacement
 from network.fields import Amount
 from network.graph import build
 from network.inputs import Start
@@ -47,13 +48,9 @@ class Band:
         return {"axis": self.axis, "largest_std": self.largest, "at": float(self.t[k]), "unit": self.unit}
 
 
-def axis_channel(axis: str) -> str:
-    return f"tcp.{axis}"
-
-
 def with_axes(machine: Machine) -> Machine:
     """The machine with a further probe on every axis, called like it."""
-    probes = {axis_channel(a): Sensor(axis_channel(a), measures=axis_channel(a), noise=Amount(1e-6, axis_unit(a)))
+    probes = {displacement(a): Sensor(displacement(a), measures=displacement(a), noise=Amount(1e-6, axis_unit(a)))
               for a in machine.tcp}  # fmt: skip
     return replace(machine, sensors={**machine.sensors, **probes})
 
@@ -76,7 +73,7 @@ def bands(
     if not machine.tcp:
         return ()
     probed = with_axes(machine)
-    run = replace(run_of(machine, source, start), present={axis_channel(a): np.ones(1, bool) for a in machine.tcp})
+    run = replace(run_of(machine, source, start), present={displacement(a): np.ones(1, bool) for a in machine.tcp})
     model = Model(probed, parameters, [run])
     (prediction,) = model.predict(theta)
     (slopes,) = model.slopes(theta, [prediction])

@@ -18,6 +18,7 @@ from network.calibration.fitting import Problem
 from network.calibration.parameters import Parameter
 from network.calibration.prediction import Prediction
 from network.declare import Array
+from network.entry_path import EntryPath
 from network.mechanisms.base import Relay
 from network.refusal import Failed
 
@@ -30,7 +31,7 @@ KEPT, TRIALS, BINS = 3, 50, 300
 def relay_numbers(problem: Problem) -> list[int]:
     """Which numbers are a relay's own."""
     sources = problem.model.machine.sources
-    relays = {f"sources.{name}" for name, entry in sources.items() if isinstance(entry, Relay)}
+    relays = {EntryPath("sources", "", name) for name, entry in sources.items() if isinstance(entry, Relay)}
     return [j for j, p in enumerate(problem.parameters) if p.entry in relays]
 
 

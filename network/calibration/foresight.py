@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 
 from network.calibration.admission import check_parameters
-from network.calibration.bands import Band, axis_channel, bands, run_of
+from network.calibration.bands import Band, bands, run_of
 from network.calibration.evidence import OFFSET, START
 from network.calibration.parameters import Parameter, at_values, centres, free_parameters, values_at
 from network.calibration.predictor import Model, start_pushes
 from network.calibration.uncertainty import CLOSELY, PRIOR_ONLY
 from network.declare import Array
+from network.entry_path import displacement
 from network.fields import Amount, Place
 from network.inputs import Start
 from network.machine import Machine
@@ -140,7 +141,7 @@ def candidates(machine: Machine) -> dict[str, Sensor]:
             found[f"new {name}"] = Sensor(f"new {name}", measures=Place(name), noise=_usual(machine, "degC"))
     for axis in machine.tcp:
         if axis not in read:
-            channel = axis_channel(axis)
+            channel = displacement(axis)
             found[f"new {channel}"] = Sensor(f"new {channel}", measures=channel, noise=_usual(machine, axis_unit(axis)))
     return found
 

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from network.declare import Array
+from network.declare import Array, Declared
+from network.entry_path import EntryPath, Keys, NumberPath
 from network.machine import Machine
 from network.quantities import ParamField
 from network.refusal import Spot, likely, refuse
+from network.sections import TCP
 from network.units import Number, show
 
 SECTIONS = ("materials", "nodes", "links", "sources", "sensors")
-Named: TypeAlias = dict[str, dict[str, Any]]
 WIDEST = 8.0
 """Prior σ that a number with ± may move at most: beyond, its file is wrong and not its value."""
 
@@ -25,10 +27,10 @@ WIDEST = 8.0
 class Parameter:
     """One free number. centre, spread, low, high: prior mean, σ and bounds in θ; θ = log value, or value.
 
-    path: as in the file, like 'links.skin.conductance'; a flat prior counts as a wide normal one within its bounds.
+    A flat prior counts as a wide normal one within its bounds.
     """
 
-    path: str
+    entry: EntryPath
     field: ParamField
     number: Number
     is_log: bool
@@ -37,9 +39,10 @@ class Parameter:
     low: float
     high: float
 
-    @property
-    def entry(self) -> str:
-        return self.path.rpartition(".")[0]
+    @cached_property
+    def path(self) -> str:
+        """As its user writes it, like 'links.skin.conductance'."""
+        return str(NumberPath(self.entry, self.field.key))
 
     @property
     def attribute(self) -> str:
@@ -65,79 +68,81 @@ class Parameter:
         return self.number.prior == "unknown"
 
 
-def parameter(machine: Machine, path: str, number: Number | None = None) -> Parameter:
+def parameter(machine: Machine, path: NumberPath, number: Number | None = None) -> Parameter:
     """The parameter at a path of a machine; `number` replaces its prior. Raises Refused where there is none."""
-    entry_path, _, key = path.rpartition(".")
-    entry = dict(machine.entries()).get(entry_path)
+    entry = machine.by_path.get(path.entry)
     fields = {f.key: f for f in entry.params().values()} if entry is not None else {}
-    if entry is None or key not in fields:
-        raise refuse(Spot(machine.file), f"there is no number '{path}'", likely(path, machine.uncertain))
-    field = fields[key]
+    if entry is None or path.key not in fields:
+        raise refuse(Spot(machine.file), f"there is no number '{path}'", likely(str(path), machine.uncertain))
+    field = fields[path.key]
     number = number or entry.numbers.get(field.attribute, Number(float(entry.__dict__[field.attribute])))
-    return _parameter(path, field, number)
+    return _parameter(path.entry, field, number)
 
 
-def _parameter(path: str, field: ParamField, number: Number) -> Parameter:
+def _parameter(entry: EntryPath, field: ParamField, number: Number) -> Parameter:
     is_log = not field.may_be_negative and number.prior != "normal"
     if number.prior == "unknown":
         low, high = ((math.log(v) if v > 0 else math.log(number.high * 1e-6)) if is_log else v for v in
                      (number.low, number.high))  # fmt: skip
-        return Parameter(path, field, number, is_log, (low + high) / 2, (high - low) / 2, low, high)
+        return Parameter(entry, field, number, is_log, (low + high) / 2, (high - low) / 2, low, high)
     centre = math.log(number.value) if is_log else number.value
     spread = number.spread or 1.0
     ends = [math.log(v) if v > 0 else -math.inf for v in (field.low, field.high)] if is_log else (field.low, field.high)
     low, high = max(ends[0], centre - WIDEST * spread), min(ends[1], centre + WIDEST * spread)
-    return Parameter(path, field, number, is_log, centre, spread, low, high)
+    return Parameter(entry, field, number, is_log, centre, spread, low, high)
 
 
 def free_parameters(machine: Machine) -> tuple[Parameter, ...]:
     """All numbers with ± or `unknown`."""
-    return tuple(parameter(machine, path) for path in machine.uncertain)
+    entries = machine.by_path.items()
+    return tuple(parameter(machine, NumberPath(path, key)) for path, entry in entries for key in entry.uncertain())
 
 
 def at_values(machine: Machine, values: Mapping[str, float]) -> Machine:
     """The machine with numbers exchanged, by path; entries that look at others look again."""
-    changed: dict[str, dict[str, float]] = {}
-    entries = dict(machine.entries())
-    for path, value in values.items():
-        entry_path, _, key = path.rpartition(".")
-        fields = {f.key: f.attribute for f in entries[entry_path].params().values()}
-        changed.setdefault(entry_path, {})[fields[key]] = value
-    parts: Named = {name: {**getattr(machine, name)} for name in SECTIONS}
-    tcp: Named = {axis: {**own} for axis, own in machine.tcp.items()}
+    changed: dict[EntryPath, dict[str, float]] = {}
+    for text, value in values.items():
+        if (number := NumberPath.parse(text, machine.paths)) is None:
+            raise KeyError(text)
+        fields = {f.key: f.attribute for f in machine.by_path[number.entry].params().values()}
+        changed.setdefault(number.entry, {})[fields[number.key]] = value
+    held: dict[tuple[str, str], dict[str, Any]] = {(name, ""): {**getattr(machine, name)} for name in SECTIONS}
+    held |= {(TCP, axis): {**own} for axis, own in machine.tcp.items()}
     for path, exchanged in changed.items():
-        _exchange(parts, tcp, path, exchanged)
-    new = replace(
-        machine, materials=parts["materials"], nodes=parts["nodes"], links=parts["links"], sources=parts["sources"],
-        sensors=parts["sensors"], tcp=tcp,
+        own = held[path.section, path.axis]
+        own[path.name] = _exchanged(own[path.name], path.inner, exchanged)
+    return _looked_again(_holding(machine, held), held, {path.section for path in changed})
+
+
+def _exchanged(entry: Declared, inner: Keys, values: Mapping[str, float]) -> Declared:
+    """An entry with numbers exchanged: its own, or those of one that it holds."""
+    if not inner:
+        return entry.replaced(**values)
+    key = str(inner[0])
+    held = entry.__dict__[key]
+    if not isinstance(held, tuple):
+        return entry.replaced(**{key: _exchanged(held, inner[1:], values)})
+    more = tuple(_exchanged(e, inner[2:], values) if i == inner[1] else e for i, e in enumerate(held))
+    return entry.replaced(**{key: more})
+
+
+def _holding(machine: Machine, held: Mapping[tuple[str, str], dict[str, Any]]) -> Machine:
+    """The machine with other entries, by section and axis."""
+    tcp = {axis: held[TCP, axis] for axis in machine.tcp}
+    named = {name: held[name, ""] for name in SECTIONS}
+    return replace(
+        machine, materials=named["materials"], nodes=named["nodes"], links=named["links"], sources=named["sources"],
+        sensors=named["sensors"], tcp=tcp,
     )  # fmt: skip
-    if any(path.startswith(("nodes.", "materials.")) for path in changed):
-        for name, entry in parts["nodes"].items():
-            parts["nodes"][name] = entry.resolved(new)
-        for own in tcp.values():
-            own.update({name: entry.resolved(new) for name, entry in own.items()})
-    return new
 
 
-def _exchange(parts: Named, tcp: Named, path: str, values: Mapping[str, float]) -> None:
-    """Puts numbers into the entry at a path, inside another one too (melting ranges, effects of sensors)."""
-    section, _, rest = path.partition(".")
-    if section == "tcp":
-        axis, _, name = rest.partition(".")
-        tcp[axis][name] = tcp[axis][name].replaced(**values)
-        return
-    named = parts[section]
-    if rest in named:
-        named[rest] = named[rest].replaced(**values)
-    elif rest.endswith(".melts"):
-        node = named[name := rest.removesuffix(".melts")]
-        named[name] = node.replaced(melts=node.melts.replaced(**values))
-    else:
-        name, _, index = rest.rpartition(".effects.")
-        sensor = named[name]
-        effects = list(sensor.effects)
-        effects[int(index)] = effects[int(index)].replaced(**values)
-        named[name] = sensor.replaced(effects=tuple(effects))
+def _looked_again(machine: Machine, held: Mapping[tuple[str, str], dict[str, Any]], changed: Container[str]) -> Machine:
+    """Nodes take what materials give, and expansions what nodes are, where any of these changed."""
+    if "nodes" in changed or "materials" in changed:
+        for (section, _), entries in held.items():
+            if section in ("nodes", TCP):
+                entries.update({name: entry.resolved(machine) for name, entry in entries.items()})
+    return machine
 
 
 def centres(parameters: Sequence[Parameter]) -> Array:

@@ -39,11 +39,10 @@ def push_of(parameter: Parameter, course: Course, theta: float, known: Found | N
     """The further heat for one unit of θ; None where the parameter acts otherwise than by heat. known: where it stands,
     from `place_of`."""
     network = course.problem.plan.network
-    section, _, name = parameter.entry.partition(".")
-    slope = parameter.slope(parameter.value(theta))
-    if section == "nodes" and parameter.attribute in CAPACITY_KEYS and not name.endswith(".melts"):
-        return _of_capacity(network, course, name, slope)
-    if section not in ("links", "sources"):
+    entry, slope = parameter.entry, parameter.slope(parameter.value(theta))
+    if entry.section == "nodes" and parameter.attribute in CAPACITY_KEYS and not entry.inner:
+        return _of_capacity(network, course, entry.name, slope)
+    if entry.section not in ("links", "sources"):
         return None
     found = place_of(network, parameter) if known is None else known
     if not found:
@@ -66,17 +65,17 @@ def _pushed(network: Network, slope: float, parts: list[tuple[Array, Array]]) ->
 
 def acts_by_heat(p: Parameter, network: Network) -> bool:
     """Whether a number stands in some law, or is a heat capacity."""
-    section, _, name = p.entry.partition(".")
-    if section == "nodes":
-        return p.attribute in CAPACITY_KEYS and name in network.parts
-    return section in ("links", "sources") and bool(place_of(network, p))
+    if p.entry.section == "nodes":
+        return p.attribute in CAPACITY_KEYS and not p.entry.inner and p.entry.name in network.parts
+    return p.entry.section in ("links", "sources") and bool(place_of(network, p))
 
 
 def place_of(network: Network, p: Parameter) -> Found:
     """The groups in which a number stands, and where in them; nothing where it also shapes the network."""
-    if p.entry not in network.mechanisms or p.entry.startswith("nodes."):
+    name = str(p.entry)
+    if name not in network.mechanisms or p.entry.section == "nodes":
         return ()
-    index = network.mechanisms.index(p.entry)
+    index = network.mechanisms.index(name)
     members = ((g, np.flatnonzero(group.entry == index)) for g, group in enumerate(network.groups))
     return tuple((g, m) for g, m in members if len(m) and _is_stacked(network.groups[g].law, p.attribute))
 
@@ -144,9 +143,9 @@ class Slots:
         """The network with other values (of all parameters)."""
         capacity, groups = self.network.capacity.copy(), list(self.network.groups)
         for p, found in self.places:
-            if p.entry.startswith("nodes."):
-                part = self.network.parts[p.entry.removeprefix("nodes.")]
-                own = self.network.machine.nodes[p.entry.removeprefix("nodes.")]
+            if p.entry.section == "nodes":
+                part = self.network.parts[p.entry.name]
+                own = self.network.machine.nodes[p.entry.name]
                 more = values[p.path] - float(own.__dict__[p.attribute] or 0.0)
                 capacity[part] += more / (part.stop - part.start)
             for g, members in found:

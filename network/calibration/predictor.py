@@ -20,6 +20,7 @@ from network.channels import Readouts, readouts
 from network.declare import Array
 from network.graph import Network, build
 from network.machine import Machine
+from network.sections import TCP
 from network.solvers.modal import Modes
 from network.solvers.plan import Plan, interval_edges, joined, spans
 
@@ -27,8 +28,8 @@ __all__ = ["Model", "Prediction", "Run", "channels_of", "edge_pushes", "plan_of"
 
 DIFFERENCE = 1e-4
 """Step in θ for parameters that act otherwise than by heat."""
-SHOWN = ("tcp.", "sensors.")
-"""Entries whose numbers only change what is seen of a run, or a state that sees it."""
+SHOWN = (TCP, "sensors")
+"""Sections of entries whose numbers only change what is seen of a run, or a state that sees it."""
 
 
 class Model:
@@ -38,8 +39,8 @@ class Model:
         self.machine, self.parameters, self.runs = machine, tuple(parameters), tuple(runs)
         network = build(machine)
         check_followed(network)
-        self.slots = Slots(network, tuple(p for p in self.parameters if not p.path.startswith(SHOWN)))
-        self.shown = tuple(p for p in self.parameters if p.path.startswith(SHOWN))
+        self.slots = Slots(network, tuple(p for p in self.parameters if p.entry.section not in SHOWN))
+        self.shown = tuple(p for p in self.parameters if p.entry.section in SHOWN)
         self._readouts = readouts(network, parts=False)
         self.warm = WarmStart()
 
@@ -168,7 +169,7 @@ class Model:
             step *= max(p.spread, 1e-9) if np.isfinite(p.spread) else 1.0
         there = theta.copy()
         there[j] += step
-        if p.entry.startswith("tcp."):
+        if p.entry.section == TCP:
             value = {p.path: p.value(float(there[j]))}
             read = [(q.read(at_values(q.machine, value), q.course.readings) - q.values) / step for q in predictions]
             return [q.means(v) for q, v in zip(predictions, read, strict=True)] if cells else read

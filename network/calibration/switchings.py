@@ -154,9 +154,9 @@ class SwitchedCourse(Course):
 
     def by_guard(self, parameter: Parameter, theta: float) -> Array:
         """∂g/∂θ at every event; the pause of a relay counts as a guard that comes later."""
-        network, out = self.problem.plan.network, np.zeros(len(self.events))
+        network, out, name = self.problem.plan.network, np.zeros(len(self.events)), str(parameter.entry)
         for seen in self._seen if self.events else ():
-            for j in [j for j, entry in enumerate(seen.group.entry) if network.mechanisms[entry] == parameter.entry]:
+            for j in [j for j, entry in enumerate(seen.group.entry) if network.mechanisms[entry] == name]:
                 law, own = seen.group.law, seen.relay == j
                 values = law.__dict__[parameter.attribute].astype(complex)
                 values[j] += 1j * STEP

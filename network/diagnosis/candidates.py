@@ -9,18 +9,23 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import groupby
+from operator import itemgetter
 from typing import Any
 
 from network.calibration.parameters import Parameter, parameter
+from network.checks import places_of
 from network.declare import Effect, registered
+from network.entry_path import NumberPath, displacement
 from network.machine import Machine
 from network.mechanisms.base import Relay
+from network.patch import Patch
 from network.places import Place
-from network.proposals import bodies
 from network.quantities import ParamField
 from network.refusal import Refused
 from network.registry import sections
 from network.rooms import open_rooms
+from network.sections import TCP
 from network.units import Number
 
 STRENGTH_SPREAD = 1.5
@@ -43,15 +48,15 @@ class Candidate:
     is a count and no number to be fitted; proposed: the patch as its kind proposes it, where it was moved since."""
 
     kind: type[Effect]
-    patch: Mapping[str, Any]
+    patch: Patch
     base: Machine
     machine: Machine
     own: tuple[Parameter, ...]
-    proposed: Mapping[str, Any] | None = None
+    proposed: Patch | None = None
 
     def moved(self, place: str, other: str) -> Candidate | None:
         """The candidate at another place of a bar that it names; None where it does not fit there."""
-        there = candidate(self.base, self.kind, renamed(self.patch, place, other))
+        there = candidate(self.base, self.kind, self.patch.moved(place, other))
         return there and replace(there, proposed=self.proposed or self.patch)
 
     @property
@@ -71,8 +76,8 @@ class Candidate:
     @cached_property
     def switches(self) -> bool:
         """Whether it brings a relay, whose instants have to be searched for."""
-        entries = dict(self.machine.entries())
-        return any(isinstance(entries.get(path), Relay) for path, _ in bodies(self.patch))
+        entries = self.machine.by_path
+        return any(isinstance(entries.get(path), Relay) for path, _ in self.patch.entries())
 
     @cached_property
     def name(self) -> str:
@@ -105,9 +110,18 @@ class Candidate:
         """Where it sits: the axes it moves, then the nodes it names that were there before."""
         if self.channels:
             return ()
-        named = [n for _, body in bodies(self.patch) for n in _nodes_of(body)]
+        named = [place.node for place in self._named]
         nodes = dict.fromkeys(n for n in (*named, *self.patch.get("nodes", {})) if n in self.base.nodes)
-        return (*(f"tcp.{axis}" for axis in self.patch.get("tcp", {})), *nodes)
+        return (*map(displacement, self.patch.get(TCP, {})), *nodes)
+
+    @property
+    def _named(self) -> Iterator[Place]:
+        """The places that its entries name, in the order of the patch."""
+        for path, body in self.patch.entries():
+            entry = self.machine.by_path[path]
+            places = {key: [place for _, place in group] for key, group in groupby(places_of(entry), itemgetter(0))}
+            fields = {field.key: attribute for attribute, field in entry.fields.items()}
+            yield from (place for key in body for place in places.get(fields.get(key, ""), ()))
 
     @cached_property
     def parts(self) -> frozenset[str]:
@@ -119,12 +133,11 @@ class Candidate:
         """Those of the places that are cut into lumps."""
         return tuple(n for n in self.places if n in self.base.nodes and self.base.nodes[n].lumps > 1)
 
-
-def _nodes_of(body: Mapping[str, Any]) -> Iterator[str]:
-    """Every word of an entry that may be the name of a node, without its range."""
-    for value in body.values():
-        words = value if isinstance(value, Mapping | list | tuple) else [value]
-        yield from (word.partition("@")[0] for word in words if isinstance(word, str))
+    @property
+    def seats(self) -> tuple[Place, ...]:
+        """The bars, each with the stretch of it that the patch names."""
+        named = {place.node: place for place in self._named if 0 < place.share < 1}
+        return tuple(named.get(name, Place(name)) for name in self.bars)
 
 
 def kinds() -> Iterator[type[Effect]]:
@@ -151,11 +164,11 @@ def candidates(
 def candidate(machine: Machine, kind: type[Effect], patch: Mapping[str, Any]) -> Candidate | None:
     """A proposal laid over a machine; None where it does not fit together with what is there."""
     try:
-        patch = _spelled_out(kind, patch)
-        patched = machine.patched(patch, kind.kind)
+        spelled = _spelled_out(kind, Patch(patch))
+        patched = machine.patched(spelled, kind.kind)
     except Refused:
         return None
-    return Candidate(kind, patch, machine, patched, own_parameters(patched, kind, patch))
+    return Candidate(kind, spelled, machine, patched, own_parameters(patched, kind, spelled))
 
 
 def laid_over(machine: Machine, found: Iterable[Candidate]) -> tuple[Machine, tuple[Candidate, ...]] | None:
@@ -170,35 +183,19 @@ def laid_over(machine: Machine, found: Iterable[Candidate]) -> tuple[Machine, tu
     return machine, tuple(laid)
 
 
-def _spelled_out(kind: type[Effect], patch: Mapping[str, Any]) -> Mapping[str, Any]:
+def _spelled_out(kind: type[Effect], patch: Patch) -> Patch:
     """The patch with every number that will be fitted written down, also where it has a default."""
-    given = {f"{path}.{key}" for path, body in bodies(patch) for key in body}
+    given = {number for number, _ in patch.numbers()}
     for field in (kind.fields[name] for name in (kind.strength, *kind.shapes)):
         if isinstance(field, ParamField) and _stands(kind, field, patch):
             path = kind.path_to(field.attribute, patch)
             if path not in given:
                 value = field.initial
-                patch = _with(patch, path, field.write(field.proposal() if value is None else value))
+                patch = patch.with_value(path, field.write(field.proposal() if value is None else value))
     return patch
 
 
-def _with(patch: Mapping[str, Any], path: str, text: Any) -> Mapping[str, Any]:
-    """The patch with one more number in the entry at a path."""
-    entry, _, key = path.rpartition(".")
-
-    def laid(tree: Any, rest: str) -> Any:
-        if not rest:
-            return {**tree, key: text}
-        if isinstance(tree, list):
-            head, _, tail = rest.partition(".")
-            return [laid(e, tail) if i == int(head) else e for i, e in enumerate(tree)]
-        name = max((k for k in tree if rest == k or rest.startswith(f"{k}.")), key=len)
-        return {**tree, name: laid(tree[name], rest[len(name) + 1 :])}
-
-    return dict(laid(patch, entry))
-
-
-def own_parameters(machine: Machine, kind: type[Effect], patch: Mapping[str, Any]) -> tuple[Parameter, ...]:
+def own_parameters(machine: Machine, kind: type[Effect], patch: Patch) -> tuple[Parameter, ...]:
     """Strength and shapes of a patch, with priors of engineering size."""
     strength = kind.fields[kind.strength]
     if not isinstance(strength, ParamField):
@@ -208,7 +205,7 @@ def own_parameters(machine: Machine, kind: type[Effect], patch: Mapping[str, Any
     return tuple(_own(machine, paths[f.attribute], f, f is strength) for f in fields if f.attribute in paths)
 
 
-def _stands(kind: type[Effect], field: ParamField, patch: Mapping[str, Any]) -> bool:
+def _stands(kind: type[Effect], field: ParamField, patch: Patch) -> bool:
     """Whether the patch has a place for the number."""
     try:
         kind.path_to(field.attribute, patch)
@@ -217,11 +214,11 @@ def _stands(kind: type[Effect], field: ParamField, patch: Mapping[str, Any]) -> 
     return True
 
 
-def _own(machine: Machine, path: str, field: ParamField, is_strength: bool) -> Parameter:
+def _own(machine: Machine, path: NumberPath, field: ParamField, is_strength: bool) -> Parameter:
     value = _value(machine, path, field)
     if field.unit == "degC":
         own = parameter(machine, path, Number(value, "normal", DEGREES))
-        around = path.startswith("nodes.")
+        around = path.entry.section == "nodes"
         return replace(own, low=value - AROUND * DEGREES, high=value + AROUND * DEGREES) if around else own
     if value <= 0 or field.may_be_negative:
         return parameter(machine, path, Number(value, "normal", SIGNED_SPREAD * max(abs(value), abs(field.proposal()))))
@@ -231,20 +228,9 @@ def _own(machine: Machine, path: str, field: ParamField, is_strength: bool) -> P
     return parameter(machine, path, Number(value, "log", EXPONENT_SPREAD if has_default else SHAPE_SPREAD))
 
 
-def _value(machine: Machine, path: str, field: ParamField) -> float:
+def _value(machine: Machine, path: NumberPath, field: ParamField) -> float:
     """The number as the patch has it, its default, or a typical one."""
-    entry = dict(machine.entries())[path.rpartition(".")[0]]
-    own = next(name for name, f in entry.fields.items() if f.key == path.rpartition(".")[2])
+    entry = machine.by_path[path.entry]
+    own = next(name for name, f in entry.fields.items() if f.key == path.key)
     value = entry.__dict__[own]
     return float(value) if isinstance(value, int | float) else field.proposal()
-
-
-def renamed(tree: Any, name: str, other: str) -> Any:
-    """A patch whose entries, but for nodes and sensors, say another place in the stead of one."""
-    if isinstance(tree, Mapping):
-        own = ("nodes", "sensors")
-        pairs = ((k, v if k in own else renamed(v, name, other)) for k, v in tree.items())
-        return {other if k == name and not isinstance(v, Mapping) else k: v for k, v in pairs}
-    if isinstance(tree, list | tuple):
-        return [renamed(x, name, other) for x in tree]
-    return other if tree == name else tree

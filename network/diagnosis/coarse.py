@@ -12,6 +12,7 @@ from network.diagnosis.refine import structural
 from network.diagnosis.screen import whitened
 from network.diagnosis.verdict import Finding, sentence
 from network.machine import Machine
+from network.patch import Patch
 
 SURE = 0.95
 CLEAR = 0.3
@@ -33,4 +34,4 @@ def lumping_of(written: Hypothesis, now: Machine, gain: float, threshold: float)
     tree = now.to_plain()["nodes"]
     nodes = {name: tree[name] for name in now.nodes if tree.get(name) != written.machine.to_plain()["nodes"].get(name)}
     said = sentence("; ".join(first.kind.told(now, c.patch) for c in meant)) + "."
-    return Finding(first.kind.kind, first.section, places, (), SURE, {}, said, {"nodes": nodes}, gain, threshold)
+    return Finding(first.kind.kind, first.section, places, (), SURE, {}, said, Patch({"nodes": nodes}), gain, threshold)

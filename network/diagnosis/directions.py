@@ -7,7 +7,7 @@ the whole run is computed again.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -21,14 +21,14 @@ from network.calibration.predictor import Model, Prediction, channels_of
 from network.channels import readouts, states_of
 from network.declare import Array
 from network.diagnosis.candidates import Candidate
+from network.entry_path import EntryPath, NumberPath
 from network.graph import Network, build
 from network.machine import Machine
 from network.parallel import run_all
-from network.proposals import bodies
 from network.refusal import Failed
 
-UNREAD = ("links.", "sources.", "nodes.")
-"""Entries that leave alone what is read where."""
+UNREAD = ("links", "sources", "nodes")
+"""Sections of entries that leave alone what is read where."""
 AT_ONCE = 64
 """Candidates that are answered together."""
 NOTHING = 1e-9
@@ -83,10 +83,11 @@ def _answers(heats: Sequence[Heat], prediction: Prediction) -> Array:
     return out
 
 
-def _at(machine: Machine, values: Mapping[str, float], only: Sequence[str] | None = None) -> Machine:
+def _at(machine: Machine, values: Mapping[str, float], only: Container[EntryPath] | None = None) -> Machine:
     """The machine at the values that are its own, or those of some entries."""
-    entries = dict(machine.entries()) if only is None else only
-    return at_values(machine, {p: v for p, v in values.items() if p.rpartition(".")[0] in entries})
+    only = machine.by_path if only is None else only
+    known = {text: NumberPath.parse(text, machine.paths) for text in values}
+    return at_values(machine, {text: values[text] for text, p in known.items() if p is not None and p.entry in only})
 
 
 def _heats(
@@ -95,13 +96,14 @@ def _heats(
     """The heat of the entries that are new or other; None where that is not all there is to it."""
     if any(name in candidate.base.nodes for name in candidate.patch.get("nodes", ())):
         return None
-    changed = [path for path, _ in bodies(candidate.patch)]
-    machine = _at(candidate.machine, values, changed)
+    paths = [path for path, _ in candidate.patch.entries()]
+    changed = [str(path) for path in paths]
+    machine = _at(candidate.machine, values, paths)
     now = build(machine, only=changed)
     states = len(states_of(now))
     if now.relays or not all(_is_alike(now, p) and states == p.course.readouts.states for p in predictions):
         return None
-    reads = any(not path.startswith(UNREAD) for path in changed)
+    reads = any(path.section not in UNREAD for path in paths)
     seen = machine if reads else None
     return [(_further(now, changed, p), _seen(seen, now, p)) for p in predictions]
 

@@ -177,7 +177,7 @@ def _further(tell: Callable[[float], None], done: float, share: float) -> None:
 
 def _keeps(candidate: Candidate, own: Sequence[Parameter]) -> bool:
     """Whether the numbers of earlier findings still stand with it."""
-    entries = dict(candidate.machine.entries())
+    entries = candidate.machine.by_path
     return all(p.entry in entries and entries[p.entry].__dict__.get(p.attribute) is not None for p in own)
 
 

@@ -17,6 +17,7 @@ from network.calibration.evidence import Measured
 from network.calibration.fitting import Linearised
 from network.calibration.predictor import Prediction
 from network.declare import Array
+from network.diagnosis.location import Location
 from network.diagnosis.unknown_heat import heat_answers, heat_knots, ou, part_spread
 from network.diagnosis.verdict import UnknownHeat
 from network.machine import Machine
@@ -35,8 +36,7 @@ FLATTER = 0.15
 class _Place:
     """answers: of the whitened channels for 1 W (or 1 SI unit) about every knot of every run (knots, rows)."""
 
-    name: str
-    kind: str
+    at: Location
     answers: Array
 
 
@@ -54,12 +54,12 @@ def locate(fit: Linearised, machine: Machine) -> tuple[UnknownHeat, ...]:
 def _places(fit: Linearised, machine: Machine, knots: list[Array]) -> Iterator[_Place]:
     for name, node in machine.nodes.items():
         if node.is_part:
-            yield _Place(name, "node", _answers(fit, knots, lambda p, n=name: part_spread(p, n)))
+            yield _Place(Location((name,)), _answers(fit, knots, lambda p, n=name: part_spread(p, n)))
     for a, b in machine.joined_parts():
         answers = _answers(fit, knots, lambda p, a=a, b=b: part_spread(p, b) - part_spread(p, a))
-        yield _Place(f"{a} to {b}", "link", answers)
+        yield _Place(Location((a, b)), answers)
     for name in dict.fromkeys(n for d in fit.problem.data for n in d.run.channels):
-        yield _Place(name, "channel", _offsets(fit, knots, name))
+        yield _Place(Location(channel=name), _offsets(fit, knots, name))
 
 
 def _answers(fit: Linearised, knots: list[Array], spread: object) -> Array:
@@ -114,7 +114,7 @@ def _explained(fit: Linearised, place: _Place, knots: list[Array]) -> UnknownHea
     cuts = np.cumsum([len(t) for t in knots])[:-1]
     rms = float(np.sqrt(np.mean(f**2)))
     heat, spread = tuple(np.split(f, cuts)), tuple(np.split(std, cuts))
-    return UnknownHeat(place.name, place.kind, 0.0, rms, gain, tuple(knots), heat, spread)
+    return UnknownHeat(place.at, 0.0, rms, gain, tuple(knots), heat, spread)
 
 
 def _correlation(knots: list[Array], ell: float) -> Array:

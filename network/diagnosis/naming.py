@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,9 +14,8 @@ from network.diagnosis.locate import locate
 from network.diagnosis.ranking import ALIKE, confidence, distinct, shares
 from network.diagnosis.verdict import UNKNOWN, Finding, Quantity, Rival, UnknownHeat, sentence
 from network.machine import Machine
-from network.proposals import bodies
+from network.patch import Patch
 from network.spoken import spoken
-from network.yamlfile import plain
 
 if TYPE_CHECKING:
     from network.diagnosis.diagnosing import Search
@@ -40,10 +39,10 @@ def _faults(search: Search) -> Iterator[Finding]:
     """What was wrong with a channel for some of the time."""
     if (e := search.fault) is not None:
         c, first = e.candidate, e.candidate.own[0]
-        share = {first.path.rpartition(".")[2]: Quantity(e.loose.share, e.loose.std, first.field.unit)}
+        share = {first.field.key: Quantity(e.loose.share, e.loose.std, first.field.unit)}
         windows = next(w for w in e.loose.windows if w)
         yield Finding(
-            c.kind.kind, c.section, (), c.channels, FAULTY, share, sentence(e.told), {}, e.gain,
+            c.kind.kind, c.section, (), c.channels, FAULTY, share, sentence(e.told), Patch({}), e.gain,
             search.threshold, windows,
         )  # fmt: skip
 
@@ -58,7 +57,8 @@ def _findings(search: Search, after: Machine) -> Iterator[Finding]:
         gain = search.gains[i] if i < len(search.gains) else 0.0
         yield Finding(
             c.kind.kind, c.section, c.places, c.channels, sure, _quantities(search.best, c),
-            _sentence(search.best, c, after), _patch(c, after), gain, search.threshold, windows_of(search.located),
+            _sentence(search.best, c, after), c.patch.as_in(after.tree), gain, search.threshold,
+            windows_of(search.located),
             tuple(r for r in told if r.confidence < 0.3 or r.gain < search.best.evidence)[:5],
             tuple(_alike(ranked, c)),
         )  # fmt: skip
@@ -102,7 +102,7 @@ def _alike(ranked: Sequence[Hypothesis], c: Candidate) -> Iterator[Rival]:
 def _quantities(h: Hypothesis, c: Candidate) -> dict[str, Quantity]:
     std = np.sqrt(np.diag(h.fit.covariance)) * max(1.0, h.chi)
     index = {p.path: i for i, p in enumerate(h.fit.problem.parameters)}
-    return {p.path.rpartition(".")[2]: _quantity(p, float(h.fit.theta[index[p.path]]), float(std[index[p.path]]))
+    return {p.field.key: _quantity(p, float(h.fit.theta[index[p.path]]), float(std[index[p.path]]))
             for p in c.own if p.path in index}  # fmt: skip
 
 
@@ -117,38 +117,20 @@ def _sentence(h: Hypothesis, c: Candidate, after: Machine) -> str:
     spread = float(np.sqrt(np.diag(h.fit.covariance))[index[first.path]]) * max(1.0, h.chi)
     unit = "K" if first.field.unit == "degC" else first.field.unit
     std = spoken(first.std(float(h.fit.theta[index[first.path]]), spread), unit, 2)
-    return f"{sentence(c.kind.told(after, c.patch))} ({first.path.rpartition('.')[2].replace('_', ' ')} ± {std})."
-
-
-def _patch(c: Candidate, after: Machine) -> dict[str, Any]:
-    """The entries of a finding as they stand in the machine with its numbers."""
-    patch: dict[str, Any] = {}
-    for path, _ in bodies(c.patch):
-        if ".effects." in path:
-            continue
-        section, _, name = path.partition(".")
-        if section == "tcp":
-            axis, _, name = name.partition(".")
-            patch.setdefault(section, {}).setdefault(axis, {})[name] = plain(after.tree)[section][axis][name]
-        else:
-            patch.setdefault(section, {})[name] = plain(after.tree)[section][name]
-    return patch
+    return f"{sentence(c.kind.told(after, c.patch))} ({first.field.key.replace('_', ' ')} ± {std})."
 
 
 def unknown(search: Search) -> Finding:
     """What no kind explains: its place, its shape and its size."""
     left = locate(search.best.linearised, search.best.machine) if search.best.found else search.located
     top = left[0]
-    places = tuple(top.name.split(" to ")) if top.kind == "link" else (top.name,)
-    unit = "W" if top.kind != "channel" else "of its unit"
     std = float(np.sqrt(np.mean(np.concatenate(top.std) ** 2)))
-    size = Quantity(top.rms, std, "W" if top.kind != "channel" else "1")
-    what = f"an unknown heat of {top.rms:.3g} {unit} (rms)" if top.kind != "channel" else "an unknown offset"
-    said = f"{sentence(what)} at {' and '.join(places)} that no kind of the catalogue explains."
-    is_channel = top.kind == "channel"
+    size = Quantity(top.rms, std, "1" if top.is_offset else "W")
+    what = "an unknown offset" if top.is_offset else f"an unknown heat of {top.rms:.3g} W (rms)"
+    said = f"{sentence(what)} at {' and '.join(top.at.seats)} that no kind of the catalogue explains."
     return Finding(
-        UNKNOWN, "sensors" if is_channel else "sources", () if is_channel else places, places if is_channel else (),
-        top.probability, {"heat": size}, said, {}, top.gain, search.threshold, windows_of(left),
+        UNKNOWN, "sensors" if top.is_offset else "sources", top.at.nodes, top.at.channels, top.probability,
+        {"heat": size}, said, Patch({}), top.gain, search.threshold, windows_of(left),
     )  # fmt: skip
 
 

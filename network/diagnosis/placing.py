@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Sequence
 from functools import partial
 from itertools import product
@@ -58,7 +57,7 @@ def _widest(best: Hypothesis, better: Sequence[Hypothesis]) -> Hypothesis:
 
 def _width(c: Candidate) -> float:
     """Lengths of the stretches of a candidate in all, in shares of their bars."""
-    return round(sum(bar.stop - bar.start for bar in _bars(c)), 6)
+    return round(sum(bar.stop - bar.start for bar in c.seats), 6)
 
 
 def redirected(h: Hypothesis) -> Hypothesis:
@@ -83,16 +82,9 @@ def near(before: Hypothesis, ranked: Sequence[Hypothesis], most: int) -> list[Hy
     return [h for h in ranked[:most] if h is ranked[0] or h.evidence > needed]
 
 
-def _bars(c: Candidate) -> list[Place]:
-    """The bars that a patch names, each with its stretch."""
-    named = re.findall(r"([^'\"\[\]{},:]+)@([0-9.]+)\.\.([0-9.]+)", str(dict(c.patch)))
-    found = {name.strip(): (float(first), float(last)) for name, first, last in named}
-    return [Place(n, *found.get(n, WHOLE)) for n in c.bars]
-
-
 def _elsewhere(c: Candidate) -> Iterator[Candidate]:
     """The candidate with every bar as a whole or at one of its stretches, in all combinations."""
-    for stretches in product((WHOLE, *STRETCHES), repeat=len(bars := _bars(c)[:COMBINED])):
+    for stretches in product((WHOLE, *STRETCHES), repeat=len(bars := c.seats[:COMBINED])):
         moved: Candidate | None = c
         for bar, to in zip(bars, stretches, strict=True):
             moved = moved and _moved(moved, bar, to)
@@ -102,7 +94,7 @@ def _elsewhere(c: Candidate) -> Iterator[Candidate]:
 
 def _aside(c: Candidate, step: float) -> Iterator[Candidate]:
     """The candidate with both ends of a stretch a step further in or out, or one of them."""
-    for bar in _bars(c):
+    for bar in c.seats:
         for low, high in _stepped(bar.start, bar.stop, step):
             moved = _moved(c, bar, (low, high)) if high - low >= LEAST else None
             if moved is not None and moved is not c:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from network.diagnosis.candidates import Candidate, candidates
 from network.diagnosis.case import Case, Hypothesis, suppose
 from network.machine import Machine
+from network.patch import Patch
 
 LEVELS = 3
 """Times that lumps are refined."""
@@ -28,10 +28,7 @@ FINEST = 400
 def ever_finer(machine: Machine, most: int | None = None) -> Iterator[Machine]:
     """The machine with all structural proposals laid over it, and again over that, to so many lumps."""
     for _ in range(LEVELS):
-        patch: dict[str, dict[str, Any]] = {}
-        for c in structural(machine):
-            for section, entries in c.patch.items():
-                patch.setdefault(section, {}).update(entries)
+        patch = Patch.of(entry for c in structural(machine) for entry in c.patch.by_name())
         if not patch:
             return
         machine = machine.patched(patch)

@@ -76,7 +76,7 @@ def relays(
 
 def likely(switched: Sequence[Candidate], located: Sequence[UnknownHeat]) -> list[Candidate]:
     """Those at the places where unknown heat explains most first; of two there, the one with more to it."""
-    gain = {u.name: u.gain for u in located}
+    gain = {u.at.nodes[0]: u.gain for u in located if u.at.kind == "node"}
     return sorted(switched, key=lambda c: (-max((gain.get(n, 0.0) for n in parts_about(c)), default=0.0), -len(c.own)))
 
 

@@ -8,7 +8,9 @@ from typing import Any
 
 from network.comparison import Comparison
 from network.declare import Array
+from network.diagnosis.location import Location
 from network.machine import Machine
+from network.patch import Patch
 
 UNKNOWN = "unknown"
 """The kind of a finding that no kind of the catalogue explains."""
@@ -69,7 +71,7 @@ class Finding:
     confidence: float
     parameters: Mapping[str, Quantity]
     sentence: str
-    patch: Mapping[str, Any]
+    patch: Patch
     gain: float
     threshold: float
     windows: tuple[tuple[float, float], ...] = ()
@@ -84,7 +86,7 @@ class Finding:
             "confidence": self.confidence, "parameters": {n: q.summary() for n, q in self.parameters.items()},
             "alternatives": [r.summary() for r in self.alternatives],
             "indistinguishable": [r.summary() for r in self.indistinguishable],
-            "sentence": sentence_of(self), "patch": self.patch,
+            "sentence": sentence_of(self), "patch": self.patch.to_plain(),
             "evidence": {"delta_log_evidence": self.gain, "threshold": self.threshold,
                          "windows": [list(w) for w in self.windows]},
         }  # fmt: skip
@@ -92,17 +94,20 @@ class Finding:
 
 @dataclass(frozen=True, eq=False)
 class UnknownHeat:
-    """Heat that a place would need for simulation and recordings to agree, before anything was added. kind: 'node',
-    'link' or 'channel' (then heat is an offset in the channel's unit, SI); t, heat, std: for each recording [s, W]."""
+    """Heat that a place would need for simulation and recordings to agree, before anything was added; at a channel it
+    is an offset in the channel's unit, SI. t, heat, std: for each recording [s, W]."""
 
-    name: str
-    kind: str
+    at: Location
     probability: float
     rms: float
     gain: float
     t: tuple[Array, ...]
     heat: tuple[Array, ...]
     std: tuple[Array, ...]
+
+    @property
+    def is_offset(self) -> bool:
+        return self.at.kind == "channel"
 
 
 @dataclass(frozen=True)
@@ -172,8 +177,8 @@ class Diagnosis:
 
     def summary(self) -> dict[str, Any]:
         """diagnosis.json."""
-        nodes = [{"name": u.name, "probability": u.probability, "heat_rms": {"value": u.rms, "unit": "W"}}
-                 for u in self.located if u.kind != "channel"]  # fmt: skip
+        nodes = [{"name": str(u.at), "probability": u.probability, "heat_rms": {"value": u.rms, "unit": "W"}}
+                 for u in self.located if not u.is_offset]  # fmt: skip
         channels = [{"name": n, "rmse_in_noise": x} for n, x in self.channels.items()]
         return {
             "verdict": self.verdict, "findings": [f.summary() for f in self.findings],

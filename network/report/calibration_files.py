@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from network.calibration.bands import axis_channel
 from network.calibration.patching import FILE, patch_text
+from network.entry_path import displacement
 from network.output import as_json, put_in_place
 from network.residuals.amounts import joined
 
@@ -86,7 +86,7 @@ def _band(c: Calibration, band: Band) -> Figure:
     measured = [channel.measured for name, channel in last.channels.items() if _reads(c.machine, name, band.axis)]
     centre, std = band.at(last.recording.t)
     return band_figure(
-        last.recording.t, centre, std, measured[0] if measured else None, band.unit, axis_channel(band.axis)
+        last.recording.t, centre, std, measured[0] if measured else None, band.unit, displacement(band.axis)
     )
 
 

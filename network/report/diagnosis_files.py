@@ -9,9 +9,10 @@ from pathlib import Path
 from tempfile import mkdtemp
 from typing import TYPE_CHECKING, Any
 
+from network.machine_file import is_made_of
 from network.output import as_json, folder, put_in_place
 from network.refusal import Spot, refuse
-from network.report.diagnosis_patch import FILE, is_part_of, patch_text
+from network.report.diagnosis_patch import FILE, patch_text
 from network.report.diagnosis_pictures import Picture, pictures_of
 from network.report.page import Shown, page
 
@@ -27,7 +28,7 @@ def check_target(machine: Machine, where: Path) -> Path:
     the result would replace a file that it extends."""
     if where.exists():
         folder(where)
-    if is_part_of(machine, where / FILE):
+    if is_made_of(machine.file, where / FILE):
         wrong = f"holds {FILE}, and that is a file the machine is made of"
         raise refuse(Spot(str(where)), wrong, "give another -o")
     return where

@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-import os
 import textwrap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from network.calibration.patching import difference_of
-from network.patch import load_tree
+from network.machine_file import extending
+from network.patch import Patch
 from network.proposals import fresh
-from network.refusal import Refused
 from network.report.lumps_words import sentence_of
 from network.report.naming import called
 from network.residuals.amounts import joined
-from network.yamlfile import Leaf, dump, load
+from network.sections import depth
+from network.yamlfile import dump
 
 if TYPE_CHECKING:
     from network.diagnosis.verdict import Diagnosis
-    from network.machine import Machine
 
 FILE = "machine.diagnosed.yaml"
 WIDTH = 116
@@ -29,13 +27,10 @@ CALIBRATED = "# calibrated"
 def patch_text(d: Diagnosis, where: Path) -> str:
     """The file as it stands in a folder: it extends the machine's own file, or is whole where that cannot be read."""
     head = "".join(f"{line}\n" for line in _remarks(d))
-    try:
-        base = load_tree(Path(d.machine.file))
-    except Refused:
+    over = extending(d.machine.file, d.after.tree, where)
+    if over is None:
         return head + dump(d.after.to_plain())
-    beside = os.path.relpath(Path(d.machine.file).resolve(), where.resolve())
-    changed = difference_of(base, d.after.tree)
-    return head + _lines({"extends": Path(beside).as_posix()}) + "".join(_sections(d, changed))
+    return head + _lines({"extends": over[0]}) + "".join(_sections(d, over[1]))
 
 
 def _remarks(d: Diagnosis) -> Iterator[str]:
@@ -50,9 +45,11 @@ def commented(sentence: str) -> list[str]:
     return textwrap.wrap(" ".join(sentence.split()), WIDTH, initial_indent="# ", subsequent_indent="#   ")
 
 
-def _sections(d: Diagnosis, changed: Mapping[str, Any]) -> Iterator[str]:
+def _sections(d: Diagnosis, changed: Patch) -> Iterator[str]:
     """Sections with a part of a finding first, and in each of them the finding's entries first."""
-    ours = {key: _part(key, entries, [f.patch.get(key) for f in d.findings]) for key, entries in changed.items()}
+    found = {path for f in d.findings for path, _ in f.patch.by_name()}
+    part = Patch.of((path, body) for path, body in changed.by_name() if path in found)
+    ours = {key: _whole_axes(part.get(key, {}), entries, depth(key)) for key, entries in changed.items()}
     for key in (key for key in changed if ours[key]):
         rest = _without(changed[key], ours[key])
         yield f"{key}:\n{_lines(ours[key], '  ')}"
@@ -67,27 +64,10 @@ def _lines(entries: Mapping[str, Any], indent: str = "") -> str:
     return textwrap.indent(dump({first: {}, **entries}).split("\n", 1)[1], indent)
 
 
-def _part(key: str, entries: Any, patches: Sequence[Any]) -> dict[str, Any]:
-    """What findings name, of a section: entries by name; whole axes, what they name of them first."""
-    named = [p for p in patches if isinstance(p, Mapping)]
-    if key != "tcp":
-        return {name: entry for name, entry in entries.items() if any(name in p for p in named)} if named else {}
-    ours = {axis: _part(axis, own, [p.get(axis) for p in named]) for axis, own in entries.items()}
-    return {axis: own | _without(entries[axis], own) for axis, own in ours.items() if own}
+def _whole_axes(part: Mapping[str, Any], entries: Any, below: int) -> Mapping[str, Any]:
+    """A part of a section; where its entries lie below axes, whole axes, with the part first."""
+    return part if below < 2 else {axis: own | _without(entries[axis], own) for axis, own in part.items()}
 
 
 def _without(entries: Any, part: Mapping[str, Any]) -> Any:
     return {n: e for n, e in entries.items() if n not in part} if part else entries
-
-
-def is_part_of(machine: Machine, target: Path) -> bool:
-    """Whether a file is one that the machine is made of: its own, or one that it extends."""
-    path = Path(machine.file)
-    while path.is_file():
-        if path.resolve() == target.resolve():
-            return True
-        above = load(path, "a machine file").items.get("extends")
-        if not isinstance(above, Leaf):
-            return False
-        path = path.parent / above.text
-    return False

@@ -16,7 +16,7 @@ from network.report.finding_words import (
     sure_words,
     windows_words,
 )
-from network.report.heat_words import POINTS, heat_words, seats_in, suspects_of, where_words
+from network.report.heat_words import POINTS, heat_words, is_found_at, seats_in, suspects_of, where_words
 from network.report.lumps_words import sentence_of
 from network.report.moved_words import moved_words
 from network.report.table import digits, span, table
@@ -66,7 +66,7 @@ def where_lines(d: Diagnosis) -> list[str]:
     """Where it differed, and how; nothing where nothing is missing."""
     if not d.findings:
         return []
-    told = [u for u in suspects_of(d, 1) if u.name in seats_in(d) or u.probability >= POINTS]
+    told = [u for u in suspects_of(d, 1) if is_found_at(u, seats_in(d)) or u.probability >= POINTS]
     return [line for line in [*(heat_words(d, u) for u in told), where_words(d)] if line]
 
 

@@ -64,7 +64,7 @@ def heat_figure(d: Diagnosis) -> Figure:
         _share_scale([column[row] for column in panels])
     for row, place in enumerate(places):
         headline(panels[0][row], _told(d, place))
-        label_y(panels[0][row], "offset" if place.kind == "channel" else "heat", _unit(d, place))
+        label_y(panels[0][row], "offset" if place.is_offset else "heat", _unit(d, place))
     told = "what each place would need to agree with the recordings, nothing added"
     write_title(figure, f"{d.machine.name}: {_kinds(places)}", f"{told}; shaded ±2 σ; {_resolved(d, places)}")
     return figure
@@ -72,7 +72,7 @@ def heat_figure(d: Diagnosis) -> Figure:
 
 def _kinds(places: Sequence[UnknownHeat]) -> str:
     """What is shown: heat, offsets of channels, or both."""
-    what = {"offset of a channel" if place.kind == "channel" else "heat" for place in places}
+    what = {"offset of a channel" if place.is_offset else "heat" for place in places}
     return f"unknown {' or '.join(sorted(what))}"
 
 
@@ -156,9 +156,9 @@ def _share_scale(row: Sequence[Axes]) -> None:
 
 
 def _told(d: Diagnosis, u: UnknownHeat) -> str:
-    what = {"node": "heat into", "link": "heat from", "channel": "offset of"}[u.kind]
+    what = {"node": "heat into", "link": "heat from", "channel": "offset of"}[u.at.kind]
     size = u.rms / gap_unit(_unit(d, u)).scale
-    told = f"{what} {name_text(u.name)}: rms {size:.3g} {pretty(gap_unit(_unit(d, u)).text)}"
+    told = f"{what} {name_text(str(u.at))}: rms {size:.3g} {pretty(gap_unit(_unit(d, u)).text)}"
     return f"{told}, probability {percent(u.probability)}"
 
 

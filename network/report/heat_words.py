@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from network.declare import Array
+from network.entry_path import axis_of, displacement
 from network.report.lines import clock
 from network.report.naming import called
 from network.report.table import digits
@@ -99,17 +101,17 @@ def _what(d: Diagnosis, u: UnknownHeat, seen: Course) -> str:
     """Who gets how much more or less than the model has it."""
     if not seen.is_one_way:
         low, high = _size(d, u, seen.low), _size(d, u, seen.high)
-        if u.kind == "channel":
-            return f"{u.name} reads up to {low} lower and up to {high} higher than the model"
-        who = f"{u.name} gets" if u.kind == "node" else f"from {u.name} flow"
+        if u.is_offset:
+            return f"{u.at} reads up to {low} lower and up to {high} higher than the model"
+        who = f"{u.at} gets" if u.at.kind == "node" else f"from {u.at} flow"
         return f"{who} up to {low} less and up to {high} more heat than in the model, by turns"
     size = f"on average {_size(d, u, seen.mean)}"
     less = seen.mean < 0
-    if u.kind == "node":
-        return f"{u.name} gets {size} {'less' if less else 'more'} heat than the model gives it"
-    if u.kind == "link":
-        return f"{size} {'less' if less else 'more'} flow from {u.name} than in the model"
-    return f"{u.name} reads {size} {'lower' if less else 'higher'} than the model"
+    if u.at.kind == "node":
+        return f"{u.at} gets {size} {'less' if less else 'more'} heat than the model gives it"
+    if u.at.kind == "link":
+        return f"{size} {'less' if less else 'more'} flow from {u.at} than in the model"
+    return f"{u.at} reads {size} {'lower' if less else 'higher'} than the model"
 
 
 def _in_bursts(d: Diagnosis, u: UnknownHeat, seen: Course) -> str:
@@ -122,24 +124,31 @@ def _size(d: Diagnosis, u: UnknownHeat, value: float) -> str:
 
 def unit_of(d: Diagnosis, u: UnknownHeat) -> str:
     """W, or the unit of the channel (of an axis)."""
-    if u.kind != "channel":
+    if not u.is_offset:
         return "W"
-    sensor = d.machine.sensors.get(u.name)
-    return sensor.unit if sensor else axis_unit(u.name.removeprefix("tcp."))
+    channel = u.at.channel
+    sensor = d.machine.sensors.get(channel)
+    return sensor.unit if sensor else axis_unit(axis_of(channel) or channel)
 
 
 def suspects_of(d: Diagnosis, most: int = 3) -> tuple[UnknownHeat, ...]:
     """The places to tell about: where something was found, then the most probable."""
     seats = seats_in(d)
-    ranked = sorted(d.located, key=lambda u: (u.name not in seats, -u.probability))
-    counting = [u for u in ranked if u.name in seats or u.probability > COUNTS]
+    ranked = sorted(d.located, key=lambda u: (not is_found_at(u, seats), -u.probability))
+    counting = [u for u in ranked if is_found_at(u, seats) or u.probability > COUNTS]
     return tuple((counting or ranked)[:most])
+
+
+def is_found_at(u: UnknownHeat, seats: Container[str]) -> bool:
+    """Whether a finding sits at its part or channel; a link counts for neither of its ends."""
+    return len(u.at.seats) == 1 and u.at.seats[0] in seats
 
 
 def seats_in(d: Diagnosis) -> set[str]:
     """Parts and channels of the findings; for an axis, the channels that read it."""
     seats = {seat for f in d.findings for seat in (*f.places, *f.channels)}
-    return seats | {name for name, sensor in d.machine.sensors.items() if f"tcp.{sensor.axis}" in seats}
+    on_axes = {name: displacement(sensor.axis) for name, sensor in d.machine.sensors.items() if sensor.axis}
+    return seats | {name for name, axis in on_axes.items() if axis in seats}
 
 
 def where_words(d: Diagnosis) -> str:
@@ -148,10 +157,10 @@ def where_words(d: Diagnosis) -> str:
     if not named or d.located[0].probability < POINTS:
         return ""
     told = f"If one unknown were all that is missing, it would be {', or '.join(named)}"
-    agrees = {*d.located[0].name.split(" to ")} & seats_in(d)
+    agrees = {*d.located[0].at.seats} & seats_in(d)
     return f"{told}." if agrees else f"{told}; what was found explains the recordings better."
 
 
 def _unknown(u: UnknownHeat) -> str:
     what = {"node": "heat in", "link": "heat from", "channel": "an offset of"}
-    return f"{what[u.kind]} {u.name}"
+    return f"{what[u.at.kind]} {u.at}"

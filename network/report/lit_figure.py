@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from network.declare import Array
-from network.proposals import bodies
+from network.entry_path import EntryPath, axis_of
 from network.report.canvas import PALETTE, literal
 from network.report.network_figure import Picture, drawn
 from network.report.strokes import Stroke
@@ -24,17 +24,20 @@ if TYPE_CHECKING:
 
 LIGHT = PALETTE[4]
 EDGE_LIGHT = PALETTE[1]
+DRAWN = ("nodes", "links", "sources")
+"""Sections of what stands in the picture."""
 WIDER = 8.0
 """Breadth of the light beside a line [pt]."""
 
 
 class LitPicture(Picture):
-    """A picture with some nodes and links lit. lit: paths as in a file, like 'nodes.bed'; own: names of the findings'
+    """A picture with some nodes and links lit. lit: where they stand in the file; own: names of the findings'
     entries, told whole; moves: what stands at a node besides, like 'moves z'."""
 
     def __init__(
-        self, machine: Machine, lit: Collection[str], own: Collection[str] = (), moves: Mapping[str, str] | None = None
-    ) -> None:
+        self, machine: Machine, lit: Collection[EntryPath], own: Collection[str] = (),
+        moves: Mapping[str, str] | None = None,
+    ) -> None:  # fmt: skip
         self.lit, self.moves = lit, moves or {}
         super().__init__(machine, None, own)
 
@@ -44,7 +47,7 @@ class LitPicture(Picture):
             yield literal(self.moves[name]), EDGE_LIGHT, True
 
     def draw_stroke(self, axes: Axes, stroke: Stroke, curve: Array, largest: float) -> None:
-        if f"links.{stroke.name}" in self.lit:
+        if EntryPath("links", "", stroke.name) in self.lit:
             size = abs(stroke.value or 0.0) / largest
             start, end = self._ends(stroke)
             whole = np.concatenate([[start], curve, [end]])
@@ -52,13 +55,13 @@ class LitPicture(Picture):
         super().draw_stroke(axes, stroke, curve, largest)
 
     def _breadth(self, stroke: Stroke, largest: float) -> float:
-        lit = f"links.{stroke.name}" in self.lit
+        lit = EntryPath("links", "", stroke.name) in self.lit
         return super()._breadth(stroke, largest) + (WIDER if lit else 0.0)
 
     def draw_node(self, axes: Axes, symbol: str) -> None:
         before = len(axes.patches)
         super().draw_node(axes, symbol)
-        if f"nodes.{owner(symbol)}" in self.lit:
+        if EntryPath("nodes", "", owner(symbol)) in self.lit:
             for patch in axes.patches[before:]:
                 patch.set(facecolor=LIGHT, edgecolor=EDGE_LIGHT, linewidth=2.5)
 
@@ -66,33 +69,32 @@ class LitPicture(Picture):
 def lit_figure(d: Diagnosis) -> Figure:
     """The machine with its findings in it; what they are about is lit in orange."""
     lit = lit_paths(d)
-    seats = [path.partition(".")[2] for path in lit if path.startswith("nodes.")]
+    seats = [path.name for path in lit if path.section == "nodes"]
     also = [seat for f in d.findings for seat in (*f.places, *f.channels) if seat not in d.after.nodes]
-    lit_up = [*seats, *(seat for seat in also if not (seats and seat.startswith("tcp.")))]
+    lit_up = [*seats, *(seat for seat in also if not (seats and axis_of(seat)))]
     where = joined(list(dict.fromkeys(lit_up))) or "nothing"
-    own = [path.partition(".")[2] for f in d.findings for path, _ in bodies(f.patch)]
+    own = [path.name for f in d.findings for path, _ in f.patch.entries() if path.section in DRAWN]
     picture = LitPicture(d.after, lit, own, moves_of(d))
     figure = drawn(picture, f"{d.machine.name}: what was found, and where", f"lit in orange: {where}")
     _name_axes(d, figure)
     return figure
 
 
-def lit_paths(d: Diagnosis) -> list[str]:
+def lit_paths(d: Diagnosis) -> list[EntryPath]:
     """Parts of the findings (what is held is lit only where nothing else is), and the links they bring."""
     nodes = d.after.nodes
-    paths: list[str] = []
+    paths: list[EntryPath] = []
     for finding in d.findings:
         own = [n for n in (*finding.places, *_sensed(d, finding.channels)) if n in nodes]
         own = [n for n in own if not nodes[n].is_held] or own
-        new = [path for path, _ in bodies(finding.patch) if path.startswith(("links.", "nodes."))]
-        paths += [f"nodes.{n}" for n in own] + [path for path in new if _is_new(d, path)]
+        new = [path for path, _ in finding.patch.by_name() if _is_new(d, path)]
+        paths += [EntryPath("nodes", "", n) for n in own] + new
     return list(dict.fromkeys(paths))
 
 
-def _is_new(d: Diagnosis, path: str) -> bool:
+def _is_new(d: Diagnosis, path: EntryPath) -> bool:
     """Whether a link was changed or a node added."""
-    section, _, name = path.partition(".")
-    return section == "links" or name not in d.machine.nodes
+    return path.section == "links" or (path.section == "nodes" and path.name not in d.machine.nodes)
 
 
 def _sensed(d: Diagnosis, channels: Collection[str]) -> list[str]:
@@ -110,7 +112,7 @@ def moves_of(d: Diagnosis) -> dict[str, str]:
 
 
 def _axes(finding: Finding) -> list[str]:
-    return [p for p in finding.places if p.startswith("tcp.")]
+    return [p for p in finding.places if axis_of(p)]
 
 
 def _name_axes(d: Diagnosis, figure: Figure) -> None:

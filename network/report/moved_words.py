@@ -58,7 +58,7 @@ def _all(d: Diagnosis) -> Iterator[Moved]:
 
 def value_at(machine: Machine, p: Parameter) -> float | None:
     """The number at the path of a parameter [SI]; None where the machine has none there."""
-    entry = dict(machine.entries()).get(p.entry)
+    entry = machine.by_path.get(p.entry)
     names = {f.key: name for name, f in entry.params().items()} if entry is not None else {}
     value = entry.__dict__[names[p.field.key]] if entry is not None and p.field.key in names else None
     return float(value) if isinstance(value, int | float) else None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from network.entry_path import axis_of
 from network.report.naming import called
 from network.report.table import digits
 from network.residuals.amounts import joined
@@ -100,8 +101,8 @@ def _where(d: Diagnosis) -> str:
 def seat_words(d: Diagnosis, finding: Finding) -> str:
     """Where a finding sits; behind the parts, along which axes they move the tool centre point."""
     seats = seats_of(d, finding)
-    axes = [seat.removeprefix("tcp.") for seat in seats if seat.startswith("tcp.")]
-    parts = [seat for seat in seats if not seat.startswith("tcp.")]
+    axes = [axis for seat in seats if (axis := axis_of(seat))]
+    parts = [seat for seat in seats if not axis_of(seat)]
     if not axes:
         return joined(parts)
     return f"{joined(parts)} (movement along {joined(axes)})" if parts else f"the tool centre point ({joined(axes)})"

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any, cast
 
 from network.declare import Advice, Declared, registered
+from network.entry_path import axis_of
 from network.expansions.base import ANGULAR_AXES, AXES
 from network.fields import Amount, AmountField, Field, Place, nested, parse_place, word, word_of
 from network.places import PATTERN
@@ -37,7 +38,7 @@ class MeasuresField(Field):
 
     def parse(self, tree: Tree) -> Place | str:
         text = word_of(tree, self.meaning)
-        return text if text.startswith("tcp.") else parse_place(text)
+        return text if axis_of(text) is not None else parse_place(text)
 
     @property
     def sample(self) -> Any:
@@ -64,7 +65,7 @@ class Sensor(Declared):
 
     @property
     def axis(self) -> str | None:
-        return None if self.place else str(self.measures).removeprefix("tcp.")
+        return None if self.place else axis_of(str(self.measures))
 
     @property
     def quantity(self) -> str:

@@ -11,9 +11,10 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Self
 
 from network.declare import Effect
+from network.entry_path import EntryPath, NumberPath
 from network.fields import Field, Place, PlaceField, parse_place
 from network.machinelike import MachineLike
-from network.proposals import bodies
+from network.patch import Patch
 
 
 class Suspect(Effect):
@@ -44,9 +45,9 @@ class Suspect(Effect):
         return {self.fields[name].key: self.fields[name].write(self.__dict__[name]) for name in names}
 
     @classmethod
-    def path_to(cls, parameter: str, patch: Mapping[str, Any]) -> str:
+    def path_to(cls, parameter: str, patch: Mapping[str, Any]) -> NumberPath:
         key = cls.fields[parameter].key
-        return next(f"{path}.{key}" for path, body in bodies(patch) if key in body)
+        return next(NumberPath(path, key) for path, body in Patch(patch).entries() if key in body)
 
     @classmethod
     def told(cls, machine: MachineLike, patch: Mapping[str, Any]) -> str:
@@ -55,16 +56,15 @@ class Suspect(Effect):
     @classmethod
     def found(cls, machine: MachineLike, patch: Mapping[str, Any]) -> Self:
         """The suspect that a patch holds, with the numbers of the machine the patch was laid over."""
-        entries = dict(machine.entries())
-        return cls(**{name: cls._read_back(field, entries, patch) for name, field in cls.fields.items()})
+        return cls(**{name: cls._read_back(field, machine.by_path, patch) for name, field in cls.fields.items()})
 
     @classmethod
-    def _read_back(cls, field: Field, entries: Mapping[str, Any], patch: Mapping[str, Any]) -> Any:
+    def _read_back(cls, field: Field, entries: Mapping[EntryPath, Any], patch: Mapping[str, Any]) -> Any:
         if isinstance(field, PlaceField):
             return cls.host_in(patch)
-        path, _, key = cls.path_to(field.attribute, patch).rpartition(".")
-        entry = entries[path]
-        return entry.__dict__[next(name for name, own in entry.fields.items() if own.key == key)]
+        number = cls.path_to(field.attribute, patch)
+        entry = entries[number.entry]
+        return entry.__dict__[next(name for name, own in entry.fields.items() if own.key == number.key)]
 
     @classmethod
     def host_in(cls, patch: Mapping[str, Any]) -> Place:

@@ -11,6 +11,7 @@ from bench.cases import chain_machine, speed_steps
 from network import Machine
 from network.calibration.evidence import Measured, measured
 from network.calibration.parameters import Parameter, at_values, parameter
+from network.entry_path import NumberPath
 from network.inputs import Schedule, linear
 from network.recording import Column, Recording
 from network.simulation import simulate
@@ -23,13 +24,12 @@ def free_numbers(machine: Machine, count: int) -> tuple[Parameter, ...]:
     """The losses, then conductances of every kind, as if they stood there with ± 30 %."""
     paths = ["sources.bearing.torque", "sources.motor.copper", "sources.motor.iron"]
     paths += [f"links.{name}.conductance" for name in ("l0", "skin0", "l1", "x0", "skin2", "l2", "l3", "skin4", "l4")]
-    entries = dict(machine.entries())
 
-    def number(path: str) -> Number:
-        entry, _, key = path.rpartition(".")
-        return Number(float(entries[entry].__dict__[key]), "relative", SPREAD)
+    def number(path: NumberPath) -> Number:
+        return Number(float(machine.by_path[path.entry].__dict__[path.key]), "relative", SPREAD)
 
-    return tuple(parameter(machine, path, number(path)) for path in paths[:count])
+    numbers = (NumberPath.parse(path, machine.paths) for path in paths[:count])
+    return tuple(parameter(machine, path, number(path)) for path in numbers if path is not None)
 
 
 def drawn(free: tuple[Parameter, ...], seed: int = 0) -> dict[str, float]:
