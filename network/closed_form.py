@@ -199,3 +199,6 @@ def _left_out(unit: SpindleUnit) -> Iterator[str]:
     for name, source in unit.machine.sources.items():
         if isinstance(source, Relay):
             yield f"sources.{name}"
+    for name, link in unit.machine.links.items():
+        if isinstance(link, Relay):
+            yield f"links.{name}"

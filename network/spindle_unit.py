@@ -78,7 +78,8 @@ class SpindleUnit:
         """Heat into node i is Σ K_ij T_j + q_i: the distinct K (regimes, nodes, nodes) over links and streams that
         touch the unit, and which of them holds at each of K instants."""
         index, touched = _index(self.machine), {*self.parts, *self.junctions}
-        pairs = [pair for pair in _pairs(self.machine) if {pair[1], pair[2]} & touched]
+        always = (pair for pair in _pairs(self.machine) if not isinstance(pair[0], Relay))
+        pairs = [pair for pair in always if {pair[1], pair[2]} & touched]
         rows = [_conductance(self.machine, entry, u) * np.ones(len(u["time"])) for entry, _, _ in pairs]
         G = np.array(rows).reshape(len(pairs), len(u["time"])).T
         if np.ptp(G, axis=0).any():

@@ -15,7 +15,6 @@ from threadpoolctl import threadpool_limits
 from network.calibration import evidence
 from network.calibration.colour import residuals
 from network.calibration.evidence import measured
-from network.calibration.fitting import make_problem
 from network.calibration.knots import Knots, jumps_of
 from network.calibration.noise import Noise, whitener
 from network.calibration.parameters import centres, free_parameters
@@ -100,7 +99,6 @@ def test_the_filter_gives_the_density_of_the_dense_covariance(name, monkeypatch)
 def test_fits_on_cells_of_one_sample_have_the_likelihood_of_the_filter(monkeypatch):
     machine = two_blocks()
     data, prediction = sampled(monkeypatch, machine, hours=1.0, beside=0.01)
-    problem = make_problem(machine, free_parameters(machine), [data])
     white = whitener(data, NOISE)
     offsets = np.array([np.repeat(data.run.channels, data.run.knots.cells) == n for n in OFFSETS], float)
     columns = np.concatenate([prediction.answered(data.pushes(prediction.course))[: len(data.starts)], offsets])
@@ -112,7 +110,6 @@ def test_fits_on_cells_of_one_sample_have_the_likelihood_of_the_filter(monkeypat
     residual = np.array([residuals(data, prediction)[n] for n in data.run.channels])
     found = filter_run(prediction, data, residual, NOISE, OFFSETS)
     assert found.log_likelihood == pytest.approx(-0.5 * (least + volume), abs=0.5)
-    assert problem.samples == len(r)
 
 
 def test_a_stiff_step_is_discretised_without_overflow():

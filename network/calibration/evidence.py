@@ -12,7 +12,7 @@ from network.calibration.course import Course, Push
 from network.calibration.hygiene import Channel, look_at
 from network.calibration.intervals import first_from
 from network.calibration.knots import Knots, make_knots, on_knots
-from network.calibration.predictor import Prediction, Run, edge_pushes, start_pushes
+from network.calibration.predictor import Run, edge_pushes, start_pushes
 from network.declare import Array
 from network.graph import build
 from network.inputs import Start
@@ -93,10 +93,6 @@ class Measured:
         """What the starts, then the edges do to a run."""
         jumps = edge_pushes(course, lone_jumps(self.run.knots)) if self.edges else []
         return [*start_pushes(course, [n.name for n in self.starts]), *jumps]
-
-    def columns(self, prediction: Prediction) -> Array:
-        """∂(means)/∂(starts, then edges)."""
-        return prediction.answered(self.pushes(prediction.course))
 
 
 def measured(machine: Machine, recording: Recording, start: Start | None = None, also: Sequence[str] = ()) -> Measured:

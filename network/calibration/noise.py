@@ -42,11 +42,6 @@ class Whitener:
         return tuple((slice(a, b), root) for a, b, root in zip(ends[:-1], ends[1:], self.roots, strict=True))
 
     @property
-    def count(self) -> int:
-        """Cells that hold samples."""
-        return sum(len(root) for root in self.roots)
-
-    @property
     def log_determinant(self) -> float:
         """log |Σ|."""
         return 2 * sum(float(np.log(root if root.ndim == 1 else np.diag(root)).sum()) for root in self.roots)

@@ -50,10 +50,6 @@ class Problem:
         return mean, spread
 
     @property
-    def samples(self) -> int:
-        return sum(len(w.known) if w.known.dtype != bool else int(w.known.sum()) for w in self.whiteners)
-
-    @property
     def log_determinant(self) -> float:
         return sum(w.log_determinant for w in self.whiteners)
 
