@@ -297,6 +297,16 @@ def test_a_fit_refuses_a_switched_conductance() -> None:
     )
 
 
+def test_a_fit_refuses_a_limited_chiller_beside_a_relay() -> None:
+    cooler = {"kind": "thermostat_cooling", "into": {"tank": 1}, "watches": "tank", "set": "25 degC", "power": "500 W"}
+    both = {"sources": {"cooler": {**cooler, "hysteresis": "1 K"}}}
+    schedule = small.schedule(np.arange(0.0, 7201.0, 10.0), AIR, start=Start(others=20.0))
+    linear, limited = (chilled(gain="60 W/K ± 30 %", **more).patched(both) for more in ({}, {"limit": "200 W"}))
+    with pytest.raises(Refused, match=r"sources.chiller \(pi_cooling\) is not linear, .* beside a relay; "):
+        calibrate(limited, recorded(limited, schedule, seed=1))
+    assert float(calibrate(linear, recorded(linear, schedule, seed=1)).machine.sources["chiller"].gain) > 0
+
+
 def test_a_diagnosis_looks_for_neither() -> None:
     kinds = {*searched()}
     assert kinds.isdisjoint({SwitchedConvection, PiCooling})

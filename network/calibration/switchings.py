@@ -21,7 +21,7 @@ from network.calibration.kicks import states_at
 from network.calibration.parameters import Parameter
 from network.channels import Readouts
 from network.declare import Array, Indices
-from network.graph import Guards, Heats, Network
+from network.graph import Guards, Heats, Network, Rates
 from network.mechanisms.base import STEP, Inputs, Relay, stepped
 from network.refusal import Failed, Spot, refuse
 from network.solvers import switched
@@ -168,12 +168,18 @@ class SwitchedCourse(Course):
 
 
 def check_followed(network: Network) -> None:
-    """Raises Refused where a relay switches a conductance: only switched heat is followed."""
+    """Raises Refused where a relay switches a conductance, or stands beside a state that is not linear."""
+    spot, as_it_is = Spot(network.machine.file), "simulate and compare serve this machine as it is"
     for group in network.relays:
         if isinstance(group, Guards):
             wrong = f"{network.mechanisms[group.entry[0]]} ({group.law.kind}) switches a conductance"
-            right = "a fit follows relays that switch a heat; simulate and compare serve this machine as it is"
-            raise refuse(Spot(network.machine.file), f"{wrong}, which a fit cannot follow", right)
+            right = f"a fit follows relays that switch a heat; {as_it_is}"
+            raise refuse(spot, f"{wrong}, which a fit cannot follow", right)
+    for rates in network.heats if network.relays else ():
+        if isinstance(rates, Rates) and not rates.law.is_affine():
+            wrong = f"{network.mechanisms[rates.entry[0]]} ({rates.law.kind}) is not linear"
+            right = f"make it linear, or take the relay out; {as_it_is}"
+            raise refuse(spot, f"{wrong}, which a fit cannot follow beside a relay", right)
 
 
 def switched_course(plan: Plan, readouts: Readouts, known: dict[bytes, Modes] | None = None) -> SwitchedCourse:
