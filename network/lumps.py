@@ -108,12 +108,12 @@ def merge_patch(machine: Machine, new: str, members: list[str]) -> Patch:
 
     What a part's length and material decided (how far it stretches) is kept as numbers.
     """
-    sections = Patch.of(_merged_entries(machine, new, members)).to_plain()
+    sections = Patch.of(_merge_entries(machine, new, members)).to_plain()
     roles = {role: new if node in members else node for role, node in machine.closed_form.items()}
     return Patch(sections | ({"closed_form": roles} if roles else {}))
 
 
-def _merged_entries(machine: Machine, new: str, members: list[str]) -> Iterator[tuple[EntryPath, Any]]:
+def _merge_entries(machine: Machine, new: str, members: list[str]) -> Iterator[tuple[EntryPath, Any]]:
     for name in members:
         if name != new:
             yield EntryPath("nodes", "", name), None

@@ -78,7 +78,7 @@ def is_made_of(file: str, target: Path) -> bool:
     return False
 
 
-def extending(file: str, tree: Branch, folder: Path) -> tuple[str, Patch] | None:
+def patch_from(file: str, tree: Branch, folder: Path) -> tuple[str, Patch] | None:
     """How a machine that was changed stands in a folder: the path from there to its file, and the patch over that file.
     None where the file cannot be read: then it has to be written whole."""
     try:

@@ -54,7 +54,7 @@ class Patch(Mapping[str, Any]):
             old, new = (plain(tree.items[key]) if key in tree.items else None for tree in (base, now))
             if not depth(key) and old != new and key != "extends":
                 sections[key] = new
-            elif depth(key) and (changed := _changed(old or {}, new or {}, depth(key))):
+            elif depth(key) and (changed := _find_changes(old or {}, new or {}, depth(key))):
                 sections[key] = changed
         return cls(sections)
 
@@ -94,11 +94,11 @@ class Patch(Mapping[str, Any]):
     # -- changed ----------------------------------------------------------------------------------------------------
     def with_value(self, number: NumberPath, text: Any) -> Patch:
         """The patch with one more value in an entry that it gives."""
-        return Patch(_laid(self.sections, number.keys, text))
+        return Patch(_put(self.sections, number.keys, text))
 
     def moved(self, place: str, to: str) -> Patch:
         """The patch whose entries, but for nodes and sensors, say another place in the stead of one."""
-        moved = {s: own if s in KEPT else _moved(own, place, to) for s, own in self.sections.items()}
+        moved = {s: own if s in KEPT else _move(own, place, to) for s, own in self.sections.items()}
         return Patch(moved)
 
     def as_in(self, tree: Branch) -> Patch:
@@ -113,42 +113,43 @@ class Patch(Mapping[str, Any]):
         return merged(tree, laid)
 
 
-def _changed(old: Mapping[str, Any], new: Mapping[str, Any], below: int) -> dict[str, Any]:
+def _find_changes(old: Mapping[str, Any], new: Mapping[str, Any], below: int) -> dict[str, Any]:
     """What differs between two sections whose entries lie so many keys below; empty where nothing does."""
     if below > 1:
-        pairs = {key: _changed(old.get(key) or {}, new.get(key) or {}, below - 1) for key in {**old, **new}}
+        pairs = {key: _find_changes(old.get(key) or {}, new.get(key) or {}, below - 1) for key in {**old, **new}}
         return {key: changed for key, changed in pairs.items() if changed}
     gone: dict[str, Any] = {name: None for name in old if name not in new}
     return gone | {name: entry for name, entry in new.items() if name not in old or old[name] != entry}
 
 
-def _laid(tree: Any, keys: Keys, value: Any) -> Any:
+def _put(tree: Any, keys: Keys, value: Any) -> Any:
     if not keys:
         return value
     if isinstance(tree, list | tuple):
-        return [_laid(entry, keys[1:], value) if i == keys[0] else entry for i, entry in enumerate(tree)]
-    return {**tree, keys[0]: _laid(tree.get(keys[0]), keys[1:], value)}
+        return [_put(entry, keys[1:], value) if i == keys[0] else entry for i, entry in enumerate(tree)]
+    return {**tree, keys[0]: _put(tree.get(keys[0]), keys[1:], value)}
 
 
-def _moved(tree: Any, place: str, to: str) -> Any:
+def _move(tree: Any, place: str, to: str) -> Any:
     """Places are values, or keys of single values; names of entries and their kinds are none."""
     if isinstance(tree, Mapping):
-        pairs = ((k, v if k == "kind" else _moved(v, place, to)) for k, v in tree.items())
+        pairs = ((k, v if k == "kind" else _move(v, place, to)) for k, v in tree.items())
         return {to if k == place and not isinstance(v, Mapping | None) else k: v for k, v in pairs}
     if isinstance(tree, list | tuple):
-        return [_moved(x, place, to) for x in tree]
+        return [_move(x, place, to) for x in tree]
     return to if tree == place else tree
 
 
-def exchanged(tree: Tree, keys: Keys, text: str) -> Tree:
+def exchange_value(tree: Tree, keys: Keys, text: str) -> Tree:
     """The tree with the value at the end of a way that is there."""
     if not keys:
         return Leaf(text, tree.spot)
     head, rest = keys[0], keys[1:]
     if isinstance(tree, Items):
-        return Items(tuple(exchanged(e, rest, text) if i == head else e for i, e in enumerate(tree.entries)), tree.spot)
+        entries = (exchange_value(e, rest, text) if i == head else e for i, e in enumerate(tree.entries))
+        return Items(tuple(entries), tree.spot)
     assert isinstance(tree, Branch) and isinstance(head, str)
-    return Branch({**tree.items, head: exchanged(tree.items[head], rest, text)}, tree.spot, tree.keys)
+    return Branch({**tree.items, head: exchange_value(tree.items[head], rest, text)}, tree.spot, tree.keys)
 
 
 def merged(base: Branch, patch: Branch, complaints: Complaints | None = None) -> Branch:

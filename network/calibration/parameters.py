@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -110,23 +110,26 @@ def at_values(machine: Machine, values: Mapping[str, float]) -> Machine:
     held |= {(TCP, axis): {**own} for axis, own in machine.tcp.items()}
     for path, exchanged in changed.items():
         own = held[path.section, path.axis]
-        own[path.name] = _exchanged(own[path.name], path.inner, exchanged)
-    return _looked_again(_holding(machine, held), held, {path.section for path in changed})
+        own[path.name] = _exchange(own[path.name], path.inner, exchanged)
+    machine = _with_entries(machine, held)
+    if any(path.section in ("nodes", "materials") for path in changed):
+        _resolve_again(machine, held)
+    return machine
 
 
-def _exchanged(entry: Declared, inner: Keys, values: Mapping[str, float]) -> Declared:
+def _exchange(entry: Declared, inner: Keys, values: Mapping[str, float]) -> Declared:
     """An entry with numbers exchanged: its own, or those of one that it holds."""
     if not inner:
         return entry.replaced(**values)
     key = str(inner[0])
     held = entry.__dict__[key]
     if not isinstance(held, tuple):
-        return entry.replaced(**{key: _exchanged(held, inner[1:], values)})
-    more = tuple(_exchanged(e, inner[2:], values) if i == inner[1] else e for i, e in enumerate(held))
+        return entry.replaced(**{key: _exchange(held, inner[1:], values)})
+    more = tuple(_exchange(e, inner[2:], values) if i == inner[1] else e for i, e in enumerate(held))
     return entry.replaced(**{key: more})
 
 
-def _holding(machine: Machine, held: Mapping[tuple[str, str], dict[str, Any]]) -> Machine:
+def _with_entries(machine: Machine, held: Mapping[tuple[str, str], dict[str, Any]]) -> Machine:
     """The machine with other entries, by section and axis."""
     tcp = {axis: held[TCP, axis] for axis in machine.tcp}
     named = {name: held[name, ""] for name in SECTIONS}
@@ -136,13 +139,11 @@ def _holding(machine: Machine, held: Mapping[tuple[str, str], dict[str, Any]]) -
     )  # fmt: skip
 
 
-def _looked_again(machine: Machine, held: Mapping[tuple[str, str], dict[str, Any]], changed: Container[str]) -> Machine:
-    """Nodes take what materials give, and expansions what nodes are, where any of these changed."""
-    if "nodes" in changed or "materials" in changed:
-        for (section, _), entries in held.items():
-            if section in ("nodes", TCP):
-                entries.update({name: entry.resolved(machine) for name, entry in entries.items()})
-    return machine
+def _resolve_again(machine: Machine, held: Mapping[tuple[str, str], dict[str, Any]]) -> None:
+    """Nodes take what materials give now, and expansions what nodes are, in the entries that a new machine holds."""
+    for (section, _), entries in held.items():
+        if section in ("nodes", TCP):
+            entries.update({name: entry.resolved(machine) for name, entry in entries.items()})
 
 
 def centres(parameters: Sequence[Parameter]) -> Array:

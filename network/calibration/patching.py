@@ -7,8 +7,8 @@ from pathlib import Path
 
 from network.calibration.parameters import Parameter
 from network.machine import Machine
-from network.machine_file import extending, is_made_of
-from network.patch import exchanged
+from network.machine_file import is_made_of, patch_from
+from network.patch import exchange_value
 from network.refusal import Spot, refuse
 from network.units import Number, difference, unit
 from network.yamlfile import Branch, Tree, dump
@@ -36,7 +36,7 @@ def calibrated(
     """The machine with value ± standard error for each number, so that its tree says so, too."""
     tree: Tree = machine.tree
     for p, x, s in zip(parameters, theta, std, strict=True):
-        tree = exchanged(tree, (*p.entry.keys, p.field.key), text_of(p, p.value(x), s))
+        tree = exchange_value(tree, (*p.entry.keys, p.field.key), text_of(p, p.value(x), s))
     assert isinstance(tree, Branch)
     return Machine.read(tree, machine.file)
 
@@ -44,7 +44,7 @@ def calibrated(
 def patch_text(machine: Machine, where: Path, remark: str) -> str:
     """The file of a calibrated machine in a folder: it extends the machine's own file, or is whole where that cannot
     be read."""
-    over = extending(machine.file, machine.tree, where)
+    over = patch_from(machine.file, machine.tree, where)
     return f"# {remark}\n" + dump(machine.to_plain() if over is None else {"extends": over[0], **over[1]})
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from network.machine_file import extending
+from network.machine_file import patch_from
 from network.patch import Patch
 from network.proposals import fresh
 from network.report.lumps_words import sentence_of
@@ -27,7 +27,7 @@ CALIBRATED = "# calibrated"
 def patch_text(d: Diagnosis, where: Path) -> str:
     """The file as it stands in a folder: it extends the machine's own file, or is whole where that cannot be read."""
     head = "".join(f"{line}\n" for line in _remarks(d))
-    over = extending(d.machine.file, d.after.tree, where)
+    over = patch_from(d.machine.file, d.after.tree, where)
     if over is None:
         return head + dump(d.after.to_plain())
     return head + _lines({"extends": over[0]}) + "".join(_sections(d, over[1]))
