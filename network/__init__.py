@@ -13,22 +13,22 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from network.calibration.calibrating import calibrate as calibrate
-    from network.comparison import compare as compare
-    from network.diagnosis.diagnosing import diagnose as diagnose
-    from network.machine import Machine as Machine
-    from network.recording import Recording as Recording
-    from network.refusal import Failed as Failed
-    from network.refusal import Refused as Refused
-    from network.scenario import Scenario as Scenario
-    from network.simulation import simulate as simulate
-    from network.sweeping import sweep as sweep
+    from network.analysis.calibration.calibrate import calibrate as calibrate
+    from network.analysis.comparison.compare import compare as compare
+    from network.analysis.diagnosis.diagnose import diagnose as diagnose
+    from network.analysis.sweep.sweep import sweep as sweep
+    from network.engine.simulation import simulate as simulate
+    from network.machine.machine import Machine as Machine
+    from network.platform.refusal import Failed as Failed
+    from network.platform.refusal import Refused as Refused
+    from network.recordings.recording import Recording as Recording
+    from network.recordings.scenario import Scenario as Scenario
 
 _HOME = {
-    "Machine": "machine", "Scenario": "scenario", "Recording": "recording", "simulate": "simulation",
-    "compare": "comparison", "calibrate": "calibration.calibrating", "sweep": "sweeping",
-    "diagnose": "diagnosis.diagnosing",
-    "Refused": "refusal", "Failed": "refusal",
+    "Machine": "machine.machine", "Scenario": "recordings.scenario", "Recording": "recordings.recording",
+    "simulate": "engine.simulation", "compare": "analysis.comparison.compare",
+    "calibrate": "analysis.calibration.calibrate", "sweep": "analysis.sweep.sweep",
+    "diagnose": "analysis.diagnosis.diagnose", "Refused": "platform.refusal", "Failed": "platform.refusal",
 }  # fmt: skip
 __all__ = [*_HOME, "__version__"]
 

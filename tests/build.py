@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from network import Machine
-from network.inputs import Schedule, Signal, held
-from network.refusal import Spot
-from network.yamlfile import Branch, tree_of
+from network.platform.refusal import Spot
+from network.platform.yaml.document import Branch, tree_of
+from network.recordings.inputs import Schedule, Signal, held
 
 RPM = 2 * np.pi / 60
 

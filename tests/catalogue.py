@@ -10,17 +10,26 @@ import numpy as np
 import pytest
 import yaml
 
-from network.declare import Array, Declared, Effect
-from network.expansions.base import Expansion
-from network.fields import REQUIRED, Field, ParamField, PlaceField, PlacesField, SharesField, WholeField, WordField
-from network.machine import Machine
-from network.mechanisms.base import Mechanism, Source
-from network.refusal import Refused, Spot
-from network.rooms import kinds
-from network.sensors.base import SensorEffect
-from network.suspects.base import Suspect
-from network.units import show
-from network.yamlfile import Branch, tree_of
+from network.catalogue.declaration.declare import Array, Declared, Effect
+from network.catalogue.declaration.discovery import kinds
+from network.catalogue.declaration.fields import (
+    REQUIRED,
+    Field,
+    ParamField,
+    PlaceField,
+    PlacesField,
+    SharesField,
+    WholeField,
+    WordField,
+)
+from network.catalogue.expansions.base import Expansion
+from network.catalogue.mechanisms.base import Mechanism, Source
+from network.catalogue.sensors.base import SensorEffect
+from network.catalogue.suspects.base import Suspect
+from network.machine.machine import Machine
+from network.platform.quantities.units import show
+from network.platform.refusal import Refused, Spot
+from network.platform.yaml.document import Branch, tree_of
 
 SECTIONS = ("links", "sources", "tcp", "effects", "suspects")
 KINDS = [(section, kind) for section in SECTIONS for kind in kinds(section)]

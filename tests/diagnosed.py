@@ -11,11 +11,11 @@ import numpy as np
 from fits import ANOTHER, USUAL, recorded, speeds, two_blocks
 
 from network import Machine, compare
-from network.comparison import Comparison
-from network.diagnosis.location import Location
-from network.diagnosis.verdict import Diagnosis, Experiment, Finding, Fits, Quantity, Rival, UnknownHeat
-from network.patch import Patch
-from network.yamlfile import dump
+from network.analysis.comparison.compare import Comparison
+from network.analysis.diagnosis.location import Location
+from network.analysis.diagnosis.result import Diagnosis, Experiment, Finding, Fits, Quantity, Rival, UnknownHeat
+from network.catalogue.declaration.patch import Patch
+from network.platform.yaml.document import dump
 
 LEAK = {"kind": "convection", "between": ["body", "air"], "conductance": "6.1 W/K ± 3 %"}
 PATCH = {"links": {"wet side": LEAK}}

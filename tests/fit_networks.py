@@ -6,7 +6,7 @@ import numpy as np
 from fits import USUAL, speeds, two_blocks
 
 from network import Machine
-from network.inputs import Schedule, linear
+from network.recordings.inputs import Schedule, linear
 
 STEEL = {"material": "steel", "length": "400 mm", "area": "60 cm^2", "lumps": 10}
 BAR = {"kind": "stretching", "of": "body@0..0.5", "direction": 1}

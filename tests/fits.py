@@ -9,12 +9,12 @@ import build as small
 import numpy as np
 
 from network import Machine
-from network.calibration.evidence import measured
-from network.calibration.fitting import Problem, make_problem
-from network.calibration.parameters import free_parameters
-from network.inputs import Schedule, Signal, Start, constant, held
-from network.recording import Column, Recording
-from network.simulation import simulate
+from network.analysis.calibration.gauss_newton import Problem, make_problem
+from network.analysis.calibration.measured_means import measured
+from network.engine.response.parameters import free_parameters
+from network.engine.simulation import simulate
+from network.recordings.inputs import Schedule, Signal, Start, constant, held
+from network.recordings.recording import Column, Recording
 
 GROWS = {"kind": "stretching", "of": "body", "length": "300 mm", "expansion": "1.1e-5 1/K", "direction": 1}
 

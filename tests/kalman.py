@@ -15,12 +15,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import block_diag, cholesky, expm, solve_triangular
 
-from network.calibration.evidence import Measured
-from network.calibration.intervals import first_from
-from network.calibration.noise import Noise
-from network.calibration.prediction import Prediction
-from network.calibration.predictor import start_pushes
-from network.declare import Array, Indices, Mask
+from network.analysis.calibration.measured_means import Measured
+from network.analysis.calibration.noise import Noise
+from network.catalogue.declaration.declare import Array, Indices, Mask
+from network.engine.response.intervals import first_from
+from network.engine.response.model import start_pushes
+from network.engine.response.prediction import Prediction
 
 
 @dataclass(frozen=True, eq=False)

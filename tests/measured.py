@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from network import Machine, Recording, Scenario, simulate
-from network.recording import Column
+from network.recordings.recording import Column
 
 ROOT = Path(__file__).parents[1]
 STEPS = {"ambient": "22 degC", "level": [{"for": "40 min", "at": "1"}, {"for": "40 min", "at": "0"}]}
@@ -39,8 +39,8 @@ BLOCKS = {
 
 
 def blocks(**patch: Any) -> Machine:
-    from network.refusal import Spot
-    from network.yamlfile import Branch, tree_of
+    from network.platform.refusal import Spot
+    from network.platform.yaml.document import Branch, tree_of
 
     tree = tree_of(BLOCKS, Spot("blocks"))
     assert isinstance(tree, Branch)

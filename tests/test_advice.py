@@ -14,19 +14,19 @@ from build import RPM
 from diagnosed import diagnosed
 from fits import recorded, speeds, two_blocks
 
-from network.calibration.fitting import minimise
-from network.diagnosis.advise import experiments, in_doubt, revealing, separating
-from network.diagnosis.candidates import Candidate, candidates
-from network.diagnosis.case import Case, Hypothesis, suppose
-from network.diagnosis.isolability import isolability, named
-from network.diagnosis.programs import HOLDS, driver, programs
-from network.diagnosis.ranking import confidence, distinct, shares
-from network.diagnosis.screen import Score, screen
-from network.diagnosis.separation import Pair, outcome
-from network.diagnosis.verdict import CLEAR, Experiment
-from network.inputs import constant, held
-from network.recording import Column, Recording
-from network.report.diagnosis_words import advice_words
+from network.analysis.calibration.gauss_newton import minimise
+from network.analysis.diagnosis.candidates import Candidate, candidates
+from network.analysis.diagnosis.experiments.advice import experiments, in_doubt, revealing, separating
+from network.analysis.diagnosis.experiments.programs import HOLDS, driver, programs
+from network.analysis.diagnosis.experiments.separation import Pair, outcome
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, suppose
+from network.analysis.diagnosis.isolability import isolability, named
+from network.analysis.diagnosis.ranking import confidence, distinct, shares
+from network.analysis.diagnosis.result import CLEAR, Experiment
+from network.analysis.diagnosis.screen import Score, screen
+from network.recordings.inputs import constant, held
+from network.recordings.recording import Column, Recording
+from network.report.words.diagnosis_words import advice_words
 
 PUMP = {"sources": {"pump": {"kind": "heat_source", "into": {"body": 1}, "power": "20 W"}}}
 STEADY = speeds((0.0, 6000), (3.8, 5800))

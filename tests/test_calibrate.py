@@ -10,9 +10,9 @@ import pytest
 from measured import ROOT, blocks, changed, recorded, steps
 
 from network import Machine, Recording, Scenario, calibrate
-from network.calibration.calibrating import Calibration
-from network.calibration.fitting import residual_cost
-from network.calibration.uncertainty import profile
+from network.analysis.calibration.calibrate import Calibration
+from network.analysis.calibration.gauss_newton import residual_cost
+from network.analysis.calibration.uncertainty import profile
 
 CASES = ROOT.parent / "shared" / "cases"
 HOT, COLD = ["hot", "room"], ["cold", "room"]
@@ -83,7 +83,7 @@ def test_bands_of_the_tool_centre_point_are_what_the_numbers_leave(plain: Calibr
     """1σ of dz over numbers drawn from the posterior."""
     rng = np.random.default_rng(0)
     from network import simulate
-    from network.calibration.parameters import at_values, values_at
+    from network.engine.response.parameters import at_values, values_at
 
     drawn = rng.multivariate_normal(plain.theta, plain.known.theta_covariance, 40)
     runs = [simulate(at_values(blocks(), values_at(plain.parameters, x)), steps()).tcp["z"] for x in drawn]

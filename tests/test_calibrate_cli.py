@@ -11,10 +11,10 @@ import pytest
 from measured import BLOCKS, blocks, changed, recorded, steps
 
 from network import Machine, Recording, Refused, calibrate, compare
-from network.calibration.foresight import foresee
+from network.analysis.calibration.experiment_plan import foresee
 from network.cli import main
-from network.csvtable import write_csv
-from network.yamlfile import dump
+from network.platform.yaml.document import dump
+from network.recordings.csv_table import write_csv
 
 TRUE = {"joint": "2.4 W/K", "hot skin": "0.6 W/K"}
 SCENARIO = """scenario: steps
@@ -120,7 +120,7 @@ def test_pictures_of_the_result_before_go_with_it(folder: Path) -> None:
 
 
 def test_nothing_half_written_when_stopped(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import network.report.canvas as canvas
+    import network.report.figures.canvas as canvas
 
     def stop(*_: object) -> None:
         raise KeyboardInterrupt

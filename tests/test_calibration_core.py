@@ -11,19 +11,19 @@ from fit_networks import machines, ramped
 from fits import USUAL, problem_of, recorded, speeds, two_blocks
 from scipy.optimize import minimize
 
-from network.calibration import knots as knots_module
-from network.calibration import recursion, series
-from network.calibration.cells import averages, cell_matrix
-from network.calibration.evidence import measured
-from network.calibration.fitting import _step
-from network.calibration.intervals import first_from, interval_of, joined_straight
-from network.calibration.knots import make_knots, on_knots
-from network.calibration.parameters import centres
-from network.calibration.predictor import Model, Run
-from network.calibration.waveform import course_of
-from network.channels import readouts
-from network.inputs import linear
-from network.simulation import simulate
+from network.analysis.calibration import knots as knots_module
+from network.analysis.calibration.gauss_newton import _step
+from network.analysis.calibration.measured_means import measured
+from network.engine.channels import readouts
+from network.engine.response import recursion, series
+from network.engine.response.cells import averages, cell_matrix
+from network.engine.response.intervals import first_from, interval_of, joined_straight
+from network.engine.response.knots import make_knots, on_knots
+from network.engine.response.model import Model, Run
+from network.engine.response.parameters import centres
+from network.engine.response.waveform import course_of
+from network.engine.simulation import simulate
+from network.recordings.inputs import linear
 
 NAMES = list(machines())
 PART_OF_NOISE = {"stream": 0.01}
@@ -79,7 +79,7 @@ def test_bent_networks_agree_with_the_rosenbrock_method_at_the_knots(every):
 
 
 def test_a_runaway_is_told_as_such(every):
-    from network.refusal import Failed
+    from network.platform.refusal import Failed
 
     grows = {"kind": "preload_friction", "into": {"motor": 1}, "torque": "900 N mm", "growth": "0.5 1/K",
              "inner": "motor", "outer": "body"}  # fmt: skip
@@ -145,7 +145,7 @@ def test_machine_code_gives_what_arrays_give(every, monkeypatch):
     for without in (False, True):
         if without:
             monkeypatch.setattr(recursion, "compiled", lambda: None)
-            monkeypatch.setattr("network.calibration.means.compiled", lambda: None)
+            monkeypatch.setattr("network.engine.response.cell_means.compiled", lambda: None)
         predictions = problem.model.predict(theta)
         pushes = [problem.data[0].pushes(predictions[0].course)]
         found.append((predictions[0].cells, problem.model.mean_slopes(theta, predictions, pushes)[0]))

@@ -13,16 +13,16 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from network.comparison import ChannelResidual, RecordingResidual, compare
-from network.inputs import Start
-from network.machine import Machine
-from network.recording import Column, Recording
-from network.refusal import Spot
-from network.report.canvas import PALETTE
-from network.report.figures import band_figure, fit_figure, residual_figure, save, shift_figure
-from network.scenario import Scenario
-from network.simulation import simulate
-from network.yamlfile import tree_of
+from network.analysis.comparison.compare import ChannelResidual, RecordingResidual, compare
+from network.engine.simulation import simulate
+from network.machine.machine import Machine
+from network.platform.refusal import Spot
+from network.platform.yaml.document import tree_of
+from network.recordings.inputs import Start
+from network.recordings.recording import Column, Recording
+from network.recordings.scenario import Scenario
+from network.report.figures.all_figures import band_figure, fit_figure, residual_figure, save, shift_figure
+from network.report.figures.canvas import PALETTE
 
 BLUE, ORANGE = PALETTE[0], PALETTE[1]
 

@@ -12,13 +12,13 @@ from kalman import discretised, filter_run, state_space
 from scipy.linalg import expm
 from threadpoolctl import threadpool_limits
 
-from network.calibration import evidence
-from network.calibration.colour import residuals
-from network.calibration.evidence import measured
-from network.calibration.knots import Knots, jumps_of
-from network.calibration.noise import Noise, whitener
-from network.calibration.parameters import centres, free_parameters
-from network.calibration.predictor import Model
+from network.analysis.calibration import measured_means
+from network.analysis.calibration.coloured_noise import residuals
+from network.analysis.calibration.measured_means import measured
+from network.analysis.calibration.noise import Noise, whitener
+from network.engine.response.knots import Knots, jumps_of
+from network.engine.response.model import Model
+from network.engine.response.parameters import centres, free_parameters
 
 NOISE = Noise({"T_body": (0.08, 240.0), "dz": (0.3e-6, 900.0)})
 OFFSETS = {"T_motor": 0.1, "T_body": 0.1}
@@ -36,7 +36,7 @@ def every_sample(schedule, *_):
 
 
 def sampled(monkeypatch, machine, hours=0.25, seed=1, beside=0.1):
-    monkeypatch.setattr(evidence, "make_knots", every_sample)
+    monkeypatch.setattr(measured_means, "make_knots", every_sample)
     steps = [(t * hours / 4, rpm) for t, rpm in USUAL]
     recording = recorded(machine, speeds(*steps, hours=hours), seed)
     for name in machine.sensors:

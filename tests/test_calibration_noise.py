@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from fits import USUAL, problem_of, recorded, speeds, two_blocks
 
-from network.calibration.noise import Noise, whitener
-from network.calibration.ou import sampled_ou
+from network.analysis.calibration.noise import Noise, whitener
+from network.analysis.calibration.ornstein_uhlenbeck import sampled_ou
 
 
 @pytest.mark.parametrize("tau", [3.0, 60.0, 5000.0])

@@ -9,10 +9,10 @@ import pytest
 from fit_networks import STEEL, machines
 from fits import ANOTHER, USUAL, problem_of, recorded, speeds, two_blocks
 
-from network.calibration.fitting import linearise, minimise
-from network.calibration.parameters import centres
-from network.calibration.predictor import edge_pushes, start_pushes
-from network.calibration.projector import Projector
+from network.analysis.calibration.gauss_newton import linearise, minimise
+from network.analysis.calibration.projector import Projector
+from network.engine.response.model import edge_pushes, start_pushes
+from network.engine.response.parameters import centres
 
 SHARE = 5e-3
 """How far slopes may lie from differences: heats run straight between knots."""

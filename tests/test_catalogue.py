@@ -13,13 +13,13 @@ from typing import Any
 import pytest
 from catalogue import KINDS, LAWS, NAMED, Draw, drawn, each_kind, each_law
 
-from network.declare import Declared, Effect
-from network.expansions.base import Expansion
-from network.fields import REQUIRED, ParamField
-from network.refusal import Complaints, Spot
-from network.rooms import kinds
-from network.units import show, unit
-from network.yamlfile import tree_of
+from network.catalogue.declaration.declare import Declared, Effect
+from network.catalogue.declaration.discovery import kinds
+from network.catalogue.declaration.fields import REQUIRED, ParamField
+from network.catalogue.expansions.base import Expansion
+from network.platform.quantities.units import show, unit
+from network.platform.refusal import Complaints, Spot
+from network.platform.yaml.document import tree_of
 
 
 def test_the_catalogue_holds_what_the_machine_file_promises() -> None:

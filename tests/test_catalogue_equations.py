@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from catalogue import FLOWS, arguments, drawn, each_law, evaluated, names, own_arguments, surroundings
 
-from network.declare import Array, Effect
-from network.mechanisms.base import Inputs, Link, Mechanism, Relay, Source, Stream
-from network.mechanisms.friction import Friction, Sliding
-from network.sensors.base import SensorEffect
-from network.units import unit
+from network.catalogue.declaration.declare import Array, Effect
+from network.catalogue.mechanisms.base import Inputs, Link, Mechanism, Relay, Source, Stream
+from network.catalogue.mechanisms.friction import Friction, Sliding
+from network.catalogue.sensors.base import SensorEffect
+from network.platform.quantities.units import unit
 
 STEP = 1e-30
 Args: TypeAlias = tuple[Array, ...]

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from catalogue import entry_in, machine, patch_of
 
-from network import films
-from network.declare import Effect
-from network.mechanisms.bearing_friction import LEAST
-from network.refusal import Refused
-from network.rooms import kinds
+from network.catalogue import convection_correlations
+from network.catalogue.declaration.declare import Effect
+from network.catalogue.declaration.discovery import kinds
+from network.catalogue.mechanisms.bearing_friction import LEAST
+from network.platform.refusal import Refused
 
 RPM = 2 * math.pi / 60
 REFERENCE = 22.0
@@ -68,7 +68,7 @@ def test_convection_in_its_three_forms() -> None:
     assert flow(entry("links", "convection", conductance="5 W/K"), 30, 20) == pytest.approx(50)
     assert flow(entry("links", "convection", coefficient="8 W/(m^2 K)", area="0.5 m^2"), 30, 20) == pytest.approx(40)
     wall = entry("links", "convection", geometry="vertical_plate", length="500 mm", area="2 m^2")
-    h = float(films.coefficient("vertical_plate", np.array(30.0), np.array(20.0), np.array(0.5)))
+    h = float(convection_correlations.coefficient("vertical_plate", np.array(30.0), np.array(20.0), np.array(0.5)))
     assert flow(wall, 30, 20) == pytest.approx(h * 2 * 10)
     assert 3 < h < 4
 

@@ -12,15 +12,15 @@ import pytest
 import yaml
 from test_refusals import BENCH
 
-from network.declare import Declared
-from network.fields import ParamField, read_kind
-from network.machine import Machine
-from network.pages import catalogue_page, example_line
-from network.refusal import Complaints, Refused, Spot
-from network.registry import sections
-from network.rooms import kinds, open_rooms
-from network.schema import schema
-from network.yamlfile import dump, parse
+from network.catalogue.declaration.declare import Declared
+from network.catalogue.declaration.discovery import kinds, open_rooms
+from network.catalogue.declaration.fields import ParamField, read_kind
+from network.catalogue.declaration.registry import sections
+from network.machine.machine import Machine
+from network.machine.schema import schema
+from network.platform.refusal import Complaints, Refused, Spot
+from network.platform.yaml.document import dump, parse
+from network.report.words.catalogue_page import catalogue_page, example_line
 
 open_rooms()
 KINDS = {f"{section}.{kind}": cls for section in sections() for kind, cls in kinds(section).items()}

@@ -10,22 +10,22 @@ import numpy as np
 import pytest
 from catalogue import MACHINES, TYPES, arguments, each_kind, each_machine, evaluated, machine, surroundings
 
-from network.balance import heat_balance
-from network.declare import Array, Effect
-from network.expansions.base import Expansion
-from network.fields import ParamField
-from network.graph import build
-from network.machine import Machine
-from network.mechanisms.base import Source
-from network.mechanisms.convection import Convection
-from network.mechanisms.friction import turning
-from network.mechanisms.usual import size_of
-from network.patch import Patch
-from network.refusal import Spot
-from network.rooms import kinds
-from network.sensors.base import SensorEffect
-from network.settings import set_value
-from network.units import Number
+from network.catalogue.declaration.declare import Array, Effect
+from network.catalogue.declaration.discovery import kinds
+from network.catalogue.declaration.fields import ParamField
+from network.catalogue.declaration.patch import Patch
+from network.catalogue.expansions.base import Expansion
+from network.catalogue.mechanisms.base import Source
+from network.catalogue.mechanisms.convection import Convection
+from network.catalogue.mechanisms.friction import turning
+from network.catalogue.sensors.base import SensorEffect
+from network.catalogue.typical_values import size_of
+from network.engine.balance import heat_balance
+from network.engine.network import build
+from network.machine.machine import Machine
+from network.machine.overrides import set_value
+from network.platform.quantities.units import Number
+from network.platform.refusal import Spot
 
 SHIPPED = Path(__file__).parents[1] / "machines"
 

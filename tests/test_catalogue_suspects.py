@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 from catalogue import machine
 
-from network.diagnosis.refine import ever_finer
-from network.mechanisms.friction import turning
-from network.suspects.coolant_tank import CoolantTank
-from network.suspects.foundation import Foundation
-from network.suspects.hidden_mass import HiddenMass
+from network.analysis.diagnosis.lump_refinement import ever_finer
+from network.catalogue.mechanisms.friction import turning
+from network.catalogue.suspects.coolant_tank import CoolantTank
+from network.catalogue.suspects.foundation import Foundation
+from network.catalogue.suspects.hidden_mass import HiddenMass
 
 REFERENCE = 22.0
 

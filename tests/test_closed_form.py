@@ -10,8 +10,8 @@ import pytest
 from build import RPM, machine, schedule
 
 from network import Machine, Refused, Scenario, simulate
-from network.closed_form import closed_form
-from network.inputs import Start, constant, held, linear
+from network.engine.paper.closed_form import closed_form
+from network.recordings.inputs import Start, constant, held, linear
 
 ROOT = Path(__file__).parent.parent
 C, G_AIR, G_COOLANT, G_BEAM, POWER = 50e3, 4.0, 10.0, 6.0, 120.0

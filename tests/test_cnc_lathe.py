@@ -14,8 +14,8 @@ from bench.cnc_lathe_runs import CLIMATE_OF, CLIMATES, DISPLACEMENTS, FOLDER, Da
 from bench.ridge import Run, fit_ridge, lagged
 
 from network import Recording
-from network.declare import Array
-from network.recording import Column
+from network.catalogue.declaration.declare import Array
+from network.recordings.recording import Column
 
 here = pytest.mark.skipif(not FOLDER.is_dir(), reason="the recordings in ../shared/recordings are not here")
 PREDICTIONS = {"written": told.as_written, "ridge": told.ridge_on_schedule, "nothing": told.nothing}

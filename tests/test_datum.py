@@ -10,10 +10,10 @@ import pytest
 from build import machine, position, schedule
 
 from network import Machine, simulate
-from network.inputs import Start, held, linear
-from network.lumps import level_patch
-from network.refusal import Refused
-from network.scenario import Scenario
+from network.machine.lumps import level_patch
+from network.platform.refusal import Refused
+from network.recordings.inputs import Start, held, linear
+from network.recordings.scenario import Scenario
 
 ALPHA, L, MM = 1.13e-5, 2.0, 1e-3
 METHODS = ("modal", "expm", "solve_ivp:LSODA", "solve_ivp:Radau")

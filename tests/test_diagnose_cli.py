@@ -19,15 +19,15 @@ from fits import ANOTHER, USUAL, recorded, speeds
 
 import network
 from network import Machine
+from network.analysis.diagnosis.holdout_admission import taken_in
+from network.analysis.diagnosis.result import UNKNOWN
+from network.catalogue.declaration.discovery import kinds, open_rooms
+from network.catalogue.declaration.registry import sections
 from network.cli import main
-from network.cli_diagnose import PICTURES
-from network.csvtable import write_csv
-from network.diagnosis.intake import taken_in
-from network.diagnosis.verdict import UNKNOWN
-from network.recording import Column, Recording
-from network.registry import sections
-from network.report.verdict_words import MEANING
-from network.rooms import kinds, open_rooms
+from network.cli.diagnose_command import PICTURES
+from network.recordings.csv_table import write_csv
+from network.recordings.recording import Column, Recording
+from network.report.words.verdict_words import MEANING
 
 ROOT = Path(network.__file__).parent
 
@@ -61,7 +61,7 @@ class Called:
 @pytest.fixture
 def called(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Called:
     """A folder with a machine and three recordings, and no search."""
-    import network.diagnosis.diagnosing as diagnosing
+    import network.analysis.diagnosis.diagnose as diagnosing
 
     monkeypatch.chdir(tmp_path)
     machine = saved(tmp_path)
@@ -168,7 +168,7 @@ def test_a_result_is_not_written_over_what_it_extends(called: Called, capsys: py
 
 
 def test_it_can_be_stopped(called: Called, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    import network.diagnosis.diagnosing as diagnosing
+    import network.analysis.diagnosis.diagnose as diagnosing
 
     def stop(*_: object, **__: object) -> None:
         raise KeyboardInterrupt

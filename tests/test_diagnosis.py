@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from build import RPM, machine
 
-from network.diagnosis.candidates import candidates, kinds
-from network.diagnosis.case import Case, suppose
-from network.diagnosis.diagnosing import diagnose
-from network.diagnosis.refine import STRAINED
-from network.diagnosis.verdict import Diagnosis
-from network.inputs import Schedule, Start, held, linear
-from network.machine import Machine
-from network.recording import Column, Recording
-from network.simulation import simulate
+from network.analysis.diagnosis.candidates import candidates, kinds
+from network.analysis.diagnosis.diagnose import diagnose
+from network.analysis.diagnosis.hypothesis import Case, suppose
+from network.analysis.diagnosis.lump_refinement import STRAINED
+from network.analysis.diagnosis.result import Diagnosis
+from network.engine.simulation import simulate
+from network.machine.machine import Machine
+from network.recordings.inputs import Schedule, Start, held, linear
+from network.recordings.recording import Column, Recording
 
 NODES = {
     "spindle": {"heat_capacity": "8 kJ/K"}, "housing": {"heat_capacity": "30 kJ/K"},
@@ -111,7 +111,7 @@ def shifted(column: Column, by: float) -> Column:
 
 
 def test_what_tells_recordings_worse_when_simulated_is_no_finding(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("network.diagnosis.judging.WORSE", 0.01)
+    monkeypatch.setattr("network.analysis.diagnosis.verdict.WORSE", 0.01)
     d = found.__wrapped__("source")
     assert d.verdict == "unexplained" and [f.kind for f in d.findings] == ["unknown"]
     assert d.after.to_plain() == d.before.to_plain()

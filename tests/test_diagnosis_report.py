@@ -16,27 +16,27 @@ from diagnosed import diagnosed, finding, rival, saved, unknown_heat
 from matplotlib.figure import Figure
 
 from network import Machine, compare
-from network.comparison import Comparison
-from network.diagnosis.candidates import candidates
-from network.diagnosis.isolability import DETAILS
-from network.diagnosis.location import Location
-from network.diagnosis.naming import why_not
-from network.diagnosis.verdict import UNKNOWN, Diagnosis, Fits, Quantity
-from network.refusal import Refused
-from network.report.candidates_figure import candidates_figure
-from network.report.diagnosis_files import check_target, tidy, write_diagnosis
-from network.report.diagnosis_patch import patch_text
-from network.report.diagnosis_pictures import pictures_of
-from network.report.diagnosis_words import fit_rows
-from network.report.finding_words import plus_minus, sure_word, sure_words
-from network.report.fit_figure import fit_figure
-from network.report.heat_figure import heat_figure
-from network.report.heat_words import course
-from network.report.lit_figure import lit_figure, lit_paths, moves_of
-from network.report.lumps_words import sentence_of
-from network.report.moved_words import moved
-from network.report.page import basis, is_tall
-from network.report.verdict_words import MEANING
+from network.analysis.comparison.compare import Comparison
+from network.analysis.diagnosis.candidates import candidates
+from network.analysis.diagnosis.findings import why_not
+from network.analysis.diagnosis.isolability import DETAILS
+from network.analysis.diagnosis.location import Location
+from network.analysis.diagnosis.result import UNKNOWN, Diagnosis, Fits, Quantity
+from network.platform.refusal import Refused
+from network.report.figures.explanations_figure import candidates_figure
+from network.report.figures.fit_figure import fit_figure
+from network.report.figures.heat_figure import heat_figure
+from network.report.figures.lit_figure import lit_figure, lit_paths, moves_of
+from network.report.files.diagnosis_files import check_target, tidy, write_diagnosis
+from network.report.files.diagnosis_patch import patch_text
+from network.report.files.diagnosis_pictures import pictures_of
+from network.report.files.page import basis, is_tall
+from network.report.words.diagnosis_words import fit_rows
+from network.report.words.finding_words import plus_minus, sure_word, sure_words
+from network.report.words.heat_words import course
+from network.report.words.lumps_words import sentence_of
+from network.report.words.moved_words import moved
+from network.report.words.verdict_words import MEANING
 
 ROOT = Path(__file__).parent.parent
 DESIGN = {
@@ -308,7 +308,7 @@ def test_a_machine_whose_file_is_gone_is_written_whole(tmp_path: Path) -> None:
 
 
 def test_nothing_is_left_when_it_is_stopped(found: Diagnosis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import network.report.canvas as canvas
+    import network.report.figures.canvas as canvas
 
     def stop(*_: object) -> None:
         raise KeyboardInterrupt

@@ -11,27 +11,27 @@ import pytest
 from build import machine
 from test_diagnosis import LADDERS, LINKS, NODES, SENSORS, SOURCES, plant, recorded
 
-from network.calibration.batch import draws_of, means_of, serves
-from network.calibration.beginnings import beginning
-from network.calibration.colour import colours
-from network.calibration.fitting import linearise
-from network.calibration.parameters import values_at
-from network.calibration.partials import Slots
-from network.calibration.predictor import Model
-from network.diagnosis import checking
-from network.diagnosis.candidates import Candidate, candidate, candidates
-from network.diagnosis.case import Case, Hypothesis, begun, suppose
-from network.diagnosis.checking import _predicts
-from network.diagnosis.directions import directions
-from network.diagnosis.drawing import Judge, Space, View, apart
-from network.diagnosis.placing import _widest, placed, redirected
-from network.diagnosis.polishing import polished
-from network.diagnosis.refine import ever_finer
-from network.diagnosis.slimming import slim
-from network.diagnosis.standing_in import stand_in
-from network.graph import build
-from network.machine import Machine
-from network.mechanisms.conduction import Conduction
+from network.analysis.calibration.coloured_noise import colours
+from network.analysis.calibration.gauss_newton import linearise
+from network.analysis.calibration.initial_temperatures import beginning
+from network.analysis.diagnosis import backward_elimination
+from network.analysis.diagnosis.backward_elimination import _predicts
+from network.analysis.diagnosis.candidate_response import directions
+from network.analysis.diagnosis.candidates import Candidate, candidate, candidates
+from network.analysis.diagnosis.coarse_surrogate import stand_in
+from network.analysis.diagnosis.compact_fit import slim
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, begun, suppose
+from network.analysis.diagnosis.lump_refinement import ever_finer
+from network.analysis.diagnosis.placement import _widest, placed, redirected
+from network.analysis.diagnosis.switching.prior_samples import Judge, Space, View, apart
+from network.analysis.diagnosis.switching.sample_refinement import polished
+from network.catalogue.mechanisms.conduction import Conduction
+from network.engine.network import build
+from network.engine.response.batch import draws_of, means_of, serves
+from network.engine.response.heat_sensitivity import Slots
+from network.engine.response.model import Model
+from network.engine.response.parameters import values_at
+from network.machine.machine import Machine
 
 COOLER = {"cooler": {"kind": "thermostat_cooling", "into": {"housing": 1}, "watches": "housing", "set": "24 degC",
                      "hysteresis": "0.6 K", "power": "250 W"}}  # fmt: skip
@@ -288,7 +288,7 @@ def test_what_is_found_tells_runs_left_out_like_the_others(
     only one run tells."""
     before, after = (SimpleNamespace(chi=chi, case=SimpleNamespace(recordings=range(runs))) for chi in (5.0, 1.0))
     misfit = {id(before): told[0], id(after): told[1]}
-    monkeypatch.setattr("network.diagnosis.checking.left_out", lambda h, jobs: misfit[id(h)])
+    monkeypatch.setattr("network.analysis.diagnosis.backward_elimination.left_out", lambda h, jobs: misfit[id(h)])
     assert _predicts(before, after, 1) is holds  # type: ignore[arg-type]
 
 
@@ -299,12 +299,12 @@ def test_what_does_not_hold_at_the_end_goes_and_the_rest_is_judged_again(monkeyp
     def hypothesis(names: str) -> SimpleNamespace:
         return SimpleNamespace(found=tuple(names), evidence=evidence[names], values={}, case=None)
 
-    monkeypatch.setattr(checking, "_refitted", lambda current, other: hypothesis("".join(other[0])))
-    monkeypatch.setattr(checking, "_to_the_end", lambda h: h)
-    monkeypatch.setattr(checking, "rejudged", lambda case, h: h)
-    monkeypatch.setattr(checking, "renoised", lambda case, h: case)
-    monkeypatch.setattr(checking, "run_all", lambda work, items, jobs: [work(x) for x in items])
+    monkeypatch.setattr(backward_elimination, "_refitted", lambda current, other: hypothesis("".join(other[0])))
+    monkeypatch.setattr(backward_elimination, "_to_the_end", lambda h: h)
+    monkeypatch.setattr(backward_elimination, "rejudged", lambda case, h: h)
+    monkeypatch.setattr(backward_elimination, "renoised", lambda case, h: case)
+    monkeypatch.setattr(backward_elimination, "run_all", lambda work, items, jobs: [work(x) for x in items])
     expected = {"a": ("", ()), "ab": ("b", (30.0,)), "abc": ("bc", (58.0, 30.0)), "": ("", ())}
     for names, (left, gains) in expected.items():
-        held, told = checking._held(hypothesis(names), 12.0, 1)  # type: ignore[arg-type]
+        held, told = backward_elimination._held(hypothesis(names), 12.0, 1)  # type: ignore[arg-type]
         assert ("".join(held.found), told) == (left, gains), names  # type: ignore[arg-type]

@@ -7,9 +7,9 @@ import pytest
 from build import machine, schedule
 
 from network import simulate
-from network.channels import readouts
-from network.graph import build
-from network.inputs import Start
+from network.engine.channels import readouts
+from network.engine.network import build
+from network.recordings.inputs import Start
 
 ALPHA, H, L = 1.13e-5, 0.4, 2.0
 

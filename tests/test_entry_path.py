@@ -7,18 +7,18 @@ from pathlib import Path
 import pytest
 from build import machine
 
-from network.calibration.parameters import at_values, free_parameters
-from network.diagnosis.candidates import candidates
-from network.entry_path import NESTED, EntryPath, NumberPath, axis_of, displacement
-from network.fields import Nested
-from network.lumps import level_patch
-from network.machine import Machine
-from network.nodes import Node
-from network.patch import Patch
-from network.refusal import Spot
-from network.sections import section
-from network.sensors.sensor import Sensor
-from network.yamlfile import Branch, plain
+from network.analysis.diagnosis.candidates import candidates
+from network.catalogue.declaration.entry_path import NESTED, EntryPath, NumberPath, axis_of, displacement
+from network.catalogue.declaration.fields import Nested
+from network.catalogue.declaration.patch import Patch
+from network.catalogue.declaration.sections import section
+from network.catalogue.nodes import Node
+from network.catalogue.sensors.sensor import Sensor
+from network.engine.response.parameters import at_values, free_parameters
+from network.machine.lumps import level_patch
+from network.machine.machine import Machine
+from network.platform.refusal import Spot
+from network.platform.yaml.document import Branch, plain
 
 SHIPPED = sorted((Path(__file__).parents[1] / "machines").glob("*.yaml"))
 each_machine = pytest.mark.parametrize("file", SHIPPED, ids=lambda file: file.stem)

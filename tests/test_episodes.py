@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from test_diagnosis import HELD_OUT, LADDERS, plant, recorded
 
-from network.diagnosis.diagnosing import diagnose
-from network.diagnosis.jumps import COST, loose_in, steps_of
-from network.diagnosis.verdict import Diagnosis
-from network.recording import Recording
+from network.analysis.diagnosis.diagnose import diagnose
+from network.analysis.diagnosis.intermittent.change_points import COST, loose_in, steps_of
+from network.analysis.diagnosis.result import Diagnosis
+from network.recordings.recording import Recording
 
 SHARE = 0.3
 WINDOWS = (((52, 70), (90, 104)), ((15, 30), (62, 80), (110, 130)))

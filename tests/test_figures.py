@@ -18,21 +18,22 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon, Rectangle
 
-from network.comparison import RecordingResidual, compare
-from network.inputs import held, linear
-from network.machine import Machine
-from network.recording import Column, Recording
-from network.refusal import Refused, Spot
-from network.report.canvas import PALETTE, gap_unit, in_unit, look, number, shortened
-from network.report.figures import comparison_figure, contributions_figure, network_figure, run_figure, save
-from network.report.labels import spread
-from network.report.lines import MOST_POINTS, alone, outline, thinned, time_ticks, with_gaps
-from network.report.symbols import examples
-from network.scenario import Scenario
-from network.simulation import simulate
-from network.trajectory import Trajectory
-from network.units import unit
-from network.yamlfile import Branch, tree_of
+from network.analysis.comparison.compare import RecordingResidual, compare
+from network.engine.simulation import simulate
+from network.engine.trajectory import Trajectory
+from network.machine.machine import Machine
+from network.platform.quantities.number_format import number
+from network.platform.quantities.units import unit
+from network.platform.refusal import Refused, Spot
+from network.platform.yaml.document import Branch, tree_of
+from network.recordings.inputs import held, linear
+from network.recordings.recording import Column, Recording
+from network.recordings.scenario import Scenario
+from network.report.figures.all_figures import comparison_figure, contributions_figure, network_figure, run_figure, save
+from network.report.figures.canvas import PALETTE, gap_unit, in_unit, look, shortened
+from network.report.figures.labels import spread
+from network.report.figures.lines import MOST_POINTS, alone, outline, thinned, time_ticks, with_gaps
+from network.report.figures.symbols import examples
 
 SHARED = Path(__file__).parents[2] / "shared" / "cases"
 RPM = 2 * np.pi / 60
@@ -625,8 +626,10 @@ def test_a_png_is_1200_pixels_wide(mill: Machine, tmp_path: Path) -> None:
 
 def test_matplotlib_is_loaded_with_the_first_figure_and_pyplot_never() -> None:
     code = (
-        "import sys, network.report.figures, network.report.words; assert 'matplotlib' not in sys.modules; "
-        "from network.report.canvas import new_figure; new_figure(2); assert 'matplotlib.pyplot' not in sys.modules"
+        "import sys, network.report.figures.all_figures, network.report.words.words; "
+        "assert 'matplotlib' not in sys.modules; "
+        "from network.report.figures.canvas import new_figure; new_figure(2); "
+        "assert 'matplotlib.pyplot' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
 

@@ -12,13 +12,13 @@ from diagnosed import saved
 from fits import USUAL, recorded, speeds
 
 from network import Machine
+from network.analysis.comparison.compare import check_fit
+from network.analysis.diagnosis.holdout_admission import taken_in
 from network.cli import main
-from network.comparison import check_fit
-from network.diagnosis.intake import taken_in
-from network.heard import overheard
-from network.keyed import start_of
-from network.recording import Column, Recording
-from network.refusal import Refused
+from network.platform.refusal import Refused
+from network.recordings.channel_match import overheard
+from network.recordings.recording import Column, Recording
+from network.recordings.yaml_values import start_of
 
 
 @pytest.fixture
@@ -122,7 +122,7 @@ def test_the_terminal_hears_of_it(
     capsys: pytest.CaptureFixture[str],
     recording: Recording,
 ) -> None:
-    from network.csvtable import write_csv
+    from network.recordings.csv_table import write_csv
 
     monkeypatch.chdir(tmp_path)
     columns = {n if n != "T_body" else "Temp_body": (c.unit, c.values) for n, c in recording.columns.items()}

@@ -7,13 +7,13 @@ import sys
 import time
 from pathlib import Path
 
-from network.machine import Machine
+from network.machine.machine import Machine
 
 LARGEST = max((Path(__file__).parents[1] / "machines").glob("*.yaml"), key=lambda path: path.stat().st_size)
 
 
 def test_loading_brings_in_no_heavy_library() -> None:
-    code = f"import sys; from network.machine import Machine; Machine.load({str(LARGEST)!r}); print(*sys.modules)"
+    code = f"import sys; from network import Machine; Machine.load({str(LARGEST)!r}); print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     heavy = {"networkx", "scipy.optimize", "scipy.sparse", "scipy.integrate", "matplotlib", "rich"}
     assert not heavy & set(done.stdout.split())

@@ -12,15 +12,15 @@ from build import machine
 from diagnosed import diagnosed, unknown_heat
 from fits import USUAL, recorded, speeds
 
-from network.diagnosis.candidates import Candidate, candidates
-from network.diagnosis.case import Case, suppose
-from network.diagnosis.locate import locate
-from network.diagnosis.location import Location
-from network.diagnosis.naming import unknown
-from network.diagnosis.placing import _aside, _elsewhere
-from network.machine import Machine
-from network.places import Place
-from network.report.heat_words import is_found_at, where_words
+from network.analysis.diagnosis.candidates import Candidate, candidates
+from network.analysis.diagnosis.findings import unknown
+from network.analysis.diagnosis.hypothesis import Case, suppose
+from network.analysis.diagnosis.locate import locate
+from network.analysis.diagnosis.location import Location
+from network.analysis.diagnosis.placement import _aside, _elsewhere
+from network.catalogue.declaration.places import Place
+from network.machine.machine import Machine
+from network.report.words.heat_words import is_found_at, where_words
 
 HEAD, AXIS = "head to ram", "d'axe"
 BAR = {"material": "steel", "length": "600 mm", "area": "130 cm^2"}

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 from scipy.optimize import fsolve
 
-from network.comparison import compare
-from network.machine import Machine
-from network.recording import Recording
-from network.refusal import Refused
-from network.scenario import Scenario
-from network.simulation import simulate
-from network.trajectory import Trajectory
+from network.analysis.comparison.compare import compare
+from network.engine.simulation import simulate
+from network.engine.trajectory import Trajectory
+from network.machine.machine import Machine
+from network.platform.refusal import Refused
+from network.recordings.recording import Recording
+from network.recordings.scenario import Scenario
 
 ROOT = Path(__file__).resolve().parents[1]
 CASES = ROOT.parent / "shared" / "cases"

@@ -11,14 +11,14 @@ import pytest
 from build import machine, position, schedule
 
 from network import Machine, simulate
-from network.channels import readouts
-from network.graph import build
-from network.inputs import Start, held, linear
-from network.recording import Recording
-from network.refusal import Refused
-from network.scenario import Scenario
-from network.solvers.linear import reduce
-from network.solvers.plan import make_plan
+from network.engine.channels import readouts
+from network.engine.network import build
+from network.engine.solvers.linear import reduce
+from network.engine.solvers.plan import make_plan
+from network.platform.refusal import Refused
+from network.recordings.inputs import Start, held, linear
+from network.recordings.recording import Recording
+from network.recordings.scenario import Scenario
 
 EXACT = ("modal", "expm")
 METHODS = (*EXACT, "solve_ivp:LSODA", "solve_ivp:Radau")

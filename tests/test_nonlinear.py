@@ -7,7 +7,7 @@ import pytest
 from build import RPM, machine, schedule
 
 from network import Refused, simulate
-from network.inputs import Signal, Start, constant, linear
+from network.recordings.inputs import Signal, Start, constant, linear
 
 RADIATES = {"kind": "radiation", "between": ["a", "cold"], "emissivity_area": "0.7 m^2"}
 

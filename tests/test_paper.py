@@ -11,10 +11,10 @@ from click.testing import CliRunner
 
 from network import Machine, Scenario, simulate
 from network.cli import cli
-from network.paper import accuracy, paper_json, tell_paper
-from network.paper_bar import bar, profile_table, profiles, table_2
-from network.paper_bending import BY, bending_profiles, bending_run, bent, table_machine
-from network.paper_fits import UNEXPLAINED, fit_table, fitted, mean_heat, run_at
+from network.engine.paper.bar import bar, profile_table, profiles, table_2
+from network.engine.paper.bending_model import BY, bending_profiles, bending_run, bent, table_machine
+from network.engine.paper.fits import UNEXPLAINED, fit_table, fitted, mean_heat, run_at
+from network.engine.paper.tables import accuracy, paper_json, tell_paper
 
 ROOT = Path(__file__).resolve().parents[1]
 ALPHA, RHO, C_P, K, S = 1.13e-5, 7850.0, 477.0, 50.66, np.pi * 0.05**2

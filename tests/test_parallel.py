@@ -14,17 +14,17 @@ from pathlib import Path
 import pytest
 
 from network import processes as beside
-from network.parallel import processes, run_all
-from network.refusal import Failed, Refused
+from network.platform.parallel import processes, run_all
+from network.platform.refusal import Failed, Refused
 
 TESTS = Path(__file__).parent
 HELD = """
 import pathlib, sys
 from functools import partial
-from network.parallel import processes, run_all
+from network.platform.parallel import processes, run_all
 from test_parallel import hold
 
-with processes(3, "network.parallel"):
+with processes(3, "network.platform.parallel"):
     run_all(partial(hold, pathlib.Path(sys.argv[1])), range(3), 3)
 """
 
@@ -68,7 +68,7 @@ def test_results_come_in_their_order_whoever_worked() -> None:
 
 
 def test_processes_last_as_long_as_what_they_were_begun_for() -> None:
-    with processes(3, "network.parallel"):
+    with processes(3, "network.platform.parallel"):
         pids = {pid for more in range(3) for _, pid in run_all(partial(add, more), range(40), 3)}
     assert os.getpid() in pids and 2 <= len(pids) <= 3
     assert all(is_gone(pid) for pid in pids - {os.getpid()})

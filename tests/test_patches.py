@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from test_refusals import BENCH, edited
 
-from network.machine import Machine
-from network.refusal import Refused, Spot
-from network.yamlfile import Branch, dump, tree_of
+from network.machine.machine import Machine
+from network.platform.refusal import Refused, Spot
+from network.platform.yaml.document import Branch, dump, tree_of
 
 SHIPPED = sorted((Path(__file__).parents[1] / "machines").glob("*.yaml"))
 

@@ -7,9 +7,9 @@ import pytest
 from build import RPM, machine, schedule
 
 from network import simulate
-from network.graph import build
-from network.inputs import Start, constant, held
-from network.start import steady_state
+from network.engine.network import build
+from network.engine.start import steady_state
+from network.recordings.inputs import Start, constant, held
 
 METHODS = ("modal", "expm", "solve_ivp:LSODA", "solve_ivp:BDF", "solve_ivp:Radau", "solve_ivp:RK45")
 EXACT = ("modal", "expm")

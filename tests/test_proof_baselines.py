@@ -16,7 +16,7 @@ from bench.baselines.sindy import balance, terms_of
 from fits import ANOTHER, USUAL, recorded, speeds, two_blocks
 from proof.sealed import seal_of
 
-from network.refusal import Failed
+from network.platform.refusal import Failed
 
 HIDDEN = {"pump": {"kind": "heat_source", "into": {"body": 1}, "power": "150 W", "with": "always"}}
 DRAG = {"drag": {"kind": "windage", "into": {"motor": 1}, "power": "600 W", "reference_speed": "8000 rpm"}}

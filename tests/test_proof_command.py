@@ -17,10 +17,9 @@ from proof import cases
 from proof.sealed import seal_of
 from test_stopping import PROVE, begun, is_gone
 
-from network import proving
-from network.cli import main
-from network.proving import Runs, Way, prove
-from network.refusal import Refused
+from network.cli import main, proof
+from network.cli.proof import Runs, Way, prove
+from network.platform.refusal import Refused
 
 DIAGNOSE = """
 import json, pathlib, sys, time
@@ -67,7 +66,7 @@ def make(folder: Path, count: int, seed: int, jobs: int = 1) -> list[str]:
 @pytest.fixture
 def where(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "diagnose.py").write_text(DIAGNOSE)
-    monkeypatch.setattr(proving, "COMMAND", (sys.executable, str(tmp_path / "diagnose.py")))
+    monkeypatch.setattr(proof, "COMMAND", (sys.executable, str(tmp_path / "diagnose.py")))
     monkeypatch.setattr(cases, "make_cases", make)
     return tmp_path / "cases"
 
@@ -149,7 +148,7 @@ def test_what_was_stopped_leaves_no_record(where: Path) -> None:
     (where / "case-002" / "case.json").unlink()
     runs = Runs()
     threading.Timer(0.3, runs.end).start()
-    proving.diagnose(where / "case-002", Way(proving.COMMAND, "out", 5), runs, 30.0)
+    proof.diagnose(where / "case-002", Way(proof.COMMAND, "out", 5), runs, 30.0)
     assert not (where / "case-002" / "out" / "run.json").exists()
 
 
@@ -189,7 +188,7 @@ def test_it_is_refused_outside_a_clone_and_over_other_files(tmp_path: Path, monk
     for resume in (True, False):
         with pytest.raises(Refused, match="something else"):
             prove(1, 0, 1, tmp_path, resume=resume)
-    monkeypatch.setattr(proving, "TESTS", tmp_path)
+    monkeypatch.setattr(proof, "TESTS", tmp_path)
     with pytest.raises(Refused, match="clone the repository"):
         prove(1, 0, 1, tmp_path / "new")
 
@@ -205,15 +204,15 @@ def test_a_stage_that_is_none_is_refused_with_those_there_are(tmp_path: Path) ->
 
 def test_an_ablation_answers_beside_the_full_diagnosis(where: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     prove(1, 5, 1, where, resume=True)
-    command = (*proving.COMMAND,)
-    monkeypatch.setattr(proving, "_ablated", lambda stage: (command, f"out-{stage}"))
+    command = (*proof.COMMAND,)
+    monkeypatch.setattr(proof, "_ablated", lambda stage: (command, f"out-{stage}"))
     total = prove(1, 5, 1, where, resume=True, ablate="as-written")
     assert total.answers == "out-as-written" and total.judgements[0].answered
     assert (where / "case-001" / "out" / "run.json").is_file()
 
 
 def test_an_ablation_goes_through_its_wrapper() -> None:
-    command, answers = proving._ablated("file-noise")
+    command, answers = proof._ablated("file-noise")
     assert command == (sys.executable, "-m", "bench.ablated", "file-noise") and answers == "out-file-noise"
 
 
@@ -250,7 +249,7 @@ def test_the_command_hands_on_what_it_is_asked(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     heard: dict[str, Any] = {}
-    monkeypatch.setattr(proving, "prove", fake(heard))
+    monkeypatch.setattr(proof, "prove", fake(heard))
     main(["prove", "--cases", "7", "--seed", "2", "--jobs", "2", "-o", "there"])
     assert capsys.readouterr() == ("seven\n", "1/7 case-1: answered after 3 s\n")
     usual = {"count": 7, "seed": 2, "jobs": 2, "folder": "there", "resume": False, "ablate": None, "timed": 0}

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from network import Machine, simulate
-from network.inputs import held, linear
+from network.recordings.inputs import held, linear
 
 conductances = st.floats(0.5, 80).map(lambda G: f"{G:.4f} W/K")
 capacities = st.floats(800, 60_000).map(lambda C: f"{C:.3f} J/K")

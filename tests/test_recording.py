@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from network.csvtable import write_csv
-from network.inputs import Start
-from network.recording import Recording
-from network.refusal import Refused
-from network.units import BadNumber, unit
+from network.platform.quantities.units import BadNumber, unit
+from network.platform.refusal import Refused
+from network.recordings.csv_table import write_csv
+from network.recordings.inputs import Start
+from network.recordings.recording import Recording
 
 SHARED = Path(__file__).parents[2] / "shared"
 HEAD = "time [s],speed [rpm],T [degC]\n"

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from network.comparison import RecordingResidual, compare
-from network.machine import Machine
-from network.recording import Recording
+from network.analysis.comparison.compare import RecordingResidual, compare
+from network.machine.machine import Machine
+from network.recordings.recording import Recording
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent

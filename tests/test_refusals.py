@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from network.machine import Machine
-from network.refusal import Refused
-from network.rooms import kinds
+from network.catalogue.declaration.discovery import kinds
+from network.machine.machine import Machine
+from network.platform.refusal import Refused
 
 CASES = Path(__file__).parents[2] / "shared" / "cases"
 

@@ -14,26 +14,26 @@ import numpy as np
 import pytest
 from scipy import signal, stats
 
-from network.comparison import ChannelResidual, Comparison, RecordingResidual, compare
-from network.inputs import Start
-from network.machine import Machine
-from network.recording import Column, Recording
-from network.refusal import Spot
-from network.report.words import tell_worst
-from network.residuals.candidates import lagged
-from network.residuals.cycles import cycles_by_regime
-from network.residuals.drivers import correlation, probability
-from network.residuals.examine import ChannelTests, examine
-from network.residuals.grid import Grid, filled
-from network.residuals.lags import autocorrelations, independent
-from network.residuals.periodicity import Periodicity, periodicity
-from network.residuals.regimes import Regimes, clustered
-from network.residuals.telling import telling
-from network.residuals.whiteness import Whiteness, cumulative_distance, kolmogorov, ljung_box, whiteness
-from network.scenario import Scenario
-from network.simulation import simulate
-from network.trajectory import Trajectory
-from network.yamlfile import tree_of
+from network.analysis.comparison.candidate_drivers import lagged
+from network.analysis.comparison.compare import ChannelResidual, Comparison, RecordingResidual, compare
+from network.analysis.comparison.cycles import cycles_by_regime
+from network.analysis.comparison.drivers import correlation, probability
+from network.analysis.comparison.examine import ChannelTests, examine
+from network.analysis.comparison.lags import autocorrelations, independent
+from network.analysis.comparison.periodicity import Periodicity, periodicity
+from network.analysis.comparison.resample import Grid, filled
+from network.analysis.comparison.sentences import telling
+from network.analysis.comparison.speed_levels import Regimes, clustered
+from network.analysis.comparison.whiteness import Whiteness, cumulative_distance, kolmogorov, ljung_box, whiteness
+from network.engine.simulation import simulate
+from network.engine.trajectory import Trajectory
+from network.machine.machine import Machine
+from network.platform.refusal import Spot
+from network.platform.yaml.document import tree_of
+from network.recordings.inputs import Start
+from network.recordings.recording import Column, Recording
+from network.recordings.scenario import Scenario
+from network.report.words.words import tell_worst
 
 STEP = 10.0
 
@@ -437,7 +437,7 @@ def test_eight_channels_of_28801_samples_are_quick(run: Trajectory) -> None:
 
 def test_nothing_of_it_is_loaded_with_the_package() -> None:
     code = (
-        "import sys, network, network.comparison; "
-        "assert not any(name.startswith('network.residuals') for name in sys.modules)"
+        "import sys, network, network.analysis.comparison.compare; "
+        "assert not any(name.startswith('network.analysis.comparison') for name in sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

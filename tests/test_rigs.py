@@ -21,8 +21,8 @@ from bench.rigs.splits import RECORDINGS, ROOT, SPLITS, Run, Split, split
 from bench.rigs.tables import markdown, short, tables
 from rich.console import Console
 
-from network.machine import Machine
-from network.recording import Recording
+from network.machine.machine import Machine
+from network.recordings.recording import Recording
 
 needs_recordings = pytest.mark.skipif(
     not RECORDINGS.is_dir(), reason="the recordings in ../shared/recordings are not here"

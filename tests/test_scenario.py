@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from network.inputs import Signal, Start
-from network.refusal import Refused
-from network.scenario import Scenario
+from network.platform.refusal import Refused
+from network.recordings.inputs import Signal, Start
+from network.recordings.scenario import Scenario
 
 HEAD = "scenario: warm-up\nduration: 4 h\n"
 RPM = 2 * math.pi / 60

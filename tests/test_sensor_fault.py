@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from catalogue import machine
 
-from network.comparison import compare
-from network.inputs import Start
-from network.machine import Machine
-from network.recording import Column, Recording
-from network.refusal import Refused
-from network.scenario import Scenario
-from network.sensors.sensor_fault import SensorFault
-from network.sensors.sensor_lag import SensorLag
-from network.simulation import simulate
-from network.trajectory import Trajectory
+from network.analysis.comparison.compare import compare
+from network.catalogue.sensors.sensor_fault import SensorFault
+from network.catalogue.sensors.sensor_lag import SensorLag
+from network.engine.simulation import simulate
+from network.engine.trajectory import Trajectory
+from network.machine.machine import Machine
+from network.platform.refusal import Refused
+from network.recordings.inputs import Start
+from network.recordings.recording import Column, Recording
+from network.recordings.scenario import Scenario
 
 HOUR = 3600.0
 INPUTS = {"speed": "6000 rpm", "position": "200 mm"}

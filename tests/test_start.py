@@ -7,8 +7,8 @@ import pytest
 from build import machine, schedule
 
 from network import Failed, Recording, simulate
-from network.inputs import Start
-from network.recording import Column
+from network.recordings.inputs import Start
+from network.recordings.recording import Column
 
 
 def chain():

@@ -11,17 +11,17 @@ import pytest
 from fits import recorded
 
 from network import Machine, calibrate, registry
-from network.declare import Array
-from network.diagnosis.candidates import kinds as searched
-from network.fields import param, place
-from network.graph import build
-from network.inputs import Start, constant
-from network.mechanisms.base import Inputs, Link, Relay, State, Stream, beyond
-from network.mechanisms.pi_cooling import PiCooling
-from network.mechanisms.switched_convection import SwitchedConvection
-from network.refusal import Refused
-from network.simulation import simulate
-from network.trajectory import Trajectory
+from network.analysis.diagnosis.candidates import kinds as searched
+from network.catalogue.declaration.declare import Array
+from network.catalogue.declaration.fields import param, place
+from network.catalogue.mechanisms.base import Inputs, Link, Relay, State, Stream, beyond
+from network.catalogue.mechanisms.pi_cooling import PiCooling
+from network.catalogue.mechanisms.switched_convection import SwitchedConvection
+from network.engine.network import build
+from network.engine.simulation import simulate
+from network.engine.trajectory import Trajectory
+from network.platform.refusal import Refused
+from network.recordings.inputs import Start, constant
 
 C, Q = 6000.0, 300.0
 """J/K of the one mass, W of its constant heat."""

@@ -16,7 +16,7 @@ import network
 ROOT = Path(network.__file__).parents[1]
 PROVE = """
 import sys
-from network import proving
+from network.cli import proof
 from network.cli import main
 
 def make_cases(folder, count, seed, jobs):
@@ -25,16 +25,16 @@ def make_cases(folder, count, seed, jobs):
         (folder / name).mkdir(parents=True)
     return names
 
-proving._module("cases").make_cases = make_cases
-proving.COMMAND = (sys.executable, "sleeper.py")
-proving.TRAIN = ()
+proof._module("cases").make_cases = make_cases
+proof.COMMAND = (sys.executable, "sleeper.py")
+proof.TRAIN = ()
 main(["prove", "--cases", "3", "--jobs", "2", "-o", "a/proof"])
 """
 SLEEPER = "import os, pathlib, time\npathlib.Path('../../..', f'{os.getpid()}.pid').touch()\ntime.sleep(60)\n"
 DEAF = """
 import multiprocessing, pathlib, time
 from network.cli import cli, main
-from network.options import results_go_to
+from network.cli.options import results_go_to
 
 @cli.command()
 def deaf():

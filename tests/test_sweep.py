@@ -20,11 +20,11 @@ import pytest
 from build import machine
 
 from network import Machine, Recording, Refused, Scenario, simulate, sweep
+from network.analysis.comparison.compare import compare
+from network.analysis.sweep.sweep import Sweep
+from network.analysis.sweep.variations import parse_variation
 from network.cli import main
-from network.comparison import compare
-from network.report.sweep_files import write_sweep
-from network.sweeping import Sweep
-from network.variations import parse_variation
+from network.report.files.sweep_files import write_sweep
 
 ROOT = Path(__file__).parent.parent
 GANTRY, WARM_UP = ROOT / "machines/gantry_spindle.yaml", ROOT / "scenarios/warm_up_and_stop.yaml"
@@ -106,7 +106,7 @@ def test_usual_levels(gantry: Machine) -> None:
 
 def test_recording_is_laid_beside_every_level(gantry: Machine, tmp_path: Path) -> None:
     """Rms in noise is that of compare; the closed form is judged by its displacements alone."""
-    from network.output import write_run
+    from network.report.files.result_files import write_run
 
     write_run(simulate(gantry, HOUR, noise_seed=1), tmp_path)
     recording = Recording.load(tmp_path / "results.csv")

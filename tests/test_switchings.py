@@ -9,8 +9,8 @@ import pytest
 from fit_networks import cooler, ramped
 from fits import speeds, two_blocks
 
-from network.simulation import simulate
-from network.solvers.crossing import first_crossing
+from network.engine.simulation import simulate
+from network.engine.solvers.crossing import first_crossing
 
 
 @dataclass(frozen=True)

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from network.quantities import ParamField
-from network.refusal import Spot
-from network.rooms import kinds
-from network.spoken import per_kelvin, spoken
-from network.units import BadNumber, Number, difference, in_unit, parse_number, show, unit, written
-from network.yamltree import Leaf
+from network.catalogue.declaration.discovery import kinds
+from network.catalogue.declaration.number_fields import ParamField
+from network.platform.quantities.number_format import per_kelvin, spoken
+from network.platform.quantities.units import BadNumber, Number, difference, in_unit, parse_number, show, unit, written
+from network.platform.refusal import Spot
+from network.platform.yaml.tree import Leaf
 
 BOUNDS = (0.0, 1e6)
 SPOT = Spot("test")

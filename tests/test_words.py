@@ -11,20 +11,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from network.comparison import Comparison, RecordingResidual, compare
-from network.graph import build
-from network.inputs import Start
-from network.machine import Machine
-from network.recording import Column, Recording
-from network.refusal import Spot
-from network.report.describe import time_constants
-from network.report.table import MOST_ROWS, digits, signed, span, table
-from network.report.words import describe, tell_comparison, tell_run, tell_worst
-from network.residuals.window import worst_window
-from network.scenario import Scenario
-from network.simulation import simulate
-from network.trajectory import Trajectory
-from network.yamlfile import tree_of
+from network.analysis.comparison.compare import Comparison, RecordingResidual, compare
+from network.analysis.comparison.window import worst_window
+from network.engine.network import build
+from network.engine.simulation import simulate
+from network.engine.time_constants import time_constants
+from network.engine.trajectory import Trajectory
+from network.machine.machine import Machine
+from network.platform.quantities.text_table import MOST_ROWS, digits, signed, span, table
+from network.platform.refusal import Spot
+from network.platform.yaml.document import tree_of
+from network.recordings.inputs import Start
+from network.recordings.recording import Column, Recording
+from network.recordings.scenario import Scenario
+from network.report.words.words import describe, tell_comparison, tell_run, tell_worst
 
 SHARED = Path(__file__).parents[2] / "shared" / "cases"
 

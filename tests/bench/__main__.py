@@ -24,10 +24,10 @@ from bench.rigs.__main__ import main as tell_rigs
 from rich.console import Console
 from rich.table import Table
 
-from network.graph import build
-from network.simulation import simulate
-from network.solvers.carry_out import solve_schedule
-from network.start import start_temperatures
+from network.engine.network import build
+from network.engine.simulation import simulate
+from network.engine.solvers.carry_out import solve_schedule
+from network.engine.start import start_temperatures
 
 ROOT = Path(__file__).parents[2]
 REPEATS = 15

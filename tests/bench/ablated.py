@@ -1,7 +1,7 @@
 """`lptn` without one stage of the diagnosis: `python -m bench.ablated STAGE diagnose …`, for `lptn prove --ablate`.
 
-Nothing in the package knows of it: functions of network.diagnosis are replaced by name before the command is called,
-wherever they were imported to.
+Nothing in the package knows of it: functions of network.analysis.diagnosis are replaced by name before the command is
+called, wherever they were imported to.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def switch_off(stage: str) -> None:
     everywhere = [*modules()]
     for path, stand in STAGES[stage].items():
         home, _, name = path.partition(".")
-        original = getattr(importlib.import_module(f"network.diagnosis.{home}"), name)
+        original = getattr(importlib.import_module(f"network.analysis.diagnosis.{home}"), name)
         substitute = stand(original)
         for module in everywhere:
             for word in [word for word, value in vars(module).items() if value is original]:
@@ -68,7 +68,7 @@ def switch_off(stage: str) -> None:
 
 def modules() -> Iterator[ModuleType]:
     """All of the diagnosis, imported."""
-    package = importlib.import_module("network.diagnosis")
+    package = importlib.import_module("network.analysis.diagnosis")
     for found in pkgutil.iter_modules(package.__path__, f"{package.__name__}."):
         yield importlib.import_module(found.name)
 

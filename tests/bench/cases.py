@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from network import Machine
-from network.inputs import Schedule, constant, held
-from network.refusal import Spot
-from network.yamlfile import Branch, tree_of
+from network.platform.refusal import Spot
+from network.platform.yaml.document import Branch, tree_of
+from network.recordings.inputs import Schedule, constant, held
 
 GROWS = {"length": "400 mm", "expansion": "1.1e-5 1/K", "direction": 1}
 RPM = 2 * np.pi / 60

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from bench.cnc_lathe_runs import DISPLACEMENTS, Day
 
-from network.declare import Array, Indices
+from network.catalogue.declaration.declare import Array, Indices
 
 SPACING = 120.0
 """s"""

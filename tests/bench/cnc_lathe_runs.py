@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from network import Recording
-from network.declare import Array, Mask
+from network.catalogue.declaration.declare import Array, Mask
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT.parent / "shared" / "recordings" / "cnc-lathe"

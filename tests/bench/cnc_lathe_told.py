@@ -16,8 +16,8 @@ from bench.cnc_lathe_runs import DISPLACEMENTS, ROOT, THINNED, Day, for_fit
 from bench.ridge import Run, fit_ridge, lagged
 
 from network import Machine, calibrate, simulate
-from network.declare import Array
-from network.yamlfile import dump
+from network.catalogue.declaration.declare import Array
+from network.platform.yaml.document import dump
 
 MACHINE = ROOT / "machines" / "cnc_lathe.yaml"
 

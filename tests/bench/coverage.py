@@ -21,9 +21,9 @@ from rich.console import Console
 from rich.table import Table
 
 from network import Machine, Recording
-from network.calibration.evidence import measured
-from network.calibration.fitting import make_problem, minimise
-from network.calibration.parameters import free_parameters
+from network.analysis.calibration.gauss_newton import make_problem, minimise
+from network.analysis.calibration.measured_means import measured
+from network.engine.response.parameters import free_parameters
 
 MACHINES, INSIDE = 200, 1.96
 

@@ -9,13 +9,13 @@ import numpy as np
 from bench.cases import chain_machine, speed_steps
 
 from network import Machine
-from network.calibration.evidence import Measured, measured
-from network.calibration.parameters import Parameter, at_values, parameter
-from network.entry_path import NumberPath
-from network.inputs import Schedule, linear
-from network.recording import Column, Recording
-from network.simulation import simulate
-from network.units import Number
+from network.analysis.calibration.measured_means import Measured, measured
+from network.catalogue.declaration.entry_path import NumberPath
+from network.engine.response.parameters import Parameter, at_values, parameter
+from network.engine.simulation import simulate
+from network.platform.quantities.units import Number
+from network.recordings.inputs import Schedule, linear
+from network.recordings.recording import Column, Recording
 
 SPREAD = 0.3
 

@@ -23,10 +23,10 @@ from rich.table import Table
 from scipy.optimize import least_squares
 
 from network import Machine, calibrate
-from network.calibration.fitting import make_problem, minimise
-from network.calibration.parameters import Parameter, at_values, centres, values_at
-from network.inputs import Schedule, constant
-from network.recording import Recording
+from network.analysis.calibration.gauss_newton import make_problem, minimise
+from network.engine.response.parameters import Parameter, at_values, centres, values_at
+from network.recordings.inputs import Schedule, constant
+from network.recordings.recording import Recording
 
 OUTPUT, NUMBERS, PARTS = 60.0, 6, 5
 

@@ -16,9 +16,9 @@ from bench.fit_cases import fit_case, free_numbers, laid_out, recorded, schedule
 from rich.console import Console
 from rich.table import Table
 
-from network.calibration.fitting import Linearised, linearise, make_problem, minimise
-from network.calibration.parameters import at_values, centres
-from network.calibration.series import compiled
+from network.analysis.calibration.gauss_newton import Linearised, linearise, make_problem, minimise
+from network.engine.response.parameters import at_values, centres
+from network.engine.response.series import compiled
 
 MANY, TIMED = 500, 25
 

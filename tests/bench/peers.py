@@ -9,10 +9,10 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from network.balance import affine_heat, affine_matrix
-from network.graph import build
-from network.inputs import Schedule
-from network.machine import Machine
+from network.engine.balance import affine_heat, affine_matrix
+from network.engine.network import build
+from network.machine.machine import Machine
+from network.recordings.inputs import Schedule
 
 Matrices = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 

@@ -14,11 +14,11 @@ from rich.console import Console
 from rich.table import Table
 
 from network import Failed, Machine, Recording, calibrate
-from network.calibration.calibrating import Calibration
-from network.calibration.hygiene import look_at
-from network.comparison import ChannelResidual, Comparison
-from network.declare import Array
-from network.units import difference, unit
+from network.analysis.calibration.calibrate import Calibration
+from network.analysis.calibration.data_quality import look_at
+from network.analysis.comparison.compare import ChannelResidual, Comparison
+from network.catalogue.declaration.declare import Array
+from network.platform.quantities.units import difference, unit
 
 ROOT = Path(__file__).parents[2]
 RECORDINGS = ROOT.parent / "shared" / "recordings"

@@ -29,7 +29,7 @@ from proof.score import OUT, Score, score
 from rich.console import Console
 from rich.table import Table
 
-from network.refusal import Failed
+from network.platform.refusal import Failed
 
 ROOT = Path(__file__).parents[3]
 Way = Callable[[Given], dict[str, Any]]

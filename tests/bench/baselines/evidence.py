@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from bench.baselines.given import Given, nothing
 
-from network.diagnosis.candidates import candidates
-from network.diagnosis.case import Hypothesis, suppose
-from network.diagnosis.screen import Score, screen
-from network.refusal import Failed
+from network.analysis.diagnosis.candidates import candidates
+from network.analysis.diagnosis.hypothesis import Hypothesis, suppose
+from network.analysis.diagnosis.screen import Score, screen
+from network.platform.refusal import Failed
 
 REFITTED = 5
 """Candidates that are refitted, the best by their linear score."""

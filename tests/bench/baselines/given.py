@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from network import Machine, Recording
-from network.diagnosis.case import Case, Hypothesis, suppose
-from network.proving import description
-from network.sources import load_recording
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, suppose
+from network.cli.proof import description
+from network.recordings.load_source import load_recording
 
 SURE = 0.5
 """Confidence of a name that comes without one."""

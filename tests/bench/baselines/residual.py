@@ -10,9 +10,9 @@ from bench.baselines.given import Given, found, nothing
 from numpy.typing import NDArray
 
 from network import Recording
-from network.calibration.beginnings import estimated
-from network.comparison import ChannelResidual, pooled
-from network.declare import Array
+from network.analysis.calibration.initial_temperatures import estimated
+from network.analysis.comparison.compare import ChannelResidual, pooled
+from network.catalogue.declaration.declare import Array
 
 FITS = 1.5
 """Noise units rms up to which a channel is let pass."""

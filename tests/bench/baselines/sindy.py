@@ -14,8 +14,8 @@ from bench.baselines.given import Given, found, nothing
 from scipy.signal import savgol_filter
 
 from network import Machine, Recording
-from network.declare import Array
-from network.graph import build
+from network.catalogue.declaration.declare import Array
+from network.engine.network import build
 
 EVERY = 60.0
 """s between the samples that are regressed on."""

@@ -23,7 +23,7 @@ from bench.rigs.splits import RECORDINGS, SPLITS, split
 from bench.rigs.tables import markdown, tables
 from rich.console import Console
 
-from network.stopping import on_stop, stoppable
+from network.platform.stopping import on_stop, stoppable
 
 CASES = (*(Case(s) for s in SPLITS), *(Case(split(c.split), c) for c in CONCEALMENTS))
 

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from network import Failed, Machine, Recording, Refused
-from network.calibration.beginnings import estimated
-from network.calibration.hygiene import look_at
-from network.calibration.parameters import at_values, centres, free_parameters, values_at
-from network.comparison import RecordingResidual
-from network.declare import Array, Mask
-from network.units import difference, unit
+from network.analysis.calibration.data_quality import look_at
+from network.analysis.calibration.initial_temperatures import estimated
+from network.analysis.comparison.compare import RecordingResidual
+from network.catalogue.declaration.declare import Array, Mask
+from network.engine.response.parameters import at_values, centres, free_parameters, values_at
+from network.platform.quantities.units import difference, unit
 
 
 @dataclass(frozen=True)

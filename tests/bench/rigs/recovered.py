@@ -9,7 +9,7 @@ import numpy as np
 from bench.rigs.case import Tree
 
 from network import Failed, Machine, Recording, Refused, simulate
-from network.declare import Array
+from network.catalogue.declaration.declare import Array
 
 PIECES = 24
 """Stretches of a run whose mean heat flows are compared."""

@@ -16,7 +16,7 @@ from typing import Any
 from bench.rigs.case import Case
 from bench.rigs.splits import ROOT
 
-from network.groups import Groups
+from network.platform.process_groups import Groups
 
 LIMIT = 300.0
 """s for one diagnosis."""

@@ -1,0 +1,1 @@
+"""What runs and recordings tell: residuals, sweeps, calibrated numbers, missing physics."""

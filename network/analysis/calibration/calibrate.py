@@ -1,0 +1,186 @@
+"""From a machine with uncertain numbers and recordings of it to the calibrated machine, and how far to believe it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from network.analysis.calibration.calibrated_patch import calibrated
+from network.analysis.calibration.gauss_newton import make_problem
+from network.analysis.calibration.identifiability_report import sentences, shift, told_holdout, told_starts
+from network.analysis.calibration.initial_temperatures import all_begun
+from network.analysis.calibration.measured_means import Measured
+from network.analysis.calibration.multistart import best_start, rms
+from network.analysis.calibration.noise import Noise
+from network.analysis.calibration.recording_admission import admitted, check_apart, check_parameters
+from network.analysis.calibration.robust_fit import Fit, refined
+from network.analysis.calibration.tcp_bands import Band, bands
+from network.analysis.calibration.uncertainty import Uncertainty, uncertainty
+from network.analysis.calibration.unit_mistakes import misread
+from network.analysis.comparison.compare import Comparison, compare, pooled
+from network.catalogue.declaration.declare import Array
+from network.engine.response.parameters import Parameter, at_values, centres, free_parameters, values_at
+from network.machine.machine import Machine
+from network.platform.refusal import Complaints
+from network.platform.threads import on_one_thread
+from network.recordings.channel_match import overheard
+from network.recordings.inputs import Start
+from network.recordings.recording import Recording
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Calibration:
+    """The outcome. machine: with value ± standard error for each number; original: as it was given; fit, known: the
+    minimum and its uncertainty; before, after, before_holdout, after_holdout: residuals on the recordings calibrated on
+    and on those held out (None without), `before` with unknown numbers at their priors' centres; begun, begun_holdout:
+    those after with each start estimated; bands: of the tool
+    centre point, by recording; warnings: what was wrong with the input; sentences: what the result means."""
+
+    machine: Machine
+    original: Machine
+    parameters: tuple[Parameter, ...]
+    fit: Fit
+    known: Uncertainty
+    before: Comparison
+    after: Comparison
+    before_holdout: Comparison | None
+    after_holdout: Comparison | None
+    begun: Comparison | None
+    begun_holdout: Comparison | None
+    bands: tuple[tuple[Band, ...], ...]
+    warnings: tuple[str, ...]
+    sentences: tuple[str, ...]
+    tried: int
+    seed: int
+    seconds: float
+
+    @property
+    def theta(self) -> Array:
+        return self.fit.at.theta
+
+    @property
+    def std(self) -> Array:
+        """1σ of θ: of the logarithm, or of the number itself."""
+        return self.known.std
+
+    @property
+    def correlation(self) -> Array:
+        return self.known.correlation
+
+    @cached_property
+    def shift(self) -> Array:
+        """How far each number moved, in prior σ; NaN where the prior was flat."""
+        return shift(self.parameters, self.theta)
+
+    @property
+    def noise(self) -> Noise:
+        return self.fit.noise
+
+    @property
+    def data(self) -> tuple[Measured, ...]:
+        return self.fit.at.problem.data
+
+    def summary(self) -> dict[str, Any]:
+        """calibration.json."""
+        from network.report.files.calibration_summary import summary
+
+        return summary(self)
+
+    def __repr__(self) -> str:
+        return f"<calibration of {self.original.name}: rmse {self.after.rmse_in_noise:.3g} σ>"
+
+    def __str__(self) -> str:
+        from network.report.words.calibration_words import tell_calibration
+
+        return tell_calibration(self)
+
+
+@on_one_thread
+def calibrate(
+    machine: Machine, recordings: Recording | Iterable[Recording], holdout: Recording | Iterable[Recording] = (), *,
+    start: Start | None = None, seed: int = 0, progress: Progress | None = None,
+) -> Calibration:  # fmt: skip
+    """The most probable values of the machine's uncertain numbers, given recordings and priors.
+
+    holdout: recordings that are only predicted; start: overrides where runs begin (it stays uncertain); seed: of
+    further beginnings; progress: told the share done. Raises Refused for input that cannot be used, Failed where every
+    run breaks down.
+    """
+    began, tell = time.perf_counter(), progress or (lambda share: None)
+    train, held_out = _several(recordings), _several(holdout)
+    parameters = free_parameters(machine)
+    check_parameters(machine, parameters)
+    check_apart(train, held_out)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return _calibrated(machine, parameters, train, held_out, start, seed, tell, began)
+
+
+def _several(recordings: Recording | Iterable[Recording]) -> tuple[Recording, ...]:
+    return (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
+
+
+def _calibrated(
+    machine: Machine, parameters: tuple[Parameter, ...], train: Sequence[Recording], held_out: Sequence[Recording],
+    start: Start | None, seed: int, tell: Progress, began: float,
+) -> Calibration:  # fmt: skip
+    let_in = admitted(machine, parameters, train, start)
+    nominal = at_values(machine, values_at(parameters, centres(parameters)))
+    before, before_holdout = compare(nominal, train, start=start), _compared(nominal, held_out, start)
+    problem = make_problem(machine, parameters, let_in.data)
+    found = best_start(replace(problem, offsets=()), np.random.default_rng(seed), lambda share: tell(0.1 + 0.4 * share))
+    _check_units(misread(found.at, before))
+    tell(0.5)
+    fit = refined(problem, found.at)
+    tell(0.8)
+    known = uncertainty(fit.at)
+    tell(0.9)
+    result = calibrated(machine, parameters, fit.at.theta, np.minimum(known.std, [p.spread for p in parameters]))
+    areas = tuple(
+        bands(machine, parameters, fit.at.theta, known.theta_covariance, r, start) for r in (*train, *held_out)
+    )
+    after, after_holdout = compare(result, train, start=start), _compared(result, held_out, start)
+    own, misfit = (result, machine, parameters, fit.at.theta), max(1.0, rms(fit.at.left))
+    started, started_holdout = (all_begun(*own, some, start, misfit) for some in (train, held_out))
+    told = [*told_holdout(before_holdout, after_holdout, after), *sentences(found, fit, known)]
+    told += told_starts(after, started)
+    return Calibration(
+        result, machine, parameters, fit, known, before, after, before_holdout, after_holdout, started,
+        started_holdout, areas, (*overheard(machine, train, held_out), *let_in.warnings),
+        tuple(told), found.tried, seed, time.perf_counter() - began,
+    )  # fmt: skip
+
+
+def _compared(machine: Machine, recordings: Sequence[Recording], start: Start | None) -> Comparison | None:
+    return compare(machine, recordings, start=start) if recordings else None
+
+
+def _check_units(found: Iterable[Any]) -> None:
+    complaints = Complaints([*found])
+    complaints.raise_if_any()
+
+
+def pooled_channels(comparison: Comparison) -> Mapping[str, dict[str, Any]]:
+    """Residuals of each channel over all recordings."""
+    out = {}
+    for name in dict.fromkeys(n for r in comparison.recordings for n in r.channels):
+        several = [r.channels[name] for r in comparison.recordings if name in r.channels]
+        told = [c.summary() for c in several if c.n]
+        n = sum(t["n"] for t in told)
+        if n:
+            rmse = float(np.sqrt(sum(t["rmse"] ** 2 * t["n"] for t in told) / n))
+            largest = max(t["max"] for t in told)
+            out[name] = {
+                "rmse": rmse,
+                "unit": told[0]["unit"],
+                "rmse_in_noise": pooled(several),
+                "max": largest,
+                "n": n,
+            }
+    return out

@@ -1,0 +1,55 @@
+"""A calibrated machine as a patch of its file: value ± standard error for each number, and what options changed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from network.catalogue.declaration.patch import exchange_value
+from network.engine.response.parameters import Parameter
+from network.machine.file_layers import is_made_of, patch_from
+from network.machine.machine import Machine
+from network.platform.quantities.units import Number, difference, unit
+from network.platform.refusal import Spot, refuse
+from network.platform.yaml.document import Branch, Tree, dump
+
+FILE = "machine.calibrated.yaml"
+DIGITS, SPREAD_DIGITS = 6, 3
+
+
+def text_of(p: Parameter, value: float, spread: float) -> str:
+    """A calibrated number as it stands in a file; spread: 1σ of θ. Rounded where nobody would miss it."""
+    given = unit(p.field.unit)
+    shown = difference(given) if p.field.unit == "K" else given
+    value = shown.to_si(float(f"{shown.from_si(value):.{DIGITS}g}"))
+    if p.is_log:
+        spread = float(f"{max(spread, 1e-6) * 100:.{SPREAD_DIGITS}g}") / 100
+        return str(p.field.write(Number(value, "log", spread)))
+    scale = difference(given).scale
+    spread = float(f"{max(spread, 1e-12 * scale) / scale:.{SPREAD_DIGITS}g}") * scale
+    return str(p.field.write(Number(value, "normal", spread)))
+
+
+def calibrated(
+    machine: Machine, parameters: Iterable[Parameter], theta: Iterable[float], std: Iterable[float]
+) -> Machine:
+    """The machine with value ± standard error for each number, so that its tree says so, too."""
+    tree: Tree = machine.tree
+    for p, x, s in zip(parameters, theta, std, strict=True):
+        tree = exchange_value(tree, (*p.entry.keys, p.field.key), text_of(p, p.value(x), s))
+    assert isinstance(tree, Branch)
+    return Machine.read(tree, machine.file)
+
+
+def patch_text(machine: Machine, where: Path, remark: str) -> str:
+    """The file of a calibrated machine in a folder: it extends the machine's own file, or is whole where that cannot
+    be read."""
+    over = patch_from(machine.file, machine.tree, where)
+    return f"# {remark}\n" + dump(machine.to_plain() if over is None else {"extends": over[0], **over[1]})
+
+
+def check_target(machine: Machine, where: Path) -> None:
+    """Raises Refused where the result would replace a file that it extends."""
+    if is_made_of(machine.file, where / FILE):
+        wrong = f"holds {FILE}, and that is a file the machine is made of"
+        raise refuse(Spot(str(where)), wrong, "give another -o")

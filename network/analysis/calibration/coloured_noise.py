@@ -1,0 +1,101 @@
+"""Coloured noise of sensors, told from how residuals differ over short lags, whatever slow error the model still has.
+
+Structure function D(l) = mean (e(t + l) − e(t))² = 2 σ_w² + 2 σ_c² (1 − e^(−l/τ)) + b l²: white noise, an
+OU process of variance σ_c² and correlation time τ, and the slow drift of a model that is not right yet. Source: Rytov,
+Kravtsov & Tatarskii, Principles of Statistical Radiophysics 1 (1987), on structure functions; unverified.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+
+import numpy as np
+from scipy.optimize import nnls
+
+from network.analysis.calibration.measured_means import Measured
+from network.catalogue.declaration.declare import Array
+from network.engine.response.intervals import joined_straight
+from network.engine.response.model import Prediction
+
+LAGS = (1, 2, 3, 4, 6, 8, 11, 15, 20, 27, 36)
+TIMES = (1.5, 2.5, 4.0, 6.5, 10.0, 16.0, 25.0)
+"""Correlation times tried, in samples."""
+CLIP = 0.99
+LEAST_SHARE = 0.5
+"""Coloured 1σ over white 1σ below which a sensor counts as white."""
+PAIRS = 200
+"""Samples below which nothing is said."""
+ALIKE, ALIKE_LAGS, ALIKE_SAMPLES = 0.22, (8, 16, 27), 3000
+"""Correlation of two channels' bends over some lags from which they are no noise of their own, with so many samples."""
+
+
+def residuals(data: Measured, prediction: Prediction) -> dict[str, Array]:
+    """Measured less modelled at every sample that is used, NaN elsewhere, by channel [SI]."""
+    edges, knots = prediction.course.problem.plan.edges, data.run.knots
+    K = len(edges) - 1
+    k, w = joined_straight(edges, knots.samples)
+    out = {}
+    for i, (name, channel) in enumerate(data.channels.items()):
+        model = (1 - w) * prediction.values[i, k] + w * prediction.values[i, K + k]
+        out[name] = np.where(channel.used, channel.values - model, np.nan)
+    return out
+
+
+def colours(data: Sequence[Measured], predictions: Sequence[Prediction]) -> dict[str, tuple[float, float, float]]:
+    """Channel → (white 1σ, coloured 1σ [SI], its correlation time [s]), from all runs together.
+
+    A sensor's noise is its own: channels that sway together are moved by heat, and count as white.
+    """
+    by_run = [residuals(d, p) for d, p in zip(data, predictions, strict=True)]
+    names = dict.fromkeys(name for r in by_run for name in r)
+    interval = float(np.median(np.concatenate([np.diff(d.run.knots.samples) for d in data])))
+    series = {name: [r.get(name, np.full(len(d.run.knots.samples), np.nan)) for d, r in zip(data, by_run, strict=True)]
+              for name in names}  # fmt: skip
+    told = {name: colour(own, interval) for name, own in series.items()}
+    moved = _moved_together({name: own for name, own in series.items() if told[name][1] > 0})
+    return {name: (white, 0.0, 0.0) if name in moved else (white, s, tau) for name, (white, s, tau) in told.items()}
+
+
+def _moved_together(series: Mapping[str, Sequence[Array]]) -> set[str]:
+    """Channels whose bends Δ²e over some lag go with those of another, by the sign: sin(π/2 · mean sign·sign)."""
+    moved: set[str] = set()
+    for lag in ALIKE_LAGS:
+        bends = {n: np.concatenate([_bends(e, lag) for e in own]) for n, own in series.items()}
+        for a, b in combinations(bends, 2):
+            both = bends[a] * bends[b]
+            both = np.sign(both[np.isfinite(both)])
+            if len(both) > PAIRS:
+                least = ALIKE * max(1.0, np.sqrt(ALIKE_SAMPLES / len(both)))
+                moved |= {a, b} if abs(np.sin(np.pi / 2 * both.mean())) > least else set()
+    return moved
+
+
+def _bends(e: Array, lag: int) -> Array:
+    """e(t + 2l) − 2 e(t + l) + e(t) about its median: nothing of a steady drift is left in it."""
+    bend = e[2 * lag :] - 2 * e[lag:-lag] + e[: -2 * lag]
+    return np.asarray(bend - np.nanmedian(bend)) if np.isfinite(bend).any() else bend
+
+
+def colour(series: Sequence[Array], interval: float) -> tuple[float, float, float]:
+    """(white 1σ, coloured 1σ, correlation time) of some evenly spaced residuals of one sensor."""
+    D = np.array([_structure(series, lag) for lag in LAGS])
+    if sum(np.isfinite(e).sum() for e in series) < PAIRS or not np.isfinite(D).all() or D[0] <= 0:
+        return 0.0, 0.0, 0.0
+    lags, weight = np.array(LAGS, float), 1 / (D * np.sqrt(np.array(LAGS, float)))
+    best = (np.inf, np.zeros(3), 0.0)
+    for tau in TIMES:
+        basis = np.stack([np.full(len(lags), 2.0), 2 * (1 - np.exp(-lags / tau)), lags**2], axis=1)
+        found, left = nnls(basis * weight[:, None], D * weight)
+        best = min(best, (float(left), found, tau), key=lambda trial: trial[0])
+    _, (white, tinted, _), tau = best
+    if tinted < LEAST_SHARE**2 * max(white, 1e-300):
+        return float(np.sqrt(white)), 0.0, 0.0
+    return float(np.sqrt(white)), float(np.sqrt(tinted)), tau * interval
+
+
+def _structure(series: Sequence[Array], lag: int) -> float:
+    """Mean squared difference over a lag; the largest hundredth (jumps, outliers) is left out."""
+    squared = np.concatenate([(e[lag:] - e[:-lag]) ** 2 for e in series if len(e) > lag])
+    squared = np.sort(squared[np.isfinite(squared)])
+    return float(squared[: max(1, int(CLIP * len(squared)))].mean()) / 0.93 if len(squared) else np.nan

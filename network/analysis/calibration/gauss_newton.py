@@ -1,0 +1,123 @@
+"""The most probable parameters: Gauss–Newton with Levenberg–Marquardt damping on whitened residuals and priors.
+
+Source: Madsen, Nielsen & Tingleff, Methods for Non-linear Least Squares Problems (2004), algorithm 3.16.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.linalg import cho_factor, solve_triangular
+from scipy.optimize import lsq_linear
+
+from network.analysis.calibration.linearised import Linearised, linearise, residual_cost, residual_of, with_slopes
+from network.analysis.calibration.problem import Problem, make_problem
+from network.catalogue.declaration.declare import Array
+from network.engine.response.parameters import centres
+from network.platform.refusal import Failed
+
+__all__ = ["Linearised", "Problem", "chi_of", "linearise", "make_problem", "minimise", "residual_cost"]
+
+STEPS = 25
+CLOSE, CLOSE_SHARE, CLOSE_SHARE_FAR = 1e-2, 1e-5, 1e-4
+"""Decrease of J that no longer matters (J counts in squared σ), and as a share of J, also where the run is far off."""
+FAR = 3.0
+"""Misfit χ from which priors of θ are narrowed."""
+NEAR = 0.02
+"""Distance in θ (logarithms, or prior 1σ) over which slopes count as the same."""
+DAMPING, LEAST_DAMPING, HARDER, SOFTER, HARDEST = 1e-3, 1e-7, 8.0, 0.05, 1e9
+
+
+def minimise(
+    problem: Problem, theta: Array | None = None, steps: int = STEPS, tell: Callable[[float], None] | None = None
+) -> Linearised:
+    """The most probable θ, from a start (the priors' centres).
+
+    While the run is far off all priors are narrowed by the misfit χ, as if the noise were that much larger, which keeps
+    the numbers plausible; then those of θ are as they are, and those of η stay narrowed by what misfit is left.
+    """
+    theta = centres(problem.parameters) if theta is None else theta
+    low, high = (np.array([getattr(p, side) for p in problem.parameters]) for side in ("low", "high"))
+    at, damping = _tempered(linearise(problem, np.clip(theta, low, high))), DAMPING
+    for k in range(steps):
+        if tell:
+            tell(k / steps)
+        before = at
+        at, damping, gain = _improved(at, damping, low, high)
+        at = _tempered(at)
+        is_far, was_far = (x.problem.firm_theta > 1 for x in (at, before))
+        if gain < max(CLOSE, (CLOSE_SHARE_FAR if is_far else CLOSE_SHARE) * at.cost) and is_far == was_far:
+            break
+    return _completed(_tempered(at, free=True))
+
+
+def chi_of(at: Linearised) -> float:
+    """Rms of the whitened residual: 1 where the model is right and the noise as stated."""
+    return float(np.sqrt(at.misfit / len(at.residual))) if len(at.residual) else 0.0
+
+
+def _tempered(at: Linearised, free: bool = False) -> Linearised:
+    """The same point with priors narrowed by the misfit that is left; those of θ only far off."""
+    chi = max(1.0, chi_of(at))
+    return at.tempered(chi if chi > FAR and not free else 1.0, chi)
+
+
+def _improved(at: Linearised, damping: float, low: Array, high: Array) -> tuple[Linearised, float, float]:
+    """One accepted step, the damping after it, and what J lost (what it would lose, where that is next to nothing)."""
+    refused = False
+    while damping < HARDEST:
+        step = _step(at, damping, low, high)
+        precision, gradient = at.reduced
+        expected = float(2 * step @ gradient - step @ precision @ step)
+        if expected < CLOSE / 2 or float(np.abs(step).max(initial=0.0)) < 1e-9:
+            return at, damping, max(expected, 0.0)
+        new = _tried(at, np.clip(at.theta + step, low, high), refused)
+        if new is not None:
+            return new, max(damping * SOFTER, LEAST_DAMPING), at.cost - new.cost
+        if at.made_at is not None:
+            at = with_slopes(at.problem, at.theta, at.predictions, at)
+        else:
+            refused, damping = True, max(damping * HARDER, DAMPING)
+    return at, damping, 0.0
+
+
+def _tried(at: Linearised, theta: Array, refused: bool) -> Linearised | None:
+    """The problem about θ, if it is better there. Slopes are found again where θ has moved far since they were, or at
+    once where no step was `refused` before."""
+    try:
+        predictions = at.problem.model.predict(theta)
+    except Failed:
+        return None
+    residual = residual_of(at.problem, predictions)
+    if not np.isfinite(residual).all():
+        return None
+    new = at.beside(theta, residual, predictions)
+    if not _is_near(new) and (not refused or new.cost < at.cost):
+        new = with_slopes(at.problem, theta, predictions, at)
+    return new if new.cost < at.cost else None
+
+
+def _is_near(at: Linearised) -> bool:
+    """Whether slopes that were found elsewhere are good here."""
+    spreads = np.array([1.0 if p.is_log else p.spread for p in at.problem.parameters])
+    return at.made_at is None or bool((np.abs(at.theta - at.made_at) < NEAR * spreads).all())
+
+
+def _completed(at: Linearised) -> Linearised:
+    """With slopes by θ that are good here, and slopes by η from here."""
+    if at.eta_made_at is None and _is_near(at):
+        return at
+    return with_slopes(at.problem, at.theta, at.predictions)
+
+
+def _step(at: Linearised, damping: float, low: Array, high: Array) -> Array:
+    """The damped step of θ within its bounds, η following."""
+    precision, gradient = at.reduced
+    root, _ = cho_factor(precision + damping * np.diag(np.diag(precision)), lower=True)
+    toward = solve_triangular(root, gradient, lower=True)
+    step = np.asarray(solve_triangular(root, toward, lower=True, trans="T"))
+    down, up = low - at.theta, high - at.theta
+    if ((step >= down) & (step <= up)).all():
+        return step
+    return np.asarray(np.clip(lsq_linear(np.tril(root).T, toward, (down, up), "bvls").x, down, up))

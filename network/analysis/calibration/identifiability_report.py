@@ -1,0 +1,179 @@
+"""What a calibration means, in sentences: what is known, what is not, what is tied together, what looks wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from network.analysis.calibration.multistart import ADEQUATE, Found, rms
+from network.analysis.calibration.robust_fit import Fit
+from network.analysis.calibration.uncertainty import CLOSELY, Uncertainty
+from network.analysis.comparison.amounts import amount, joined
+from network.analysis.comparison.compare import Comparison
+from network.catalogue.declaration.declare import Array
+from network.engine.response.parameters import Parameter, centres
+from network.platform.quantities.text_table import digits, span
+from network.platform.quantities.units import show, unit
+
+FAR_MOVED = 2.0
+WELL = 0.05
+"""Standard error of the logarithm up to which a number is called well determined."""
+WORSE, AGAIN = 1.02, 1.5
+"""Held-out residuals over those before, and over those calibrated on, that are told."""
+BEGUN = 0.9
+"""Share of the residual that estimated starts have to leave at most, to be told."""
+MOST_PAIRS, MOST_NAMED = 6, 8
+
+
+def shift(parameters: Sequence[Parameter], theta: Array) -> Array:
+    """How far each number moved, in prior σ; NaN where the prior was flat."""
+    spread = [np.nan if p.is_unknown else p.spread for p in parameters]
+    return np.asarray((theta - centres(parameters)) / spread)
+
+
+def named(names: Sequence[str]) -> str:
+    return joined([*names[:MOST_NAMED], *([f"{len(names) - MOST_NAMED} more"] if len(names) > MOST_NAMED else [])])
+
+
+def relative(p: Parameter, theta: float, spread: float) -> str:
+    """1σ as it is written behind a value: '3.1 %' or '0.2 K'."""
+    if p.is_log:
+        return f"{digits(100 * spread, 3)} %"
+    return (
+        show(spread, "K" if p.field.unit == "degC" else p.field.unit, 3) if p.field.unit != "1" else digits(spread, 3)
+    )
+
+
+def told_holdout(before: Comparison | None, after: Comparison | None, train: Comparison) -> list[str]:
+    """Whether what was learned carries over to recordings that were held out."""
+    if before is None or after is None:
+        return []
+    was, now = before.rmse_in_noise, after.rmse_in_noise
+    if now > WORSE * was:
+        return [f"What was learned does not carry over: held out, the machine was {digits(was, 3)} σ off before and is "
+                f"{digits(now, 3)} σ off now; numbers were bent to make up for missing physics"]  # fmt: skip
+    if now > ADEQUATE and now > AGAIN * train.rmse_in_noise:
+        there = f"({digits(now, 3)} σ) than where it was calibrated ({digits(train.rmse_in_noise, 3)} σ)"
+        return [
+            f"Held out, the machine is further off {there}: something moves there that these recordings do not show"
+        ]
+    return []
+
+
+def told_starts(after: Comparison, begun: Comparison | None) -> list[str]:
+    """Where it matters that parts began elsewhere than first readings tell."""
+    if begun is None or begun.rmse_in_noise > BEGUN * after.rmse_in_noise:
+        return []
+    now, then = digits(after.rmse_in_noise, 3), digits(begun.rmse_in_noise, 3)
+    return [
+        f"With the starts that the fit found (in calibration.json, for --start) {then} σ are left instead of {now} σ"
+    ]
+
+
+def sentences(found: Found, fit: Fit, known: Uncertainty) -> list[str]:
+    """All that is to be said of a fit, the gravest first."""
+    return [*_misfit(fit), *_bounds(known), *_moved(known), *_prior_only(known), *_tied(known), *_well(known),
+            *_rivals(found), *_noise(fit)]  # fmt: skip
+
+
+def _misfit(fit: Fit) -> Iterator[str]:
+    left = rms(fit.at.left)
+    if left > ADEQUATE:
+        yield (
+            f"The calibrated machine leaves {digits(left, 3)} times what noise would leave in means over minutes: some "
+            "physics is missing from it, or a noise is declared too low; every ± is widened by that factor"
+        )
+
+
+def _bounds(known: Uncertainty) -> Iterator[str]:
+    parameters, theta = known.at.problem.parameters, known.at.theta
+    for j in known.at_bound:
+        p = parameters[j]
+        from_ = (
+            ""
+            if p.is_unknown
+            else f", {digits(abs(theta[j] - p.centre) / p.spread, 2)} prior σ from {p.told(p.centre)}"
+        )
+        yield f"{p.path} is at its bound, {p.told(theta[j])}{from_}: its uncertainty there means nothing"
+
+
+def _moved(known: Uncertainty) -> Iterator[str]:
+    parameters, theta = known.at.problem.parameters, known.at.theta
+    moved = shift(parameters, theta)
+    far = [
+        j for j in np.argsort(-np.abs(np.nan_to_num(moved))) if abs(moved[j]) > FAR_MOVED and j not in known.at_bound
+    ]
+    if far:
+        told = named([f"{parameters[j].path} ({moved[j]:+.1f} σ)" for j in far])
+        yield f"Further than 2 prior σ moved {told}: the classic sign of something missing from the machine"
+
+
+def _prior_only(known: Uncertainty) -> Iterator[str]:
+    parameters = known.at.problem.parameters
+    nothing = [parameters[j].path for j in known.prior_only if j not in known.at_bound]
+    if nothing:
+        yield f"Nothing in these recordings tells {named(nothing)}: what stands there is the prior only"
+
+
+def _tied(known: Uncertainty) -> Iterator[str]:
+    parameters = known.at.problem.parameters
+    pairs = [pair for pair in known.pairs(CLOSELY) if not {pair[0], pair[1]} & {*known.at_bound}]
+    for i, j, r in pairs[:MOST_PAIRS]:
+        what = tie(parameters[i], parameters[j], known.at.theta[[i, j]], known.std[[i, j]], r)
+        yield f"{parameters[i].path} and {parameters[j].path} are known only as {what} (correlation {r:+.3f})"
+
+
+def tie(a: Parameter, b: Parameter, theta: Array, std: Array, r: float) -> str:
+    """Which combination of two closely correlated numbers the readings tell: of two in one unit the sum or difference
+    if they trade one for one, else the product or ratio."""
+    size, relative = np.array([p.value(x) for p, x in zip((a, b), theta, strict=True)]), np.array(std, float)
+    for k, p in enumerate((a, b)):
+        relative[k] /= 1.0 if p.is_log else max(abs(size[k]), 1e-300)
+    same_unit = unit(a.field.unit).dimension == unit(b.field.unit).dimension
+    absolute = relative * np.abs(size)
+    if same_unit and abs(np.log(absolute[0] / absolute[1])) < abs(np.log(relative[0] / relative[1])):
+        return "a difference" if r > 0 else "a sum"
+    return "a ratio" if r * size[0] * size[1] > 0 else "a product"
+
+
+def _well(known: Uncertainty) -> Iterator[str]:
+    parameters = known.at.problem.parameters
+    out = {*known.prior_only, *known.at_bound}
+    well = sum(1 for j, p in enumerate(parameters) if p.is_log and known.std[j] <= WELL and j not in out)
+    if well:
+        yield f"{well} of {len(parameters)} numbers {'is' if well == 1 else 'are'} known to 5 % or better"
+
+
+def _rivals(found: Found) -> Iterator[str]:
+    best = found.at
+    for rival in found.rivals[:1]:
+        parameters = best.problem.parameters
+        far = np.abs(rival.theta - best.theta) / [p.spread for p in parameters]
+        j = int(np.argmax(far))
+        p = parameters[j]
+        here, there = p.told(best.theta[j]), p.told(rival.theta[j])
+        yield (
+            f"Another set of numbers fits alike, {p.path} {there} instead of {here}: "
+            "a recording that moves the machine otherwise would tell them apart"
+        )
+
+
+def _noise(fit: Fit) -> Iterator[str]:
+    units = {n: s.unit for n, s in fit.at.problem.model.machine.sensors.items()}
+    if fit.offsets:
+        told = [_offset(n.name, x, units[n.name]) for n, x in zip(fit.at.problem.offsets, fit.at.eta, strict=False)
+                if abs(x) > n.spread]  # fmt: skip
+        if told:
+            yield f"Sensors read off by a constant: {named(told)}"
+    elif fit.refused:
+        yield "Constant errors of the sensors were not let into the fit: they would have covered up what is missing"
+    coloured = [f"{n} ({amount(s, units[n])} over {span(tau)})" for n, (s, tau) in fit.noise.coloured.items()]
+    if coloured:
+        yield f"Residuals last longer than white noise would, and every ± allows for it: {named(coloured)}"
+    if fit.weighted:
+        yield f"Means of readings that lie far off count less ({fit.weighted} of {len(fit.at.left)})"
+
+
+def _offset(name: str, value: float, unit_text: str) -> str:
+    return f"{name} {'+' if value > 0 else '−'}{amount(value, unit_text)}"

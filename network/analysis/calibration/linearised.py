@@ -1,0 +1,179 @@
+"""A fit about some θ: residuals, slopes by everything that is uncertain, and what follows from these without a run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from network.analysis.calibration.arrow_matrix import Folded, OwnPart, Part
+from network.analysis.calibration.estimate import Estimate, log_evidence
+from network.analysis.calibration.measured_means import Measured
+from network.analysis.calibration.problem import Problem
+from network.analysis.calibration.projector import Projector
+from network.analysis.calibration.slopes import Rows, Slopes
+from network.catalogue.declaration.declare import Array
+from network.engine.response.model import Prediction
+from network.platform.refusal import Failed
+
+
+@dataclass(frozen=True, eq=False)
+class Linearised:
+    """The problem about θ. rows: the whitened residual z − y(θ) and its slopes.
+
+    made_at, eta_made_at: θ at which the slopes by θ and by η were found, where that is not here.
+    """
+
+    problem: Problem
+    theta: Array
+    predictions: tuple[Prediction, ...]
+    rows: Rows
+    made_at: Array | None = None
+    eta_made_at: Array | None = None
+
+    @property
+    def free(self) -> int:
+        return len(self.theta)
+
+    @property
+    def residual(self) -> Array:
+        return self.rows.residual
+
+    @property
+    def slopes(self) -> Array:
+        """Whitened ∂y/∂(θ, η), (parameters + nuisances, rows)."""
+        return self.rows.slopes.matrix
+
+    @property
+    def normal(self) -> Array:
+        """SᵀS without the prior."""
+        return self.rows.slopes.normal
+
+    @property
+    def precision(self) -> Array:
+        """Inverse posterior covariance of (θ, η), linearised."""
+        return self.rows.slopes.precision(self.problem.prior[1])
+
+    @property
+    def folded(self) -> Folded:
+        """The precision with the runs' own nuisances folded in."""
+        return self.rows.slopes.folded(self.problem.prior[1])
+
+    def project(self, rows: Array) -> Array:
+        """What of whitened rows (…, rows) parameters and nuisances cannot take up, given their priors."""
+        return Projector(self.slopes, self.precision).project(rows)
+
+    @cached_property
+    def gradient(self) -> Array:
+        """−½ ∂J/∂(θ, η) at θ and η = η₀."""
+        mean, spread = self.problem.prior
+        total = self.rows.toward.copy()
+        total[: self.free] += (mean[: self.free] - self.theta) / spread[: self.free] ** 2
+        return total
+
+    @cached_property
+    def _solved(self) -> tuple[Array, float, Array, Array]:
+        slopes = self.rows.slopes
+        return self.folded.solved(self.gradient[: slopes.shared], [self.gradient[own] for _, own in slopes.blocks])
+
+    @property
+    def reduced(self) -> tuple[Array, Array]:
+        """Precision and −½ gradient of J in θ alone, with the nuisances at their most probable all along."""
+        return self._solved[2:]
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Posterior covariance of (θ, η), linearised."""
+        return np.asarray(np.linalg.inv(self.precision))
+
+    @cached_property
+    def eta(self) -> Array:
+        """Most probable nuisances at this θ."""
+        return np.asarray(self.problem.prior[0][self.free :] + self._solved[0])
+
+    @cached_property
+    def left(self) -> Array:
+        """Whitened residual with the nuisances at their most probable."""
+        return np.asarray(self.residual - self.rows.slopes.moved_by(self.eta))
+
+    @cached_property
+    def cost(self) -> float:
+        """J at this θ, least over η."""
+        (mean, spread), at_mean = (p[: self.free] for p in self.problem.prior), self.rows.at_mean
+        return float(at_mean @ at_mean - self._solved[1] + np.sum(((self.theta - mean) / spread) ** 2))
+
+    @cached_property
+    def misfit(self) -> float:
+        """|left|², from the normal equations."""
+        mean, spread = self.problem.prior
+        at = np.concatenate([self.theta, self.eta])
+        return max(self.cost - float(np.sum(((at - mean) / spread) ** 2)), 0.0)
+
+    def tempered(self, firm_theta: float, firm_eta: float) -> Linearised:
+        """The same with the widths of the priors narrowed by other factors."""
+        return replace(self, problem=replace(self.problem, firm_theta=firm_theta, firm_eta=firm_eta))
+
+    def beside(self, theta: Array, residual: Array, predictions: tuple[Prediction, ...]) -> Linearised:
+        """The same slopes at another θ."""
+        made_at, eta_made_at = (self.theta if at is None else at for at in (self.made_at, self.eta_made_at))
+        rows = replace(self.rows, residual=residual)
+        return Linearised(self.problem, theta, predictions, rows, made_at, eta_made_at)
+
+    @property
+    def log_evidence(self) -> float:
+        return log_evidence(self.problem, self.cost, self.folded)
+
+    @property
+    def estimate(self) -> Estimate:
+        """What is kept of it without the runs and slopes behind it."""
+        problem = replace(self.problem, model=self.problem.model.afresh())
+        return Estimate(problem, self.theta, self.eta, self.left, self.cost, self.covariance, self.folded)
+
+
+def linearise(problem: Problem, theta: Array) -> Linearised:
+    """The problem about θ. Raises Failed where a run runs away."""
+    return with_slopes(problem, theta, problem.model.predict(theta))
+
+
+def with_slopes(
+    problem: Problem, theta: Array, predictions: tuple[Prediction, ...], near: Linearised | None = None
+) -> Linearised:
+    """The problem about θ from its predictions; the slopes by η are those of `near`, if it is given."""
+    pushes = [d.pushes(p.course) for d, p in zip(problem.data, predictions, strict=True)] if near is None else None
+    means = problem.model.mean_slopes(theta, predictions, pushes)
+    parts, n = [], len(theta)
+    for i, (whiten, slopes) in enumerate(zip(problem.whiteners, means, strict=True)):
+        whitened = whiten(slopes)
+        if near is None:
+            offsets = whiten(_offset_columns(problem, problem.data[i]))
+            parts.append(Part(whitened[:n], OwnPart(offsets, whitened[n:])))
+        else:
+            parts.append(Part(whitened, near.rows.slopes.parts[i].eta))
+    made_at = None if near is None else near.theta if near.eta_made_at is None else near.eta_made_at
+    mean, _ = problem.prior
+    whole = Slopes(tuple(parts), n, n + len(problem.offsets), len(mean))
+    rows = Rows(whole, residual_of(problem, predictions), mean[n:])
+    return Linearised(problem, theta, predictions, rows, None, made_at)
+
+
+def _offset_columns(problem: Problem, data: Measured) -> Array:
+    names = np.repeat(data.run.channels, data.run.knots.cells)
+    return np.array([names == n.name for n in problem.offsets], float).reshape(len(problem.offsets), len(names))
+
+
+def residual_of(problem: Problem, predictions: Sequence[Prediction]) -> Array:
+    """Whitened z − y of all runs."""
+    runs = zip(problem.data, problem.whiteners, predictions, strict=True)
+    return np.concatenate([whiten(data.means - prediction.cells) for data, whiten, prediction in runs])
+
+
+def residual_cost(about: Linearised, theta: Array) -> float:
+    """J at another θ, with the nuisances' columns taken from nearby; infinite where a run breaks down."""
+    try:
+        predictions = about.problem.model.predict(theta)
+    except Failed:
+        return np.inf
+    r = residual_of(about.problem, predictions)
+    return about.beside(theta, r, predictions).cost if np.isfinite(r).all() else np.inf

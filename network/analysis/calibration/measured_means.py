@@ -1,0 +1,159 @@
+"""Recordings as a fit weighs them: means over cells, and what they are uncertain by besides the parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from network.analysis.calibration.data_quality import Channel, look_at
+from network.catalogue.declaration.declare import Array
+from network.engine.network import build
+from network.engine.response.intervals import first_from
+from network.engine.response.knots import Knots, make_knots, on_knots
+from network.engine.response.linear_run import Course, Push
+from network.engine.response.model import Run, edge_pushes, start_pushes
+from network.engine.simulation import schedule_for
+from network.engine.start import start_temperatures
+from network.machine.machine import Machine
+from network.recordings.inputs import Start
+from network.recordings.recording import Recording
+
+OFFSET = {"degC": 0.1, "um": 0.25e-6, "urad": 0.25e-6}
+"""Prior 1σ of a channel's constant error, by its unit (SI)."""
+START = 0.3
+"""K: prior 1σ of a part's temperature at the start, where a reading or a cold machine tells it."""
+START_ANYWHERE = 1.0
+"""K: the same where neither tells it and the part is no solid one but a capacity, like a tank."""
+START_SHARE = 0.5
+"""Of the spread of the first readings, in addition, for parts without a sensor."""
+LONE, MOST_JUMPS = 3.0, 40
+"""Samples from the next jump at which one stands alone; more of them than this in a run are an input that flutters."""
+EDGE = 12**-0.5
+"""1σ of an instant that lies anywhere in an interval, in its length."""
+LOOKED = 256
+"""Channels of recordings of which it is remembered what they tell by themselves."""
+
+
+@dataclass(frozen=True)
+class Nuisance:
+    """What a run is uncertain by besides the parameters: one column each, with a normal prior."""
+
+    name: str
+    mean: float
+    spread: float
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """One recording ready for a fit. means: of its cells, channel after channel; counts: samples in each; variance of
+    each mean by white noise; sigma: 1σ of a sample that each channel counts with, declared: as in the file."""
+
+    run: Run
+    recording: Recording
+    channels: Mapping[str, Channel]
+    means: Array
+    counts: Array
+    sigma: Mapping[str, float]
+    declared: Mapping[str, float]
+    starts: tuple[Nuisance, ...]
+    edges: tuple[Nuisance, ...]
+
+    @property
+    def known(self) -> Array:
+        return np.asarray(self.counts > 0)
+
+    def start_moved(self, by: Array) -> dict[str, float]:
+        """Temperatures of the parts at the start, moved by as much as a fit says [K]."""
+        return {n.name: self.run.start[n.name] + float(x) for n, x in zip(self.starts, by, strict=True)}
+
+    def started(self, start: Mapping[str, float]) -> Measured:
+        """The same about other temperatures of the parts at the start, of which as much is supposed as before."""
+        own = {n.name: self.run.start[n.name] for n in self.starts}
+        moved = {n: start.get(n, t) for n, t in own.items()}
+        starts = tuple(replace(n, mean=n.mean + own[n.name] - moved[n.name]) for n in self.starts)
+        return replace(self, run=replace(self.run, start={**self.run.start, **moved}), starts=starts)
+
+    @property
+    def variance(self) -> Array:
+        """White variance of each cell's mean."""
+        sigma = np.repeat([self.sigma[n] for n in self.run.channels], self.run.knots.cells)
+        return np.asarray(sigma**2 / np.maximum(self.counts, 1))
+
+    @property
+    def centres(self) -> Array:
+        """Mean instant of each cell [s]."""
+        knots = self.run.knots
+        total = np.bincount(knots.cell_of, knots.samples, knots.cells)
+        return np.asarray(total / np.maximum(np.bincount(knots.cell_of, minlength=knots.cells), 1))
+
+    def pushes(self, course: Course) -> list[Push]:
+        """What the starts, then the edges do to a run."""
+        jumps = edge_pushes(course, lone_jumps(self.run.knots)) if self.edges else []
+        return [*start_pushes(course, [n.name for n in self.starts]), *jumps]
+
+
+def measured(machine: Machine, recording: Recording, start: Start | None = None, also: Sequence[str] = ()) -> Measured:
+    """A recording laid out for fits of a machine; `also`: inputs that it does not read but a rival may. Raises Refused
+    where it lacks an input."""
+    schedule = schedule_for(machine, recording, start)
+    more = {name: recording.signal(name) for name in also if name not in schedule.signals}
+    schedule = replace(schedule, signals={**schedule.signals, **more})
+    knots = make_knots(schedule)
+    network = build(machine)
+    T0 = start_temperatures(network, schedule, recording)
+    parts = {name: float(T0[part].mean()) for name, part in network.parts.items()}
+    names = [n for n in machine.sensors if n in recording.columns]
+    looked = {n: _looked_at(recording, n, machine.sensors[n].sigma) for n in names}
+    looked = {n: c for n, c in looked.items() if c.used.any()}
+    run = Run(recording.name, on_knots(schedule, knots), knots, parts, {n: c.used for n, c in looked.items()})
+    means, counts = zip(*(_means(run, c) for c in looked.values()), strict=True)
+    declared = {n: machine.sensors[n].sigma for n in looked}
+    sigma = {n: max(declared[n], c.noise, c.quantum * EDGE) for n, c in looked.items()}
+    return Measured(
+        run, recording, looked, np.concatenate(means), np.concatenate(counts), sigma, declared,
+        tuple(_starts(machine, parts, recording)), tuple(_edges(run, schedule.t)),
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=LOOKED)
+def _looked_at(recording: Recording, name: str, declared: float) -> Channel:
+    return look_at(name, recording.columns[name].values, declared)
+
+
+def _means(run: Run, channel: Channel) -> tuple[Array, Array]:
+    used = channel.used
+    cell, cells = run.knots.cell_of[used], run.knots.cells
+    counts = np.bincount(cell, minlength=cells)
+    return np.bincount(cell, channel.values[used], cells) / np.maximum(counts, 1), counts.astype(float)
+
+
+def _starts(machine: Machine, parts: Mapping[str, float], recording: Recording) -> Iterator[Nuisance]:
+    """The start of every part; a part without a sensor may lie anywhere among those with one."""
+    own = [n for n, node in machine.nodes.items() if node.is_part]
+    sensed = {s.place.node for name, s in machine.sensors.items() if s.place and name in recording.columns}
+    spread = float(np.ptp([parts[n] for n in own if n in sensed] or [0.0]))
+    for name in own:
+        unseen = START if machine.nodes[name].length is not None else START_ANYWHERE
+        yield Nuisance(name, 0.0, START if name in sensed else unseen + START_SHARE * spread)
+
+
+def lone_jumps(knots: Knots) -> Array:
+    """Jumps whose instant can be told: in a ramp of many steps it is not the instants that are uncertain."""
+    t = knots.jumps
+    if len(t) < 2:
+        return t
+    gap = np.diff(np.concatenate([[-np.inf], t, [np.inf]]))
+    interval = float(np.median(np.diff(knots.samples)))
+    lone = t[np.minimum(gap[:-1], gap[1:]) > LONE * interval]
+    return lone if len(lone) <= MOST_JUMPS else lone[:0]
+
+
+def _edges(run: Run, samples: Array) -> Iterator[Nuisance]:
+    """How much later than recorded an input jumped: at most a sample earlier."""
+    for t in lone_jumps(run.knots):
+        k = int(first_from(samples, t))
+        h = float(samples[k] - samples[k - 1]) if k else 0.0
+        yield Nuisance(f"jump at {t:.6g} s", -h / 2, max(h * EDGE, 1e-3))

@@ -1,0 +1,133 @@
+"""Where a fit begins: at the priors' centres, and elsewhere too where one beginning may not be enough.
+
+A relay's own numbers move its switchings, and a fit that begins a cycle off never finds back: those are searched
+first (`cycling`). Wide priors, a number at its bound and a bad first fit are answered by further beginnings drawn
+from the priors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from network.analysis.calibration.gauss_newton import Linearised, Problem, linearise, minimise, residual_cost
+from network.analysis.calibration.limit_cycle_matching import cycling, relay_numbers
+from network.catalogue.declaration.declare import Array
+from network.engine.response.parameters import Parameter, centres
+from network.platform.refusal import Failed
+
+WIDE = 0.7
+"""A prior σ of the logarithm from which one beginning is not enough."""
+ADEQUATE = 1.5
+"""rms of whitened residuals up to which a fit is taken for good."""
+BAD = 3.0
+"""rms of a first fit that asks for further beginnings."""
+DRAWN, KEPT, STEPS = 16, 3, 12
+"""Beginnings drawn, those that are fitted, and steps of each but the best."""
+ALIKE, APART = 6.0, 3.0
+"""Two minima fit alike if their J differ by less; they are two if a number differs by so many standard errors."""
+AT_BOUND = 1e-3
+"""Prior σ from a bound that count as being there."""
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The best minimum of several; tried: beginnings; rivals: other minima that fit alike."""
+
+    at: Linearised
+    tried: int
+    rivals: tuple[Linearised, ...]
+
+
+def rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
+
+
+def at_bound(parameters: Sequence[Parameter], theta: Array) -> list[int]:
+    """Which numbers lie at a bound."""
+    return [j for j, (p, x) in enumerate(zip(parameters, theta, strict=True))
+            if min(x - p.low, p.high - x) < AT_BOUND * p.spread]  # fmt: skip
+
+
+def best_start(problem: Problem, rng: np.random.Generator, tell: Callable[[float], None]) -> Found:
+    """The most probable θ from as many beginnings as the problem asks for. Raises Failed where every run runs away."""
+    begin = centres(problem.parameters)
+    seeds = [begin, *cycling(problem, begin)]
+    found = _minima(problem, seeds, STEPS if len(seeds) > 1 else None)
+    if relay_numbers(problem) and found and rms(min(found, key=_cost).left) > ADEQUATE:
+        again = cycling(problem, min(found, key=_cost).theta)
+        found, seeds = found + _minima(problem, again, STEPS), seeds + again
+    if not found or needs_more(problem, min(found, key=_cost)):
+        drawn = np.array([drawn_from(problem.parameters, rng) for _ in range(DRAWN)])
+        tell(0.3)
+        more = _best_of(problem, drawn, KEPT)
+        found += _minima(problem, more, STEPS)
+        seeds += more
+    if not found:
+        raise Failed("the machine runs away wherever its uncertain numbers lie; check heat that grows with temperature")
+    tell(0.7)
+    best = min(found, key=_cost)
+    best = minimise(problem, best.theta) if len(seeds) > 1 else best
+    return Found(best, len(seeds), tuple(r for r in found if _is_rival(r, best)))
+
+
+def _cost(at: Linearised) -> float:
+    return at.cost
+
+
+def _minima(problem: Problem, seeds: Sequence[Array], steps: int | None) -> list[Linearised]:
+    found = []
+    for seed in seeds:
+        try:
+            found.append(minimise(problem, seed, steps) if steps else minimise(problem, seed))
+        except Failed:
+            continue
+    return found
+
+
+def needs_more(problem: Problem, at: Linearised) -> bool:
+    """Whether one beginning may not have been enough."""
+    wide = any(p.is_unknown or (p.is_log and p.spread > WIDE) for p in problem.parameters)
+    return wide or bool(at_bound(problem.parameters, at.theta)) or rms(at.left) > BAD
+
+
+def drawn_from(parameters: Sequence[Parameter], rng: np.random.Generator) -> Array:
+    """One draw from the priors; a flat one is drawn over its whole range."""
+    values = []
+    for p in parameters:
+        x = rng.uniform(p.low, p.high) if p.is_unknown else p.centre + p.spread * rng.standard_normal()
+        values.append(float(np.clip(x, p.low, p.high)))
+    return np.array(values)
+
+
+def _best_of(problem: Problem, thetas: Array, count: int) -> list[Array]:
+    """The most probable of many, far enough apart to be worth a fit each."""
+    about = None
+    for theta in [centres(problem.parameters), *thetas]:
+        try:
+            about = linearise(problem, np.asarray(theta))
+            break
+        except Failed:
+            continue
+    if about is None:
+        return []
+    costs = np.array([residual_cost(about, theta) for theta in thetas])
+    order = [k for k in np.argsort(costs) if np.isfinite(costs[k])]
+    spread = np.array([p.spread for p in problem.parameters])
+    chosen: list[Array] = []
+    for k in order:
+        if all(np.abs((thetas[k] - other) / spread).max() > 0.3 for other in chosen):
+            chosen.append(thetas[k])
+        if len(chosen) == count:
+            break
+    return chosen
+
+
+def _is_rival(other: Linearised, best: Linearised) -> bool:
+    n = best.free
+    scale = max(1.0, rms(best.left)) ** 2
+    std = np.sqrt(np.diag(best.covariance)[:n] * scale)
+    far = np.abs(other.theta - best.theta) > APART * std + 1e-9
+    return bool((other.cost - best.cost) / scale < ALIKE and far.any())

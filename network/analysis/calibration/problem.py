@@ -1,0 +1,68 @@
+"""What a fit minimises: a model on some runs, what it is compared to, and the priors of all that is uncertain.
+
+J(θ, η) = |L⁻¹(z − y(θ) − N η)|² + |(θ − θ₀)/σ_θ|² + |(η − η₀)/σ_η|²: z means of measured cells, y the model, L Lᵀ the
+noise, η what else is uncertain and acts linearly (start of every part, instants of jumps, sensor offsets).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from network.analysis.calibration.measured_means import OFFSET, Measured, Nuisance
+from network.analysis.calibration.noise import Noise, Whitener, whitener
+from network.catalogue.declaration.declare import Array
+from network.engine.response.model import Model
+from network.engine.response.parameters import Parameter
+from network.machine.machine import Machine
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A model with what it is compared to. offsets: of channels, common to all runs; firm_theta, firm_eta: factors by
+    which the priors of θ and η are narrowed, so that a model that does not fit yet is not mended by its nuisances."""
+
+    model: Model
+    data: tuple[Measured, ...]
+    whiteners: tuple[Whitener, ...]
+    offsets: tuple[Nuisance, ...]
+    firm_theta: float = 1.0
+    firm_eta: float = 1.0
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return self.model.parameters
+
+    @cached_property
+    def nuisances(self) -> tuple[Nuisance, ...]:
+        """Offsets, then of every run its starts and its jumps."""
+        return (*self.offsets, *(n for d in self.data for n in (*d.starts, *d.edges)))
+
+    @cached_property
+    def prior(self) -> tuple[Array, Array]:
+        """Prior means and 1σ of (θ, η)."""
+        own = [(p.centre, p.spread / self.firm_theta) for p in self.parameters]
+        parts = [*own, *((n.mean, n.spread / self.firm_eta) for n in self.nuisances)]
+        mean, spread = np.array(parts).reshape(-1, 2).T
+        return mean, spread
+
+    @property
+    def log_determinant(self) -> float:
+        return sum(w.log_determinant for w in self.whiteners)
+
+
+def make_problem(
+    machine: Machine, parameters: Sequence[Parameter], data: Sequence[Measured], noise: Noise | None = None
+) -> Problem:
+    """The problem of some runs."""
+    noise = noise or Noise()
+    model = Model(machine, parameters, [d.run for d in data])
+    return Problem(model, tuple(data), tuple(whitener(d, noise) for d in data), tuple(_offsets(machine, data)))
+
+
+def _offsets(machine: Machine, data: Sequence[Measured]) -> list[Nuisance]:
+    names = [n for n in machine.sensors if any(n in d.run.channels for d in data)]
+    return [Nuisance(n, 0.0, OFFSET[machine.sensors[n].unit]) for n in names]

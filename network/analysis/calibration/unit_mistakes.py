@@ -1,0 +1,90 @@
+"""When nothing within reach fits: whether one number or one channel was given in a wrong unit.
+
+A number a power of ten off lies far beyond its own prior, so a fit can only bend all others. Each number is tried at
+powers of ten; each channel is compared with its simulation for a factor, and for kelvin read as degrees.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from network.analysis.calibration.gauss_newton import Linearised, residual_cost
+from network.analysis.calibration.multistart import rms
+from network.analysis.comparison.compare import ChannelResidual, Comparison
+from network.engine.response.parameters import centres
+from network.platform.quantities.units import show
+from network.platform.refusal import Refusal, Spot
+
+HOPELESS, HARDLY = 20.0, 3.0
+"""rms of a fit from which a wrong unit is looked for, and times that the fit lowered it at most."""
+BETTER = 4.0
+"""How many times a wrong unit has to lower what is left."""
+POWERS = (1, 2, 3, 4, 6)
+ALIKE = 0.95
+"""Correlation of the movements measured and simulated from which a factor means anything."""
+ZERO_CELSIUS, NEAR_ZERO = 273.15, 40.0
+
+
+def misread(at: Linearised, before: Comparison) -> Iterator[Refusal]:
+    """What may be in a wrong unit, given the best fit and the machine as written."""
+    if rms(at.left) < HOPELESS:
+        return
+    found = [*_channels(before)]
+    hardly = at.cost > residual_cost(at, centres(at.problem.parameters)) / HARDLY**2
+    yield from found or (_numbers(at) if hardly else ())
+
+
+def _numbers(at: Linearised) -> Iterator[Refusal]:
+    """The number that explains most of what no fit can, if it were a power of ten off."""
+    problem = at.problem
+    tried = [(residual_of(at, j, 10.0**power), p, 10.0**power) for j, p in enumerate(problem.parameters)
+             if not p.is_unknown for power in (*POWERS, *(-k for k in POWERS))]  # fmt: skip
+    best, p, factor = min(tried, key=lambda item: item[0], default=(np.inf, None, 1.0))
+    if p is None or best > at.cost / BETTER**2:
+        return
+    there, readings = show(factor * p.value(p.centre), p.field.unit), max(len(at.left), 1)
+    met = f"to {np.sqrt(best / readings):.3g} σ instead of {rms(at.left):.3g} σ"
+    wrong = f"{p.path} is {p.told(p.centre)}, and with {there} the recordings would be met {met}"
+    yield Refusal(Spot(problem.model.machine.file), wrong, "check its unit")
+
+
+def residual_of(at: Linearised, j: int, factor: float) -> float:
+    """J at the priors' centres with one number off by a factor, that number's prior aside."""
+    p, theta = at.problem.parameters[j], centres(at.problem.parameters)
+    value = factor * p.value(p.centre)
+    if not p.field.low <= value <= p.field.high or not value:
+        return float("inf")
+    theta[j] = np.log(value) if p.is_log else value
+    return residual_cost(at, theta) - float(((theta[j] - p.centre) / p.spread) ** 2)
+
+
+def _channels(before: Comparison) -> Iterator[Refusal]:
+    """Channels that are off by themselves: in kelvin, or by a factor that others do not share."""
+    for residual in before.recordings:
+        factors = {name: power_of(channel) for name, channel in residual.channels.items() if channel.n > 1}
+        for name, power in factors.items():
+            told = _in_kelvin(residual.channels[name])
+            ordinary = any(other is not None and abs(other) < 1 for n, other in factors.items() if n != name)
+            if power is not None and abs(power) >= 2 and ordinary and residual.channels[name].unit != "degC":
+                told = f"{name} reads 1e{power} times what is simulated, in the same shape"
+            if told:
+                yield Refusal(Spot(residual.recording.file), told, "check the unit in its header")
+
+
+def _in_kelvin(channel: ChannelResidual) -> str:
+    shift = float(np.nanmedian(channel.residual))
+    if channel.unit != "degC" or abs(abs(shift) - ZERO_CELSIUS) > NEAR_ZERO:
+        return ""
+    return f"{channel.name} reads {shift:+.0f} K beside the simulation, as kelvin and degrees Celsius do"
+
+
+def power_of(channel: ChannelResidual) -> int | None:
+    """The power of ten by which a channel moves more than simulated; None where it moves otherwise."""
+    good = channel.finite
+    m, s = (v[good] - v[good][0] for v in (channel.measured, channel.simulated))
+    if not s.any() or not m.any():
+        return None
+    like = float(m @ s) / np.sqrt(float(m @ m) * float(s @ s))
+    return round(float(np.log10(abs(m @ s) / (s @ s)))) if abs(like) > ALIKE else None

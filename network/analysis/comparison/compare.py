@@ -1,0 +1,189 @@
+"""Residuals: what was measured less what was simulated, per channel, in units of the declared noise."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Array
+from network.catalogue.declaration.entry_path import displacement
+from network.engine.simulation import schedule_for, simulate
+from network.engine.solvers.carry_out import Progress
+from network.engine.trajectory import Trajectory
+from network.machine.machine import Machine
+from network.platform.quantities.units import difference, unit
+from network.platform.refusal import Complaints, Spot, refuse
+from network.recordings.inputs import Start
+from network.recordings.recording import Recording
+from network.recordings.recording_checks import check_readings
+from network.recordings.scenario import Scenario
+
+if TYPE_CHECKING:
+    from network.analysis.comparison.examine import ChannelTests
+
+
+@dataclass(frozen=True, eq=False)
+class ChannelResidual:
+    """One channel of one recording. t [s]; measured, simulated in SI; sigma: declared 1σ of a sample; unit: shown."""
+
+    name: str
+    unit: str
+    t: Array
+    measured: Array
+    simulated: Array
+    sigma: float
+
+    @property
+    def residual(self) -> Array:
+        """Measured less simulated, SI, NaN in gaps."""
+        return np.asarray(self.measured - self.simulated)
+
+    @property
+    def in_noise(self) -> Array:
+        """Residual in units of noise."""
+        return np.asarray(self.residual / self.sigma)
+
+    @property
+    def finite(self) -> Array:
+        return np.isfinite(self.measured)
+
+    @property
+    def n(self) -> int:
+        return int(self.finite.sum())
+
+    @property
+    def rmse_in_noise(self) -> float:
+        return _rms(self.in_noise)
+
+    def summary(self) -> dict[str, Any]:
+        """The channel's part of `compare --json`: rmse and max in its unit."""
+        shown = self.residual / difference(unit(self.unit)).scale
+        largest = float(np.nanmax(np.abs(shown))) if self.n else None
+        return {
+            "rmse": _rms(shown) if self.n else None, "unit": "K" if unit(self.unit).is_temperature else self.unit,
+            "rmse_in_noise": self.rmse_in_noise if self.n else None, "max": largest, "n": self.n,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class RecordingResidual:
+    """All channels of one recording, with the run they were compared to."""
+
+    recording: Recording
+    trajectory: Trajectory
+    channels: Mapping[str, ChannelResidual]
+    unused: tuple[str, ...]
+
+    @property
+    def rmse_in_noise(self) -> float:
+        return pooled(self.channels.values())
+
+    @cached_property
+    def tests(self) -> Mapping[str, ChannelTests]:
+        """Whiteness, periods, drivers and regimes of every channel that has readings."""
+        from network.analysis.comparison.examine import examine
+
+        return examine(self)
+
+    def summary(self) -> dict[str, Any]:
+        tests = {name: found.summary() for name, found in self.tests.items()}
+        channels = {name: channel.summary() | {"tests": tests.get(name)} for name, channel in self.channels.items()}
+        return {"file": self.recording.file, "channels": channels, "rmse_in_noise": self.rmse_in_noise}
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Residuals of a machine on its recordings."""
+
+    machine: Machine
+    recordings: tuple[RecordingResidual, ...]
+
+    @property
+    def rmse_in_noise(self) -> float:
+        """√mean((residual/noise)²) over all finite samples, channels and recordings."""
+        return pooled(channel for r in self.recordings for channel in r.channels.values())
+
+    def summary(self) -> dict[str, Any]:
+        """What `compare --json` prints."""
+        return {"recordings": [r.summary() for r in self.recordings], "rmse_in_noise": self.rmse_in_noise}
+
+    def __str__(self) -> str:
+        from network.report.words.words import tell_comparison
+
+        return tell_comparison(self)
+
+
+def _rms(values: Array) -> float:
+    finite = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(finite**2))) if len(finite) else float("nan")
+
+
+def pooled(channels: Iterable[ChannelResidual]) -> float:
+    """√mean of all finite residuals in units of noise."""
+    return _rms(np.concatenate([channel.in_noise for channel in channels]))
+
+
+def compare(
+    machine: Machine, recordings: Recording | Iterable[Recording], *, start: Start | None = None, method: str = "auto",
+    progress: Progress | None = None,
+) -> Comparison:  # fmt: skip
+    """Simulates the machine along a recording, or each of several, and lays the measured channels beside it.
+
+    Raises Refused where a recording lacks an input, shares no channel with the machine, or has a channel in a unit
+    that does not fit.
+    """
+    several = [recordings] if isinstance(recordings, Recording) else recordings
+    return Comparison(machine, tuple(_compared(machine, r, start, method, progress) for r in several))
+
+
+def check_fit(machine: Machine, source: Scenario | Recording) -> None:
+    """Whether a scenario or recording has what the machine needs. Raises Refused with all that is missing."""
+    schedule_for(machine, source)
+    if isinstance(source, Recording):
+        _check_units(machine, source, _channels(machine, source))
+
+
+def _channels(machine: Machine, recording: Recording) -> list[str]:
+    names = [name for name in machine.sensors if name in recording.columns]
+    if not machine.sensors:
+        right = "add what is measured, like `sensors: {T_housing: {measures: housing, noise: 0.05 K}}`"
+        raise refuse(Spot(machine.file), "the machine has no sensors, so no recording can be laid beside it", right)
+    if not names:
+        right = "name its columns like the sensors: " + ", ".join(machine.sensors)
+        raise refuse(Spot(recording.file), "no column is a sensor of this machine", right)
+    return names
+
+
+def _compared(
+    machine: Machine, recording: Recording, start: Start | None, method: str, progress: Progress | None
+) -> RecordingResidual:
+    names = _channels(machine, recording)
+    _check_units(machine, recording, names)
+    run = simulate(machine, recording, start=start, method=method, parts=False, progress=progress)
+    channels = {
+        name: ChannelResidual(
+            name, machine.sensors[name].unit, run.t, recording.columns[name].values,
+            run.sensors[name], machine.sensors[name].sigma,
+        )
+        for name in names
+    }  # fmt: skip
+    if not any(channel.n for channel in channels.values()):
+        raise refuse(Spot(recording.file), "the measured channels hold no value at all", "give at least one reading")
+    known = {*machine.sensors, *machine.inputs, *map(displacement, machine.tcp)}
+    unused = tuple(name for name in recording.columns if name not in known)
+    return RecordingResidual(recording, run, channels, unused)
+
+
+def _check_units(machine: Machine, recording: Recording, names: Iterable[str]) -> None:
+    complaints = Complaints()
+    for name in names:
+        column, sensor = recording.columns[name], machine.sensors[name]
+        if unit(column.unit).dimension != unit(sensor.unit).dimension:
+            wrong = f"the column '{name}' is in {column.unit}, and the sensor {name} measures a {sensor.quantity}"
+            complaints.refuse(Spot(recording.file, 1), wrong, f"give it in a unit like {sensor.unit}")
+    check_readings(machine, recording, complaints)
+    complaints.raise_if_any()

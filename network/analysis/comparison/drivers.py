@@ -1,0 +1,121 @@
+"""What residuals go along with: inputs, unused columns, and the residuals of other channels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from network.analysis.comparison.candidate_drivers import Candidate
+from network.catalogue.declaration.declare import Array
+
+LEVEL = 0.01
+"""A channel without any driver is given one less often than this, all candidates counted."""
+LEAST = 0.3
+"""A correlation below this explains less than a tenth and is not told."""
+FEWEST = 5.0
+"""Fewer independent samples than this prove nothing."""
+
+
+@dataclass(frozen=True)
+class Driver:
+    """r: correlation of one channel's residual with a candidate; independent: samples the two are worth, p: its
+    probability by chance, all candidates counted; rms_in_noise: of the channel, about its mean."""
+
+    name: str
+    of: str
+    form: str
+    lag: float
+    is_input: bool
+    r: float
+    independent: float
+    p: float
+    rms_in_noise: float
+    words: str
+
+    @property
+    def sentence(self) -> str:
+        verb = "follows" if self.r > 0 else "runs against"
+        return f"{self.name} {verb} {self.words} {_told(self.r, self.independent)}"
+
+    @property
+    def weight(self) -> float:
+        return abs(self.r) * self.rms_in_noise
+
+    def summary(self) -> dict[str, Any]:
+        return {
+            "name": self.of, "form": self.form, "lag_seconds": self.lag, "is_input": self.is_input, "r": self.r,
+            "independent": self.independent, "p": self.p,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Companion:
+    """Correlation with the residual of another channel."""
+
+    name: str
+    other: str
+    r: float
+    independent: float
+    p: float
+    rms_in_noise: float
+
+    @property
+    def sentence(self) -> str:
+        way = "together" if self.r > 0 else "in opposite directions"
+        return f"{self.name} and {self.other} are off {way} {_told(self.r, self.independent)}"
+
+    @property
+    def weight(self) -> float:
+        return abs(self.r) * self.rms_in_noise
+
+    def summary(self) -> dict[str, Any]:
+        return {"channel": self.other, "r": self.r, "independent": self.independent, "p": self.p}
+
+
+def _told(r: float, independent: float) -> str:
+    return f"(r = {r:.2f}, {independent:.0f} independent samples)".replace("-", "−")
+
+
+def correlation(x: Array, x_there: Array, z: Array, z_there: Array) -> tuple[Array, Array]:
+    """(r, pairs) of every row of x with every row of z over the samples both have; rows with 0 in gaps."""
+    joint = x @ z.T
+    scale = np.sqrt((x**2 @ z_there.T) * (x_there @ (z**2).T))
+    return np.clip(joint / np.where(scale > 0, scale, np.inf), -1.0, 1.0), np.asarray(x_there @ z_there.T)
+
+
+def probability(r: Array, independent: Array) -> Array:
+    """Two-sided, of a larger |r| by chance: t = r √((n − 2)/(1 − r²)) with n − 2 degrees of freedom."""
+    from scipy.special import stdtr
+
+    free = np.maximum(independent - 2, 1e-9)
+    t = np.abs(r) * np.sqrt(free / np.maximum(1 - r**2, 1e-12))
+    return np.where(independent > FEWEST, 2 * stdtr(free, -t), 1.0)
+
+
+def drivers(
+    name: str, candidates: Sequence[Candidate], r: Array, independent: Array, rms_in_noise: float
+) -> tuple[Driver, ...]:
+    """The significant ones, each in its best form, strongest first. r, independent: by candidate."""
+    chance = np.minimum(probability(r, independent) * max(len(candidates), 1), 1.0)
+    best: dict[str, Driver] = {}
+    for k in np.argsort(-np.abs(r)):
+        c = candidates[k]
+        if chance[k] < LEVEL and abs(r[k]) > LEAST and c.name not in best:
+            worth = float(r[k]), float(independent[k]), float(chance[k])
+            best[c.name] = Driver(name, c.name, c.form, c.lag, c.is_input, *worth, rms_in_noise, c.words)
+    return tuple(best.values())
+
+
+def companions(
+    names: Sequence[str], k: int, r: Array, independent: Array, rms_in_noise: float
+) -> tuple[Companion, ...]:
+    """The other channels whose residuals go along with the k-th, strongest first."""
+    chance = np.minimum(probability(r, independent) * max(len(names) - 1, 1), 1.0)
+    return tuple(
+        Companion(names[k], names[j], float(r[j]), float(independent[j]), float(chance[j]), rms_in_noise)
+        for j in np.argsort(-np.abs(r))
+        if j != k and chance[j] < LEVEL and abs(r[j]) > LEAST
+    )

@@ -1,0 +1,75 @@
+"""Samples on even steps, as spectra and lags need them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Array, Indices
+
+MOST = 65536
+"""Steps of a grid; longer recordings are averaged onto this many."""
+EVEN = 0.01
+"""Steps of time that differ by less than this part are even."""
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """t: middles of the steps [s], n of them; index: the step that each sample falls into."""
+
+    t: Array
+    index: Indices
+
+    @classmethod
+    def of(cls, t: Array) -> Grid:
+        steps = np.diff(t)
+        step = max(float(np.median(steps)), float(t[-1] - t[0]) / (MOST - 1)) if len(t) > 1 else 1.0
+        index = np.rint((t - t[0]) / step).astype(np.intp)
+        if len(t) <= MOST and (not len(steps) or float(np.ptp(steps)) <= EVEN * step):
+            index = np.arange(len(t))
+        return cls(float(t[0]) + step * np.arange(index[-1] + 1), index)
+
+    @property
+    def n(self) -> int:
+        return len(self.t)
+
+    @property
+    def step(self) -> float:
+        """[s]"""
+        return float(self.t[1] - self.t[0]) if self.n > 1 else 1.0
+
+    @property
+    def is_identity(self) -> bool:
+        return len(self.index) == self.n and int(self.index[0]) == 0
+
+    def put(self, values: Array) -> Array:
+        """Means of the finite samples in each step, NaN where there is none."""
+        if self.is_identity:
+            return values
+        there = np.isfinite(values)
+        count = np.bincount(self.index[there], minlength=self.n)
+        total = np.bincount(self.index[there], weights=values[there], minlength=self.n)
+        return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan))
+
+    def hold(self, values: Array) -> Array:
+        """The first value in each step, before an empty step the one before: for inputs, which have no gaps."""
+        if self.is_identity:
+            return values
+        latest = np.searchsorted(self.index, np.arange(self.n), side="right") - 1
+        return values[latest]
+
+
+def reading_step(values: Array) -> float:
+    """The least difference between two readings: the step they are rounded to, next to nothing where they are not."""
+    apart = np.diff(np.unique(values[np.isfinite(values)]))
+    return float(apart[apart > 1e-9 * apart.sum()].min(initial=np.inf)) if len(apart) else 0.0
+
+
+def filled(rows: Array) -> tuple[Array, Array]:
+    """(values less their mean with 0 in gaps, 1 where there is a value else 0), row by row."""
+    there = np.isfinite(rows)
+    count = np.maximum(there.sum(axis=-1, keepdims=True), 1)
+    values = np.where(there, rows, 0.0)
+    centred = np.where(there, values - values.sum(axis=-1, keepdims=True) / count, 0.0)
+    return centred, there.astype(np.float64)

@@ -1,0 +1,124 @@
+"""A coarser machine in the stead of a finer one: what its lumps lack is found and taken from what was measured.
+
+y_fine(θ) ≈ y_coarse(θ) + [y_fine(θ₀) − y_coarse(θ₀)] about a fit θ₀, with an error of second order in lumping times
+θ − θ₀. What is proposed is screened and compared on the coarse machine; the few that come near the best are fitted on
+the fine one. Source: additive corrections of first-order model management, Alexandrov & Lewis, Optimization and
+Engineering 2 (2001) 413; unverified.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import chain
+
+import numpy as np
+
+from network.analysis.calibration.measured_means import Measured
+from network.analysis.diagnosis.candidates import Candidate, laid_over
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, Lack, parameters_of, relaid, suppose
+from network.analysis.diagnosis.lump_refinement import ever_finer
+from network.catalogue.declaration.declare import Array
+from network.engine.response.model import Model
+from network.machine.machine import Machine
+from network.platform.refusal import Failed
+
+SMALL = 30
+"""Lumps up to which a machine stands for itself."""
+LACK, SWITCHED_LACK = 150.0, 6.0
+"""Most that the coarser lumps may lack, rms in noise units; the same where relays are found, whose switchings move."""
+CUTS = (3, 5)
+"""Lumps a bar that are tried."""
+STEPS, CARRIED_STEPS = 6, 15
+"""Of a fit with a lack, and of one on the finer lumps themselves."""
+DOUBTFUL = 1.25
+"""Misfit χ from which a fit may have ended beside the best one."""
+AGAIN, MOVED, HOPELESS = 2, 0.5, 2.0
+"""Fits of a stand-in until its lack stays, to a share of the misfit χ; and where it moves too far to try again."""
+
+
+def stand_in(fine: Hypothesis) -> Hypothesis:
+    """The same hypothesis on the coarsest lumps that lack little, told what they lack; itself where there are none."""
+    if fine.machine.lumps <= SMALL:
+        return fine
+    most = SWITCHED_LACK if fine.switches else LACK
+    for machine, found in _coarser(fine):
+        try:
+            coarse = replace(fine, machine=machine, found=found)
+            lack = _lacking(coarse, fine.machine)
+            told = _agreed(coarse, lack, fine) if _rms(fine, lack) <= most else None
+            if told is not None:
+                return told
+        except (Failed, np.linalg.LinAlgError):
+            continue
+    return fine
+
+
+def _agreed(coarse: Hypothesis, lack: Sequence[Array], fine: Hypothesis) -> Hypothesis | None:
+    """A coarse hypothesis fitted with what it lacks; None where the lack does not stay what it was, for then the fit
+    has followed the lumps and not the machine."""
+    for _ in range(AGAIN):
+        coarse, before = _fitted(coarse, lack), lack
+        lack = _lacking(coarse, fine.machine)
+        moved = _rms(fine, [x - y for x, y in zip(lack, before, strict=True)]) / max(1.0, fine.chi)
+        if moved < MOVED or moved > HOPELESS:
+            return coarse if moved < MOVED else None
+    return None
+
+
+def carried(case: Case, coarse: Hypothesis, root: Machine) -> Hypothesis | None:
+    """A hypothesis fitted on finer lumps; None where it does not fit there or runs away."""
+    about = replace(case, began=coarse.case.began)
+    return relaid(about, root, coarse.found, coarse.values, not coarse.switches, CARRIED_STEPS)
+
+
+def carried_afresh(case: Case, coarse: Hypothesis, root: Machine) -> Hypothesis | None:
+    """The same, where that leaves much also from the numbers of the file and with its last finding where that was
+    proposed."""
+    about, best = replace(case, began=coarse.case.began), carried(case, coarse, root)
+    back = coarse.found[-1].back if coarse.found else None
+    if best is None or back is None or best.chi < DOUBTFUL or coarse.switches:
+        return best
+    again = relaid(about, root, (*coarse.found[:-1], back), coarse.own_values | back.usual, steps=CARRIED_STEPS)
+    return best if again is None else max(best, again, key=lambda h: h.evidence)
+
+
+def _coarser(fine: Hypothesis) -> Iterator[tuple[Machine, tuple[Candidate, ...]]]:
+    """The machine with a few lumps a bar, and its refinements short of this one, the findings over them."""
+    for root in chain((_cut(fine.root, lumps) for lumps in CUTS), ever_finer(fine.case.machine)):
+        if root.lumps < fine.root.lumps and (over := laid_over(root, fine.found)) is not None:
+            yield over
+
+
+def _cut(machine: Machine, lumps: int) -> Machine:
+    """The machine with at most so many lumps a bar."""
+    wide = {name: node.to_plain() for name, node in machine.nodes.items() if node.lumps > lumps}
+    return machine.patched({"nodes": {name: {**body, "lumps": lumps} for name, body in wide.items()}})
+
+
+def _fitted(coarse: Hypothesis, lack: Sequence[Array]) -> Hypothesis:
+    """A coarse hypothesis told what its lumps lack."""
+    told = tuple(_over_time(d, x) for d, x in zip(coarse.fit.problem.data, lack, strict=True))
+    case = replace(coarse.case, lacking=told)
+    return suppose(case, coarse.machine, coarse.found, coarse.own, coarse.values, steps=STEPS)
+
+
+def _lacking(coarse: Hypothesis, finer: Machine) -> tuple[Array, ...]:
+    """Means of all runs on finer lumps less those on the coarse ones, at the same numbers. Raises Failed where the
+    machines do not have the same numbers."""
+    parameters, theta = coarse.fit.problem.parameters, coarse.fit.theta
+    runs = [d.run for d in coarse.fit.problem.data]
+    if any([p.path for p in parameters_of(m, coarse.own)] != [p.path for p in parameters]
+           for m in (coarse.machine, finer)):  # fmt: skip
+        raise Failed("the coarser machine has other numbers")
+    there, here = (Model(m, parameters, runs).predict(theta) for m in (finer, coarse.machine))
+    return tuple(f.cells - c.cells for f, c in zip(there, here, strict=True))
+
+
+def _over_time(data: Measured, lack: Array) -> Lack:
+    return Lack(data.centres, lack.reshape(len(data.run.channels), -1))
+
+
+def _rms(h: Hypothesis, lack: Sequence[Array]) -> float:
+    white = [w(x) for w, x in zip(h.fit.problem.whiteners, lack, strict=True)]
+    return float(np.sqrt(np.mean(np.concatenate(white) ** 2)))

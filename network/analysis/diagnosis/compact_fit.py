@@ -1,0 +1,36 @@
+"""What is kept of a fit that is only compared with others: its numbers, not the runs and slopes behind them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from network.analysis.calibration.linearised import Linearised
+from network.analysis.diagnosis.candidates import Candidate
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, suppose
+from network.engine.response.parameters import Parameter
+from network.platform.refusal import Failed
+
+
+def slim(h: Hypothesis) -> Hypothesis:
+    """The hypothesis without its runs; whoever needs these fits it again from its numbers."""
+    return replace(h, fit=h.fit.estimate) if isinstance(h.fit, Linearised) else h
+
+
+def beside(
+    case: Case, current: Hypothesis, c: Candidate, start: Mapping[str, float], steps: int
+) -> Hypothesis | None:  # fmt: skip
+    """A candidate fitted beside what is there, a few steps from some numbers; None where it runs away."""
+    return tried(case, (*current.found, c), (*current.own, *c.own), start, steps)
+
+
+def tried(
+    case: Case, found: Sequence[Candidate], own: Sequence[Parameter], start: Mapping[str, float], steps: int
+) -> Hypothesis | None:  # fmt: skip
+    """Findings, each laid over those before it, fitted a few steps from some numbers; None where they run away."""
+    try:
+        return slim(suppose(case, found[-1].machine, found, own, start, steps=steps))
+    except (Failed, np.linalg.LinAlgError):
+        return None

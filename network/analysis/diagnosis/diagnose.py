@@ -1,0 +1,112 @@
+"""diagnose: from a machine and its recordings to what is missing, with what speaks for it and against its rivals.
+
+Structure first: lumps are refined where that mends more than it costs. Then step by step from the best of them, and
+from the machine as written where that leaves something unexplained: locate, screen, refit, keep what holds (following).
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+
+from network.analysis.diagnosis.forward_selection import Screened, followed, screened
+from network.analysis.diagnosis.holdout_admission import taken_in
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, rejudged, renoised, suppose, under_file_noise
+from network.analysis.diagnosis.intermittent.intermittent_fault import Episodes, episodes
+from network.analysis.diagnosis.locate import locate
+from network.analysis.diagnosis.lump_convergence import settled
+from network.analysis.diagnosis.lump_refinement import FAR, FULL, refined
+from network.analysis.diagnosis.result import Diagnosis, UnknownHeat
+from network.analysis.diagnosis.verdict import diagnosis_of
+from network.machine.machine import Machine
+from network.platform.parallel import processes
+from network.platform.threads import on_one_thread
+from network.recordings.inputs import Start
+from network.recordings.recording import Recording
+
+MANY = 120
+"""Lumps from which it is not worked out what would not have shown, where nothing is looked for."""
+TOLD = 1.25
+"""Misfit χ of what was found from one refinement, above which the machine as written is followed, too."""
+BEHIND = 3.0
+"""Misfit of the machine as written over that of its best refinement, beyond which it is not looked at by itself."""
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """What a diagnosis tried on its way: the machine as written and calibrated, the best, of each step what stood
+    before it (befores) and all its rivals, where it differed, the gain that chance reaches, what could be missing.
+
+    given: the recordings as they were; fault: what was wrong with a channel of them, set right in those of the case.
+    """
+
+    given: Case
+    case: Case
+    fault: Episodes | None
+    written: Hypothesis
+    plain: Hypothesis
+    null: Hypothesis
+    best: Hypothesis
+    befores: tuple[Hypothesis, ...]
+    steps: tuple[tuple[Hypothesis, ...], ...]
+    gains: tuple[float, ...]
+    located: tuple[UnknownHeat, ...]
+    threshold: float
+    screened: Screened
+
+
+@on_one_thread
+def diagnose(
+    machine: Machine, recordings: Recording | Iterable[Recording], holdout: Iterable[Recording] = (), *,
+    start: Start | None = None, seed: int = 0, jobs: int = 1, progress: Callable[[float], None] | None = None,
+) -> Diagnosis:  # fmt: skip
+    """Finds out which physics a machine lacks. holdout: recordings never used in any fit; jobs: processes; progress:
+    told the share that is done.
+
+    The same seed gives the same diagnosis. Raises Refused for recordings that cannot tell anything.
+    """
+    began, tell = time.perf_counter(), progress or (lambda share: None)
+    runs = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
+    let_in = taken_in(machine, runs, tuple(holdout), start)
+    with processes(jobs, __name__):
+        found = _searched(Case(machine, let_in.recordings, start), seed, jobs, tell)
+        told = diagnosis_of(found, let_in.holdout, let_in.warnings, seed, jobs)
+    return replace(told, seconds=time.perf_counter() - began)
+
+
+def _searched(case: Case, seed: int, jobs: int, tell: Callable[[float], None]) -> Search:
+    given = case
+    levels = refined(case, suppose(case, case.machine))
+    tell(0.1)
+    faulty = episodes(max(levels, key=lambda h: h.evidence)) if levels[-1].chi > FULL else None
+    if faulty is not None:
+        case = faulty[1].case
+        levels = refined(case, suppose(case, case.machine))
+    tell(0.15)
+    written, best = levels[0], max(levels, key=lambda h: h.evidence)
+    case = renoised(case, best)
+    tracks = [rejudged(case, h) for h in _tracks(levels, best)]
+    as_written = rejudged(case, written)
+    if best is not written and tracks[0].chi < FAR:
+        tracks[0] = settled(case, tracks[0])
+    null = max(tracks, key=lambda h: h.evidence)
+    located = locate(null.linearised, null.machine)
+    is_told = null.chi < FULL and null.machine.lumps > MANY
+    seen = Screened(null, (), ()) if is_told else screened(null, jobs)
+    found = [followed(null, seen, located, seed, jobs, tell)]
+    for track in tracks:
+        if track is not null and not any(f.best.chi < TOLD for f in found):
+            found.append(followed(track, screened(track, jobs), located, seed, jobs, tell))
+    won = max(found, key=lambda f: rejudged(case, f.best).evidence)
+    plain = suppose(under_file_noise(given), given.machine, offsets=False)
+    steps, fault = (won.befores, won.steps), None if faulty is None else faulty[0]
+    return Search(
+        given, case, fault, as_written, plain, null, won.best, *steps, won.gains, located, won.threshold, seen
+    )
+
+
+def _tracks(levels: Sequence[Hypothesis], best: Hypothesis) -> list[Hypothesis]:
+    """The best refinement, and the machine as written where that is another and not far behind."""
+    written = levels[0]
+    return [best] if best is written or best.chi < FULL or written.chi > BEHIND * best.chi else [best, written]

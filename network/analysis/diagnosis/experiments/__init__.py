@@ -1,0 +1,1 @@
+"""What to run next: programs, what they would tell apart, and advice."""

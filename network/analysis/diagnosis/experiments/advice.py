@@ -1,0 +1,141 @@
+"""What to run next: programs that would tell apart what these recordings cannot, with one more sensor where need be."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from network.analysis.diagnosis.candidates import Candidate
+from network.analysis.diagnosis.experiments.programs import Program, programs
+from network.analysis.diagnosis.experiments.separation import Outcome, Pair, about, outcome
+from network.analysis.diagnosis.hypothesis import Hypothesis
+from network.analysis.diagnosis.isolability import counted, named
+from network.analysis.diagnosis.ranking import ALIKE, best_first, distinct, shares
+from network.analysis.diagnosis.result import CLEAR, FAINT, Experiment
+from network.analysis.diagnosis.screen import screen
+from network.platform.refusal import Failed, Refused
+
+if TYPE_CHECKING:
+    from network.analysis.diagnosis.diagnose import Search
+
+DOUBT = 0.1
+"""Belief in a rival, beside the finding, from which it is worth a run."""
+PAIRS = 2
+MOST_SENSORS = 6
+"""Parts at which a further sensor is tried."""
+
+
+def experiments(search: Search, unseen: Sequence[Candidate] = ()) -> Iterator[Experiment]:
+    """For each pair in doubt the run that tells it apart; where nothing was found, the one that shows most of what the
+    recordings could not have shown (`unseen`)."""
+    for pair in in_doubt(search):
+        yield from separating(pair)
+    if unseen and not search.best.found:
+        yield from revealing(search.null, unseen)
+
+
+def separating(pair: Pair) -> Iterator[Experiment]:
+    """The program that tells a pair apart fastest; where none does so clearly, the best one with a further sensor;
+    where that does not help either, the best one, said to be not enough."""
+    tried = [(e, p) for p in _programs(pair) if (e := experiment(pair, p)) is not None]
+    clear = [e for e, _ in tried if e.sigma >= CLEAR]
+    if clear:
+        yield max(clear, key=lambda e: e.sigma**2 / e.hours)
+    elif tried:
+        best, program = max(tried, key=lambda each: each[0].sigma)
+        more = with_sensor(pair, program)
+        yield more if more is not None and more.sigma >= CLEAR else replace(best, text=_in_vain(best, more))
+
+
+def _in_vain(best: Experiment, more: Experiment | None) -> str:
+    sensor = ", nor does one with a further temperature sensor" if more is not None else ""
+    told = f"No schedule that was tried tells {' from '.join(best.separates)}"
+    if best.sigma < FAINT:
+        return f"{told}{sensor}"
+    run = best.text[:1].lower() + best.text[1:]
+    return f"{told} clearly{sensor}. Nearest comes: {run}"
+
+
+def revealing(null: Hypothesis, unseen: Sequence[Candidate]) -> Iterator[Experiment]:
+    """The program in which most of what could not be seen would be."""
+    found = []
+    for program in programs([null.machine, *(c.machine for c in unseen)], null.case.recordings):
+        try:
+            scores = screen(about(null, program), unseen, null.values)
+        except (Failed, Refused, np.linalg.LinAlgError, FloatingPointError):
+            continue
+        found.append((program, [s for s in scores if s.detectable >= CLEAR]))
+    if any(seen for _, seen in found):
+        program, seen = max(found, key=lambda each: len(each[1]))
+        told = f"{len(seen)} of {len(unseen)} effects that these recordings could not show would be seen"
+        kinds = counted([(s.candidate,) for s in seen])
+        sigma = float(np.median([s.detectable for s in seen]))
+        yield Experiment(f"{program.text}: {told} ({kinds})", (), sigma, program.hours)
+
+
+def in_doubt(search: Search) -> list[Pair]:
+    """Findings, each with the rival that came nearest, where that is near; the nearest pairs first."""
+    pairs = []
+    for i, c in enumerate(search.best.found):
+        ranked = distinct(search.steps[min(i, len(search.steps) - 1)]) if search.steps else []
+        holds = next((h for h in ranked if h.found[-1].key == c.key), None)
+        rest = [h for h in ranked if h is not holds]
+        if holds is not None and rest and _is_near(holds, rest[0]):
+            pairs.append(Pair(holds, rest[0]))
+    return sorted(pairs, key=lambda p: abs(p.holds.evidence - p.rival.evidence))[:PAIRS]
+
+
+def _is_near(holds: Hypothesis, rival: Hypothesis) -> bool:
+    both = best_first(holds, rival)
+    return both[0].evidence - both[1].evidence <= ALIKE or float(shares(both)[1]) > DOUBT
+
+
+def _programs(pair: Pair) -> list[Program]:
+    try:
+        return programs([pair.holds.machine, pair.rival.machine], pair.holds.case.recordings)
+    except Refused:
+        return []
+
+
+def experiment(pair: Pair, program: Program) -> Experiment | None:
+    """How far a program would tell a pair apart; None where it cannot be computed."""
+    found = _tried(pair, program)
+    return None if found is None else _told(pair, program, program.text, found.sigma())
+
+
+def with_sensor(pair: Pair, program: Program) -> Experiment | None:
+    """The program with one more sensor where that helps most."""
+    parts = _unsensed(pair)[:MOST_SENSORS]
+    found = _tried(pair, program, parts) if parts else None
+    if found is None:
+        return None
+    part = max(parts, key=lambda p: found.sigma((p,)))
+    sensed = {s.place.node for s in pair.rival.machine.sensors.values() if s.place}
+    which = "another temperature sensor" if part in sensed else "a temperature sensor"
+    return _told(pair, program, f"Put {which} on {part}. {program.text}", found.sigma((part,)))
+
+
+def _unsensed(pair: Pair) -> list[str]:
+    """Parts where a further sensor may help: those behind a channel in doubt, those named, the others."""
+    sensors = pair.rival.machine.sensors
+    last = [h.found[-1] for h in (pair.holds, pair.rival)]
+    doubted = [s.place.node for c in last for n in c.channels if (s := sensors[n]).place]
+    sensed = {s.place.node for s in sensors.values() if s.place}
+    named = {n for c in last for n in c.places}
+    parts = [n for n, node in pair.rival.root.nodes.items() if node.is_part and n not in sensed]
+    return [*dict.fromkeys([*doubted, *sorted(parts, key=lambda n: n not in named)])]
+
+
+def _tried(pair: Pair, program: Program, parts: list[str] | None = None) -> Outcome | None:
+    try:
+        return outcome(pair, program, parts or ())
+    except (Failed, Refused, np.linalg.LinAlgError, FloatingPointError):
+        return None
+
+
+def _told(pair: Pair, program: Program, text: str, sigma: float) -> Experiment | None:
+    names = named(pair.holds.found[-1]), named(pair.rival.found[-1])
+    return Experiment(text, names, sigma, program.hours) if np.isfinite(sigma) else None

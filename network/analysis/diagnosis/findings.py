@@ -1,0 +1,143 @@
+"""Findings as they are told: what was found, its size, what speaks for it, and what else it could be."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from network.analysis.diagnosis.candidates import Candidate
+from network.analysis.diagnosis.hypothesis import Hypothesis
+from network.analysis.diagnosis.locate import locate
+from network.analysis.diagnosis.ranking import ALIKE, confidence, distinct, shares
+from network.analysis.diagnosis.result import UNKNOWN, Finding, Quantity, Rival, UnknownHeat, sentence
+from network.catalogue.declaration.patch import Patch
+from network.engine.response.parameters import Parameter
+from network.machine.machine import Machine
+from network.platform.quantities.number_format import spoken
+
+if TYPE_CHECKING:
+    from network.analysis.diagnosis.diagnose import Search
+
+REPLACED = 0.5
+"""Confidence in a finding that took the place of another only beside later ones."""
+FAULTY = 0.98
+"""Confidence in a fault whose jumps are of one share, there and back."""
+HARDLY, FAR = 1.015, 3.0
+"""Misfit over that of the best that is hardly more, and prior σ by which a number is far from the file."""
+STRAY = 2.0
+"""Standard deviations at which unknown heat counts."""
+
+
+def named(search: Search, after: Machine) -> list[Finding]:
+    """What was wrong with a channel, then what was found, in the machine with its numbers."""
+    return [*_faults(search), *_findings(search, after)]
+
+
+def _faults(search: Search) -> Iterator[Finding]:
+    """What was wrong with a channel for some of the time."""
+    if (e := search.fault) is not None:
+        c, first = e.candidate, e.candidate.own[0]
+        share = {first.field.key: Quantity(e.loose.share, e.loose.std, first.field.unit)}
+        windows = next(w for w in e.loose.windows if w)
+        yield Finding(
+            c.kind.kind, c.section, (), c.channels, FAULTY, share, sentence(e.told), Patch({}), e.gain,
+            search.threshold, windows,
+        )  # fmt: skip
+
+
+def _findings(search: Search, after: Machine) -> Iterator[Finding]:
+    for i, c in enumerate(search.best.found):
+        k = min(i, len(search.steps) - 1)
+        ranked = search.steps[k]
+        told = list(rivals(ranked, search.befores[k], c.key))
+        is_first = ranked[0].found[-1].key == c.key
+        sure = confidence(ranked, search.best.chi) if is_first else REPLACED
+        gain = search.gains[i] if i < len(search.gains) else 0.0
+        yield Finding(
+            c.kind.kind, c.section, c.places, c.channels, sure, _quantities(search.best, c),
+            _sentence(search.best, c, after), c.patch.as_in(after.tree), gain, search.threshold,
+            windows_of(search.located),
+            tuple(r for r in told if r.confidence < 0.3 or r.gain < search.best.evidence)[:5],
+            tuple(_alike(ranked, c)),
+        )  # fmt: skip
+
+
+def rivals(ranked: Sequence[Hypothesis], null: Hypothesis, but: tuple[str, ...] = ()) -> Iterator[Rival]:
+    """Explanations that were fitted beside each other, each with its share of belief and what speaks against it; null:
+    what stood before them; but: the key of one that is left out."""
+    apart = distinct(ranked)
+    for h, p in zip(apart, shares(apart), strict=True):
+        c = h.found[-1]
+        if c.key != but and h.evidence > null.evidence - ALIKE:
+            gain = h.evidence - null.evidence
+            yield Rival(c.kind.kind, c.places, c.channels, float(p), h.chi, gain, why_not(h, ranked[0]))
+
+
+def why_not(h: Hypothesis, best: Hypothesis) -> str:
+    """What speaks against it. Its misfit, which counts coloured noise and starts as a table of rmse does not, is told
+    relative to that of what was found."""
+    worse = best.evidence - h.evidence
+    if worse <= ALIKE:
+        return f"cannot be told apart from it: {worse:.1f} nats"
+    moved = float(np.abs(h.shift).max(initial=0.0))
+    strained = f", and moves a number of the file by {moved:.0f} times its ±" if moved > FAR else ""
+    return f"{_worse(h.chi / max(best.chi, 1e-9))}{strained}"
+
+
+def _worse(times: float) -> str:
+    if times < HARDLY:
+        return "fits nearly as well"
+    return f"fits {100 * (times - 1):.0f} % worse" if times < 2 else f"fits {times:.2g} times worse"
+
+
+def _alike(ranked: Sequence[Hypothesis], c: Candidate) -> Iterator[Rival]:
+    """Other explanations within ALIKE nats of the best."""
+    for r in rivals(ranked, ranked[0], c.key):
+        if -r.gain <= ALIKE:
+            yield r
+
+
+def _quantities(h: Hypothesis, c: Candidate) -> dict[str, Quantity]:
+    std = np.sqrt(np.diag(h.fit.covariance)) * max(1.0, h.chi)
+    index = {p.path: i for i, p in enumerate(h.fit.problem.parameters)}
+    return {p.field.key: _quantity(p, float(h.fit.theta[index[p.path]]), float(std[index[p.path]]))
+            for p in c.own if p.path in index}  # fmt: skip
+
+
+def _quantity(p: Parameter, theta: float, spread: float) -> Quantity:
+    return Quantity(p.value(theta), p.std(theta, spread), p.field.unit)
+
+
+def _sentence(h: Hypothesis, c: Candidate, after: Machine) -> str:
+    """What is missing and how large it is, with its uncertainty."""
+    index = {p.path: i for i, p in enumerate(h.fit.problem.parameters)}
+    first = c.own[0]
+    spread = float(np.sqrt(np.diag(h.fit.covariance))[index[first.path]]) * max(1.0, h.chi)
+    unit = "K" if first.field.unit == "degC" else first.field.unit
+    std = spoken(first.std(float(h.fit.theta[index[first.path]]), spread), unit, 2)
+    return f"{sentence(c.kind.told(after, c.patch))} ({first.field.key.replace('_', ' ')} ± {std})."
+
+
+def unknown(search: Search) -> Finding:
+    """What no kind explains: its place, its shape and its size."""
+    left = locate(search.best.linearised, search.best.machine) if search.best.found else search.located
+    top = left[0]
+    std = float(np.sqrt(np.mean(np.concatenate(top.std) ** 2)))
+    size = Quantity(top.rms, std, "1" if top.is_offset else "W")
+    what = "an unknown offset" if top.is_offset else f"an unknown heat of {top.rms:.3g} W (rms)"
+    said = f"{sentence(what)} at {' and '.join(top.at.seats)} that no kind of the catalogue explains."
+    return Finding(
+        UNKNOWN, "sensors" if top.is_offset else "sources", top.at.nodes, top.at.channels, top.probability,
+        {"heat": size}, said, Patch({}), top.gain, search.threshold, windows_of(left),
+    )  # fmt: skip
+
+
+def windows_of(located: Sequence[UnknownHeat]) -> tuple[tuple[float, float], ...]:
+    """When the most probable unknown heat of the first recording differs from none."""
+    if not located:
+        return ()
+    t, away = located[0].t[0], np.abs(located[0].heat[0]) > STRAY * located[0].std[0]
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], away, [False]]).astype(int)))
+    return tuple((float(t[a]), float(t[b - 1])) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a > 1)

@@ -1,0 +1,230 @@
+"""Forward, step by step, from one null: what explains most is kept while it gains more than chance does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+
+from network.analysis.diagnosis.backward_elimination import checked
+from network.analysis.diagnosis.candidates import Candidate, candidates
+from network.analysis.diagnosis.coarse_surrogate import carried, carried_afresh, stand_in
+from network.analysis.diagnosis.compact_fit import slim
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, rejudged, renoised
+from network.analysis.diagnosis.initial_state_restarts import restarted
+from network.analysis.diagnosis.locate import locate
+from network.analysis.diagnosis.lump_convergence import settled
+from network.analysis.diagnosis.lump_refinement import FAR, FULL, STRAINED
+from network.analysis.diagnosis.placement import near, placed, well_placed
+from network.analysis.diagnosis.ranking import best_first
+from network.analysis.diagnosis.refit import Begun, begun
+from network.analysis.diagnosis.result import UnknownHeat
+from network.analysis.diagnosis.screen import Score, screen
+from network.analysis.diagnosis.significance import LEAST, threshold_of
+from network.analysis.diagnosis.switching.search import likely, relays
+from network.engine.response.parameters import Parameter
+from network.machine.machine import Machine
+from network.platform.parallel import run_all
+
+MOST_FINDINGS = 3
+FURTHER = 1.1
+"""Misfit χ below which nothing is looked for beside what was found already."""
+WORTH = 0.015
+"""Share of the misfit χ that a finding must take away."""
+HOPE = 0.5
+"""Linear score of a further candidate over what a name is worth, below which it is not fitted."""
+SWAYING = 1.25
+"""Misfit χ from which a relay is looked for."""
+VAIN = 0.5
+"""Share of the excess χ² − 1 that a step may leave, where much is left: beyond, further names would be guesses."""
+CARRIED = 3
+"""Rivals that are fitted again on the finer lumps."""
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """Where the steps from one null led: the best, what stood before each step and its rivals, the evidence that each
+    finding adds, and what chance reaches."""
+
+    best: Hypothesis
+    befores: tuple[Hypothesis, ...]
+    steps: tuple[tuple[Hypothesis, ...], ...]
+    gains: tuple[float, ...]
+    threshold: float
+
+
+@dataclass(frozen=True, eq=False)
+class Screened:
+    """What is proposed beside a hypothesis, and how each would show: about what stands in for it on coarser lumps."""
+
+    before: Hypothesis
+    proposed: tuple[Candidate, ...]
+    scores: tuple[Score, ...]
+
+    @cached_property
+    def located(self) -> tuple[UnknownHeat, ...]:
+        """Where unknown heat would explain most."""
+        return locate(self.before.linearised, self.before.machine)
+
+
+def screened(current: Hypothesis, jobs: int) -> Screened:
+    """Everything that could be missing from a hypothesis, screened."""
+    before = stand_in(current)
+    proposed = tuple(c for c in candidates(before.machine, current.case.drivers) if _keeps(c, before.own))
+    return Screened(before, proposed, tuple(screen(before.linearised, proposed, before.values, jobs)))
+
+
+def followed(
+    null: Hypothesis, first: Screened, located: Sequence[UnknownHeat], seed: int, jobs: int,
+    tell: Callable[[float], None],
+) -> Followed:  # fmt: skip
+    """The steps from one null, checked. first: its screening."""
+    case, current = null.case, null
+    befores: list[Hypothesis] = []
+    steps: list[tuple[Hypothesis, ...]] = []
+    threshold = LEAST
+    while _is_open(current) and len(current.found) < MOST_FINDINGS:
+        seen = screened(current, jobs) if steps else first
+        if _shows_nothing(seen):
+            break
+        before, told = seen.before, partial(_further, tell, 0.15 + 0.25 * len(steps))
+        threshold = threshold if steps else threshold_of(seen.scores, seed)
+        kept, ranked = _stepped(case, current, seen, located, threshold, seed, jobs, told)
+        if kept is None:
+            break
+        case = kept.case
+        now = replace(before.case, noise=case.noise, sigma=case.sigma)
+        befores.append(slim(rejudged(now, before)))
+        steps.append(_led(kept, run_all(partial(_rejudged, now), ranked, jobs)))
+        left = (kept.chi**2 - 1) / (current.chi**2 - 1)
+        current = kept
+        tell(0.15 + 0.25 * len(steps))
+        if current.chi > FAR and left > VAIN:
+            break
+    current, gains = checked(null, case, current, befores, steps, threshold, jobs)
+    if null.found == current.found:
+        return Followed(current, (), (), (), threshold)
+    return Followed(current, tuple(befores), tuple(steps), gains, threshold)
+
+
+def _is_open(h: Hypothesis) -> bool:
+    """Whether it leaves something, or nothing is found yet and only sensors that are far off keep it from that."""
+    return h.chi > FURTHER if h.found else h.chi > FULL or h.strain > STRAINED
+
+
+def _stepped(
+    case: Case, current: Hypothesis, seen: Screened, located: Sequence[UnknownHeat], threshold: float, seed: int,
+    jobs: int, tell: Callable[[float], None],
+) -> tuple[Hypothesis | None, list[Hypothesis]]:  # fmt: skip
+    """What is kept beside a hypothesis, and its rivals: relays are looked for before much else is tried, where what is
+    likely explains little, and last, where much is left."""
+    sway = partial(_swaying, seen, located, seed, jobs)
+    trials = begun(seen.before, seen.proposed, _worthy(seen), jobs, tell, _is_near(seen))
+    smooth = trials.ranked(jobs)
+    early = sway() if trials.is_poor(smooth) else None
+    if not seen.before.found:
+        is_told = early is None or bool(early and early[0].chi <= trials.little)
+        smooth = _more(trials, smooth, is_told, jobs)
+    ranked = best_first(*(early or ()), *well_placed(seen.before, smooth, jobs))
+    tried = _contenders(current, seen.before, ranked)
+    kept = _kept(case, current, seen.before, tried, threshold, jobs)
+    switched = sway() if early is None and (kept or current).chi > SWAYING else []
+    ranked = best_first(*switched, *ranked)
+    again = _contenders(current, seen.before, ranked)
+    other = _kept(case, current, seen.before, again, threshold, jobs) if again != tried else None
+    if other is not None and (kept is None or other.evidence > rejudged(other.case, kept).evidence):
+        kept = other
+    return kept, ranked
+
+
+def _more(trials: Begun, ranked: list[Hypothesis], is_told: bool, jobs: int) -> list[Hypothesis]:
+    """Explanations, and more of them where these leave much; then what else sits where the best of them does."""
+    if not is_told:
+        wider = trials.wider(jobs)
+        trials, ranked = wider, best_first(*ranked, *wider.ranked(jobs))
+    if ranked and ranked[0].chi > FULL:
+        ranked = best_first(*ranked, *trials.around(ranked[0], jobs).ranked(jobs))
+    return ranked
+
+
+def _swaying(seen: Screened, located: Sequence[UnknownHeat], seed: int, jobs: int) -> list[Hypothesis]:
+    """The relay that explains most, looked for at the likely places: those of the null, then those beside what was
+    found."""
+    before = seen.before
+    able = likely([c for c in seen.proposed if c.switches], seen.located if before.found else located)
+    return relays(before.case, before, able, seed, jobs)
+
+
+def _shows_nothing(seen: Screened) -> bool:
+    """Whether no candidate scores what a name is worth, where not much is left."""
+    return _is_near(seen) and not _worthy(seen)
+
+
+def _is_near(seen: Screened) -> bool:
+    """Whether little is missing beside what was found, so that the linear scores can be believed."""
+    return bool(seen.before.found) and seen.before.chi < SWAYING
+
+
+def _worthy(seen: Screened) -> Sequence[Score]:
+    """Scores of those that may be worth a name."""
+    worth = HOPE * WORTH * len(seen.before.fit.left) if _is_near(seen) else 0.0
+    return [s for s in seen.scores if s.gain >= worth]
+
+
+def _further(tell: Callable[[float], None], done: float, share: float) -> None:
+    tell(done + 0.1 * share)
+
+
+def _keeps(candidate: Candidate, own: Sequence[Parameter]) -> bool:
+    """Whether the numbers of earlier findings still stand with it."""
+    entries = candidate.machine.by_path
+    return all(p.entry in entries and entries[p.entry].__dict__.get(p.attribute) is not None for p in own)
+
+
+def _contenders(current: Hypothesis, before: Hypothesis, ranked: Sequence[Hypothesis]) -> Sequence[Hypothesis]:
+    """Those of the rivals that may be kept: the best, and what comes near it if all were fitted on coarser lumps."""
+    return ranked[:1] if before is current else near(before, ranked, CARRIED)
+
+
+def _kept(
+    case: Case, current: Hypothesis, before: Hypothesis, rivals: Sequence[Hypothesis], threshold: float, jobs: int
+) -> Hypothesis | None:  # fmt: skip
+    """The best of some rivals on as many lumps as it takes; None where it gains no more than chance."""
+    best = _carried(case, current, before, rivals, jobs)
+    if best is None or not _is_gain(current, best, threshold):
+        return None
+    case = renoised(best.case, best)
+    if not _is_gain(rejudged(case, current), rejudged(case, best), threshold):
+        return None
+    best = restarted(rejudged(case, best), jobs)
+    return settled(best.case, best)
+
+
+def _carried(
+    case: Case, current: Hypothesis, before: Hypothesis, rivals: Sequence[Hypothesis], jobs: int
+) -> Hypothesis | None:  # fmt: skip
+    """The best of some rivals on the lumps of what is there; None where there is none."""
+    if before is current or not rivals:
+        return rejudged(case, rivals[0]) if rivals else None
+    told = run_all(partial(_on_lumps, case, current.root, rivals[0]), rivals, jobs)
+    best = max((h for h in told if h is not None), key=lambda h: h.evidence, default=None)
+    return best and rejudged(replace(case, began=best.case.began), best)
+
+
+def _on_lumps(case: Case, root: Machine, first: Hypothesis, h: Hypothesis) -> Hypothesis | None:
+    told = (carried_afresh if h.found[-1].key == first.found[-1].key else carried)(case, h, root)
+    return told and placed(slim(told))
+
+
+def _rejudged(case: Case, h: Hypothesis) -> Hypothesis:
+    return slim(rejudged(case, h))
+
+
+def _led(best: Hypothesis, ranked: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:
+    """The rivals, the one that was kept first."""
+    return tuple(sorted(ranked, key=lambda h: (h.found[-1].key != best.found[-1].key, -h.evidence)))
+
+
+def _is_gain(before: Hypothesis, after: Hypothesis, threshold: float) -> bool:
+    """More evidence than chance gives, and a misfit that is worth a name."""
+    return after.evidence - before.evidence > threshold and after.chi < before.chi * (1 - WORTH)

@@ -1,0 +1,46 @@
+"""Which recordings a diagnosis takes: those that a calibration would take, and held-out ones that fit the machine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from network.analysis.calibration.recording_admission import admitted, check_apart
+from network.analysis.comparison.compare import check_fit
+from network.engine.response.parameters import at_values, centres, free_parameters, values_at
+from network.machine.machine import Machine
+from network.platform.refusal import Complaints, Refused
+from network.recordings.channel_match import overheard
+from network.recordings.inputs import Start
+from network.recordings.recording import Recording
+
+
+@dataclass(frozen=True)
+class Intake:
+    """Recordings without the stretches in which a channel hangs, those held out, and warnings about them."""
+
+    recordings: tuple[Recording, ...]
+    holdout: tuple[Recording, ...]
+    warnings: tuple[str, ...]
+
+
+def taken_in(
+    machine: Machine, recordings: Sequence[Recording], holdout: Sequence[Recording], start: Start | None
+) -> Intake:
+    """Raises Refused with all that makes the recordings useless to this machine, before anything is fitted."""
+    check_apart(recordings, holdout)
+    parameters = free_parameters(machine)
+    _check_held_out(at_values(machine, values_at(parameters, centres(parameters))), holdout)
+    let_in = admitted(machine, parameters, recordings, start)
+    warnings = (*overheard(machine, recordings, holdout), *let_in.warnings)
+    return Intake(tuple(d.recording for d in let_in.data), tuple(holdout), warnings)
+
+
+def _check_held_out(machine: Machine, holdout: Sequence[Recording]) -> None:
+    complaints = Complaints()
+    for recording in holdout:
+        try:
+            check_fit(machine, recording)
+        except Refused as refused:
+            complaints.absorb(refused)
+    complaints.raise_if_any()

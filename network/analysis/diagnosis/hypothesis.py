@@ -1,0 +1,274 @@
+"""A case: a machine, its recordings laid out for fits, and hypotheses about what is missing, each fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from network.analysis.calibration.coloured_noise import colours
+from network.analysis.calibration.estimate import Estimate
+from network.analysis.calibration.gauss_newton import (
+    STEPS,
+    Linearised,
+    Problem,
+    chi_of,
+    linearise,
+    make_problem,
+    minimise,
+)
+from network.analysis.calibration.measured_means import Measured, measured
+from network.analysis.calibration.noise import Noise
+from network.analysis.diagnosis.candidates import Candidate, laid_over
+from network.catalogue.declaration.declare import Array
+from network.engine.response.model import Prediction
+from network.engine.response.parameters import Parameter, at_values, centres, free_parameters, values_at
+from network.machine.machine import Machine
+from network.platform.refusal import Failed
+from network.recordings.inputs import Start
+from network.recordings.recording import Recording
+
+LOUDER = 1.15
+"""White noise over the declared from which the file is not believed."""
+LED, LED_STEPS = (0.25, 0.4, 0.6, 0.8), 3
+"""Shares of the runs over which relays are led back into step, and the steps of the fits there."""
+
+
+@dataclass(frozen=True, eq=False)
+class Lack:
+    """A difference of a run's channels over time, as means about instants t [s]: (channels, instants)."""
+
+    t: Array
+    values: Array
+
+    def at(self, data: Measured) -> Array:
+        """The same about the cells of a layout of the run (channels · cells)."""
+        return np.concatenate([np.interp(data.centres, self.t, row) for row in self.values])
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """Recordings of a machine. sigma: white 1σ of a sample by channel where it was told from residuals; noise: coloured
+    noise beside it; lacking: of each run, what its channels have more on finer lumps than on those of the machine,
+    which stands in for them; began: of each run, temperatures of parts at its start about which it is linear."""
+
+    machine: Machine
+    recordings: tuple[Recording, ...]
+    start: Start | None = None
+    noise: Noise = field(default_factory=Noise)
+    sigma: Mapping[str, float] = field(default_factory=dict)
+    lacking: tuple[Lack, ...] = ()
+    began: tuple[Mapping[str, float], ...] = ()
+
+    @cached_property
+    def drivers(self) -> tuple[str, ...]:
+        """Columns of all recordings that are no channel of the machine: inputs, and what may drive missing physics."""
+        shared = set.intersection(*(({*r.columns, *r.constants}) for r in self.recordings))
+        return tuple(sorted(shared - {*self.machine.sensors}))
+
+    def of(self, runs: Sequence[int]) -> Case:
+        """The case of some of its recordings."""
+        lacking = tuple(self.lacking[i] for i in runs) if self.lacking else ()
+        began = tuple(self.began[i] for i in runs) if self.began else ()
+        return replace(self, recordings=tuple(self.recordings[i] for i in runs), lacking=lacking, began=began)
+
+    def on(self, recordings: tuple[Recording, ...]) -> Case:
+        """The case on other recordings, of which nothing is known beforehand."""
+        return replace(self, recordings=recordings, start=None, lacking=(), began=())
+
+    def until(self, share: float) -> Case:
+        """The case of the beginnings of its recordings."""
+        return replace(self, recordings=tuple(r.until(share) for r in self.recordings))
+
+    def lay_out(self, machine: Machine) -> tuple[Measured, ...]:
+        """The recordings for fits of one machine (this one, refined or with something added)."""
+        data = [measured(machine, r, self.start, self._usable(r)) for r in self.recordings]
+        told = [replace(d, sigma={n: self.sigma.get(n, s) for n, s in d.sigma.items()}) for d in data]
+        if self.lacking:
+            told = [replace(d, means=d.means - lack.at(d)) for d, lack in zip(told, self.lacking, strict=True)]
+        if self.began:
+            told = [d.started(start) for d, start in zip(told, self.began, strict=True)]
+        return tuple(told)
+
+    def _usable(self, recording: Recording) -> list[str]:
+        """Drivers without gaps."""
+        gaps = {n for n, c in recording.columns.items() if not np.isfinite(c.values).all()}
+        return [n for n in self.drivers if n in recording.constants or n not in gaps]
+
+    def problem(self, machine: Machine, parameters: Sequence[Parameter], offsets: bool = True) -> Problem:
+        problem = make_problem(machine, parameters, self.lay_out(machine), self.noise)
+        return problem if offsets else replace(problem, offsets=())
+
+
+def early(data: Measured, horizon: float) -> Array:
+    """Which cells of a run end before a share of its length."""
+    knots = data.run.knots
+    until = knots.t[0] + horizon * (knots.t[-1] - knots.t[0]) + 1e-6
+    return np.tile(knots.t[knots.cell_ends] <= until, len(data.run.channels))
+
+
+def under_file_noise(case: Case) -> Case:
+    """The case under the noise of the file: what a relay does over minutes must not pass for coloured noise."""
+    return replace(case, noise=Noise(), sigma={})
+
+
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """A machine with what is supposed to be missing in it, fitted.
+
+    found: the patches laid over it, in their order; own: their numbers, free along with those of the file; fit: an
+    estimate where it is only compared with others.
+    """
+
+    case: Case
+    machine: Machine
+    found: tuple[Candidate, ...]
+    own: tuple[Parameter, ...]
+    fit: Linearised | Estimate
+
+    @cached_property
+    def chi(self) -> float:
+        """Rms of the whitened residual, with what starts, jumps and offsets were strained by to get there."""
+        mean, spread = (x[self.fit.free :] for x in self.fit.problem.prior)
+        strain = float(np.sum(((self.fit.eta - mean) / spread) ** 2)) - len(mean)
+        rows = len(self.fit.left)
+        return float(np.sqrt((self.fit.left @ self.fit.left + max(strain, 0.0)) / max(rows, 1)))
+
+    @cached_property
+    def strain(self) -> float:
+        """How far the constant errors of sensors were taken from zero to get there: the farthest, in prior σ."""
+        first, count = self.fit.free, len(self.fit.problem.offsets)
+        mean, spread = (x[first : first + count] for x in self.fit.problem.prior)
+        away = np.abs(self.fit.eta[:count] - mean) / (spread * self.fit.problem.firm_eta)
+        return float(away.max(initial=0.0))
+
+    @property
+    def switches(self) -> bool:
+        """Whether a relay is among what was found."""
+        return any(c.switches for c in self.found)
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        return values_at(self.fit.problem.parameters, self.fit.theta)
+
+    @property
+    def own_values(self) -> dict[str, float]:
+        """The numbers of what was found, by path."""
+        return {p.path: self.values[p.path] for p in self.own}
+
+    @cached_property
+    def numbers(self) -> Machine:
+        """The machine with its numbers as fitted."""
+        return at_values(self.machine, self.values)
+
+    @cached_property
+    def evidence(self) -> float:
+        """Log evidence under the noise of the case (Laplace)."""
+        return self.fit.log_evidence
+
+    @property
+    def linearised(self) -> Linearised:
+        """The fit with its runs and slopes, which one that is only compared has no more."""
+        assert isinstance(self.fit, Linearised)
+        return self.fit
+
+    @property
+    def predictions(self) -> tuple[Prediction, ...]:
+        return self.linearised.predictions
+
+    @cached_property
+    def shift(self) -> Array:
+        """How far the numbers of the file moved, in prior σ."""
+        own = {p.path for p in self.own}
+        pairs = zip(self.fit.problem.parameters, self.fit.theta, strict=True)
+        return np.array([(x - p.centre) / p.spread for p, x in pairs if p.path not in own])
+
+    @property
+    def root(self) -> Machine:
+        """The machine without what was found (as refined)."""
+        return self.found[0].base if self.found else self.machine
+
+    @property
+    def name(self) -> str:
+        return " + ".join(c.name for c in self.found) or "as it is"
+
+
+def suppose(
+    case: Case, machine: Machine, found: Sequence[Candidate] = (), own: Sequence[Parameter] = (),
+    start: Mapping[str, float] | None = None, offsets: bool = True, steps: int = STEPS,
+) -> Hypothesis:  # fmt: skip
+    """Fits a machine with the patches already in it; `start`: numbers by path to begin from."""
+    parameters = parameters_of(machine, own)
+    theta = centres(parameters)
+    for i, p in enumerate(parameters):
+        if start and p.path in start:
+            value = start[p.path]
+            theta[i] = np.log(value) if p.is_log and value > 0 else (theta[i] if p.is_log else value)
+    fit = minimise(case.problem(machine, parameters, offsets), theta, steps)
+    return Hypothesis(case, machine, tuple(found), tuple(own), fit)
+
+
+def relaid(
+    case: Case, machine: Machine, found: Sequence[Candidate], values: Mapping[str, float], in_step: bool = True,
+    steps: int = STEPS,
+) -> Hypothesis | None:  # fmt: skip
+    """Findings laid over a machine one after the other, fitted from some numbers; None where they do not fit. in_step:
+    whether relays switch at these numbers as they did; else they are led over ever more of the runs."""
+    over = laid_over(machine, found)
+    if over is None:
+        return None
+    machine, laid = over
+    own = [p for c in laid for p in c.own]
+    try:
+        if not in_step and any(c.switches for c in laid):
+            values = led(case, machine, laid, own, values, LED).values
+        return suppose(case, machine, laid, own, values, steps=steps)
+    except (Failed, np.linalg.LinAlgError):
+        return None
+
+
+def led(
+    case: Case, machine: Machine, found: Sequence[Candidate], own: Sequence[Parameter], values: Mapping[str, float],
+    shares: Sequence[float],
+) -> Hypothesis:  # fmt: skip
+    """A hypothesis fitted a few steps over ever more of the runs, to the last of some shares of them."""
+    told = suppose(case.until(shares[0]), machine, found, own, values, steps=LED_STEPS)
+    for share in shares[1:]:
+        told = suppose(case.until(share), machine, found, own, told.values, steps=LED_STEPS)
+    return told
+
+
+def parameters_of(machine: Machine, own: Sequence[Parameter]) -> tuple[Parameter, ...]:
+    """The uncertain numbers of the file and those of what is supposed."""
+    paths = {p.path for p in own}
+    return (*(p for p in free_parameters(machine) if p.path not in paths), *own)
+
+
+def renoised(case: Case, hypothesis: Hypothesis) -> Case:
+    """The case with the noise that the residuals of a hypothesis show over short lags."""
+    told = colours(hypothesis.fit.problem.data, hypothesis.predictions)
+    tinted = {n: (s, tau) for n, (_, s, tau) in told.items() if s > 0}
+    declared = hypothesis.fit.problem.data[0].declared
+    more = {n: s > 0 or white > LOUDER * declared.get(n, 0) for n, (white, s, _) in told.items()}
+    sigma = {n: white for n, (white, _, _) in told.items() if white > 0 and more[n]}
+    return replace(case, noise=Noise(tinted), sigma=sigma)
+
+
+def begun(case: Case, hypothesis: Hypothesis) -> Case:
+    """The case about the starts that a hypothesis finds: where relays switch, the way there is not a straight one."""
+    fit, first, starts = hypothesis.fit, len(hypothesis.fit.problem.offsets), list[Mapping[str, float]]()
+    for d in fit.problem.data:
+        starts.append(d.start_moved(fit.eta[first : first + len(d.starts)]))
+        first += len(d.starts) + len(d.edges)
+    return replace(case, began=tuple(starts))
+
+
+def rejudged(case: Case, hypothesis: Hypothesis) -> Hypothesis:
+    """The same hypothesis under another noise, numbers and starts as they are."""
+    case = replace(case, began=hypothesis.case.began or case.began)
+    problem = case.problem(hypothesis.machine, hypothesis.fit.problem.parameters)
+    fit = linearise(problem, hypothesis.fit.theta)
+    fit = fit.tempered(fit.problem.firm_theta, max(1.0, chi_of(fit)))
+    return replace(hypothesis, case=case, fit=fit)

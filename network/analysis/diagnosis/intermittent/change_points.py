@@ -1,0 +1,134 @@
+"""Times in which a channel is read otherwise, from its residual alone: it jumps when they begin and when they end.
+
+A part cannot jump, a reading can. Of the residual in bins the step at k is the mean of the bins after it less that of
+those before, less the median of such steps around it, so that a slow drift leaves nothing. A step towards what would be
+read at full strength, then back by the same share, makes a window. Source: robust change points in scan statistics,
+e.g. Glaz, Naus & Wallenstein, Scan Statistics (2001); unverified.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from network.analysis.calibration.data_quality import NORMAL
+from network.catalogue.declaration.declare import Array, Mask
+
+BIN = 60.0
+"""s."""
+SIDE, AROUND = 2, 7
+"""Bins on each side of a step, and of steps around it whose median is drift."""
+CLEAR = 8.0
+"""Robust deviations of such steps from which one is a jump."""
+ALIKE, MOST_OTHERS = 0.25, 0.35
+"""How far jumps may differ in their share, and the part of all jumps that may be others."""
+FEWEST = 4
+"""Jumps, of all runs together."""
+SHARES = (0.02, 0.95)
+"""Least and largest share that is told."""
+
+COST, MOST, BLURRED = 8.0, 40.0, 0.1
+"""Nats that a switch costs in looking for windows, what a step may cost without one at most, and how far a jump's size
+may be off."""
+
+Windows = tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class Loose:
+    """share: of full strength, and its 1σ; windows: of each run [s]."""
+
+    share: float
+    std: float
+    windows: tuple[Windows, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Steps:
+    """Steps of one run's residual at the middles t [s] of its bins; full: what full strength would change there;
+    scatter: their robust 1σ; end: of the run [s]."""
+
+    t: Array
+    size: Array
+    full: Array
+    scatter: float
+    end: float
+
+    @property
+    def shares(self) -> Array:
+        """Of the clear jumps, in shares of full strength."""
+        size = np.abs(self.size)
+        near = sliding_window_view(np.pad(size, SIDE), 2 * SIDE + 1).max(axis=1)
+        peak = (size > CLEAR * self.scatter) & (size == near) & (np.abs(self.full) > 0)
+        return np.asarray(self.size[peak] / self.full[peak])
+
+    def windows(self, share: float) -> Windows:
+        """The windows of a share that explain the steps best (Viterbi's algorithm over the two states)."""
+        there, back = self._worth(share * self.full), self._worth(-share * self.full)
+        best, came = np.array([0.0, -COST]), np.zeros((len(there), 2), bool)
+        for k in range(len(there)):
+            moved = np.array([best[1] + back[k], best[0] + there[k]])
+            came[k] = moved > best
+            best = np.maximum(best, moved)
+        return self._traced(came, int(best.argmax()))
+
+    def _worth(self, jump: Array) -> Array:
+        """Nats by which every step is more likely with a jump than without, where others may happen too."""
+        without = np.minimum(self.size**2 / (2 * self.scatter**2), MOST)
+        scatter2 = self.scatter**2 + (BLURRED * jump) ** 2
+        return np.asarray(without - np.minimum((self.size - jump) ** 2 / (2 * scatter2), 2 * MOST) - COST)
+
+    def _traced(self, came: Mask, state: int) -> Windows:
+        """Windows from the switches on the best path, from its end on."""
+        found, end = list[tuple[float, float]](), self.end
+        for k in range(len(came) - 1, -1, -1):
+            if came[k, state]:
+                if state:
+                    found.append((float(self.t[k]), end))
+                end, state = float(self.t[k]), 1 - state
+        if state:
+            found.append((0.0, end))
+        return tuple(reversed(found))
+
+
+def steps_of(t: Array, residual: Array, change: Array) -> Steps | None:
+    """Steps of a residual with gaps (NaN), a slow drift taken out; change: what full strength would add to the reading.
+    None for runs that are too short."""
+    middles, r = _binned(t, residual)
+    width = 2 * SIDE + 1
+    if len(r) < width + 2 * AROUND:
+        return None
+    inner = sliding_window_view(r, width)
+    step = inner[:, SIDE + 1 :].mean(axis=1) - inner[:, :SIDE].mean(axis=1)
+    drift = np.median(sliding_window_view(np.pad(step, AROUND, "edge"), 2 * AROUND + 1), axis=1)
+    scatter = float(np.median(np.abs(step - drift))) / NORMAL
+    at = middles[SIDE:-SIDE]
+    return Steps(at, step - drift, np.interp(at, t, change), max(scatter, 1e-12), float(t[-1]))
+
+
+def _binned(t: Array, values: Array) -> tuple[Array, Array]:
+    """Middles and medians of the bins; empty ones are bridged."""
+    good = np.isfinite(values)
+    which = ((t - t[0]) // max(BIN, 2 * float(np.median(np.diff(t))))).astype(int)
+    middles = np.bincount(which, t) / np.maximum(np.bincount(which), 1)
+    known, first = np.unique(which[good], return_index=True)
+    return middles[known], np.array([np.median(some) for some in np.split(values[good], first[1:]) if len(some)])
+
+
+def loose_in(runs: Sequence[Steps]) -> Loose | None:
+    """What the jumps of one channel in all runs have in common; None where that is nothing."""
+    shares = np.abs(np.concatenate([np.empty(0), *(steps.shares for steps in runs)]))
+    if len(shares) < FEWEST:
+        return None
+    near = np.abs(shares[:, None] - shares) < ALIKE * shares[:, None]
+    alike = shares[near[near.sum(axis=1).argmax()]]
+    share = float(np.median(alike))
+    if len(alike) < FEWEST or len(shares) - len(alike) > MOST_OTHERS * len(shares):
+        return None
+    windows = tuple(steps.windows(share) for steps in runs)
+    if not SHARES[0] < share < SHARES[1] or not any(windows):
+        return None
+    return Loose(share, float(np.std(alike) / np.sqrt(len(alike))), windows)

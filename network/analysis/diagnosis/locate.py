@@ -1,0 +1,136 @@
+"""Where the mismatch is: unknown heat at a part, through a link, or an unknown offset of a channel, over time.
+
+Heat f(t) ~ OU(σ, ℓ), straight between knots, enters at one place; with its answers G (whitened) and the parameters free
+again (M as in the screening) its log evidence over no such heat is
+½ (gᵀ B g − log |I + K GᵀMG|), g = GᵀM r, B = (K⁻¹ + GᵀMG)⁻¹, K = σ² e^(−|t − t'|/ℓ), at the best σ and ℓ tried; f is
+what B g says. Source: latent force models, Alvarez, Luengo & Lawrence, IEEE Trans. PAMI 35 (2013) 2693; unverified.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from network.analysis.calibration.gauss_newton import Linearised
+from network.analysis.calibration.measured_means import Measured
+from network.analysis.diagnosis.location import Location
+from network.analysis.diagnosis.result import UnknownHeat
+from network.analysis.diagnosis.unknown_heat import heat_answers, heat_knots, ou, part_spread
+from network.catalogue.declaration.declare import Array
+from network.engine.response.model import Prediction
+from network.machine.machine import Machine
+
+TIMES = (600.0, 5400.0, 43200.0)
+"""Correlation times tried [s]."""
+SIZES = (1.0, 4.0, 16.0, 64.0)
+"""1σ tried, in multiples of what lifts a channel by one noise unit."""
+KNOTS = 900.0
+"""s: distance of the knots of the unknown heat."""
+FLATTER = 0.15
+"""Share of a gain in log evidence that counts towards the probability of a place: the map alone is often wrong."""
+
+
+@dataclass(frozen=True)
+class _Place:
+    """answers: of the whitened channels for 1 W (or 1 SI unit) about every knot of every run (knots, rows)."""
+
+    at: Location
+    answers: Array
+
+
+def locate(fit: Linearised, machine: Machine) -> tuple[UnknownHeat, ...]:
+    """All places, the most probable first."""
+    knots = [heat_knots(d, KNOTS) for d in fit.problem.data]
+    found = [_explained(fit, place, knots) for place in _places(fit, machine, knots)]
+    gains = np.array([u.gain for u in found])
+    share = np.exp(FLATTER * (gains - gains.max()))
+    share /= share.sum()
+    told = [replace(u, probability=float(p)) for u, p in zip(found, share, strict=True)]
+    return tuple(sorted(told, key=lambda u: -u.probability))
+
+
+def _places(fit: Linearised, machine: Machine, knots: list[Array]) -> Iterator[_Place]:
+    for name, node in machine.nodes.items():
+        if node.is_part:
+            yield _Place(Location((name,)), _answers(fit, knots, lambda p, n=name: part_spread(p, n)))
+    for a, b in machine.joined_parts():
+        answers = _answers(fit, knots, lambda p, a=a, b=b: part_spread(p, b) - part_spread(p, a))
+        yield _Place(Location((a, b)), answers)
+    for name in dict.fromkeys(n for d in fit.problem.data for n in d.run.channels):
+        yield _Place(Location(channel=name), _offsets(fit, knots, name))
+
+
+def _answers(fit: Linearised, knots: list[Array], spread: object) -> Array:
+    assert callable(spread)
+    rows = [heat_answers(p, spread(p), t) for p, t in zip(fit.predictions, knots, strict=True)]
+    return _block(fit, rows)
+
+
+def _offsets(fit: Linearised, knots: list[Array], channel: str) -> Array:
+    rows = []
+    for data, prediction, t in zip(fit.problem.data, fit.predictions, knots, strict=True):
+        own = np.zeros((len(t), len(data.means)))
+        if channel in data.run.channels:
+            i, cells = data.run.channels.index(channel), data.run.knots.cells
+            own[:, i * cells : (i + 1) * cells] = _at_cells(data, prediction, t)
+        rows.append(own)
+    return _block(fit, rows)
+
+
+def _at_cells(data: Measured, prediction: Prediction, t: Array) -> Array:
+    """Hat functions at the middles of the cells (knots, cells)."""
+    del prediction
+    return np.stack([np.interp(data.centres, t, row) for row in np.eye(len(t))])
+
+
+def _block(fit: Linearised, rows: list[Array]) -> Array:
+    """Answers of all runs, each whitened in its own rows."""
+    white = [w(r) for w, r in zip(fit.problem.whiteners, rows, strict=True)]
+    total = np.zeros((sum(len(r) for r in white), sum(r.shape[1] for r in white)))
+    i = j = 0
+    for r in white:
+        total[i : i + len(r), j : j + r.shape[1]] = r
+        i, j = i + len(r), j + r.shape[1]
+    return total
+
+
+def _explained(fit: Linearised, place: _Place, knots: list[Array]) -> UnknownHeat:
+    """The unknown heat of one place at its best size and correlation time."""
+    G = place.answers
+    M_G = np.stack([fit.project(row) for row in G])
+    H, g = M_G @ G.T, M_G @ fit.left
+    scale = max(1.0, float(np.mean(fit.left**2)))
+    unit = 1 / np.sqrt(max(float(np.diag(H).max()), 1e-300))
+    best = (-np.inf, np.zeros(len(g)), np.zeros(len(g)))
+    for ell in TIMES:
+        K = _correlation(knots, ell)
+        for size in SIZES:
+            gain, f, std = _posterior(H / scale, g / scale, (size * unit) ** 2 * K)
+            if gain > best[0]:
+                best = (gain, f, std)
+    gain, f, std = best
+    cuts = np.cumsum([len(t) for t in knots])[:-1]
+    rms = float(np.sqrt(np.mean(f**2)))
+    heat, spread = tuple(np.split(f, cuts)), tuple(np.split(std, cuts))
+    return UnknownHeat(place.at, 0.0, rms, gain, tuple(knots), heat, spread)
+
+
+def _correlation(knots: list[Array], ell: float) -> Array:
+    n = sum(len(t) for t in knots)
+    K, i = np.zeros((n, n)), 0
+    for t in knots:
+        K[i : i + len(t), i : i + len(t)] = ou(t, ell)
+        i += len(t)
+    return K
+
+
+def _posterior(H: Array, g: Array, K: Array) -> tuple[float, Array, Array]:
+    """Log evidence gained, posterior mean and 1σ of the heat at its knots."""
+    A = np.eye(len(g)) + K @ H
+    f = np.linalg.solve(A, K @ g)
+    _, volume = np.linalg.slogdet(A)
+    covariance = np.linalg.solve(A, K)
+    std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    return 0.5 * float(g @ f) - 0.5 * float(volume), np.asarray(f), np.asarray(std)

@@ -1,0 +1,25 @@
+"""A hypothesis on ever finer lumps, while that helps."""
+
+from __future__ import annotations
+
+from network.analysis.diagnosis.coarse_surrogate import carried_afresh
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis
+from network.analysis.diagnosis.lump_refinement import ENOUGH, FINEST, GAIN, ever_finer
+
+LITTLE = 0.015
+"""Share of the misfit χ that finer lumps must take away for still finer ones to be tried."""
+
+
+def settled(case: Case, best: Hypothesis) -> Hypothesis:
+    """The hypothesis on as many lumps as it takes; relays are led back into step there."""
+    for root in ever_finer(best.root, FINEST):
+        if best.found and best.chi < ENOUGH:
+            break
+        other = carried_afresh(case, best, root)
+        if other is None or other.evidence < best.evidence + GAIN:
+            break
+        is_little = other.chi > (1 - LITTLE) * best.chi
+        best = other
+        if is_little:
+            break
+    return best

@@ -1,0 +1,55 @@
+"""Structure before physics: more lumps where that mends the misfit, until the answer stops changing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from network.analysis.diagnosis.candidates import Candidate, candidates
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, suppose
+from network.catalogue.declaration.patch import Patch
+from network.machine.machine import Machine
+
+LEVELS = 3
+"""Times that lumps are refined."""
+GAIN = 20.0
+"""Log evidence that a finer structure must add to be looked at further."""
+ENOUGH = 1.02
+"""Misfit χ at which it is fine enough."""
+FULL = 1.06
+"""Misfit χ below which nothing is missing: no more is looked for, and a fit is left as it is."""
+STRAINED = 5.0
+"""Prior σ by which a sensor's constant error may be off: beyond, the errors stand in for something."""
+FAR = 1.6
+"""Misfit χ that lumps alone will not mend: what is missing is looked for first, and the lumps again with it."""
+FINEST = 400
+"""Lumps beyond which a machine is not refined."""
+
+
+def ever_finer(machine: Machine, most: int | None = None) -> Iterator[Machine]:
+    """The machine with all structural proposals laid over it, and again over that, to so many lumps."""
+    for _ in range(LEVELS):
+        patch = Patch.of(entry for c in structural(machine) for entry in c.patch.by_name())
+        if not patch:
+            return
+        machine = machine.patched(patch)
+        if most is not None and machine.lumps > most:
+            return
+        yield machine
+
+
+def structural(machine: Machine) -> list[Candidate]:
+    return list(candidates(machine, machine.inputs, structural=True))
+
+
+def refined(case: Case, written: Hypothesis) -> list[Hypothesis]:
+    """The machine as written, then ever finer ones while that helps."""
+    levels = [written]
+    for machine in ever_finer(written.machine):
+        if levels[-1].chi < ENOUGH:
+            break
+        best = max(levels, key=lambda h: h.evidence)
+        finer_one = suppose(case, machine, start=best.values if best is not written else None)
+        levels.append(finer_one)
+        if finer_one.evidence < best.evidence + GAIN or finer_one.chi > FAR:
+            break
+    return levels

@@ -1,0 +1,42 @@
+"""How explanations that were fitted beside each other rank: one of each kind and place, with its share of belief."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from network.analysis.diagnosis.hypothesis import Hypothesis
+from network.catalogue.declaration.declare import Array
+
+TEMPERATURE = 4.0
+"""Nats that count as e to one in a confidence: evidence is sharper than models are right."""
+ALIKE = 6.0
+"""Nats within which two explanations cannot be told apart."""
+MOST_SURE = 0.99
+
+
+def best_first(*rivals: Hypothesis) -> list[Hypothesis]:
+    """By their evidence."""
+    return sorted(rivals, key=lambda h: -h.evidence)
+
+
+def distinct(ranked: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """The best of each kind and place."""
+    seen: dict[tuple[object, ...], Hypothesis] = {}
+    for h in ranked:
+        seen.setdefault((h.found[-1].kind.kind, frozenset(h.found[-1].places), h.found[-1].channels), h)
+    return list(seen.values())
+
+
+def shares(of: Sequence[Hypothesis]) -> Array:
+    """Their shares of the evidence, softened; they add up to 1. The first was kept: where another is before it by this
+    evidence, it was behind on finer lumps, and counts as much."""
+    gains = np.minimum([h.evidence for h in of], of[0].evidence)
+    share = np.exp((gains - gains.max()) / (TEMPERATURE * max(1.0, of[0].chi) ** 2))
+    return np.asarray(share / share.sum())
+
+
+def confidence(ranked: Sequence[Hypothesis], chi: float) -> float:
+    """Share of the best, and less where it leaves a misfit χ, not explaining everything."""
+    return float(min(MOST_SURE, shares(distinct(ranked))[0]) * min(1.0, (1.15 / chi) ** 2))

@@ -1,0 +1,191 @@
+"""Confirmation: candidates fitted in full with all parameters, runs left out and predicted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from network.analysis.calibration.gauss_newton import Linearised, chi_of, linearise
+from network.analysis.diagnosis.candidates import Candidate
+from network.analysis.diagnosis.coarse_surrogate import SMALL
+from network.analysis.diagnosis.compact_fit import beside, slim
+from network.analysis.diagnosis.hypothesis import Hypothesis, suppose
+from network.analysis.diagnosis.lump_refinement import FULL, STRAINED
+from network.analysis.diagnosis.placement import redirected
+from network.analysis.diagnosis.ranking import best_first
+from network.analysis.diagnosis.screen import Score, scored
+from network.engine.response.parameters import centres, values_at
+from network.platform.parallel import run_all
+
+SHOWS = 1.0
+"""Nats of a linear score from which a candidate is looked at."""
+SHORTLIST, LONGER, OF_A_KIND = 5, 10, 3
+"""Candidates refitted for each point they were screened about, where lumps are few and fits quick, and how many of one
+kind."""
+POOR, WIDER = 0.6, (20, 8)
+"""Share of the excess χ² − 1 that the best of them leaves from which more are fitted, and how many then: far from the
+fit the linear score of what is missing may be poor."""
+UNTOLD = 1.25
+"""Misfit χ that must be left for that, too."""
+AROUND = 6
+"""Candidates that sit where the best of them does, and were not on the list, that are fitted besides."""
+LARGE = 120
+"""Lumps from which candidates are screened about the fit only."""
+BRIEF, KEPT, CONTINUED = 5, 6, 0.3
+"""Steps in which every candidate begins, how many of them go on at most, and what share of the best gain they need."""
+FIRST_STEPS, FINALISTS, FINISHED = 7, 3, 0.7
+"""Steps of these, how many of them are then fitted to the end at most, and the share of the best gain for that."""
+CLEAR, LEAST = 200.0, 2
+"""Nats of a gain from which shares of it count, and how many fits go on in any case."""
+LEFT_OUT_STEPS = 4
+"""Steps of a fit without one run, from the fit to all."""
+
+Tell = Callable[[float], None] | None
+
+
+def nominal(fit: Linearised) -> Linearised:
+    """The problem about the priors' centres, with priors narrowed by the misfit there."""
+    at = linearise(fit.problem, centres(fit.problem.parameters))
+    chi = max(1.0, chi_of(at))
+    return at.tempered(chi, chi)
+
+
+def shortlist(scores: Sequence[Score], about_file: Sequence[Score], most: int = SHORTLIST) -> list[Score]:
+    """The best of the screening about the fit (scores) and about the file's own numbers."""
+    both = [*_varied(scores, most, OF_A_KIND), *_varied(about_file, most, OF_A_KIND)]
+    return list({s.candidate.key: s for s in reversed(both)}.values())
+
+
+def _about_file(current: Hypothesis, found: Sequence[Candidate], jobs: int) -> list[Score]:
+    """The screening about the file's own numbers, where candidates are proposed; none where that would take long."""
+    if current.machine.lumps >= LARGE:
+        return []
+    about = nominal(current.linearised)
+    return scored(about, found, values_at(about.problem.parameters, about.theta), jobs)
+
+
+def _varied(scores: Sequence[Score], most: int, of_a_kind: int) -> list[Score]:
+    """The best scores, at most so many of a kind."""
+    kept: list[Score] = []
+    for s in scores:
+        if s.gain > SHOWS and sum(k.candidate.kind is s.candidate.kind for k in kept) < of_a_kind:
+            kept.append(s)
+    return kept[:most]
+
+
+def _begun(current: Hypothesis, about_file: Mapping[tuple[str, ...], Score], trial: Score) -> Hypothesis | None:
+    """A trial fitted a few steps from the numbers of the file, its own from the screening about these, if it shows
+    there, and moved along bars: where it was screened may not be where it belongs at the numbers it takes."""
+    there = about_file.get(trial.candidate.key)
+    own = there.best if there is not None and there.gain > SHOWS else trial.best
+    begun = beside(current.case, current, trial.candidate, current.own_values | own, BRIEF)
+    return begun and redirected(begun)
+
+
+def _continued(current: Hypothesis, begun: Hypothesis) -> Hypothesis:
+    """A trial fitted further and, where that stays behind what is there, from the current numbers."""
+    case, c = current.case, begun.found[-1]
+    best = beside(case, current, c, begun.values, FIRST_STEPS) or begun
+    if best.evidence < current.evidence:
+        other = beside(case, current, c, current.values | c.usual, FIRST_STEPS)
+        best = max((h for h in (best, other) if h is not None), key=lambda h: h.evidence)
+    return best
+
+
+@dataclass(frozen=True, eq=False)
+class Begun:
+    """Candidates without a relay, fitted a few steps beside what is there. begin: does that, from a score; rest: scores
+    of those that were not, the best first."""
+
+    current: Hypothesis
+    fits: tuple[Hypothesis, ...]
+    begin: Callable[[Score], Hypothesis | None]
+    rest: tuple[Score, ...]
+
+    @property
+    def little(self) -> float:
+        """Misfit χ up to which an explanation leaves little."""
+        return max(float(np.sqrt(1 + POOR * max(0.0, self.current.chi**2 - 1))), UNTOLD)
+
+    def is_poor(self, ranked: Sequence[Hypothesis]) -> bool:
+        """Whether none of some explanations leaves little, or where nothing is found yet only with sensors far off."""
+        most = np.inf if self.current.found else STRAINED
+        return min((h.chi for h in ranked if h.strain < most), default=np.inf) > self.little
+
+    def wider(self, jobs: int) -> Begun:
+        """The best of those that were not fitted yet."""
+        more = _varied(self.rest, *WIDER)
+        return replace(self, fits=tuple(_all(self.begin, more, jobs)), rest=_others(self.rest, more))
+
+    def around(self, best: Hypothesis, jobs: int) -> Begun:
+        """Others that sit where the best of them does instead: the right place under a wrong name is a near miss."""
+        here = [s for s in self.rest if s.candidate.parts == best.found[-1].parts]
+        return replace(self, fits=tuple(_all(self.begin, here[:AROUND], jobs)))
+
+    def ranked(self, jobs: int) -> list[Hypothesis]:
+        """The best of them fitted further and to the end, the best evidence first."""
+        likely, others = _parted(self.current, self.fits, KEPT, CONTINUED)
+        further = partial(_continued, self.current)
+        likely, rest = _parted(self.current, [*run_all(further, likely, jobs), *others], FINALISTS, FINISHED)
+        ends = run_all(_to_the_end, likely, jobs)
+        return best_first(*ends, *rest)
+
+
+def begun(
+    current: Hypothesis, found: Sequence[Candidate], scores: Sequence[Score], jobs: int, tell: Tell = None,
+    is_near: bool = False,
+) -> Begun:  # fmt: skip
+    """The likely ones of what is proposed beside a hypothesis, each with its own fit. scores: of the screening about
+    it; is_near: whether the fit is near, so that what shows about it is all that shows."""
+    about_file = [] if is_near else _about_file(current, found, jobs)
+    trials = shortlist(scores, about_file, LONGER if current.machine.lumps <= SMALL else SHORTLIST)
+    begin = partial(_begun, current, {s.candidate.key: s for s in about_file})
+    rest = _others([s for s in scores if s.gain > SHOWS], trials)
+    return Begun(current, tuple(_all(begin, trials, jobs, tell)), begin, rest)
+
+
+def _others(scores: Sequence[Score], than: Sequence[Score]) -> tuple[Score, ...]:
+    """Scores of candidates that do not stand among some."""
+    among = {s.candidate.key for s in than}
+    return tuple(s for s in scores if s.candidate.key not in among)
+
+
+def _all(
+    begin: Callable[[Score], Hypothesis | None], trials: Sequence[Score], jobs: int, tell: Tell = None
+) -> list[Hypothesis]:  # fmt: skip
+    return [h for h in run_all(begin, trials, jobs, tell) if h is not None]
+
+
+def _parted(
+    current: Hypothesis, fits: Sequence[Hypothesis], most: int, share: float
+) -> tuple[list[Hypothesis], list[Hypothesis]]:  # fmt: skip
+    """Fits to go on with, and those of which it is enough to know how far behind they are."""
+    ranked = best_first(*fits)
+    needed = share * max(0.0, ranked[0].evidence - current.evidence) if ranked else 0.0
+    near = sum(h.evidence - current.evidence >= needed for h in ranked)
+    count = min(most, max(near, LEAST)) if needed > CLEAR else most
+    return ranked[:count], ranked[count:]
+
+
+def _to_the_end(h: Hypothesis) -> Hypothesis:
+    return slim(suppose(h.case, h.machine, h.found, h.own, h.values)) if h.chi > FULL else h
+
+
+def left_out(hypothesis: Hypothesis, jobs: int = 1) -> float:
+    """Rms in noise on runs that were left out of the fit, one after the other; NaN for a single run."""
+    runs = range(len(hypothesis.case.recordings))
+    if len(runs) < 2:
+        return float("nan")
+    told = run_all(partial(_told_without, hypothesis), runs, jobs)
+    return float(np.sqrt(sum(misfit for misfit, _ in told) / max(sum(count for _, count in told), 1)))
+
+
+def _told_without(h: Hypothesis, i: int) -> tuple[float, int]:
+    """Misfit and count of one run that is told by a fit to the others."""
+    rest = h.case.of([k for k in range(len(h.case.recordings)) if k != i])
+    fit = suppose(rest, h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS).fit
+    seen = linearise(h.case.of([i]).problem(h.machine, fit.problem.parameters), fit.theta)
+    return float(seen.left @ seen.left), len(seen.left)

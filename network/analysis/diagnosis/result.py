@@ -1,0 +1,193 @@
+"""What a diagnosis says: verdict, findings with their rivals, where it differs, and what the fit gained."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from network.analysis.comparison.compare import Comparison
+from network.analysis.diagnosis.location import Location
+from network.catalogue.declaration.declare import Array
+from network.catalogue.declaration.patch import Patch
+from network.machine.machine import Machine
+
+UNKNOWN = "unknown"
+"""The kind of a finding that no kind of the catalogue explains."""
+CLEAR = 3.0
+"""σ from which a run counts as telling two explanations apart."""
+FAINT = 1.0
+"""σ below which a run tells nothing, and is not proposed."""
+
+
+def sentence(words: str) -> str:
+    """The words, the first letter large."""
+    return words[:1].upper() + words[1:]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number of a finding, SI; unit: as it is shown; std: 0 where it was not free."""
+
+    value: float
+    std: float
+    unit: str
+
+    def summary(self) -> dict[str, Any]:
+        from network.platform.quantities.units import difference, unit
+
+        of = unit(self.unit)
+        shown = difference(of) if self.unit == "K" else of
+        return {"value": shown.from_si(self.value), "std": self.std / difference(of).scale, "unit": self.unit}
+
+
+@dataclass(frozen=True)
+class Rival:
+    """Another explanation that was fitted. chi: rms residual it leaves, in noise; gain: log evidence over nothing
+    missing [nats]; why_not: what speaks against it, as a sentence."""
+
+    kind: str
+    places: tuple[str, ...]
+    channels: tuple[str, ...]
+    confidence: float
+    chi: float
+    gain: float
+    why_not: str
+
+    def summary(self) -> dict[str, Any]:
+        return {"kind": self.kind, "places": list(self.places), "channels": list(self.channels),
+                "confidence": self.confidence}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One piece of missing physics. gain: log evidence it adds [nats]; threshold: what chance reaches; windows: times
+    [s] in which the residual differed most before; patch: what adds it to the machine, numbers as fitted."""
+
+    kind: str
+    section: str
+    places: tuple[str, ...]
+    channels: tuple[str, ...]
+    confidence: float
+    parameters: Mapping[str, Quantity]
+    sentence: str
+    patch: Patch
+    gain: float
+    threshold: float
+    windows: tuple[tuple[float, float], ...] = ()
+    alternatives: tuple[Rival, ...] = ()
+    indistinguishable: tuple[Rival, ...] = ()
+
+    def summary(self) -> dict[str, Any]:
+        from network.report.words.lumps_words import sentence_of
+
+        return {
+            "kind": self.kind, "section": self.section, "places": list(self.places), "channels": list(self.channels),
+            "confidence": self.confidence, "parameters": {n: q.summary() for n, q in self.parameters.items()},
+            "alternatives": [r.summary() for r in self.alternatives],
+            "indistinguishable": [r.summary() for r in self.indistinguishable],
+            "sentence": sentence_of(self), "patch": self.patch.to_plain(),
+            "evidence": {"delta_log_evidence": self.gain, "threshold": self.threshold,
+                         "windows": [list(w) for w in self.windows]},
+        }  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class UnknownHeat:
+    """Heat that a place would need for simulation and recordings to agree, before anything was added; at a channel it
+    is an offset in the channel's unit, SI. t, heat, std: for each recording [s, W]."""
+
+    at: Location
+    probability: float
+    rms: float
+    gain: float
+    t: tuple[Array, ...]
+    heat: tuple[Array, ...]
+    std: tuple[Array, ...]
+
+    @property
+    def is_offset(self) -> bool:
+        return self.at.kind == "channel"
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A run that would tell rivals apart: by how many σ, in how many hours. Where σ is not CLEAR, it is the best that
+    was tried."""
+
+    text: str
+    separates: tuple[str, ...]
+    sigma: float
+    hours: float
+
+    def summary(self) -> dict[str, Any]:
+        return {"experiment": self.text, "separates": list(self.separates), "sigma": self.sigma, "hours": self.hours}
+
+
+@dataclass(frozen=True, eq=False)
+class Fits:
+    """Comparisons of the calibrated machine as it was written (before) and with what was found (after)."""
+
+    train_before: Comparison
+    train_after: Comparison
+    holdout_before: Comparison | None
+    holdout_after: Comparison | None
+
+    def summary(self) -> dict[str, Any]:
+        held = self.holdout_before is not None and self.holdout_after is not None
+        return {
+            "train": {"before": _fit(self.train_before), "after": _fit(self.train_after)},
+            "holdout": {"before": _fit(self.holdout_before), "after": _fit(self.holdout_after)} if held else None,
+        }
+
+
+def _fit(comparison: Comparison | None) -> dict[str, Any]:
+    if comparison is None:
+        return {}
+    from network.analysis.comparison.compare import pooled
+
+    names = dict.fromkeys(n for r in comparison.recordings for n in r.channels)
+    by_name = {n: pooled(r.channels[n] for r in comparison.recordings if n in r.channels) for n in names}
+    return {"rmse_in_noise": comparison.rmse_in_noise, "channels": by_name}
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """What was found out about a machine from its recordings.
+
+    machine: as given; before: as given, calibrated; after: with the findings in it, calibrated; tried: every rival of
+    the first finding that was fitted, best first; notes: sentences about the recordings and what cannot be told.
+    """
+
+    machine: Machine
+    before: Machine
+    after: Machine
+    verdict: str
+    findings: tuple[Finding, ...]
+    channels: Mapping[str, float]
+    located: tuple[UnknownHeat, ...]
+    fits: Fits
+    tried: tuple[Rival, ...]
+    notes: tuple[str, ...]
+    advice: tuple[Experiment, ...]
+    shifts: Mapping[str, float]
+    seed: int
+    seconds: float = 0.0
+    patch: Mapping[str, Any] = field(default_factory=dict)
+
+    def summary(self) -> dict[str, Any]:
+        """diagnosis.json."""
+        nodes = [{"name": str(u.at), "probability": u.probability, "heat_rms": {"value": u.rms, "unit": "W"}}
+                 for u in self.located if not u.is_offset]  # fmt: skip
+        channels = [{"name": n, "rmse_in_noise": x} for n, x in self.channels.items()]
+        return {
+            "verdict": self.verdict, "findings": [f.summary() for f in self.findings],
+            "located": {"channels": channels, "nodes": nodes}, "fit": self.fits.summary(),
+            "advice": [e.summary() for e in self.advice], "machine": "machine.diagnosed.yaml",
+            "seconds": self.seconds, "seed": self.seed, "notes": list(self.notes),
+        }  # fmt: skip
+
+    def __str__(self) -> str:
+        from network.report.words.diagnosis_words import tell_diagnosis
+
+        return tell_diagnosis(self)

@@ -1,0 +1,123 @@
+"""Screening: which candidates are worth a fit of their own. A linear score picks whom to refit, never who wins.
+
+About a fit with residual r and slopes S (whitened, prior precision V⁻¹) a candidate that changes the channels by d per
+unit of its strength gains at most a g − a²(κ + 1/v)/2, g = dᵀr, κ = dᵀMd, M = I − Sᵀ(SSᵀ + V⁻¹)⁻¹S: the parameters are
+refitted with it. Source: the score (Lagrange multiplier) test with nuisance parameters, Rao 1948; Davidson & MacKinnon,
+Econometric Theory and Methods (2004), ch. 15; unverified.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+
+import numpy as np
+
+from network.analysis.calibration.gauss_newton import Linearised
+from network.analysis.diagnosis.candidate_response import directions
+from network.analysis.diagnosis.candidates import Candidate
+from network.catalogue.declaration.declare import Array
+from network.engine.response.parameters import Parameter
+
+MOST = 30.0
+"""Multiples of the typical strength that the linear score may suppose."""
+SCALES = (0.25, 1.0, 4.0)
+"""Multiples of the typical strength tried where the answer is not one of heat alone."""
+SIZED = 2
+"""Numbers of such a candidate that are tried so."""
+OFF = (-1.0, 0.0, 1.0)
+"""Prior 1σ by which a temperature that a candidate brings is moved."""
+LEAST = 0.02
+"""Multiple of the typical strength that a fit begins from at least."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """The linear gain [nats] of a candidate at its best strength (a multiple of the typical one); detectable: change at
+    the typical strength that no parameter takes up [σ]; lean: whitened d with the parameters' share taken out; own: its
+    numbers, by path, that this was found at."""
+
+    candidate: Candidate
+    gain: float
+    amplitude: float
+    detectable: float
+    lean: Array
+    own: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def best(self) -> dict[str, float]:
+        """Its numbers at the best strength."""
+        first = self.candidate.own[0]
+        return {**self.own, first.path: _within(first, first.value(first.centre) * max(self.amplitude, LEAST))}
+
+
+def whitened(fit: Linearised, means: Array) -> Array:
+    """Changes of the cells' means of all runs (…, cells), whitened."""
+    cuts = np.cumsum([len(d.means) for d in fit.problem.data])[:-1]
+    parts = np.split(means, cuts, axis=-1)
+    return np.concatenate([w(x) for w, x in zip(fit.problem.whiteners, parts, strict=True)], axis=-1)
+
+
+def screen(
+    fit: Linearised, found: Sequence[Candidate], values: Mapping[str, float], jobs: int = 1
+) -> list[Score]:  # fmt: skip
+    """Scores of the candidates that a linear answer can be had for, about a fit at these numbers, best first: of each
+    the best along the bars that it touches."""
+    return scored(fit, [placed for c in _able(found) for placed in (c, *c.stretches)], values, jobs)
+
+
+def scored(fit: Linearised, found: Sequence[Candidate], values: Mapping[str, float], jobs: int = 1) -> list[Score]:
+    """The same of candidates as they are."""
+    tried = [(c, scale, own) for c in _able(found) for scale, own in _variants(c)]
+    changes = directions([(c, {**values, **own}) for c, _, own in tried], fit.problem.data, fit.predictions, jobs)
+    kept = [(*of, d) for of, d in zip(tried, changes, strict=True) if d is not None and np.isfinite(d).all()]
+    if not kept:
+        return []
+    D = whitened(fit, np.array([d for *_, d in kept]))
+    M_D = fit.project(D)
+    scores: dict[tuple[str, ...], Score] = {}
+    for (c, scale, own, _), d, M_d in zip(kept, D, M_D, strict=True):
+        score = _score(fit, c, scale, own, d, M_d)
+        if score is not None and (c.key not in scores or score.gain > scores[c.key].gain):
+            scores[c.key] = score
+    return sorted(scores.values(), key=lambda s: -s.gain)
+
+
+def _able(found: Sequence[Candidate]) -> list[Candidate]:
+    """Those that a linear answer can be had for."""
+    return [c for c in found if not (c.is_structural or c.switches)]
+
+
+def _score(
+    fit: Linearised, candidate: Candidate, scale: float, own: Mapping[str, float], d: Array, M_d: Array
+) -> Score | None:  # fmt: skip
+    """None where it changes nothing that can be seen."""
+    kappa, g = float(d @ M_d), float(M_d @ fit.left)
+    if kappa <= 1e-6:
+        return None
+    chi2 = max(1.0, float(np.mean(fit.left**2)))
+    a = float(np.clip(g / kappa, 0.0, MOST))
+    return Score(candidate, (a * g - a * a * kappa / 2) / chi2, a * scale, np.sqrt(kappa), M_d, own)
+
+
+def _variants(c: Candidate) -> Iterator[tuple[float, dict[str, float]]]:
+    """The numbers at which a candidate is looked at, each with the multiple of the typical strength. More than one size
+    where it brings states of its own, for its answer is not proportional to its strength then; temperatures that it
+    brings at the middle of their priors and 1σ off, for they say which way its heat flows."""
+    warm = [p for p in c.own[1:] if p.field.unit == "degC"]
+    sized = [p for p in c.own if p.is_log][:SIZED] if _brings_states(c) else []
+    for off in OFF if warm else (0.0,):
+        own = {**c.usual, **{p.path: p.value(p.centre + off * p.spread) for p in warm}}
+        for scales in product(SCALES, repeat=len(sized)):
+            scaled = {p.path: _within(p, own[p.path] * x) for p, x in zip(sized, scales, strict=True)}
+            yield scaled.get(c.own[0].path, own[c.own[0].path]) / own[c.own[0].path], {**own, **scaled}
+
+
+def _within(p: Parameter, value: float) -> float:
+    return float(np.clip(value, p.value(p.low), p.value(p.high)))
+
+
+def _brings_states(c: Candidate) -> bool:
+    brings_parts = any(c.machine.nodes[n].is_part for n in c.patch.get("nodes", ()))
+    return brings_parts or any(e.has_state for n in c.channels for e in c.machine.sensors[n].effects)

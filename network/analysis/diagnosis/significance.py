@@ -1,0 +1,34 @@
+"""What chance gains: the largest evidence that noise alone gives any candidate, from draws of the null.
+
+Under the null the whitened residual is normal with covariance M (parameters taken out), so the score of a candidate is
+z = dᵀMε/√(dᵀMd), and chance reaches max over candidates of z²/2 (z > 0); its 99 % point over many draws is what a
+finding must exceed, with room for shapes that are chosen as well. Source: parametric bootstrap of the maximum score,
+Davies, Biometrika 74 (1987) 33; unverified.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from network.analysis.diagnosis.screen import Score
+
+DRAWS = 2000
+QUANTILE = 0.99
+PER_SHAPE = 2.0
+"""Nats for what a relay's or another shape's numbers can be tuned to besides."""
+LEAST = 12.0
+"""Nats below which no finding is told: what straight lines between knots and like trifles may add up to."""
+
+
+def threshold_of(scores: Sequence[Score], seed: int) -> float:
+    """The gain in log evidence that chance does not reach, from the scores of all candidates about the null."""
+    if not scores:
+        return LEAST
+    lean = np.stack([s.lean / s.detectable for s in scores])
+    rng = np.random.default_rng(seed)
+    z = lean @ rng.standard_normal((lean.shape[1], DRAWS))
+    chance = float(np.quantile(np.maximum(z, 0.0).max(axis=0) ** 2 / 2, QUANTILE))
+    shapes = max(len(s.candidate.own) for s in scores) - 1
+    return max(LEAST, chance + PER_SHAPE * shapes)

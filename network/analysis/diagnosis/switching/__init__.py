@@ -1,0 +1,1 @@
+"""The search for what switches on and off: draws, their refinement, fits of the best."""

@@ -1,0 +1,187 @@
+"""What is drawn of a relay, and how well a draw tells the beginning of the runs.
+
+Where a relay switches is not a smooth matter, so its numbers are drawn before they are fitted: many at once, each
+judged by the misfit that is left when the other parameters are adjusted linearly. Over the beginning of the runs a
+wrong period has not yet lost its step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from network.analysis.calibration.gauss_newton import Linearised
+from network.analysis.calibration.measured_means import START_ANYWHERE
+from network.analysis.calibration.projector import Projector
+from network.analysis.diagnosis.candidates import Candidate
+from network.analysis.diagnosis.hypothesis import early
+from network.analysis.diagnosis.screen import whitened
+from network.catalogue.declaration.declare import Array, Mask
+from network.catalogue.mechanisms.base import Relay, Source
+from network.engine.network import Network, build
+from network.engine.response.batch import Draws, draws_of, means_of, serves, step_of
+from network.engine.response.heat_sensitivity import Slots
+from network.engine.response.parameters import values_at
+from network.machine.checks import places_of
+
+FARTHEST = 4.0
+"""Prior 1σ that a start may lie off."""
+MOST_SWITCHES = 25
+"""An hour, beyond which a draw is not looked at."""
+
+
+@dataclass(frozen=True, eq=False)
+class Space:
+    """What is drawn: the numbers of a candidate, then the starts of the parts that it brings or lets go."""
+
+    candidate: Candidate
+
+    @cached_property
+    def network(self) -> Network:
+        return build(self.candidate.machine)
+
+    @property
+    def serves(self) -> bool:
+        """Whether it can be searched."""
+        return serves(self.network)
+
+    @cached_property
+    def parts(self) -> tuple[str, ...]:
+        base = self.candidate.base.nodes
+        named = self.candidate.machine.nodes.items()
+        return tuple(n for n, node in named if node.is_part and not (n in base and base[n].is_part))
+
+    @cached_property
+    def prior(self) -> tuple[Array, Array, Array, Array]:
+        """Centre, 1σ, and bounds."""
+        own = [(p.centre, p.spread, p.low, p.high) for p in self.candidate.own]
+        middle = self.candidate.machine.reference
+        far = FARTHEST * START_ANYWHERE
+        rows = [*own, *((middle, START_ANYWHERE, middle - far, middle + far) for _ in self.parts)]
+        centre, spread, low, high = np.array(rows, float).T
+        return centre, spread, low, high
+
+    def drawn(self, count: int, seed: int) -> Array:
+        """Draws from the prior (count, numbers)."""
+        centre, spread, low, high = self.prior
+        rng = np.random.default_rng(seed)
+        return np.clip(centre + rng.standard_normal((count, len(centre))) * spread, low, high)
+
+    def numbers(self, theta: Array) -> dict[str, float]:
+        return values_at(self.candidate.own, theta[: len(self.candidate.own)])
+
+    def starts(self, theta: Array) -> dict[str, float]:
+        return dict(zip(self.parts, theta[len(self.candidate.own) :].tolist(), strict=True))
+
+
+def parts_about(candidate: Candidate) -> tuple[str, ...]:
+    """The parts that its switched heat enters; where it enters a node held until now, the parts linked to that."""
+    base = candidate.base
+    relays = (e for _, e in candidate.machine.entries() if isinstance(e, Source) and isinstance(e, Relay))
+    into = {place.node for relay in relays for place, _ in relay.into}
+    own = [n for n in into if n in base.nodes and base.nodes[n].is_part]
+    if own:
+        return tuple(own)
+    pairs = [{place.node for _, place in places_of(link)} for link in base.links.values()]
+    return tuple(dict.fromkeys(n for pair in pairs for n in pair if base.nodes[n].is_part and pair & into))
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """A share of every run as a fit without the relay sees it: which rows, and what its parameters take up there."""
+
+    about: Linearised
+    share: float
+
+    @cached_property
+    def cells(self) -> Mask:
+        return np.concatenate([early(d, self.share) for d in self.about.problem.data])
+
+    @cached_property
+    def projector(self) -> Projector:
+        slopes = self.about.slopes * (whitened(self.about, self.cells.astype(float)) > 0)
+        return Projector(slopes, slopes @ slopes.T + np.diag(self.about.problem.prior[1] ** -2.0))
+
+    @cached_property
+    def off(self) -> Array:
+        """Gradient of the parameters' priors."""
+        mean, spread = self.about.problem.prior
+        return np.asarray((mean - np.concatenate([self.about.theta, np.zeros(len(self.about.eta))])) / spread**2)
+
+    @cached_property
+    def hours(self) -> float:
+        return sum(float(np.ptp(d.run.knots.samples)) for d in self.about.problem.data) * self.share / 3600
+
+    def white(self, means: Array) -> Array:
+        """Residuals of cells' means of all runs (…, cells), whitened, 0 behind the share."""
+        measured = np.concatenate([d.means for d in self.about.problem.data])
+        return whitened(self.about, np.where(self.cells, measured - means, 0.0))
+
+    def taken(self, residual: Array) -> tuple[Array, Array]:
+        """What parameters take up of residuals (…, rows): their adjustment, and by how much the misfit falls."""
+        return self.projector.adjusted(residual, self.off)
+
+    @cached_property
+    def misfit(self) -> float:
+        """What the fit leaves, its numbers adjusted linearly to the share."""
+        residual = self.white(np.concatenate([p.cells for p in self.about.predictions]))
+        return float(residual @ residual - self.taken(residual)[1])
+
+
+@dataclass(frozen=True, eq=False)
+class Judge:
+    """Draws of a candidate beside a fit. values: the numbers of the file, at which the fit was made."""
+
+    space: Space
+    about: Linearised
+    values: Mapping[str, float]
+
+    @cached_property
+    def _slots(self) -> Slots:
+        c = self.space.candidate
+        beside = (p for p in self.about.problem.parameters if p.path in c.machine.uncertain)
+        return Slots(self.space.network, (*beside, *c.own))
+
+    def misfits(self, view: View, theta: Array, residual: Array) -> Array:
+        """Misfits of draws (draws, numbers) with these residuals, their priors and the adjusted parameters in it."""
+        centre, spread, _, _ = self.space.prior
+        strain = np.sum(((theta - centre) / spread) ** 2, axis=1)
+        misfit = np.einsum("ij,ij->i", residual, residual) - view.taken(residual)[1] + strain
+        return np.where(np.isfinite(misfit), misfit, np.inf)
+
+    def residuals(self, view: View, theta: Array) -> Array:
+        """Whitened residuals of draws (draws, rows); not numbers where one switches all the time."""
+        if not len(theta):
+            return np.empty((0, view.projector.slopes.shape[1]))
+        means, switches = self._runs(theta, view.share)
+        residual = view.white(means)
+        residual[switches > MOST_SWITCHES * view.hours] = np.nan
+        return residual
+
+    def _runs(self, theta: Array, share: float) -> tuple[Array, Array]:
+        """Cells' means of all runs, one after the other, and switchings in all."""
+        space, slots = self.space, self._slots
+        shared = {p.path: self.values[p.path] for p in slots.parameters if p.path in self.values}
+        networks = [slots.at(shared | space.numbers(row)) for row in theta]
+        began = dict(zip(space.parts, theta[:, len(space.candidate.own) :].T, strict=True))
+        steps: dict[float, Draws] = {}
+        runs: list[tuple[Array, Array]] = []
+        for d in self.about.problem.data:
+            h = round(step_of(d.run), 6)
+            draws = steps[h] if h in steps else steps.setdefault(h, draws_of(networks, d.run))
+            runs.append(means_of(space.candidate.machine, draws, d.run, began, share))
+        return np.concatenate([m for m, _ in runs], axis=1), np.sum([s for _, s in runs], axis=0)
+
+
+def apart(theta: Array, misfit: Array, spread: Array, distance: float, most: int) -> list[int]:
+    """Indices of the best draws that differ by a distance [prior σ] in some number."""
+    chosen: list[int] = []
+    for i in np.argsort(misfit):
+        if len(chosen) == most or not np.isfinite(misfit[i]):
+            break
+        if all((np.abs(theta[i] - theta[j]) / spread).max() > distance for j in chosen):
+            chosen.append(int(i))
+    return chosen

@@ -1,0 +1,176 @@
+"""From what a search found to what is said: verdict, confidence, rivals, the machine with its findings, the gain."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from network.analysis.calibration.calibrated_patch import calibrated
+from network.analysis.calibration.gauss_newton import chi_of
+from network.analysis.calibration.initial_temperatures import begun
+from network.analysis.comparison.compare import Comparison, RecordingResidual
+from network.analysis.diagnosis.experiments.advice import experiments
+from network.analysis.diagnosis.findings import named, rivals, unknown
+from network.analysis.diagnosis.hypothesis import Hypothesis, rejudged
+from network.analysis.diagnosis.isolability import isolability
+from network.analysis.diagnosis.lumping_finding import lumping_of
+from network.analysis.diagnosis.result import Diagnosis, Finding, Fits
+from network.machine.machine import Machine
+from network.platform.parallel import run_all
+from network.recordings.recording import Recording
+
+if TYPE_CHECKING:
+    from network.analysis.diagnosis.diagnose import Search
+
+UNEXPLAINED = 1.5
+"""Misfit χ that no finding may leave and be called an explanation."""
+SHARE = 0.75
+"""Of the excess χ² − 1 that findings must take away to be told beside what stays unknown: with less they stand in for
+it."""
+WORSE = 1.05
+"""Misfit of the machine with what was found, simulated, over that without, from which it is not believed."""
+SHIFT = 2.0
+"""Prior σ from which a number counts as wrong."""
+
+
+def diagnosis_of(
+    search: Search, holdout: Sequence[Recording], warnings: Sequence[str], seed: int, jobs: int
+) -> Diagnosis:
+    """The diagnosis that a search amounts to."""
+    search = _upheld(search)
+    before = numbers_in(search.plain)
+    after, fits = _simulated(search, before, holdout, jobs)
+    is_refuted = bool(search.best.found) and _is_worse(fits)
+    if is_refuted:
+        search = _as_it_was(search)
+        after, fits = _simulated(search, before, holdout, jobs)
+    finer_gain = search.null.evidence - search.written.evidence
+    is_finer = _is_finer(search)
+    coarse = lumping_of(search.written, search.best.root, finer_gain, search.threshold) if is_finer else None
+    findings, verdict = _weighed(search, named(search, after), coarse, is_refuted)
+    known = isolability(search.screened.scores, search.screened.proposed)
+    notes = (*warnings, *_notes(search), *([known.sentence] if known.sentence else ()))
+    return Diagnosis(
+        search.case.machine, before, after, verdict, tuple(findings), _channels(fits), search.located[:8], fits,
+        tuple(rivals(search.steps[0], search.befores[0]) if search.steps else ()), notes,
+        tuple(experiments(search, known.unseen)), _shifts(search.best), seed,
+    )  # fmt: skip
+
+
+def _simulated(search: Search, before: Machine, holdout: Sequence[Recording], jobs: int) -> tuple[Machine, Fits]:
+    """The machine with what was found and its numbers, and how it tells the recordings, simulated."""
+    best = search.best
+    after = numbers_in(best) if search.fault or best.found or _is_finer(search) else before
+    return after, _fits(search, before, after, holdout, jobs)
+
+
+def _is_finer(search: Search) -> bool:
+    return search.best.root.to_plain() != search.written.machine.to_plain()
+
+
+def _is_worse(fits: Fits) -> bool:
+    """Whether the machine with what was found, simulated, tells recordings worse than without: the fit has leaned on
+    constant errors of sensors then, or on where a run began."""
+    pairs = ((fits.train_before, fits.train_after), (fits.holdout_before, fits.holdout_after))
+    return any(b and a and a.rmse_in_noise > WORSE * b.rmse_in_noise for b, a in pairs)
+
+
+def _as_it_was(search: Search) -> Search:
+    """The search without its findings."""
+    return replace(search, best=rejudged(search.best.case, search.null))
+
+
+def _upheld(search: Search) -> Search:
+    """The search without findings where these leave much and took away too little to be believed."""
+    best = search.best
+    if not best.found or best.chi <= UNEXPLAINED:
+        return search
+    before = _as_it_was(search)
+    left = (best.chi**2 - 1) / max(before.best.chi**2 - 1, 1e-9)
+    return before if left > 1 - SHARE else search
+
+
+def numbers_in(h: Hypothesis) -> Machine:
+    """The machine of a hypothesis with its numbers ± their standard errors."""
+    std = np.sqrt(np.diag(h.fit.covariance))[: len(h.fit.theta)] * max(1.0, h.chi)
+    return calibrated(h.machine, h.fit.problem.parameters, h.fit.theta, std)
+
+
+def _weighed(
+    search: Search, findings: list[Finding], coarse: Finding | None, is_refuted: bool
+) -> tuple[list[Finding], str]:
+    """Findings and verdict, after what stays unexplained."""
+    best = search.best
+    if (is_refuted or best.chi > UNEXPLAINED) and search.located:
+        return [*findings, *([coarse] if coarse else []), unknown(search)], "unexplained"
+    if findings:
+        only_sensors = all(f.channels for f in findings)
+        return [*findings, *([coarse] if coarse else [])], "sensor_fault" if only_sensors else "missing_physics"
+    if coarse:
+        return [coarse], "too_coarse"
+    wrong = any(abs(x) > SHIFT for x in _shifts(best).values()) or _was_off(search)
+    return [], "parameters_only" if wrong else "adequate"
+
+
+def _was_off(search: Search) -> bool:
+    """Whether the numbers of the file, as they stand, leave more than noise."""
+    from network.analysis.diagnosis.refit import nominal
+
+    return chi_of(nominal(search.null.linearised)) > UNEXPLAINED
+
+
+def _fits(search: Search, before: Machine, after: Machine, holdout: Sequence[Recording], jobs: int) -> Fits:
+    best = search.plain if after is before else search.best
+    held = _set_right(search, after, holdout)
+    sets = [(search.plain, before, search.given.recordings), (best, after, search.case.recordings),
+            (search.plain, before, holdout), (best, after, held)]  # fmt: skip
+    items = [(i, run) for i, (_, _, runs) in enumerate(sets) for run in runs]
+    told = iter(run_all(partial(_compared, [(h, m) for h, m, _ in sets]), items, jobs))
+    train, fitted, *rest = (Comparison(m, tuple(next(told) for _ in runs)) for _, m, runs in sets)
+    return Fits(train, fitted, *(rest if holdout else (None, None)))
+
+
+def _set_right(search: Search, after: Machine, holdout: Sequence[Recording]) -> Sequence[Recording]:
+    """Held-out recordings without the fault that was found in the others."""
+    fault = search.fault
+    if fault is None:
+        return holdout
+    raw = [_compared([(search.best, after)], (0, r)) for r in holdout]
+    return [fault.found_in(r.recording, r.channels[fault.channel]) if fault.channel in r.channels else r.recording
+            for r in raw]  # fmt: skip
+
+
+def _compared(fitted: Sequence[tuple[Hypothesis, Machine]], of: tuple[int, Recording]) -> RecordingResidual:
+    """Residuals of a run of one of some machines with the numbers of its hypothesis, temperatures at the start
+    estimated."""
+    (h, machine), run = fitted[of[0]], of[1]
+    return begun(machine, h.machine, h.fit.problem.parameters, h.fit.theta, run, h.case.start, max(1.0, h.chi))
+
+
+def _channels(fits: Fits) -> Mapping[str, float]:
+    """Channels by how far they were off before, the worst first."""
+    told: dict[str, float] = fits.summary()["train"]["before"]["channels"]
+    return dict(sorted(told.items(), key=lambda pair: -pair[1]))
+
+
+def _shifts(h: Hypothesis) -> dict[str, float]:
+    """How far the numbers of the file moved, in prior σ, the farthest first."""
+    own = {p.path for p in h.own}
+    names = [p.path for p in h.fit.problem.parameters if p.path not in own]
+    return dict(sorted(zip(names, h.shift.tolist(), strict=True), key=lambda pair: -abs(pair[1])))
+
+
+def _notes(search: Search) -> Iterator[str]:
+    """What the recordings are worth, as sentences."""
+    for data in search.best.fit.problem.data:
+        for name, channel in data.channels.items():
+            if channel.apart.any():
+                count = int(channel.apart.sum())
+                yield f"{data.recording.name}: {count} readings of {name} lie apart and were set aside."
+    tinted = [n for n, (s, _) in search.best.case.noise.coloured.items() if s]
+    if tinted:
+        yield f"The noise of {', '.join(tinted)} is coloured; evidence counts it as such."

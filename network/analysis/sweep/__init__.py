@@ -1,0 +1,1 @@
+"""Many simulations: simplification levels, numbers that vary, and what they cost."""

@@ -1,0 +1,157 @@
+"""Numbers of a machine file that a sweep varies: `path=lo..hi unit:N` or `path=a,b,c unit`, and their product grid."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from math import prod
+from typing import Any
+
+import numpy as np
+
+from network.analysis.sweep.level_runs import Job
+from network.catalogue.declaration.declare import Array
+from network.engine.simulation import simulate
+from network.engine.trajectory import axis_unit, in_difference_unit
+from network.machine.machine import Machine
+from network.machine.overrides import set_value
+from network.platform.quantities.units import NUMBER
+from network.platform.refusal import Complaints, Failed, Refusal, Refused, Spot, refuse, short
+
+MOST_RUNS = 10_000
+MOST_TRIED = 50
+"""Values of each number that are tried on the machine before the first run."""
+_FORM = "write it like 'links.skin.conductance=3..9 W/K:20' or 'links.skin.conductance=3,5,9 W/K'"
+_RANGE = re.compile(rf"({NUMBER})\s*\.\.\s*({NUMBER})([^:]*):\s*([0-9]+)")
+_LIST = re.compile(rf"({NUMBER}(?:\s*,\s*{NUMBER})*)(.*)", re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Variation:
+    """A number of the machine file and the values it takes, in `unit` (empty for a bare number)."""
+
+    path: str
+    values: tuple[float, ...]
+    unit: str
+
+    def setting(self, value: float) -> str:
+        """path=value, as `--set` takes it."""
+        return f"{self.path}={value:.12g} {self.unit}".rstrip()
+
+    def summary(self) -> dict[str, Any]:
+        return {"path": self.path, "unit": self.unit or "1", "values": list(self.values)}
+
+
+def parse_variation(text: str) -> Variation:
+    """Raises Refused for what is of neither form."""
+    path, _, wanted = (part.strip() for part in text.partition("="))
+    spot = Spot(f"--vary {short(text)}")
+    if not path or not wanted:
+        raise refuse(spot, "is not path=values", _FORM)
+    if found := _RANGE.fullmatch(wanted):
+        low, high, count = float(found[1]), float(found[2]), int(found[4])
+        if not low < high:
+            raise refuse(spot, f"runs from {low:g} to {high:g}", "write the smaller value first")
+        if not 2 <= count <= MOST_RUNS:
+            raise refuse(spot, f"asks for {count} values", f"give 2 to {MOST_RUNS}")
+        return Variation(path, tuple(np.linspace(low, high, count).tolist()), found[3].strip())
+    if ".." in wanted:
+        raise refuse(spot, "is a range without a number of values", _FORM)
+    found = _LIST.fullmatch(wanted)
+    if not found or ":" in found[2] or "," in found[2]:
+        raise refuse(spot, f"'{short(wanted)}' is not values with a unit", _FORM)
+    return Variation(path, tuple(float(value) for value in found[1].split(",")), found[2].strip())
+
+
+def check_grid(machine: Machine, variations: Sequence[Variation]) -> None:
+    """Raises Refused with every path that leads nowhere and every value that cannot be, or for too many runs."""
+    complaints, spot = Complaints(), Spot("--vary")
+    paths = [variation.path for variation in variations]
+    for path in sorted({path for path in paths if paths.count(path) > 1}):
+        complaints.refuse(spot, f"{path} is varied twice", "give its values in one --vary")
+    if (runs := prod(len(variation.values) for variation in variations)) > MOST_RUNS:
+        complaints.refuse(spot, f"makes {runs} runs", f"give fewer values: at most {MOST_RUNS} runs")
+    complaints.raise_if_any()
+    for variation in variations:
+        faults = (_fault(machine, variation, value) for value in variation.values[:MOST_TRIED])
+        complaints.refusals.extend(next(filter(None, faults), ()))
+    complaints.raise_if_any()
+
+
+def _fault(machine: Machine, variation: Variation, value: float) -> tuple[Refusal, ...]:
+    """What is wrong with one value alone."""
+    try:
+        varied(machine, [variation], [value])
+    except Refused as refused:
+        spot = Spot(f"--vary {variation.path}")
+        return tuple(replace(fault, spot=spot) for fault in refused.refusals)
+    return ()
+
+
+def varied(machine: Machine, variations: Sequence[Variation], values: Sequence[float]) -> Machine:
+    """The machine with these values. Raises Refused."""
+    tree = machine.tree
+    for variation, value in zip(variations, values, strict=True):
+        tree = set_value(tree, variation.setting(value))
+    return Machine.read(tree, machine.file)
+
+
+@dataclass(frozen=True)
+class Extremes:
+    """Of one TCP axis over a run, in its unit."""
+
+    highest: float
+    lowest: float
+    final: float
+    unit: str
+
+    @classmethod
+    def of(cls, axis: str, values: Array) -> Extremes:
+        shown = in_difference_unit(values, axis_unit(axis))
+        return cls(float(shown.max()), float(shown.min()), float(shown[-1]), axis_unit(axis))
+
+    @property
+    def furthest(self) -> float:
+        """The extreme that is further from zero."""
+        return max(self.highest, self.lowest, key=abs)
+
+    def summary(self) -> dict[str, Any]:
+        """As in summary.json."""
+        return {"max": self.highest, "min": self.lowest, "final": self.final, "unit": self.unit}
+
+
+@dataclass(frozen=True)
+class VariedRun:
+    """One point of the grid: the values, in the order of the variations, and the extremes of every TCP axis."""
+
+    values: tuple[float, ...]
+    tcp: Mapping[str, Extremes]
+    solve_seconds: float
+
+
+def grid(variations: Sequence[Variation]) -> Iterator[tuple[float, ...]]:
+    """All combinations; the last variation runs fastest."""
+    return product(*(variation.values for variation in variations))
+
+
+@dataclass(frozen=True, eq=False)
+class GridJob:
+    """What all runs of a grid have in common."""
+
+    job: Job
+    variations: tuple[Variation, ...]
+
+
+def run_varied(shared: GridJob, values: tuple[float, ...]) -> VariedRun:
+    """One point of the grid. Raises Refused, or Failed with the point's values."""
+    job = shared.job
+    try:
+        machine = varied(job.machine, shared.variations, values)
+        run = simulate(machine, job.source, start=job.start, method=job.method, parts=False)
+    except Failed as failed:
+        settings = zip(shared.variations, values, strict=True)
+        raise Failed(f"{', '.join(v.setting(value) for v, value in settings)}: {failed}") from None
+    extremes = {axis: Extremes.of(axis, values) for axis, values in run.tcp.items()}
+    return VariedRun(values, extremes, run.solve_seconds)

@@ -1,0 +1,245 @@
+"""The grammar of every entry a machine file may hold: its fields, their YAML form, their refusals.
+
+A class declares its fields once; reading, writing, refusing, bounds of a fit, schema and tables come from there::
+
+    class Radiation(Link, kind="radiation"):
+        emissivity_area = param("m^2", 0, 100, "emissivity times radiating area")
+
+An instance holds scalars as read from a file, or arrays: `stack` lays many entries of one class side by side, so that
+their equation is called once.
+"""
+
+from __future__ import annotations
+
+import inspect
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, ClassVar, Self, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from network.catalogue.declaration.entry_path import NumberPath
+from network.catalogue.declaration.entry_reading import read_values
+from network.catalogue.declaration.field import REQUIRED, Field
+from network.catalogue.declaration.machine_protocol import MachineLike
+from network.catalogue.declaration.number_fields import ParamField
+from network.catalogue.declaration.patch import Patch
+from network.catalogue.declaration.positions import Along
+from network.catalogue.declaration.registry import enter, registered
+from network.platform.quantities.units import Number
+from network.platform.refusal import Complaints, Spot
+from network.platform.yaml.tree import Branch, Tree
+
+__all__ = ["Advice", "Array", "Declared", "Effect", "registered", "typical_body"]
+
+Array: TypeAlias = NDArray[np.float64]
+Indices: TypeAlias = NDArray[np.integer[Any]]
+Mask: TypeAlias = NDArray[np.bool_]
+Advice: TypeAlias = tuple[str, str, str]
+"""What an entry says against itself: (field, what is wrong, what would be right)."""
+
+
+class Declared(ABC):
+    """An entry of a machine file. Subclasses declare fields; a class with a `kind` is final and in the registry.
+
+    section: where it stands in the file; fields: in the order declared; one_of: groups of fields of which exactly one
+    must be given; strength: the parameter that at 0 means "not there"; shapes: further parameters that a fit frees with
+    the strength when it is a candidate, none by default; looks_like: kinds it is confused with; replaces: kinds whose
+    place it can take, with the parameters it keeps ({theirs: ours}), spread and all; sentence: how it reads.
+    """
+
+    section: ClassVar[str] = ""
+    kind: ClassVar[str] = ""
+    fields: ClassVar[dict[str, Field]] = {}
+    one_of: ClassVar[tuple[tuple[str, ...], ...]] = ()
+    strength: ClassVar[str] = ""
+    shapes: ClassVar[tuple[str, ...]] = ()
+    looks_like: ClassVar[tuple[str, ...]] = ()
+    replaces: ClassVar[Mapping[str, Mapping[str, str]]] = {}
+    sentence: ClassVar[str] = ""
+    derived: ClassVar[tuple[str, ...]] = ()
+    """Attributes set by `resolved`, stacked like parameters."""
+
+    name: str
+    spot: Spot
+    numbers: Mapping[str, Number]
+
+    def __init_subclass__(cls, kind: str = "", **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        inherited = {k: f for base in reversed(cls.__mro__[1:]) for k, f in getattr(base, "fields", {}).items()}
+        own = {name: value for name, value in vars(cls).items() if isinstance(value, Field)}
+        cls.fields = {**inherited, **own}
+        if kind:
+            cls.kind = kind
+            if inspect.isabstract(cls):
+                raise TypeError(f"{cls.__name__} has a kind and must be final")
+            enter(cls)
+
+    def __init__(
+        self, name: str = "", spot: Spot | None = None, spots: Mapping[str, Spot] | None = None, **values: Any
+    ) -> None:
+        numbers = {k: v for k, v in values.items() if isinstance(v, Number)}
+        plain = {k: v.value if isinstance(v, Number) else v for k, v in values.items()}
+        unknown = set(values) - set(self.fields)
+        if unknown:
+            raise TypeError(f"{type(self).__name__} has no field {sorted(unknown)}")
+        defaults = {k: f.initial for k, f in self.fields.items()}
+        self.__dict__.update(defaults | plain)
+        self.__dict__.update(name=name, spot=spot or Spot("python"), numbers=numbers, _spots=dict(spots or {}))
+
+    def __setattr__(self, key: str, value: object) -> None:
+        raise AttributeError(f"{type(self).__name__} is frozen")
+
+    def __repr__(self) -> str:
+        inside = ", ".join(f"{k}: {v}" for k, v in self.to_plain().items())
+        return f"{self.name or type(self).__name__} {{{inside}}}"
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, type(self)) and type(self) is type(other) and self.to_plain() == other.to_plain()
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def spot_of(self, field: str) -> Spot:
+        spots: Mapping[str, Spot] = self.__dict__["_spots"]
+        return spots.get(field, self.spot)
+
+    def given(self, field: str) -> bool:
+        return self.__dict__[field] is not None
+
+    def uncertain(self) -> Mapping[str, Number]:
+        """The numbers that may be calibrated: those with ± or `unknown`."""
+        return {k: n for k, n in self.numbers.items() if n.prior != "known"}
+
+    # -- YAML -------------------------------------------------------------------------------------------------------
+    @classmethod
+    def read(cls, name: str, tree: Tree, complaints: Complaints, where: str = "") -> Self | None:
+        """The entry from its YAML; every fault goes to `complaints`, and None comes back where there was one.
+
+        where: its path in the file, for messages; by default section and name.
+        """
+        where = where or (f"{cls.section}.{name}" if cls.section else name)
+        values = read_values(cls, where, tree, complaints)
+        if values is None or not isinstance(tree, Branch):
+            return None
+        keys = {f.attribute: tree.key_spot(f.key) for f in cls.fields.values() if f.key in tree.items}
+        entry = cls(name, tree.spot, keys, **values)
+        faults = list(entry.faults())
+        for field, wrong, right in faults:
+            complaints.refuse(entry.spot_of(field), f"{where}: {wrong}", right)
+        return None if faults else entry
+
+    def to_plain(self) -> dict[str, Any]:
+        """The entry as it would stand in a file. Reading it again gives an equal entry."""
+        body: dict[str, Any] = {"kind": self.kind} if self.kind else {}
+        for attribute, field in self.fields.items():
+            value = self.numbers.get(attribute, self.__dict__[attribute])
+            if value is not None and value != field.initial:
+                body[field.key] = field.write(value)
+        return body
+
+    def faults(self) -> Iterator[Advice]:
+        """What the entry itself can tell is wrong (refused). Overridden where fields depend on each other."""
+        yield from ()
+
+    def doubts(self) -> Iterator[Advice]:
+        """What the entry itself finds doubtful (warned, not refused)."""
+        yield from ()
+
+    # -- values and arrays ------------------------------------------------------------------------------------------
+    @classmethod
+    def params(cls) -> dict[str, ParamField]:
+        return {name: field for name, field in cls.fields.items() if isinstance(field, ParamField)}
+
+    def replaced(self, **values: Any) -> Self:
+        """A copy with some values exchanged: scalars, arrays, complex numbers (for complex-step derivatives)."""
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__ | values)
+        if not self.numbers.keys().isdisjoint(values):
+            other.__dict__["numbers"] = {k: n for k, n in self.numbers.items() if k not in values}
+        return other
+
+    def structure(self) -> tuple[object, ...]:
+        """Entries of one class with equal structure can be stacked: the same forms and words, other numbers."""
+        return (type(self), *(field.structure(self.__dict__[name]) for name, field in self.fields.items()))
+
+    def resolved(self, machine: MachineLike) -> Self:
+        """The entry with what only the whole machine knows: the reference, a material's expansion, a length."""
+        return self
+
+    @classmethod
+    def stack(cls, entries: Sequence[Self]) -> Self:
+        """One instance whose parameters are arrays over the entries, in their order."""
+        first = entries[0]
+        arrays = {
+            name: np.array([entry.__dict__[name] for entry in entries], float)
+            for name in (*cls.params(), *cls.derived)
+            if not isinstance(first.__dict__[name], Along | None)
+        }
+        return first.replaced(**arrays)
+
+
+class Effect(Declared):
+    """Base of what has a heat flow, a displacement or a reading: it can be missing, so it can be proposed."""
+
+    inputs: ClassVar[Mapping[str, str]] = {}
+    """Input channels the equation reads, each with a unit of the kind it must have: {"speed": "rpm"}."""
+
+    def needs(self) -> Mapping[str, str]:
+        """The input channels this entry reads, with a unit of the kind each must have."""
+        return self.inputs
+
+    def remarks(self, u: Mapping[str, Array]) -> Iterator[str]:
+        """What is doubtful about it at the inputs of a whole run."""
+        yield from ()
+
+    def said(self, **more: str) -> str:
+        """The sentence, with numbers in their units; `more`: what the entry itself does not know, like its channel."""
+        return self.sentence.format_map(_Words(self, more))
+
+    @classmethod
+    def is_searched(cls) -> bool:
+        """Whether a diagnosis looks for it."""
+        return True
+
+    @classmethod
+    @abstractmethod
+    def proposes(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
+        """Patches: where in this machine the effect could be missing, each with a typical strength."""
+
+    @classmethod
+    def path_to(cls, parameter: str, patch: Mapping[str, Any]) -> NumberPath:
+        """Where a parameter of this kind stands in a patch it proposed, like 'links.skin.gain'."""
+        path = next(path for path, body in reversed([*Patch(patch).entries()]) if body.get("kind") == cls.kind)
+        return NumberPath(path, cls.fields[parameter].key)
+
+    @classmethod
+    def told(cls, machine: MachineLike, patch: Mapping[str, Any]) -> str:
+        """The sentence of a patch it proposed, with the numbers of the machine the patch was laid over."""
+        path = cls.path_to(cls.strength, patch).entry
+        entry = machine.by_path[path]
+        assert isinstance(entry, Effect)
+        return entry.said(channel=path.name)
+
+
+class _Words(dict[str, Any]):
+    """What a sentence may name: the fields as they read, then any attribute of the entry."""
+
+    def __init__(self, entry: Effect, more: Mapping[str, str]) -> None:
+        super().__init__(more)
+        self.entry = entry
+
+    def __missing__(self, key: str) -> Any:
+        value, field = getattr(self.entry, key), self.entry.fields.get(key)
+        return "" if value is None else field.tell(value) if field else value
+
+
+def typical_body(cls: type[Declared], **given: Any) -> dict[str, Any]:
+    """The YAML of an entry with typical values for every required parameter, for a proposal."""
+    forms = set(cls.one_of[0]) if cls.one_of else set()
+    skipped = {attribute for form in cls.one_of for attribute in form} - forms
+    body: dict[str, Any] = {"kind": cls.kind}
+    for attribute, field in cls.params().items():
+        if attribute not in skipped and (field.default is REQUIRED or attribute in forms):
+            body[field.key] = field.write(field.proposal())
+    return body | given

@@ -1,0 +1,30 @@
+"""The kinds that the rooms declare, by section of a machine file. Filled as classes with a `kind` are defined."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from network.catalogue.declaration.declare import Declared
+
+_REGISTRY: dict[str, dict[str, type[Declared]]] = {}
+
+
+def enter(cls: type[Declared]) -> None:
+    _REGISTRY.setdefault(cls.section, {})[cls.kind] = cls
+
+
+def registered(section: str) -> Mapping[str, type[Declared]]:
+    """The kinds of one section of a machine file, sorted by name. The rooms must be loaded (see discovery)."""
+    return dict(sorted(_REGISTRY.get(section, {}).items()))
+
+
+def sections() -> tuple[str, ...]:
+    """The sections that have kinds."""
+    return tuple(_REGISTRY)
+
+
+def section_of(kind: str) -> str | None:
+    """Where a kind belongs."""
+    return next((section for section, kinds in _REGISTRY.items() if kind in kinds), None)

@@ -1,0 +1,59 @@
+"""What friction has in common: heat is torque times speed, or force times feed; none at rest, none that cools."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterator
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Advice, Array
+from network.catalogue.declaration.fields import param
+from network.catalogue.declaration.machine_protocol import MachineLike
+from network.catalogue.mechanisms.base import FEED, SPINDLE, Inputs, Source
+
+KILOWATT_AT = 2 * np.pi / 60 * 3000
+"""rad/s: a bearing whose torque makes a kilowatt at 3000 rpm was probably meant in N mm."""
+
+
+class Friction(Source):
+    """Friction of what turns with the spindle: q = 2π/60 · |n| · M = |ω| M, M the torque at this moment.
+
+    With n in rpm and M in N mm this is q = 1.047e-4 n M. Zero at rest; the sign of n does not matter.
+    """
+
+    torque = param("N m", 0, 1e5, "friction torque", typical=0.3)
+    inputs = SPINDLE
+
+    @abstractmethod
+    def moment(self, u: Inputs, *T: Array) -> Array:
+        """Friction torque [N m] at the temperatures read [°C]."""
+
+    def heat(self, u: Inputs, *T: Array) -> Array:
+        q: Array = np.abs(u["speed"]) * self.moment(u, *T)
+        return q
+
+    def doubts(self) -> Iterator[Advice]:
+        kilowatts = float(self.torque) * KILOWATT_AT / 1e3 if self.torque is not None else 0.0
+        if kilowatts > 1:
+            yield "torque", f"makes {kilowatts:.3g} kW at 3000 rpm", "was N mm meant instead of N m?"
+
+
+class Sliding(Source):
+    """Friction of what moves with the feed: q = F |v|, F = `power_per_feed` the friction force, v the feed."""
+
+    power_per_feed = param("W/(m/min)", 0, 1e5, "heat for each unit of feed", typical=10)
+    inputs = FEED
+    strength = "power_per_feed"
+
+    def heat(self, u: Inputs, *T: Array) -> Array:
+        q: Array = self.power_per_feed * np.abs(u["feed"])
+        return q
+
+
+def turning(machine: MachineLike) -> Iterator[str]:
+    """Parts that turn: marked `rotates: true`, or not marked and the first that some friction heats."""
+    first = {entry.into[0][0].node for entry in machine.sources.values() if isinstance(entry, Friction)}
+    for name, node in machine.nodes.items():
+        if node.is_part and (name in first if node.rotates is None else node.rotates):
+            yield name

@@ -1,0 +1,43 @@
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Array
+from network.catalogue.declaration.fields import param
+from network.catalogue.declaration.machine_protocol import MachineLike
+from network.catalogue.declaration.proposals import fresh
+from network.catalogue.mechanisms.base import SPINDLE, Inputs, Source, raised
+from network.catalogue.typical_values import sized_body, usual_speed
+
+
+class MotorLoss(Source, kind="motor_loss"):
+    """Losses of a motor: q = copper (while |n| > 0) + iron (|n|/n_ref)^p.
+
+    p is 1 (hysteresis) to 2 (eddy currents) at constant induction. Copper loss at constant current; it does not change
+    with temperature here (see copper_temperature). A proposal adds iron loss only: copper loss alone is a heat_source
+    with `with: running`. Source: separation of iron losses k_h f + k_e f², Bertotti, IEEE Trans. Magn. 24 (1988) 621.
+    """
+
+    copper = param("W", 0, 1e6, "copper loss while running", typical=0)
+    iron = param("W", 0, 1e6, "iron loss at the reference speed", typical=200)
+    iron_exponent = param("1", 0.5, 3, "exponent of the iron loss over speed", default=1.5)
+    reference_speed = param("rpm", 0, 300_000, "speed at which the iron loss is given", positive=True, typical=10_000)
+    inputs = SPINDLE
+    strength = "iron"
+    looks_like = ("windage", "bearing_friction")
+    sentence = "a motor heats {into} with {copper} copper loss and {iron} iron loss at {reference_speed}"
+
+    def heat(self, u: Inputs, *T: Array) -> Array:
+        n = np.abs(u["speed"])
+        q: Array = self.copper * (n > 0) + self.iron * raised(n / self.reference_speed, self.iron_exponent)
+        return q
+
+    @classmethod
+    def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
+        """Iron loss in every part that has a heat capacity."""
+        for name in cls.hosts(machine):
+            body = sized_body(cls, machine, into={name: 1}, **usual_speed(machine))
+            yield {"sources": {fresh(f"{cls.kind} {name}", machine.sources): body}}

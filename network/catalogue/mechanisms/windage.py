@@ -1,0 +1,41 @@
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Array
+from network.catalogue.declaration.fields import param
+from network.catalogue.declaration.machine_protocol import MachineLike
+from network.catalogue.declaration.proposals import fresh
+from network.catalogue.mechanisms.base import SPINDLE, Inputs, Source, raised
+from network.catalogue.mechanisms.friction import turning
+from network.catalogue.typical_values import sized_body, usual_speed
+
+
+class Windage(Source, kind="windage"):
+    """Air friction of a rotor: q = P (|n|/n_ref)^p, P the loss at n_ref.
+
+    p = 3 for constant friction coefficient: the loss of a disc is C_M ρ ω³ r⁵/2; where the flow in the gap is turbulent
+    C_M falls with Re^−0.2 and p is about 2.8. Source: rotating discs after von Kármán 1921 and Daily & Nece 1960.
+    """
+
+    power = param("W", 0, 1e6, "loss at the reference speed", typical=200)
+    reference_speed = param("rpm", 0, 300_000, "speed at which the loss is given", positive=True, typical=10_000)
+    exponent = param("1", 1, 5, "exponent of the loss over speed", default=3)
+    inputs = SPINDLE
+    strength = "power"
+    looks_like = ("motor_loss", "bearing_friction")
+    sentence = "windage heats {into} with {power} at {reference_speed}"
+
+    def heat(self, u: Inputs, *T: Array) -> Array:
+        q: Array = self.power * raised(np.abs(u["speed"]) / self.reference_speed, self.exponent)
+        return q
+
+    @classmethod
+    def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
+        """At every part that turns."""
+        for name in turning(machine):
+            body = sized_body(cls, machine, into={name: 1}, **usual_speed(machine))
+            yield {"sources": {fresh(f"{cls.kind} {name}", machine.sources): body}}

@@ -1,0 +1,157 @@
+"""Nodes: bars with material and size, plain heat capacities, massless junctions, and held temperatures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, Self
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Advice, Array, Declared
+from network.catalogue.declaration.fields import ParamField, flag, nested, param, whole, word, word_of
+from network.catalogue.declaration.machine_protocol import MachineLike
+from network.catalogue.materials import Material
+from network.platform.quantities.units import BadNumber
+from network.platform.refusal import short
+from network.platform.yaml.document import Tree
+
+MOST_LUMPS = 2000
+BISECTIONS = 52
+CAPACITIES = ("heat_capacity", "extra_heat_capacity")
+_BAR = ("material", "length", "area")
+
+
+class HeldField(ParamField):
+    """A held temperature: a constant with its unit, or the name of an input channel."""
+
+    def parse(self, tree: Tree) -> Any:
+        text = word_of(tree, self.meaning)
+        if text[0] in "+-.0123456789" or text.startswith("unknown"):
+            return super().parse(tree)
+        if text.split()[0].lower() in ("nan", "inf", "infinity"):
+            raise BadNumber(f"'{short(text)}' is not a number", f"give {self.meaning}")
+        return text
+
+    def write(self, value: Any) -> Any:
+        return value if isinstance(value, str) else super().write(value)
+
+    def tell(self, value: Any) -> str:
+        return value if isinstance(value, str) else super().tell(value)
+
+
+class Melting(Declared):
+    """A melting range: latent heat taken up between at − over/2 and at + over/2.
+
+    Apparent heat capacity: the heat taken up per kelvin is (L/over)(1 + cos 2π(T − at)/over), which is smooth and sums
+    to L. Source: the apparent-heat-capacity method, Voller, Int. J. Numer. Methods Eng. 30 (1990) 875; unverified.
+    """
+
+    section = "melts"
+    at = param("degC", -50, 1000, "middle of the melting range", typical=28)
+    over = param("K", 0, 200, "width of the melting range", positive=True, typical=2)
+    latent_heat = param("J", 0, 1e10, "latent heat", positive=True, typical=1e5)
+
+    def absorbed(self, T: Array) -> Array:
+        """Latent heat taken up at T [J]."""
+        x = np.clip((T - self.at) / self.over, -0.5, 0.5)
+        heat: Array = self.latent_heat * (0.5 + x + np.sin(2 * np.pi * x) / (2 * np.pi))
+        return heat
+
+    def apparent_capacity(self, T: Array) -> Array:
+        """Derivative of `absorbed` [J/K]."""
+        x = (T - self.at) / self.over
+        capacity: Array = self.latent_heat / self.over * (1 + np.cos(2 * np.pi * x)) * (np.abs(x) < 0.5)
+        return capacity
+
+    def temperature(self, apparent: Array, capacity: float) -> Array:
+        """T from the heat in the part over its heat capacity, T + absorbed(T)/capacity [°C]; bisection, 1e-13 K."""
+        low, high = apparent - self.latent_heat / capacity, apparent.copy()
+        for _ in range(BISECTIONS):
+            middle = (low + high) / 2
+            too_hot = middle + self.absorbed(middle) / capacity > apparent
+            low, high = np.where(too_hot, low, middle), np.where(too_hot, middle, high)
+        return np.asarray((low + high) / 2)
+
+
+class Node(Declared):
+    """A part of the machine, or its surroundings.
+
+    bar: material + length + area (+ extra_heat_capacity), C = ρ c S L, cut into `lumps` along its length;
+    mass: heat_capacity (a material may be named for its expansion); massless: `{}`; held: temperature.
+    """
+
+    section = "nodes"
+    material = word("the name of a material", default=None)
+    length = param("m", 0, 1000, "length", positive=True, default=None)
+    area = param("m^2", 0, 1000, "cross-section", positive=True, default=None)
+    extra_heat_capacity = param("J/K", 0, 1e12, "heat capacity besides the bar's, spread evenly", default=0)
+    lumps = whole("number of lumps along the length", 1, MOST_LUMPS, default=1)
+    heat_capacity = param("J/K", 0, 1e12, "heat capacity", positive=True, default=None)
+    rotates = flag("whether it turns with the spindle", default=None)
+    temperature: Any = HeldField("degC", -100, 1000, "a temperature, or the name of an input", default=None)
+    melts: Melting | None = nested("a melting range", lambda: Melting)
+    stuff: Material | None = None
+
+    def resolved(self, machine: MachineLike) -> Self:
+        return self.replaced(stuff=machine.material(self.material) if self.material else None)
+
+    @property
+    def is_held(self) -> bool:
+        return self.temperature is not None
+
+    @property
+    def is_bar(self) -> bool:
+        return self.area is not None
+
+    @property
+    def is_massless(self) -> bool:
+        return not (self.is_held or self.is_bar or self.heat_capacity is not None)
+
+    @property
+    def is_part(self) -> bool:
+        """Has a heat capacity."""
+        return self.is_bar or self.heat_capacity is not None
+
+    @property
+    def capacity(self) -> float:
+        """Heat capacity of the whole part [J/K]."""
+        if self.is_bar and self.stuff is not None:
+            per_volume = self.stuff.density * self.stuff.specific_heat
+            return float(per_volume * self.area * self.length + self.extra_heat_capacity)
+        return float(self.heat_capacity or 0.0)
+
+    @property
+    def expansion(self) -> float | None:
+        return None if self.stuff is None else float(self.stuff.expansion)
+
+    @property
+    def bar_conductance(self) -> float:
+        """λ S / Δx between neighbouring lumps [W/K]."""
+        if self.stuff is None:
+            return 0.0
+        return float(self.stuff.conductivity * self.area / self.length * self.lumps)
+
+    def faults(self) -> Iterator[Advice]:
+        if self.is_held:
+            yield from self._faults_of_held()
+            return
+        bar = [key for key in _BAR if self.__dict__[key] is not None]
+        lacking = [key for key in _BAR if key not in bar]
+        if self.is_bar and self.heat_capacity is not None:
+            yield "heat_capacity", "has heat_capacity beside a bar's size", "use extra_heat_capacity, or drop the area"
+        elif bar and lacking and (self.is_bar or self.heat_capacity is None):
+            wrong = f"has {' and '.join(bar)} but lacks {' and '.join(lacking)}"
+            yield bar[0], wrong, "a bar has material, length and area, a mass has heat_capacity"
+            return
+        if self.lumps > 1 and not self.is_bar:
+            yield "lumps", "has lumps but is no bar", "lumps need material, length and area"
+        if self.extra_heat_capacity and not self.is_bar:
+            yield "extra_heat_capacity", "has extra_heat_capacity but is no bar", "write heat_capacity"
+        if self.melts is not None and not self.is_part:
+            yield "melts", "melts but has no heat capacity", "give heat_capacity"
+
+    def _faults_of_held(self) -> Iterator[Advice]:
+        others = (name for name, field in self.fields.items() if name not in ("temperature", "rotates"))
+        besides = [name for name in others if self.__dict__[name] != self.fields[name].initial]
+        if besides:
+            yield "temperature", f"is held and has {' and '.join(besides)} too", "drop `temperature`, or the rest"

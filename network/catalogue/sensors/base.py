@@ -1,0 +1,59 @@
+"""What a measured channel does to the truth: effects act on the reading in the order they are listed."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterator, Mapping
+from itertools import takewhile
+from typing import Any, ClassVar
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Array, Effect, typical_body
+from network.catalogue.declaration.machine_protocol import MachineLike
+from network.catalogue.mechanisms.base import Inputs
+
+
+class SensorEffect(Effect):
+    """One effect between the truth and the reading.
+
+    quantities: what a channel may measure for it to act on; has_state: it keeps a state z of its own, dz/dt = rate;
+    comes_and_goes: it may hold for some time and not for some, otherwise in every run (its `truth` is then needed).
+    """
+
+    section = "effects"
+    quantities: ClassVar[tuple[str, ...]] = ("temperature", "displacement", "angle")
+    has_state: ClassVar[bool] = False
+    comes_and_goes: ClassVar[bool] = False
+
+    def is_steady(self) -> bool:
+        """Its reading follows from truth and state alone, at all times; only then may one with a state come after."""
+        return True
+
+    def rate(self, truth: Array, state: Array) -> Array:
+        """dz/dt; only for effects with a state. Linear in both."""
+        return np.zeros_like(truth)
+
+    @abstractmethod
+    def reading(self, truth: Array, state: Array, u: Inputs) -> Array:
+        """What is read, in the channel's SI unit (°C, m, rad), with the inputs `u` of that instant."""
+
+    def truth(self, reading: Array, u: Inputs) -> Array:
+        """What the reading would be without it, where it holds; only for effects without a state."""
+        raise NotImplementedError(f"{self.kind} does not say what lies behind a reading")
+
+    @classmethod
+    def proposes(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
+        """On every channel that measures a temperature, before the first effect that is not steady."""
+        for name, sensor in machine.sensors.items():
+            if sensor.place is not None and not any(e.kind == cls.kind for e in sensor.effects):
+                body = sensor.to_plain()
+                steady = sum(1 for _ in takewhile(lambda effect: effect.is_steady(), sensor.effects))
+                effects = list(body.get("effects", []))
+                effects.insert(steady, cls.typical_on(machine))
+                yield {"sensors": {name: {**body, "effects": effects}}}
+
+    @classmethod
+    def typical_on(cls, machine: MachineLike) -> dict[str, Any]:
+        """The YAML of a typical one on a channel of this machine."""
+        return typical_body(cls)

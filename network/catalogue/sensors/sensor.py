@@ -1,0 +1,108 @@
+"""A measured channel: what it measures, how noisy it is, what it does to the truth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, cast
+
+from network.catalogue.declaration.declare import Advice, Declared, registered
+from network.catalogue.declaration.entry_path import axis_of
+from network.catalogue.declaration.fields import Amount, AmountField, Field, Place, nested, parse_place, word, word_of
+from network.catalogue.declaration.places import PATTERN
+from network.catalogue.expansions.base import ANGULAR_AXES, AXES
+from network.catalogue.sensors.base import SensorEffect
+from network.platform.quantities.units import BadNumber, Unit, difference, unit
+from network.platform.refusal import short
+from network.platform.yaml.tree import Tree
+
+NOISE_UNITS = {"temperature": "K", "displacement": "um", "angle": "urad"}
+
+
+class NoiseField(AmountField):
+    """1σ of one sample: a difference, above zero."""
+
+    def _amount(self, text: str, number: float, given: Unit) -> Amount:
+        if number <= 0:
+            raise BadNumber(f"'{short(text)}' is not above zero", f"give {self.meaning}")
+        if given.is_temperature:
+            return Amount(difference(given).to_si(number), "K")
+        return Amount(given.to_si(number), given.text)
+
+    @property
+    def sample(self) -> Any:
+        return "0.05 K"
+
+
+class MeasuresField(Field):
+    """A place, or tcp.<axis>."""
+
+    def parse(self, tree: Tree) -> Place | str:
+        text = word_of(tree, self.meaning)
+        return text if axis_of(text) is not None else parse_place(text)
+
+    @property
+    def sample(self) -> Any:
+        return "a"
+
+    def schema(self) -> dict[str, Any]:
+        return {"type": "string", "pattern": PATTERN}
+
+
+class Sensor(Declared):
+    """A channel of a recording. `zero: start` reads what changed since the start (a probe that was zeroed)."""
+
+    section = "sensors"
+    measures: Any = MeasuresField("a place, or tcp.x … tcp.c")
+    noise: Amount = cast(Amount, NoiseField("1σ of one sample, like 0.05 K or 0.25 um"))
+    zero = word("where the channel reads zero: at the reference, or at the start", "start", default=None)
+    effects: tuple[SensorEffect, ...] = nested(
+        "what the sensor does to the truth", lambda: registered("effects"), many=True
+    )
+
+    @property
+    def place(self) -> Place | None:
+        return self.measures if isinstance(self.measures, Place) else None
+
+    @property
+    def axis(self) -> str | None:
+        return None if self.place else axis_of(str(self.measures))
+
+    @property
+    def quantity(self) -> str:
+        if self.place:
+            return "temperature"
+        return "angle" if self.axis in ANGULAR_AXES else "displacement"
+
+    @property
+    def unit(self) -> str:
+        """The unit its channel is shown in."""
+        return {"temperature": "degC", "displacement": "um", "angle": "urad"}[self.quantity]
+
+    @property
+    def noise_unit(self) -> str:
+        return NOISE_UNITS[self.quantity]
+
+    @property
+    def sigma(self) -> float:
+        """1σ of one sample, in SI."""
+        return self.noise.value
+
+    def faults(self) -> Iterator[Advice]:
+        if unit(self.noise.unit).dimension != unit(self.noise_unit).dimension:
+            wrong = f"noise '{self.noise}' is not the noise of a {self.quantity}"
+            yield "noise", wrong, f"give it in {self.noise_unit}, as in 0.05 {self.noise_unit}"
+        if self.zero and self.place:
+            yield "zero", "a temperature is not zeroed at the start", "drop `zero`, it is for displacements"
+        if self.axis is not None and self.axis not in AXES:
+            yield "measures", f"there is no axis '{short(self.axis)}'", "the axes are " + ", ".join(AXES)
+        yield from self._faults_of_effects()
+
+    def _faults_of_effects(self) -> Iterator[Advice]:
+        before = ""
+        for effect in self.effects:
+            if self.quantity not in effect.quantities:
+                wrong = f"{effect.kind} does not act on what measures {self.measures}"
+                yield "effects", wrong, "it acts on " + " or ".join(f"a {name}" for name in effect.quantities)
+            if before and effect.has_state:
+                yield "effects", f"{effect.kind} stands behind {before}", f"list {effect.kind} first"
+            before = before or ("" if effect.is_steady() else effect.kind)

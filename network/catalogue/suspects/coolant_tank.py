@@ -1,0 +1,64 @@
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Self
+
+from network.catalogue.declaration.fields import Place, param, place
+from network.catalogue.declaration.machine_protocol import MachineLike
+from network.catalogue.declaration.proposals import fresh
+from network.catalogue.mechanisms.base import Stream
+from network.catalogue.suspects.base import Suspect
+from network.catalogue.typical_values import links_to, sized_value, usual_surroundings
+
+
+class CoolantTank(Suspect, kind="thermostat_cooling"):
+    """A coolant of held temperature is a tank whose cooler switches: C dT/dt = heat from the machine − P while on.
+
+    The cooler goes on above set + h and off below set − h, as in the entry thermostat_cooling, and the tank exchanges
+    heat with the surroundings. With h → 0 and P above the load it is the held coolant again; a finite h lets every
+    part that the coolant washes swing with a period that changes with the load.
+    """
+
+    host = place("the node of the coolant, held until now")
+    heat_capacity = param("kJ/K", 0, 1e5, "heat capacity: 4.2 kJ/K for a litre of water", positive=True, typical=50)
+    set = param("degC", -50, 100, "set point", typical=21)
+    hysteresis = param("K", 0, 50, "half width of the hysteresis", positive=True, typical=0.7)
+    power = param("W", 0, 1e6, "heat taken while on", typical=800)
+    conductance = param("W/K", 0, 1e5, "conductance between tank and surroundings", typical=20)
+    strength = "hysteresis"
+    shapes = ("set", "power", "heat_capacity", "conductance")
+    looks_like = ("timed_source", "advection")
+    sentence = "{host} is a tank of {heat_capacity}, cooled by {power} on and off around {set} ± {hysteresis}"
+
+    def patch(self, machine: MachineLike) -> Mapping[str, Any]:
+        tank = self.host.node
+        cooler = {"kind": "thermostat_cooling", "into": {tank: 1}, "watches": tank}
+        cooler |= self.written("set", "hysteresis", "power")
+        between = [tank, usual_surroundings(machine, besides=tank)]
+        around = {"kind": "convection", "between": between, **self.written("conductance")}
+        links = {fresh(f"{tank} to surroundings", machine.links): around}
+        return {
+            "nodes": {tank: self.written("heat_capacity")},
+            "links": {**links, **_closed_streams(machine, tank)},
+            "sources": {fresh(f"{tank} cooler", machine.sources): cooler},
+        }
+
+    @classmethod
+    def suspected(cls, machine: MachineLike) -> Iterator[Self]:
+        """Every node held at a constant that is linked to a part, where another held node remains as surroundings."""
+        held = [name for name, node in machine.nodes.items() if node.is_held]
+        for name in held:
+            constant = not isinstance(machine.nodes[name].temperature, str)
+            if constant and len(held) > 1 and links_to(machine, name):
+                sized = {key: sized_value(cls, key, machine) for key in ("heat_capacity", "power", "conductance")}
+                yield cls.typical(host=Place(name), set=float(machine.nodes[name].temperature), **sized)
+
+
+def _closed_streams(machine: MachineLike, tank: str) -> dict[str, Any]:
+    """Streams that came from the held coolant, led back into the tank: now it loses what they bring."""
+    streams = {name: link for name, link in machine.links.items() if isinstance(link, Stream)}
+    return {
+        name: {**link.to_plain(), "through": [*map(str, link.through), tank]}
+        for name, link in streams.items()
+        if link.through[0].node == tank and link.through[-1].node != tank
+    }

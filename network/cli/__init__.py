@@ -1,0 +1,4 @@
+"""The command `lptn`."""
+
+from network.cli.commands import cli as cli
+from network.cli.commands import main as main

@@ -1,0 +1,107 @@
+"""The command `lptn calibrate`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from network.cli.options import (
+    Whole,
+    json_flag,
+    machine_options,
+    print_json,
+    read_fitting,
+    read_machine,
+    read_recordings,
+    read_start,
+    results_go_to,
+    start_option,
+    warn,
+)
+from network.platform.refusal import Spot, refuse
+from network.report.progress import Bar, share_bar
+
+if TYPE_CHECKING:
+    from network.analysis.calibration.calibrate import Calibration
+    from network.analysis.calibration.experiment_plan import Foresight
+    from network.machine.machine import Machine
+
+PICTURES = tuple(f"{side}{what}-*.png" for side in ("", "holdout-") for what in ("fit", "residual"))
+PICTURES += ("shifts.png", "band-*.png")
+
+
+@click.command()
+@machine_options
+@click.argument("recordings", nargs=-1, type=click.Path())
+@click.option("--holdout", multiple=True, type=click.Path(), metavar="RECORDING", help="only predicted, never fitted")
+@click.option(
+    "-o", "--output", type=click.Path(), metavar="DIR", help="machine.calibrated.yaml, calibration.json, pictures [out]"
+)
+@click.option("--plan", type=click.Path(), metavar="SCENARIO", help="no recording: what this schedule would determine")
+@click.option("--seed", type=Whole(0), default=0, show_default=True, help="of further beginnings")
+@start_option
+@click.option("--no-plots", is_flag=True, help="no pictures")
+@json_flag
+def calibrate(
+    machine: str, recordings: Sequence[str], holdout: Sequence[str], output: str | None, plan: str | None, seed: int,
+    start: str | None, no_plots: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
+) -> None:  # fmt: skip
+    """The uncertain numbers of a MACHINE (± or unknown) from RECORDINGS, with their uncertainty."""
+    if plan is None and not recordings:
+        raise refuse(Spot("lptn calibrate"), "no recording is given", "name at least one, or a schedule with --plan")
+    with share_bar(f"calibrating {Path(machine).name}") as bar:
+        results_go_to(output if plan is not None else output or "out")
+        loaded = read_machine(machine, level, lumps, sets)
+        answer: Foresight | Calibration
+        if plan is not None:
+            _check_no_recordings(recordings, holdout)
+            answer, written = _plan(loaded, plan, output, start)
+        else:
+            answer, written = _calibrate(loaded, recordings, holdout, output or "out", seed, start, no_plots, bar)
+        told = "" if as_json else str(answer)
+    if as_json:
+        print_json(answer.summary())
+        warn(getattr(answer, "warnings", ()))
+    else:
+        click.echo(told)
+    if written:
+        click.echo(f"\nWritten: {', '.join(map(str, written))}", err=as_json)
+    warn(map(str, loaded.warnings))
+
+
+def _check_no_recordings(recordings: Sequence[str], holdout: Sequence[str]) -> None:
+    if recordings or holdout:
+        raise refuse(Spot("--plan"), "looks ahead of any recording, and one is given", "leave one of the two away")
+
+
+def _plan(machine: Machine, scenario: str, output: str | None, start: str | None) -> tuple[Foresight, list[Path]]:
+    from network.analysis.calibration.experiment_plan import foresee
+    from network.report.files.result_files import as_json, folder, write_text
+
+    found = foresee(machine, read_fitting(machine, scenario), start=read_start(start))
+    if output is None:
+        return found, []
+    path = folder(output) / "plan.json"
+    write_text(path, as_json(found.summary()))
+    return found, [path]
+
+
+def _calibrate(
+    machine: Machine, recordings: Sequence[str], holdout: Sequence[str], output: str, seed: int, start: str | None,
+    no_plots: bool, bar: Bar,
+) -> tuple[Calibration, list[Path]]:  # fmt: skip
+    from network.analysis.calibration.calibrate import calibrate as run
+    from network.analysis.calibration.calibrated_patch import check_target
+    from network.report.files.calibration_files import write_calibration
+    from network.report.files.result_files import folder, replacing
+
+    check_target(machine, Path(output))
+    train, held_out = list(read_recordings(recordings)), list(read_recordings(holdout))
+    result = run(machine, train, held_out, start=read_start(start), seed=seed, progress=bar)
+    bar.now("drawing the calibration", 1.0)
+    where = folder(output)
+    with replacing(where, "calibration.json", PICTURES):
+        return result, write_calibration(result, where, pictures=not no_plots)

@@ -1,0 +1,255 @@
+"""The command `lptn`: parse, call, print. Exit 0 done, 1 failed in computing, 2 refused input."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+
+from network import __version__
+from network.cli.calibrate_command import calibrate
+from network.cli.compare_command import compare
+from network.cli.demo_command import demo
+from network.cli.diagnose_command import diagnose, prove
+from network.cli.options import (
+    Whole,
+    json_flag,
+    machine_options,
+    method_option,
+    output_folder,
+    print_json,
+    read_fitting,
+    read_machine,
+    read_start,
+    results_go_to,
+    start_option,
+    warn,
+)
+from network.platform.refusal import Complaints, Failed, Refused
+from network.platform.stopping import STATUS, stoppable, tell_stopped
+from network.platform.threads import begin_on_one_thread
+from network.report.progress import share_bar
+
+
+class _PipeClosed(Exception):
+    """Nobody reads on: what is told is told, as with `lptn demo | head`."""
+
+
+class _Commands(click.Group):
+    def invoke(self, ctx: click.Context) -> Any:
+        """click itself would end with 1 where a pipe is closed."""
+        try:
+            return super().invoke(ctx)
+        except BrokenPipeError:
+            raise _PipeClosed from None
+
+
+@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="lptn")
+def cli() -> None:
+    """Lumped-parameter thermal networks for machine tools: simulate speed schedules, compare with recordings."""
+
+
+cli.add_command(calibrate)
+cli.add_command(compare)
+cli.add_command(demo)
+cli.add_command(diagnose)
+cli.add_command(prove)
+
+
+@cli.command()
+@machine_options
+@click.argument("sources", nargs=-1, type=click.Path())
+@json_flag
+def check(
+    machine: str, sources: Sequence[str], level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool
+) -> None:
+    """What is in a MACHINE, what is uncertain, what is wrong; with recordings or scenarios: whether they fit."""
+    from network.machine.lumps import check_levels
+    from network.report.words.check_summary import machine_summary, tell_source
+    from network.report.words.words import describe
+
+    loaded = read_machine(machine, level, lumps, sets)
+    words = [] if as_json else [describe(loaded)]
+    complaints = Complaints()
+    if level is None:
+        check_levels(loaded, complaints)
+    for path in sources:
+        try:
+            words.append(tell_source(loaded, read_fitting(loaded, path)))
+        except Refused as refused:
+            complaints.absorb(refused)
+    complaints.raise_if_any()
+    if as_json:
+        print_json(machine_summary(loaded))
+    else:
+        click.echo("\n\n".join(words))
+    warn(map(str, loaded.warnings))
+
+
+@cli.command()
+@machine_options
+@click.option("-o", "--output", required=True, type=click.Path(), metavar="FILE", help="picture: .png, .svg or .pdf")
+def draw(machine: str, output: str, level: str | None, lumps: Sequence[str], sets: Sequence[str]) -> None:
+    """The network of a MACHINE as a picture."""
+    from network.platform.refusal import Spot, refuse
+
+    path = Path(output)
+    if path.suffix.lower() not in (".png", ".svg", ".pdf"):
+        raise refuse(Spot(output), "is no picture that can be drawn", "end it in .png, .svg or .pdf")
+    with share_bar(f"drawing {Path(machine).name}"):
+        results_go_to(path.parent)
+        loaded = read_machine(machine, level, lumps, sets)
+        from network.report.figures.all_figures import network_figure, save
+        from network.report.files.result_files import folder
+
+        folder(path.parent)
+        save(network_figure(loaded), path)
+    click.echo(f"{loaded.name}: network drawn in {path}")
+
+
+@cli.command()
+@machine_options
+@click.argument("source", type=click.Path())
+@output_folder("out")
+@method_option
+@start_option
+@click.option("--no-plots", is_flag=True, help="no pictures")
+@click.option("--noise", is_flag=True, help="add every sensor's noise")
+@click.option("--seed", type=Whole(0), default=0, show_default=True, help="of the noise")
+@json_flag
+def simulate(
+    machine: str, source: str, output: str, method: str, start: str | None, no_plots: bool, noise: bool, seed: int,
+    level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
+) -> None:  # fmt: skip
+    """Run a MACHINE through a scenario, or along the inputs of a recording (SOURCE)."""
+    with share_bar(f"simulating {Path(machine).name}") as bar:
+        results_go_to(output)
+        loaded = read_machine(machine, level, lumps, sets)
+        from network.engine.simulation import simulate as run
+        from network.recordings.load_source import load_source
+        from network.report.files.result_files import folder, write_run
+
+        driver = load_source(source)
+        result = run(
+            loaded, driver, method=method, start=read_start(start), noise_seed=seed if noise else None,
+            progress=bar.over([driver]),
+        )  # fmt: skip
+        where = folder(output)
+        written = write_run(result, where)
+        if not no_plots:
+            bar.now("drawing the run", 1.0)
+            from network.report.files.pictures import draw_run
+
+            written += draw_run(result, where)
+    if as_json:
+        print_json(result.summary())
+    else:
+        click.echo(f"{result}\n\nWritten: {', '.join(map(str, written))}")
+    warn(result.warnings)
+
+
+@cli.command()
+@machine_options
+@click.argument("source", type=click.Path())
+@click.option("--levels", metavar="A,B,…", help="paper, numbers of lumps, names of levels; default the usual ones")
+@click.option(
+    "--vary", multiple=True, metavar="PATH=VALUES", help="'links.skin.conductance=3..9 W/K:20' or '…=3,5,9 W/K'"
+)
+@click.option("--tolerance", metavar="LENGTH", help="look for the coarsest level that stays within, like '1 um'")
+@click.option("--jobs", type=Whole(1), default=1, show_default=True, metavar="N", help="processes")
+@click.option("--cluster", metavar="ADDRESS", help="a dask scheduler, instead of processes")
+@click.option("-o", "--output", type=click.Path(), metavar="DIR", help="sweep.csv, sweep.json and a picture")
+@method_option
+@start_option
+@json_flag
+def sweep(
+    machine: str, source: str, levels: str | None, vary: Sequence[str], tolerance: str | None, jobs: int,
+    cluster: str | None, output: str | None, method: str, start: str | None, level: str | None, lumps: Sequence[str],
+    sets: Sequence[str], as_json: bool,
+) -> None:  # fmt: skip
+    """How far a MACHINE may be simplified along SOURCE, or how its tool centre point answers to varied numbers."""
+    with share_bar(f"sweeping {Path(machine).name}") as bar:
+        results_go_to(output)
+        loaded = read_machine(machine, level, lumps, sets)
+        from network.analysis.sweep.sweep import sweep as run
+        from network.recordings.load_source import load_source
+
+        result = run(
+            loaded, load_source(source), levels=levels.split(",") if levels else (), vary=vary, tolerance=tolerance,
+            start=read_start(start), method=method, jobs=jobs, cluster=cluster, progress=bar,
+        )  # fmt: skip
+        written = []
+        if output is not None:
+            bar.now("drawing the sweep", 1.0)
+            from network.report.files.sweep_files import write_sweep
+
+            written = write_sweep(result, output)
+    if as_json:
+        print_json(result.summary())
+    else:
+        click.echo(str(result))
+    if written:
+        click.echo(f"\nWritten: {', '.join(map(str, written))}", err=as_json)
+    warn(map(str, loaded.warnings))
+
+
+@cli.command()
+@click.argument("kind", required=False)
+def catalogue(kind: str | None) -> None:
+    """The physics that can be written down: all kinds, or one KIND with its equation and parameters."""
+    from network.report.words.catalogue_page import catalogue_page
+
+    click.echo(catalogue_page(kind))
+
+
+@cli.command()
+def schema() -> None:
+    """JSON Schema of the machine file."""
+    from network.machine.schema import schema as machine_schema
+
+    print_json(machine_schema())
+
+
+@cli.command()
+@json_flag
+def paper(as_json: bool) -> None:
+    """The tables of the heat-quantity paper, with ours beside them."""
+    from network.engine.paper.tables import paper_json, tell_paper
+
+    if as_json:
+        print_json(paper_json())
+    else:
+        click.echo("\n".join(tell_paper()))
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """The entry point: every refusal a sentence on stderr, never a traceback for bad input."""
+    begin_on_one_thread()
+    try:
+        with stoppable():
+            cli.main(args=None if arguments is None else list(arguments), prog_name="lptn", standalone_mode=False)
+    except Refused as refused:
+        click.echo(str(refused), err=True)
+        sys.exit(2)
+    except Failed as failed:
+        click.echo(f"lptn: {failed}", err=True)
+        sys.exit(1)
+    except click.exceptions.Exit as leave:
+        sys.exit(leave.exit_code)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(2)
+    except _PipeClosed:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(0)
+    except OSError as error:
+        click.echo(f"lptn: {error.filename or 'standard output'}: {error.strerror}", err=True)
+        sys.exit(1)
+    except (click.Abort, KeyboardInterrupt):
+        tell_stopped(lambda sentence: click.echo(sentence, err=True))
+        sys.exit(STATUS)

@@ -1,0 +1,71 @@
+"""The command `lptn compare`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+
+from network.cli.options import (
+    machine_options,
+    method_option,
+    print_json,
+    read_machine,
+    read_recordings,
+    read_start,
+    results_go_to,
+    start_option,
+    warn,
+)
+from network.recordings.start_rule import ESTIMATED
+from network.report.progress import share_bar
+
+
+@click.command()
+@machine_options
+@click.argument("recordings", nargs=-1, required=True, type=click.Path())
+@click.option("--json", "json_file", type=click.Path(), metavar="FILE", help="residuals as JSON, '-' to print them")
+@click.option("-o", "--output", type=click.Path(), metavar="DIR", help="pictures of measured over simulated")
+@method_option
+@start_option
+def compare(
+    machine: str, recordings: Sequence[str], json_file: str | None, output: str | None, method: str, start: str | None,
+    level: str | None, lumps: Sequence[str], sets: Sequence[str],
+) -> None:  # fmt: skip
+    """Residuals of a MACHINE on RECORDINGS, per channel, in units of noise; --start estimated finds the temperatures at
+    the start of each from it."""
+    with share_bar(f"comparing {Path(machine).name}") as bar:
+        results_go_to(output)
+        if json_file not in (None, "-"):
+            results_go_to(Path(str(json_file)).parent)
+        loaded = read_machine(machine, level, lumps, sets)
+        from network.analysis.comparison.compare import compare as lay_beside
+        from network.recordings.channel_match import overheard
+        from network.report.files.result_files import as_json, folder, write_text
+
+        given = list(read_recordings(recordings))
+        if start == ESTIMATED:
+            from network.analysis.calibration.initial_temperatures import estimated
+
+            result = estimated(loaded, given)
+        else:
+            result = lay_beside(loaded, given, start=read_start(start), method=method, progress=bar.over(given))
+        bar.now("telling what is left", 1.0)
+        told = str(result) if json_file != "-" else ""
+        written = []
+        if output is not None:
+            from network.report.files.pictures import draw_comparison
+
+            written = draw_comparison(result, folder(output))
+    if json_file == "-":
+        print_json(result.summary())
+    else:
+        click.echo(told)
+    if json_file not in (None, "-"):
+        assert json_file is not None
+        folder(Path(json_file).parent)
+        write_text(Path(json_file), as_json(result.summary()))
+    if written:
+        click.echo(f"\nWritten: {', '.join(map(str, written))}", err=json_file == "-")
+    warn([*loaded.warnings, *overheard(loaded, given, ())])

@@ -1,0 +1,101 @@
+"""The commands `lptn diagnose` and `lptn prove`."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+
+from network.cli.options import (
+    Whole,
+    json_flag,
+    machine_options,
+    output_folder,
+    print_json,
+    read_machine,
+    read_recordings,
+    read_start,
+    results_go_to,
+    start_option,
+    warn,
+)
+from network.report.progress import share_bar
+
+PICTURES = ("network.png", "candidates.png", "heat.png", "fit-*.png", "holdout-fit-*.png")
+
+jobs_option = click.option(
+    "--jobs", type=Whole(1), default=os.cpu_count() or 1, show_default=True, metavar="N", help="processes"
+)
+
+
+@click.command()
+@machine_options
+@click.argument("recordings", nargs=-1, required=True, type=click.Path())
+@click.option("--holdout", multiple=True, type=click.Path(), metavar="RECORDING", help="only predicted, never fitted")
+@output_folder("out")
+@jobs_option
+@click.option("--seed", type=Whole(0), default=0, show_default=True, help="of all that is drawn")
+@start_option
+@click.option("--no-plots", is_flag=True, help="no pictures")
+@json_flag
+def diagnose(
+    machine: str, recordings: Sequence[str], holdout: Sequence[str], output: str, jobs: int, seed: int,
+    start: str | None, no_plots: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
+) -> None:  # fmt: skip
+    """Where a MACHINE and RECORDINGS differ, which physics was left out, and whether adding it holds."""
+    with share_bar(f"diagnosing {Path(machine).name}") as bar:
+        from network.analysis.diagnosis.diagnose import diagnose as run
+        from network.recordings.channel_match import overheard
+        from network.report.files.diagnosis_files import check_target, write_diagnosis
+        from network.report.files.result_files import replacing
+
+        results_go_to(output)
+        loaded = read_machine(machine, level, lumps, sets)
+        where = check_target(loaded, Path(output))
+        begins, runs, held_out = read_start(start), [*read_recordings(recordings)], [*read_recordings(holdout)]
+        found = run(loaded, runs, held_out, start=begins, seed=seed, jobs=jobs, progress=bar)
+        bar.now("drawing what was found", 1.0)
+        with replacing(where, "diagnosis.json", PICTURES):
+            written = write_diagnosis(found, where, pictures=not no_plots)
+        told = "" if as_json else str(found)
+    if as_json:
+        print_json(found.summary())
+    else:
+        click.echo(f"{told}\n\nWritten: {', '.join(map(str, written))}")
+    warn([*loaded.warnings, *overheard(loaded, runs, held_out)])
+
+
+@click.command()
+@click.option("--cases", type=Whole(1), metavar="N", help="how many; 40, or as many as the resumed proof has")
+@click.option("--seed", type=Whole(0), metavar="N", help="of what is concealed; 0; from 1000 on it is a scored proof")
+@jobs_option
+@output_folder("out/proof")
+@click.option("--resume", type=click.Path(), metavar="DIR", help="go on in a folder, and keep what is there if stopped")
+@click.option("--ablate", metavar="STAGE", help="without a stage of the diagnosis, to see what it is worth")
+@click.option("--time-two-cores", "timed", type=Whole(0), default=0, metavar="N", help="N cases again by two processes")
+@click.option("--json", "json_file", type=click.Path(), metavar="FILE", help="the score as JSON, '-' to print it")
+def prove(
+    cases: int | None, seed: int | None, jobs: int, output: str, resume: str | None, ablate: str | None, timed: int,
+    json_file: str | None,
+) -> None:  # fmt: skip
+    """Conceals effects in machines of a separate truth, diagnoses each blind, then opens the keys and scores."""
+    with share_bar("proving") as bar:
+        from network.cli.proof import prove as run
+        from network.report.files.result_files import as_json, folder, write_text
+
+        def tell(done: int, of: int, sentence: str) -> None:
+            click.echo(f"{done}/{of} {sentence}", err=True)
+            bar(done / max(of, 1))
+
+        where = Path(resume or output)
+        found = run(cases, seed, jobs, where, tell, resume=resume is not None, ablate=ablate, timed=timed)
+        told = str(found) if json_file != "-" else ""
+    if json_file == "-":
+        print_json(found.summary())
+        return
+    click.echo(told)
+    if json_file is not None:
+        folder(Path(json_file).parent)
+        write_text(Path(json_file), as_json(found.summary()))

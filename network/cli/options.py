@@ -1,0 +1,114 @@
+"""What the commands share: options, reading what they name, printing. Imports wait until they are needed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from network.platform.refusal import Complaints, Refused
+
+if TYPE_CHECKING:
+    from network.machine.machine import Machine
+    from network.recordings.inputs import Start
+    from network.recordings.recording import Recording
+    from network.recordings.scenario import Scenario
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+def machine_options(command: Command) -> Command:
+    """MACHINE and the three ways to change it."""
+    for option in (
+        click.option("--set", "sets", multiple=True, metavar="PATH=VALUE", help="e.g. 'links.skin.conductance=5 W/K'"),
+        click.option("--lumps", multiple=True, metavar="N|NODE=N", help="lumps of every bar, or of one"),
+        click.option("--level", metavar="NAME", help="a simplification level of the machine file"),
+        click.argument("machine", type=click.Path()),
+    ):
+        command = option(command)
+    return command
+
+
+class Whole(click.IntRange):
+    """A whole number from a least one on."""
+
+    name = "whole number"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        try:
+            return int(super().convert(value, param, ctx))
+        except click.BadParameter:
+            self.fail(f"'{value}' is not one; give a whole number from {self.min}", param, ctx)
+
+
+json_flag = click.option("--json", "as_json", is_flag=True, help="print JSON instead of words")
+start_option = click.option(
+    "--start", metavar="TEMPERATURE", help="'22 degC', 'steady' or '{housing: 24 degC, others: 22 degC}'"
+)
+method_option = click.option(
+    "--method", default="auto", show_default=True,
+    help="auto, modal, switched, rosenbrock, expm, solve_ivp:LSODA|BDF|Radau|RK45",
+)  # fmt: skip
+
+
+def output_folder(default: str) -> Callable[[Command], Command]:
+    return click.option(
+        "-o", "--output", default=default, show_default=True, type=click.Path(), metavar="DIR", help="where results go"
+    )
+
+
+def results_go_to(path: str | Path | None) -> None:
+    """For the rest of the command: see results_in. Raises Refused for a folder that cannot be had."""
+    from network.report.files.result_files import results_in
+
+    if path is not None:
+        click.get_current_context().with_resource(results_in(path))
+
+
+def read_machine(path: str, level: str | None, lumps: Sequence[str], sets: Sequence[str]) -> Machine:
+    from network.machine.machine import Machine
+
+    return Machine.load(path, level=level, lumps=lumps, sets=sets)
+
+
+def read_fitting(machine: Machine, path: str) -> Scenario | Recording:
+    """The scenario or recording, checked against what the machine reads and measures."""
+    from network.analysis.comparison.compare import check_fit
+    from network.recordings.load_source import load_source
+
+    source = load_source(path)
+    check_fit(machine, source)
+    return source
+
+
+def read_recordings(paths: Sequence[str]) -> Iterator[Recording]:
+    from network.recordings.load_source import load_recording
+
+    complaints = Complaints()
+    for path in paths:
+        try:
+            yield load_recording(path)
+        except Refused as refused:
+            complaints.absorb(refused)
+    complaints.raise_if_any()
+
+
+def read_start(text: str | None) -> Start | None:
+    if text is None:
+        return None
+    from network.recordings.yaml_values import start_of
+
+    return start_of(text)
+
+
+def print_json(value: dict[str, Any]) -> None:
+    from network.report.files.result_files import as_json
+
+    click.echo(as_json(value), nl=False)
+
+
+def warn(warnings: Iterable[object]) -> None:
+    for warning in warnings:
+        click.echo(f"warning: {warning}", err=True)

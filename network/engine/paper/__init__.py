@@ -1,0 +1,1 @@
+"""The closed form of the heat-quantity method, its tables and fits beside ours."""

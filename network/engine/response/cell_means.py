@@ -1,0 +1,207 @@
+"""Means over cells of a run and of its answers to pushes: exact at the samples, though only knots are computed.
+
+At a time τ after the beginning of an interval of length h a mode stands at e^(−λτ) m + τ φ₁ p₀ + τ² φ₂ (p₁ − p₀)/h, so
+its sum over the samples of the interval, each with its share, is E m + F₀ p₀ + F₁ p₁, with factors of interval and rate
+only. Modes are averaged before they are read, which is the lesser work.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Array, Indices
+from network.engine.response.cells import Averages, Samples
+from network.engine.response.linear_run import Course
+from network.engine.response.output_map import Sight
+from network.engine.response.segments import Push, Stretch
+from network.engine.response.series import Cells, cells_of, compiled
+from network.engine.response.state_jumps import Kicks
+
+Modal = Callable[[Sequence[Push], int, Indices, Array], tuple[list[Array], Array]]
+
+SLOW = 1e-3
+"""λ h below which the factors come from a series, for their differences would cancel."""
+
+
+@dataclass(frozen=True, eq=False)
+class Factors:
+    """E, F₀, F₁ of the intervals of a stretch (k, n)."""
+
+    E: Array
+    F0: Array
+    F1: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Means:
+    """The cells of a run, seen through averages."""
+
+    course: Course
+    over: Averages
+
+    @cached_property
+    def factors(self) -> tuple[tuple[Factors, ...], ...]:
+        """Of every stretch, for each set of samples."""
+        steps = self.course.problem.plan.steps
+        return tuple(tuple(_factors(samples, s, steps[s.first : s.last]) for samples in self.over.samples)
+                     for s in self.course.stretches)  # fmt: skip
+
+    def bulge(self, sight: Sight) -> Array:
+        """What the run's own means differ by from those of straight lines between its ends: (count, cells)."""
+        out = np.zeros((sight.count, self.over.cells), complex if self._is_complex else float)
+        problem = self.course.problem
+        for s, factors in zip(self.course.stretches, self.factors, strict=True):
+            here, W = slice(s.first, s.last), s.modes.W.T
+            m0, m1, p0, p1 = (v[here] @ W for v in (self.course.x0, self.course.x1, problem.f0, problem.f1))
+            cells, starts = self.over.touched(s.first, s.last)
+            rows = sight.over[s.index] @ s.modes.V
+            for i, channels in self.over.groups():
+                f, left, right = factors[i], self.over.left[i, here, None], self.over.right[i, here, None]
+                bulge = (f.E - left) * m0 - right * m1 + f.F0 * p0 + f.F1 * p1
+                out[channels, cells] += rows[channels] @ np.add.reduceat(bulge, starts, axis=0).T
+        return np.real(out)
+
+    @property
+    def _is_complex(self) -> bool:
+        return any(np.iscomplexobj(m.rates) for m in self.course.modes)
+
+    def answered(self, pushes: Sequence[Push], sight: Sight) -> Array:
+        """Means over cells of what is in sight, for resolved pushes: (pushes, count, cells)."""
+        out = np.zeros((len(pushes), sight.count, self.over.cells))
+        single = [i for i, push in enumerate(pushes) if push.series == 1]
+        many = [i for i, push in enumerate(pushes) if push.series > 1]
+        for heats, modal in ((single, self._series), (many, self._forced)):
+            for some in self.course.portions(len(heats)):
+                mine = heats[some]
+                out[_sliced(mine)] = self._by_heat([pushes[i] for i in mine], sight, modal)
+        kicked = [i for i, push in enumerate(pushes) if push.kicks]
+        if kicked:
+            out[_sliced(kicked)] += self._by_kicks([pushes[i] for i in kicked], sight)
+        return out
+
+    def _by_heat(self, pushes: Sequence[Push], sight: Sight, modal: Modal) -> Array:
+        out = np.zeros((self.over.cells, len(pushes), sight.count))
+        x = np.zeros((len(pushes), self.course.problem.order))
+        for index, s in enumerate(self.course.stretches):
+            cells, starts = self.over.touched(s.first, s.last)
+            rows = (sight.over[s.index] @ s.modes.V).T
+            means, end = modal(pushes, index, starts, x @ s.modes.W.T)
+            x = np.real(end @ s.modes.V.T)
+            for i, channels in self.over.groups():
+                out[cells][..., channels] += np.real(means[i] @ rows[:, channels])
+                if sight.sees_heat:
+                    out[cells][..., channels] += self._direct(s, i, pushes, sight, starts)[..., channels]
+        return out.transpose(1, 2, 0)
+
+    def _series(self, pushes: Sequence[Push], index: int, starts: Indices, x: Array) -> tuple[list[Array], Array]:
+        """Means of the modes (cells, pushes, n) for each set of samples, and modal states after a stretch, for pushes
+        of one series."""
+        s = self.course.stretches[index]
+        fast = compiled() if s.modes.is_real else None
+        if fast is None and self.cells[index][0] is None:
+            return self._forced(pushes, index, starts, x)
+        q0, q1 = (np.hstack([q[s.first : s.last] for q in side]) for side in
+                  ([p.q0 for p in pushes], [p.q1 for p in pushes]))  # fmt: skip
+        by, means = np.concatenate([push.into(s.heat) for push in pushes]), []
+        which = np.repeat(np.arange(len(starts)), np.diff(np.append(starts, s.last - s.first)))
+        for i, f in enumerate(self.factors[index]):
+            if fast is not None:
+                out, end = np.zeros((len(starts), *x.shape)), x.copy()
+                fast(which, q0, q1, by, s.gain, s.c0, s.c1, f.E, f.F0, f.F1, end, out)
+            else:
+                cells = self.cells[index][i]
+                assert cells is not None
+                out, end = cells.followed(q0, q1, by, x)
+            means.append(out)
+        return means, end
+
+    @cached_property
+    def cells(self) -> tuple[tuple[Cells | None, ...], ...]:
+        """Of every stretch, for each set of samples: what the cells do to series."""
+        found = []
+        for s, factors in zip(self.course.stretches, self.factors, strict=True):
+            starts = self.over.touched(s.first, s.last)[1]
+            found.append(tuple(cells_of(starts, s.gain, s.c0, s.c1, f.E, f.F0, f.F1) for f in factors))
+        return tuple(found)
+
+    def _forced(self, pushes: Sequence[Push], index: int, starts: Indices, x: Array) -> tuple[list[Array], Array]:
+        """The same for any pushes."""
+        s, factors = self.course.stretches[index], self.factors[index]
+        p0, p1 = s.forced(pushes)
+        m, end = s.heated(p0, p1, x)
+        means = []
+        for i, f in enumerate(factors):
+            is_last = i == len(factors) - 1
+            weighed = _scaled(f.E, m, is_last)
+            weighed += _scaled(f.F0, p0, is_last)
+            weighed += _scaled(f.F1, p1, is_last)
+            means.append(np.add.reduceat(weighed, starts, axis=0))
+        return means, end
+
+    def _direct(self, s: Stretch, i: int, pushes: Sequence[Push], sight: Sight, starts: Indices) -> Array:
+        here, parts = slice(s.first, s.last), []
+        left, right = self.over.left[i, here, None], self.over.right[i, here, None]
+        for push in pushes:
+            q = np.add.reduceat(left * push.q0[here] + right * push.q1[here], starts, axis=0)
+            parts.append(q @ push.into(sight.direct[s.index]))
+        return np.stack(parts, axis=1)
+
+    def _by_kicks(self, pushes: Sequence[Push], sight: Sight) -> Array:
+        kicks = Kicks(self.course, pushes)
+        out = np.zeros((len(pushes), self.over.cells, sight.count))
+        x = np.zeros((len(pushes), self.course.problem.order))
+        for s, factors in zip(self.course.stretches, self.factors, strict=True):
+            m, decays, rows = x @ s.modes.W.T, kicks.decays(s), sight.over[s.index] @ s.modes.V
+            cells, starts = self.over.split(kicks.cuts(s))
+            seen = np.empty((len(starts), sight.count, m.shape[1]), np.result_type(rows, decays))
+            for i, channels in self.over.groups():
+                seen[:, channels] = np.add.reduceat(factors[i].E * decays, starts, axis=0)[:, None] * rows[channels]
+            for a, b, states in kicks.pieces(s, m):
+                first, last = starts.searchsorted((a - s.first, b - s.first)).tolist()
+                read = np.real(states @ seen[first:last].reshape(-1, m.shape[1]).T)
+                out[: len(states), cells[first] : cells[last - 1] + 1] += read.reshape(len(states), last - first, -1)
+            x = np.real(m @ s.modes.V.T)
+        return kicks.in_order(out).transpose(0, 2, 1)
+
+
+def _sliced(indices: list[int]) -> slice | list[int]:
+    """A slice where indices follow each other, which is quicker."""
+    follow = indices[-1] - indices[0] == len(indices) - 1
+    return slice(indices[0], indices[-1] + 1) if follow else indices
+
+
+def _scaled(factor: Array, values: Array, in_place: bool) -> Array:
+    return np.multiply(factor[:, None], values, out=values if in_place else None)
+
+
+def _factors(samples: Samples, s: Stretch, steps: Array) -> Factors:
+    own = samples.within(s.first, s.last)
+    tau, share, rates = samples.since[own, None], samples.share[own, None], s.modes.rates
+    E = samples.sums(np.exp(-tau * rates) * share, s.first, s.last)
+    w, first = samples.sums(np.hstack([share, share * tau]), s.first, s.last).T
+    fast = np.abs(rates) * float(steps.max()) >= SLOW
+    safe = np.where(fast, rates, 1.0)
+    one = (w[:, None] - E) / safe
+    two = (first[:, None] - one) / safe
+    if not fast.all():
+        t2, t3, t4 = samples.sums(share * tau ** [2, 3, 4], s.first, s.last).T[:, :, None]
+        slow = rates[~fast]
+        one[:, ~fast] = first[:, None] - slow * t2 / 2 + slow**2 * t3 / 6
+        two[:, ~fast] = t2 / 2 - slow * t3 / 6 + slow**2 * t4 / 24
+    F1 = two / steps[:, None]
+    return Factors(E, one - F1, F1)
+
+
+def first_seen(course: Course, pushes: Sequence[Push], sight: Sight) -> Array:
+    """What is in sight at the very beginning: (pushes, count)."""
+    s, out = course.stretches[0], np.zeros((len(pushes), sight.count))
+    for i, push in enumerate(pushes):
+        for jump in (jump for k, jump in push.kicks if k == 0):
+            out[i] += sight.over[s.index] @ jump
+        if push.is_heat:
+            out[i] += push.q0[0] @ push.into(sight.direct[s.index])
+    return out

@@ -1,0 +1,119 @@
+"""Resampling: recordings and runs are compared as means over cells, each of the samples that lie in it.
+
+Which samples lie in which interval of a run, and what share of its cell's mean each of them has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Array, Indices, Mask
+from network.engine.response.intervals import first_from, interval_of
+from network.engine.response.knots import Knots
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Some samples: interval of each, time since its beginning [s], share of its cell's mean."""
+
+    interval: Indices
+    since: Array
+    share: Array
+
+    def sums(self, values: Array, first: int, last: int) -> Array:
+        """Sums over the samples of intervals first to last (excluded): values (samples there, ·) → (intervals, ·)."""
+        own = self.within(first, last)
+        out = np.zeros((last - first, values.shape[1]), values.dtype)
+        k = self.interval[own]
+        if len(k):
+            starts = np.flatnonzero(np.append(True, np.diff(k) > 0))
+            out[k[starts] - first] = np.add.reduceat(values, starts, axis=0)
+        return out
+
+    def weights(self, steps: Array) -> tuple[Array, Array]:
+        """Of the values just after and just before the edges of its interval, of lengths `steps`."""
+        w = self.since / steps[self.interval]
+        return (1 - w) * self.share, w * self.share
+
+    def within(self, first: int, last: int) -> slice:
+        """The samples in intervals first to last (excluded)."""
+        return slice(*np.searchsorted(self.interval, (first, last)).tolist())
+
+
+@dataclass(frozen=True, eq=False)
+class Averages:
+    """starts: first interval of each cell; left, right: weights of the values just after and just before the edges of
+    every interval where these are joined by straight lines, for each different set of samples (sets, K); set_of: that
+    of each channel."""
+
+    starts: Indices
+    left: Array
+    right: Array
+    set_of: Indices
+    samples: tuple[Samples, ...]
+
+    @property
+    def cells(self) -> int:
+        return len(self.starts)
+
+    def of(self, values: Array) -> Array:
+        """Means (…, channels, cells) of what runs straight between values at both ends of the intervals (…, 2 K)."""
+        K = values.shape[-1] // 2
+        weighed = values[..., :K] * self.left[self.set_of]
+        weighed += values[..., K:] * self.right[self.set_of]
+        return np.asarray(np.add.reduceat(weighed, self.starts, axis=-1))
+
+    def groups(self) -> Iterator[tuple[int, Indices | slice]]:
+        """Each set of samples, and the channels that have it."""
+        if len(self.samples) == 1:
+            return iter([(0, slice(None))])
+        return ((i, np.flatnonzero(self.set_of == i)) for i in range(len(self.samples)))
+
+    def touched(self, first: int, last: int) -> tuple[slice, Indices]:
+        """The cells that intervals first to last (excluded) touch, and where they begin among these."""
+        begin = int(np.searchsorted(self.starts, first, side="right")) - 1
+        end = int(np.searchsorted(self.starts, last))
+        return slice(begin, end), np.maximum(self.starts[begin:end] - first, 0)
+
+    def split(self, cuts: Sequence[int]) -> tuple[Indices, Indices]:
+        """Where cells or pieces begin among the intervals from the first cut to the last, and the cell of each."""
+        inside = self.starts[(self.starts > cuts[0]) & (self.starts < cuts[-1])]
+        starts = np.union1d(inside, cuts[:-1]).astype(int)
+        return np.searchsorted(self.starts, starts, side="right") - 1, starts - cuts[0]
+
+
+def averages(knots: Knots, edges: Array, present: Sequence[Mask]) -> Averages:
+    """The means of channels whose samples are `present`, for intervals between edges; a cell without any is zero."""
+    keys = [p.tobytes() for p in present]
+    different = list(dict.fromkeys(keys))
+    sets = tuple(_samples(knots, edges, present[keys.index(key)]) for key in different)
+    left, right = (np.array(side) for side in zip(*(_straight(s, np.diff(edges)) for s in sets), strict=True))
+    ends = knots.t[knots.cell_ends[:-1]]
+    starts = np.concatenate([[0], first_from(edges[:-1], ends)])
+    return Averages(starts, left, right, np.array([different.index(key) for key in keys]), sets)
+
+
+def _samples(knots: Knots, edges: Array, present: Mask) -> Samples:
+    x, cell = knots.samples[present], knots.cell_of[present]
+    k = interval_of(edges, x)
+    share = 1 / np.maximum(np.bincount(cell, minlength=knots.cells), 1)[cell]
+    return Samples(k, np.clip(x - edges[k], 0.0, np.diff(edges)[k]), share)
+
+
+def _straight(samples: Samples, steps: Array) -> tuple[Array, Array]:
+    count = len(steps)
+    left, right = (np.bincount(samples.interval, own, count).astype(float) for own in samples.weights(steps))
+    return left, right
+
+
+def cell_matrix(knots: Knots, edges: Array, present: Mask) -> Array:
+    """The same of one channel for intervals that may cross cells, as a matrix (cells, 2 K); rows of cells without any
+    sample are zero."""
+    samples, cell, K = _samples(knots, edges, present), knots.cell_of[present], len(edges) - 1
+    matrix = np.zeros((knots.cells, 2 * K))
+    for first, own in zip((0, K), samples.weights(np.diff(edges)), strict=True):
+        np.add.at(matrix, (cell, first + samples.interval), own)
+    return matrix

@@ -1,0 +1,163 @@
+"""How heat flows depend on a parameter: the further heat that one unit of θ brings, over a run, at its temperatures.
+
+A parameter of a link or source stands in the stacked law of its class; an imaginary step there gives the exact
+derivative of its heat. A heat capacity acts like a heat −∂C/∂θ dT/dt. Whatever else a number may do (geometry,
+materials, sensors) is left to differences of whole runs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Array, Declared, Indices
+from network.catalogue.mechanisms.base import STEP, Mechanism, Stream
+from network.engine.balance import relay_slices
+from network.engine.network import Flows, Heats, Network
+from network.engine.response.linear_run import Course, Push
+from network.engine.response.parameters import Parameter
+from network.engine.solvers.plan import Plan
+
+GROUPS = ("flows", "heats", "relays")
+CAPACITY_KEYS = ("heat_capacity", "extra_heat_capacity")
+
+
+def inputs_at_ends(plan: Plan) -> dict[str, Array]:
+    """Inputs just after, then just before the edges: (2 K, 1)."""
+    begin, end = plan.just_inside
+    return {name: np.concatenate([begin[name], end[name]]) for name in begin}
+
+
+Found = tuple[tuple[int, Indices], ...]
+"""Where an entry stands: groups of a network, and members of each."""
+
+
+def push_of(parameter: Parameter, course: Course, theta: float, known: Found | None = None) -> Push | None:
+    """The further heat for one unit of θ; None where the parameter acts otherwise than by heat. known: where it stands,
+    from `place_of`."""
+    network = course.problem.plan.network
+    entry, slope = parameter.entry, parameter.slope(parameter.value(theta))
+    if entry.section == "nodes" and parameter.attribute in CAPACITY_KEYS and not entry.inner:
+        return _of_capacity(network, course, entry.name, slope)
+    if entry.section not in ("links", "sources"):
+        return None
+    found = place_of(network, parameter) if known is None else known
+    if not found:
+        return None
+    parts = [_by_parameter(course, g, members, parameter.attribute) for g, members in found]
+    return _pushed(network, slope, parts)
+
+
+def _pushed(network: Network, slope: float, parts: list[tuple[Array, Array]]) -> Push:
+    """One push of some series of heat (2 K, r) times slope, each with what of it goes into which lump (r, N)."""
+    heat, spread = np.concatenate([q for q, _ in parts], axis=1), np.concatenate([into for _, into in parts])
+    spread = np.where(np.isinf(network.capacity), 0.0, slope * spread)
+    lumps = np.flatnonzero(spread.any(axis=0))
+    K, spread = len(heat) // 2, spread[:, lumps]
+    if len(spread) <= len(lumps):
+        return Push(lumps, heat[:K], heat[K:], (), spread)
+    heat = heat @ spread
+    return Push(lumps, heat[:K], heat[K:])
+
+
+def acts_by_heat(p: Parameter, network: Network) -> bool:
+    """Whether a number stands in some law, or is a heat capacity."""
+    if p.entry.section == "nodes":
+        return p.attribute in CAPACITY_KEYS and not p.entry.inner and p.entry.name in network.parts
+    return p.entry.section in ("links", "sources") and bool(place_of(network, p))
+
+
+def place_of(network: Network, p: Parameter) -> Found:
+    """The groups in which a number stands, and where in them; nothing where it also shapes the network."""
+    name = str(p.entry)
+    if name not in network.mechanisms or p.entry.section == "nodes":
+        return ()
+    index = network.mechanisms.index(name)
+    members = ((g, np.flatnonzero(group.entry == index)) for g, group in enumerate(network.groups))
+    return tuple((g, m) for g, m in members if len(m) and _is_stacked(network.groups[g].law, p.attribute))
+
+
+def _is_stacked(law: Declared, attribute: str) -> bool:
+    """Whether the number stands in the law as an array and shapes nothing else (a stream's makes cells)."""
+    return (
+        not isinstance(law, Stream)
+        and not getattr(law, "moves", False)
+        and isinstance(law.__dict__[attribute], np.ndarray)
+    )
+
+
+def _by_parameter(course: Course, g: int, members: Indices, attribute: str) -> tuple[Array, Array]:
+    """∂heat/∂value of members of a group (2 K, members), and what each brings into the lumps (members, N)."""
+    group = course.problem.plan.network.groups[g]
+    if (g, attribute) not in course.derived:
+        course.derived[g, attribute] = _derivatives(course, group, attribute)
+    into = group.spread[members] if isinstance(group, Flows) else group.into[:, members].T
+    return course.derived[g, attribute][:, members], into
+
+
+def _derivatives(course: Course, group: Flows | Heats[Mechanism], attribute: str) -> Array:
+    """∂heat/∂value of all members of a group, each by its own number: one imaginary step for all at once."""
+    T, u = course.T_ends, course.inputs
+    law: Any = group.law.replaced(**{attribute: group.law.__dict__[attribute] + 1j * STEP})
+    if isinstance(group, Flows):
+        return np.asarray(np.imag(replace(group, law=law).heat_flow(T, u)) / STEP * group.w)
+    q = replace(group, law=law).heat(u, *(T @ R.T for R in group.reads)) * np.ones((len(T), len(group.entry)))
+    modes = relay_modes(course.problem.plan, group)
+    return np.asarray(np.imag(q if modes is None else q * modes) / STEP)
+
+
+def relay_modes(plan: Plan, group: Heats[Mechanism]) -> Array | None:
+    """Modes of a group of relays at both ends of the intervals (2 K, n); None for other sources."""
+    for relays, part in relay_slices(plan.network):
+        if relays is group:
+            assert plan.modes is not None
+            return np.concatenate([plan.modes[:, part]] * 2)
+    return None
+
+
+def _of_capacity(network: Network, course: Course, name: str, slope: float) -> Push:
+    """Heat that a larger capacity, spread evenly over its part, withholds."""
+    part = network.parts[name]
+    lumps = np.arange(part.start, part.stop)
+    at = np.searchsorted(network.free, lumps)
+    q0, q1 = (-slope / len(lumps) * rate[:, at] for rate in course.rates)
+    return Push(lumps, q0, q1)
+
+
+@dataclass(frozen=True)
+class Slots:
+    """Where each parameter stands in a network, so that values are exchanged without building it again."""
+
+    network: Network
+    parameters: tuple[Parameter, ...]
+
+    @cached_property
+    def suffice(self) -> bool:
+        """Whether every parameter is a number of some law, or a heat capacity."""
+        return all(acts_by_heat(p, self.network) for p in self.parameters)
+
+    def at(self, values: dict[str, float]) -> Network:
+        """The network with other values (of all parameters)."""
+        capacity, groups = self.network.capacity.copy(), list(self.network.groups)
+        for p, found in self.places:
+            if p.entry.section == "nodes":
+                part = self.network.parts[p.entry.name]
+                own = self.network.machine.nodes[p.entry.name]
+                more = values[p.path] - float(own.__dict__[p.attribute] or 0.0)
+                capacity[part] += more / (part.stop - part.start)
+            for g, members in found:
+                array = groups[g].law.__dict__[p.attribute].copy()
+                array[members] = values[p.path]
+                law: Any = groups[g].law.replaced(**{p.attribute: array})
+                groups[g] = replace(groups[g], law=law)
+        left = iter(groups)
+        exchanged: dict[str, Any] = {name: tuple(next(left) for _ in getattr(self.network, name)) for name in GROUPS}
+        return replace(self.network, capacity=capacity, **exchanged)
+
+    @cached_property
+    def places(self) -> tuple[tuple[Parameter, Found], ...]:
+        """Every parameter with where it stands."""
+        return tuple((p, place_of(self.network, p)) for p in self.parameters)

@@ -1,0 +1,188 @@
+"""A run as a fit sees it: states at both ends of every interval between knots, and how they answer to further heat.
+
+Within an interval the heat runs straight, so the modes move in closed form (φ functions, as in solvers.modal) and the
+answer to a small further heat is exact as well; what is approximate is the straightness, which the knots look after.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Array, Indices
+from network.engine.channels import Readouts
+from network.engine.response.output_map import Sight, sight_of
+from network.engine.response.segments import Push, Stretch, stretches
+from network.engine.solvers.linear import LinearProblem, Regime
+from network.engine.solvers.modal import Modes, modes_of
+
+__all__ = ["Course", "Push", "kick", "solve"]
+
+AT_ONCE = 400_000
+"""Numbers in the modal states of pushes that are answered together, so that they stay in the cache."""
+
+TOO_ALIKE, NUDGE = 1e8, 1e-7
+"""Condition of the modes from which rounding would be felt, and the relative change of rates that separates them."""
+
+
+def kick(course: Course, *kicks: tuple[int, Array]) -> Push:
+    """Nothing but jumps of the states."""
+    empty = np.empty((len(course.problem.plan.steps), 0))
+    return Push(np.empty(0, int), empty, empty, kicks)
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """A solved run. x0, x1: states at the beginnings and ends of the K intervals (K, n)."""
+
+    problem: LinearProblem
+    modes: tuple[Modes, ...]
+    x0: Array
+    x1: Array
+
+    @property
+    def readouts(self) -> Readouts:
+        return self.problem.readouts
+
+    @cached_property
+    def T(self) -> tuple[Array, Array]:
+        """Temperatures of all lumps just after and just before the edges (K, N)."""
+        T0, T1 = (np.empty((len(self.x0), self.problem.plan.network.size)) for _ in range(2))
+        forcing = self.problem.forcing
+        for r, mine in self._by_regime():
+            regime = self.problem.regimes[r]
+            for T, x, held, heat in zip((T0, T1), (self.x0, self.x1), forcing.held, forcing.heat, strict=True):
+                T[mine] = x[mine] @ regime.P.T + held[mine] @ regime.P_held.T
+                if len(self.problem.plan.network.massless):
+                    T[mine] += heat[mine] @ regime.P_heat.T
+        return T0, T1
+
+    @cached_property
+    def T_ends(self) -> Array:
+        """Temperatures of all lumps just after, then just before the edges (2 K, N)."""
+        return np.concatenate(self.T)
+
+    @cached_property
+    def inputs(self) -> dict[str, Array]:
+        """Inputs just after, then just before the edges: (2 K, 1)."""
+        begin, end = self.problem.plan.just_inside
+        return {name: np.concatenate([begin[name], end[name]]) for name in begin}
+
+    @cached_property
+    def derived(self) -> dict[tuple[int, str], Array]:
+        """Derivatives of heats by their numbers along this run, as they are found: by group and number."""
+        return {}
+
+    @cached_property
+    def rates(self) -> tuple[Array, Array]:
+        """dx/dt just after and just before the edges (K, n)."""
+        dx0, dx1 = self.problem.f0.copy(), self.problem.f1.copy()
+        for r, mine in self._by_regime():
+            A = self.problem.regimes[r].A
+            dx0[mine] += self.x0[mine] @ A.T
+            dx1[mine] += self.x1[mine] @ A.T
+        return dx0, dx1
+
+    def _by_regime(self) -> Iterator[tuple[int, Indices | slice]]:
+        if len(self.problem.regimes) == 1:
+            yield 0, slice(None)
+            return
+        for r in range(len(self.problem.regimes)):
+            yield r, np.flatnonzero(self.problem.regime_of == r)
+
+    @cached_property
+    def readings(self) -> Array:
+        """Rows and sensor states just after, then just before the edges: (width, 2 K)."""
+        rows = self.readouts.rows
+        ends = [np.vstack([rows @ T.T, x[:, x.shape[1] - self.readouts.states :].T])
+                for T, x in zip(self.T, (self.x0, self.x1), strict=True)]  # fmt: skip
+        return np.hstack(ends)
+
+    @cached_property
+    def stretches(self) -> tuple[Stretch, ...]:
+        return tuple(stretches(self.problem, self.modes))
+
+    @cached_property
+    def sight(self) -> Sight:
+        """The base readings."""
+        return sight_of(self.problem)
+
+    # -- answers ------------------------------------------------------------------------------------------------------
+    def resolved(self, pushes: Sequence[Push], by_guard: Array | None = None) -> Sequence[Push]:
+        """Pushes with all that they bring about by the way (moved switchings, heat of bent laws)."""
+        return pushes
+
+    def answers(self, pushes: Sequence[Push]) -> Array:
+        """Changes of rows and sensor states for each push: (pushes, width, 2 K)."""
+        return self.ends(self.resolved(pushes), self.sight)
+
+    def ends(self, pushes: Sequence[Push], sight: Sight) -> Array:
+        """Changes of what is in sight just after, then just before the edges, for resolved pushes: (pushes, ·, 2 K)."""
+        answer = np.empty((len(pushes), sight.count, 2 * len(self.x0)))
+        for some in self.portions(len(pushes)):
+            self._ends(pushes[some], sight, answer[some])
+        return answer
+
+    def portions(self, count: int) -> Iterator[slice]:
+        """Pushes, as many at a time as are worth answering together."""
+        each = max(1, AT_ONCE // (len(self.x0) * self.problem.order + 1))
+        return (slice(first, min(first + each, count)) for first in range(0, count, each))
+
+    def _ends(self, pushes: Sequence[Push], sight: Sight, answer: Array) -> None:
+        K, x = len(self.x0), np.zeros((len(pushes), self.problem.order))
+        for s in self.stretches:
+            m, stop, end = s.moved(pushes, x @ s.modes.W.T)
+            over = (sight.over[s.index] @ s.modes.V).T
+            for side, values in ((0, m), (K, stop)):
+                answer[:, :, side + s.first : side + s.last] = np.real(values @ over).transpose(1, 2, 0)
+                if sight.sees_heat:
+                    self._see_at_once(s, pushes, sight, answer, side)
+            x = np.real(end @ s.modes.V.T)
+
+    @staticmethod
+    def _see_at_once(s: Stretch, pushes: Sequence[Push], sight: Sight, answer: Array, side: int) -> None:
+        """Massless junctions warm at once with the heat that they get."""
+        for i, push in enumerate(pushes):
+            q = (push.q1 if side else push.q0)[s.first : s.last]
+            answer[i, :, side + s.first : side + s.last] += (q @ push.into(sight.direct[s.index])).T
+
+
+def solve(problem: LinearProblem, known: dict[bytes, Modes] | None = None) -> Course:
+    """The course of a reduced problem; `known`: modes found before, by the matrix of their regime."""
+    known = {} if known is None else known
+    modes = []
+    for regime in problem.regimes:
+        key = regime.A.tobytes()
+        if key not in known:
+            known[key] = separate_modes(regime, problem.scale)
+        modes.append(known[key])
+    K, n = problem.f0.shape
+    course = Course(problem, tuple(modes), np.empty((K, n)), np.empty((K, n)))
+    x = problem.x0
+    for s in course.stretches:
+        here, W, V = slice(s.first, s.last), s.modes.W, s.modes.V
+        push = s.c0 * (problem.f0[here] @ W.T) + s.c1 * (problem.f1[here] @ W.T)
+        m, end = _marched(s, push, W @ x)
+        course.x0[here] = np.real(m @ V.T)
+        x = np.real(V @ end)
+        course.x1[s.first : s.last - 1], course.x1[s.last - 1] = course.x0[s.first + 1 : s.last], x
+    return course
+
+
+def separate_modes(regime: Regime, scale: Array) -> Modes:
+    """The modes of a regime; where some are too much alike (equal cells of a stream), of one that differs by NUDGE."""
+    modes = modes_of(regime, scale)
+    if modes.condition < TOO_ALIKE:
+        return modes
+    signs = np.random.default_rng(0).choice([-1.0, 1.0], regime.A.shape)
+    return modes_of(replace(regime, A=regime.A + NUDGE * np.abs(np.diag(regime.A))[:, None] * signs), scale)
+
+
+def _marched(s: Stretch, push: Array, start: Array) -> tuple[Array, Array]:
+    from network.engine.response.recursion import recur
+
+    m, end = recur(s.gain, push[:, None].astype(start.dtype, copy=False), start[None])
+    return m[:, 0], end[0]

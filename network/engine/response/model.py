@@ -1,0 +1,241 @@
+"""What a machine's channels read at the knots of a run, and how that answers to its parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Array
+from network.catalogue.declaration.sections import TCP
+from network.engine.channels import Readouts, readouts
+from network.engine.network import Network, build
+from network.engine.response.heat_sensitivity import Slots, acts_by_heat, push_of
+from network.engine.response.intervals import first_from
+from network.engine.response.linear_run import Course, Push, kick
+from network.engine.response.output_jacobian import channels_of
+from network.engine.response.parameters import Parameter, at_values, values_at
+from network.engine.response.prediction import Prediction, Run
+from network.engine.response.switchings import SwitchedCourse, check_followed, switched_course
+from network.engine.response.warm_start import WarmStart
+from network.engine.response.waveform import course_of
+from network.engine.solvers.modal import Modes
+from network.engine.solvers.plan import Plan, interval_edges, joined, spans
+from network.machine.machine import Machine
+
+__all__ = ["Model", "Prediction", "Run", "channels_of", "edge_pushes", "plan_of", "start_pushes"]
+
+DIFFERENCE = 1e-4
+"""Step in θ for parameters that act otherwise than by heat."""
+SHOWN = (TCP, "sensors")
+"""Sections of entries whose numbers only change what is seen of a run, or a state that sees it."""
+
+
+class Model:
+    """A machine with free parameters on some runs; warm: what is left of its last predictions."""
+
+    def __init__(self, machine: Machine, parameters: Sequence[Parameter], runs: Sequence[Run]) -> None:
+        self.machine, self.parameters, self.runs = machine, tuple(parameters), tuple(runs)
+        network = build(machine)
+        check_followed(network)
+        self.slots = Slots(network, tuple(p for p in self.parameters if p.entry.section not in SHOWN))
+        self.shown = tuple(p for p in self.parameters if p.entry.section in SHOWN)
+        self._readouts = readouts(network, parts=False)
+        self.warm = WarmStart()
+
+    def afresh(self) -> Model:
+        """The same without what its predictions left."""
+        return Model(self.machine, self.parameters, self.runs)
+
+    def at(self, theta: Array) -> tuple[Machine, Network]:
+        """Machine and network at θ."""
+        values = values_at(self.parameters, theta)
+        if not self.slots.suffice:
+            machine = at_values(self.machine, values)
+            return machine, build(machine)
+        network = self.slots.at(values)
+        if not self.shown:
+            return self.machine, network
+        machine = at_values(self.machine, {p.path: values[p.path] for p in self.shown})
+        return machine, replace(network, machine=machine)
+
+    def predict(self, theta: Array, starts: Sequence[Mapping[str, float]] | None = None) -> tuple[Prediction, ...]:
+        """All runs at θ. Raises Failed where one runs away."""
+        machine, network = self.at(theta)
+        return self._run(machine, network, starts or [run.start for run in self.runs])
+
+    def _run(
+        self, machine: Machine, network: Network, starts: Sequence[Mapping[str, float]]
+    ) -> tuple[Prediction, ...]:  # fmt: skip
+        outputs = self._readouts if machine is self.machine else readouts(network, parts=False)
+        known: dict[bytes, Modes] = {}
+        return tuple(self._predict(i, machine, network, outputs, start, known) for i, start in enumerate(starts))
+
+    def _predict(
+        self, i: int, machine: Machine, network: Network, outputs: Readouts, start: Mapping[str, float],
+        known: dict[bytes, Modes],
+    ) -> Prediction:  # fmt: skip
+        run, plan = self.runs[i], self._plan(i, network, start)
+        if network.relays:
+            course: Course = switched_course(plan, outputs, known)
+        else:
+            course = course_of(plan, outputs, self.warm.guess.get(i), known)
+            if not network.is_affine():
+                self.warm.guess[i] = course.T
+        slopes = self.warm.slopes.get(i) if machine is self.machine else None
+        made = Prediction(run, machine, course, self.warm.resampling(i, run, course.problem.plan.edges), slopes)
+        self._remember(i, made)
+        return made
+
+    def _remember(self, i: int, made: Prediction) -> None:
+        """Slopes that are the same at all instants and readings stay so at other θ."""
+        if self.parameters and i not in self.warm.slopes and made.machine is self.machine:
+            slopes = made.slopes
+            if slopes is not None and slopes.is_straight and slopes.is_constant:
+                self.warm.slopes[i] = slopes
+
+    def _plan(self, i: int, network: Network, start: Mapping[str, float]) -> Plan:
+        """The plan of a run; its edges and inputs are found once for the same edges of laws."""
+        run = self.runs[i]
+        own = [group.law.edges(float(run.schedule.t[-1])) for group in network.groups]
+        key = (np.concatenate([*own, np.empty(0)]).tobytes(), tuple(sorted(network.held)))
+        plans = self.warm.plans
+        if i not in plans or plans[i][0] != key:
+            plans[i] = key, plan_of(network, run, start)
+        plan = plans[i][1]
+        return replace(plan, network=network, T0=start_of(network, start, plan.left))
+
+    def slopes(self, theta: Array, predictions: Sequence[Prediction]) -> list[Array]:
+        """∂(channels)/∂θ of every run: (parameters, channels, 2 K) each."""
+        others = self._others(theta, predictions)
+        out = []
+        for r, prediction in enumerate(predictions):
+            course = prediction.course
+            by_heat, pushes, guards = self._pushes(theta, prediction)
+            slopes = np.empty((len(self.parameters), *prediction.values.shape))
+            if by_heat:
+                slopes[by_heat] = prediction.changes(course.ends(course.resolved(pushes, guards), course.sight))
+            for j, values in others.items():
+                slopes[j] = values[r]
+            out.append(slopes)
+        return out
+
+    def mean_slopes(
+        self, theta: Array, predictions: Sequence[Prediction], also: Sequence[Sequence[Push]] | None = None
+    ) -> list[Array]:
+        """∂(cells' means)/∂θ of every run, below them its answers to further pushes: (parameters + pushes, ·) each."""
+        others = self._others(theta, predictions, cells=True)
+        out = []
+        for r, prediction in enumerate(predictions):
+            by_heat, pushes, guards = self._pushes(theta, prediction)
+            further = list(also[r]) if also else []
+            if guards is not None:
+                guards = np.concatenate([guards, np.zeros((len(further), guards.shape[1]))])
+            answers = prediction.answered([*pushes, *further], guards)
+            if not others:
+                out.append(answers)
+                continue
+            slopes = np.empty((len(self.parameters) + len(further), answers.shape[1]))
+            slopes[by_heat], slopes[len(self.parameters) :] = answers[: len(pushes)], answers[len(pushes) :]
+            for j, values in others.items():
+                slopes[j] = values[r]
+            out.append(slopes)
+        return out
+
+    def _pushes(self, theta: Array, prediction: Prediction) -> tuple[list[int], list[Push], Array | None]:
+        """Parameters that act by heat, their pushes, and how they move the guards of relays."""
+        course = prediction.course
+        known = dict(self.slots.places)
+        found = [(j, push_of(p, course, float(theta[j]), known.get(p))) for j, p in enumerate(self.parameters)]
+        by_heat, pushes = [j for j, p in found if p is not None], [p for _, p in found if p is not None]
+        if not isinstance(course, SwitchedCourse):
+            return by_heat, pushes, None
+        guards = [course.by_guard(self.parameters[j], float(theta[j])) for j in by_heat]
+        return by_heat, pushes, np.array(guards).reshape(len(pushes), len(course.events))
+
+    def _others(self, theta: Array, predictions: Sequence[Prediction], cells: bool = False) -> dict[int, list[Array]]:
+        """∂(channels)/∂θ_j, or of their cells' means, run by run, of parameters that act otherwise than by heat."""
+        network = predictions[0].course.problem.plan.network
+        return {j: self._differences(theta, j, predictions, cells) for j, p in enumerate(self.parameters)
+                if not acts_by_heat(p, network)}  # fmt: skip
+
+    def _differences(self, theta: Array, j: int, predictions: Sequence[Prediction], cells: bool) -> list[Array]:
+        """∂(channels)/∂θ_j by a difference of whole runs; means over cells are the same cells where relays switch at
+        other times, values at the edges are not."""
+        p = self.parameters[j]
+        step = DIFFERENCE if theta[j] + DIFFERENCE <= p.high else -DIFFERENCE
+        if not p.is_log:
+            step *= max(p.spread, 1e-9) if np.isfinite(p.spread) else 1.0
+        there = theta.copy()
+        there[j] += step
+        if p.entry.section == TCP:
+            value = {p.path: p.value(float(there[j]))}
+            read = [(q.read(at_values(q.machine, value), q.course.readings) - q.values) / step for q in predictions]
+            return [q.means(v) for q, v in zip(predictions, read, strict=True)] if cells else read
+        machine, network = self.at(there)
+        moved = self._run(machine, network, [self._start_of(q) for q in predictions])
+        if cells:
+            return [(m.cells - q.cells) / step for m, q in zip(moved, predictions, strict=True)]
+        return [(_onto(m, q) - q.values) / step for m, q in zip(moved, predictions, strict=True)]
+
+    @staticmethod
+    def _start_of(prediction: Prediction) -> Mapping[str, float]:
+        plan = prediction.course.problem.plan
+        return {name: float(plan.T0[part].mean()) for name, part in plan.network.parts.items()}
+
+
+def _onto(moved: Prediction, at: Prediction) -> Array:
+    """Values of one prediction at the edges of another (they differ where relays switch)."""
+    there, here = moved.course.problem.plan.edges, at.course.problem.plan.edges
+    if len(there) == len(here):
+        return moved.values
+    K, L = len(there) - 1, len(here) - 1
+    k = np.clip(np.searchsorted(there, (here[1:] + here[:-1]) / 2) - 1, 0, K - 1)
+    left, right = ((x - there[k]) / (there[k + 1] - there[k]) for x in (here[:-1], here[1:]))
+    v0, v1 = moved.values[:, :K], moved.values[:, K:]
+    out = np.empty((len(v0), 2 * L))
+    out[:, :L] = v0[:, k] + left * (v1 - v0)[:, k]
+    out[:, L:] = v0[:, k] + right * (v1 - v0)[:, k]
+    return out
+
+
+def plan_of(network: Network, run: Run, start: Mapping[str, float]) -> Plan:
+    """The plan of a run: restarts at every knot and wherever a law says so."""
+    edges = joined(interval_edges(network, run.schedule), run.knots.t)
+    left, right = spans(run.schedule, edges)
+    T0 = start_of(network, start, left)
+    return Plan(network, run.schedule.t, edges, left, right, T0, "modal", "on the knots of a fit")
+
+
+def start_of(network: Network, start: Mapping[str, float], inputs: Mapping[str, Array]) -> Array:
+    """Temperatures of all lumps at the start."""
+    T0 = np.full(network.size, network.machine.reference)
+    for name, part in network.parts.items():
+        T0[part] = start.get(name, network.machine.reference)
+    for i, source in network.held.items():
+        T0[i] = inputs[source][0] if isinstance(source, str) else source
+    return T0
+
+
+def start_pushes(course: Course, parts: Sequence[str]) -> list[Push]:
+    """One kelvin more in a part at the start, for each part."""
+    network = course.problem.plan.network
+    pushes = []
+    for name in parts:
+        part = network.parts[name]
+        jump = np.zeros(course.problem.order)
+        jump[: len(network.free)] = (network.free >= part.start) & (network.free < part.stop)
+        pushes.append(kick(course, (0, jump)))
+    return pushes
+
+
+def edge_pushes(course: Course, instants: Array) -> list[Push]:
+    """A jump of the inputs that comes a second later, for each instant."""
+    plan = course.problem.plan
+    dx0, dx1 = course.rates
+    pushes = []
+    for t in instants:
+        k = int(first_from(plan.edges, t))
+        pushes.append(kick(course, (k, dx1[k - 1] - dx0[k])))
+    return pushes

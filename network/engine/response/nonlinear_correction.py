@@ -1,0 +1,159 @@
+"""Answers of a network that is not linear in temperature: those of its straight laws, and the rest as heat.
+
+What a law's slope lies beside the one in the matrix gives a further heat as the temperature it reads moves: h = B(t) y.
+Over an interval it runs straight as other heats do, so its value at the end follows from a small linear system,
+(1 − G B₁) y₁ = z, G what a heat at the end does to the readings there: exact, step by step, for all pushes at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Array, Indices
+from network.engine.network import Flows, Network
+from network.engine.response.linear_run import Course
+from network.engine.response.nonlinear_laws import Group, Slopes
+from network.engine.response.output_map import Sight, sight_of
+from network.engine.response.segments import Push, Stretch
+
+LEAST = 1e-9
+"""W/K: bends below it are none."""
+
+Off = Sequence[tuple[Group, Slopes]]
+
+
+@dataclass(frozen=True, eq=False)
+class Bends:
+    """Heat series h_e = Σ slopes[j] · (rows @ T)[reads[j]] for the pairs j with into[j] = e.
+
+    rows: what is read, over all lumps (r, N); reads, into: row and series of each pair; slopes (pairs, 2 K); spread:
+    what of each series goes into which lump (series, N).
+    """
+
+    rows: Array
+    reads: Indices
+    into: Indices
+    slopes: Array
+    spread: Array
+
+    @cached_property
+    def matrices(self) -> tuple[Array, Array]:
+        """B just after and just before the edges of every interval (K, series, r)."""
+        K = self.slopes.shape[1] // 2
+        B = np.zeros((2 * K, len(self.spread), len(self.rows)))
+        for read, into, slope in zip(self.reads, self.into, self.slopes, strict=True):
+            B[:, into, read] += slope
+        return B[:K], B[K:]
+
+
+def bends_of(network: Network, off: Off) -> Bends:
+    """The bends of some groups of laws, from how far their slopes lie beside the windows': each (2 K, members)."""
+    rows: dict[bytes, int] = {}
+    pairs: list[tuple[int, int, Array]] = []
+    spread: list[Array] = []
+    for group, slopes in off:
+        for m in range(len(group.entry)):
+            known = [(row, s[:, m]) for row, s in zip(_rows(network, group, m), slopes, strict=True)]
+            felt = [(row, s) for row, s in known if row.any() and np.abs(s).max() > LEAST]
+            for row, s in felt:
+                weight = group.w[m] if isinstance(group, Flows) else 1.0
+                pairs.append((rows.setdefault(row.tobytes(), len(rows)), len(spread), weight * s))
+            if felt:
+                spread.append(group.spread[m] if isinstance(group, Flows) else group.into[:, m])
+    N = network.size
+    read, into, slopes_of = zip(*pairs, strict=True) if pairs else ((), (), ())
+    return Bends(
+        np.array([np.frombuffer(row) for row in rows]).reshape(len(rows), N), np.array(read, int), np.array(into, int),
+        np.array(slopes_of), np.array(spread).reshape(len(spread), N),
+    )  # fmt: skip
+
+
+def _rows(network: Network, group: Group, m: int) -> list[Array]:
+    """What one member reads, without held lumps."""
+    if isinstance(group, Flows):
+        unit = np.eye(network.size)
+        rows = [unit[group.a[m]], unit[group.b[m]], *(R[m] for R in group.reads)]
+    else:
+        rows = [R[m] for R in group.reads]
+    return [np.where(np.isinf(network.capacity), 0.0, row) for row in rows]
+
+
+@dataclass(frozen=True, eq=False)
+class BentCourse(Course):
+    """A course whose answers take the bends along."""
+
+    bends: Bends | None = None
+
+    def resolved(self, pushes: Sequence[Push], by_guard: Array | None = None) -> Sequence[Push]:
+        """Pushes with the heat that bent laws add as temperatures answer to it."""
+        if self.bends is None or not len(self.bends.spread):
+            return pushes
+        sight = sight_of(self.problem, self.bends.rows)
+        steppings = [_Stepping(s, sight, self.bends) for s in self.stretches]
+        parts = (self._settled(pushes[some], steppings, self.bends) for some in self.portions(len(pushes)))
+        return [push for part in parts for push in part]
+
+    def _settled(self, pushes: Sequence[Push], steppings: list[_Stepping], bends: Bends) -> list[Push]:
+        lumps, K = np.flatnonzero(bends.spread.any(axis=0)), len(self.x0)
+        h0, h1 = (np.empty((K, len(pushes), len(bends.spread))) for _ in range(2))
+        x = np.zeros((len(pushes), self.problem.order))
+        for s, stepping in zip(self.stretches, steppings, strict=True):
+            here = slice(s.first, s.last)
+            end = stepping.along(pushes, x @ s.modes.W.T, h0[here], h1[here])
+            x = np.real(end @ s.modes.V.T)
+        return [_joined(p, h0[:, i], h1[:, i], lumps, bends.spread[:, lumps]) for i, p in enumerate(pushes)]
+
+
+class _Stepping:
+    """What every interval of a stretch does to readings and to the heat of bends."""
+
+    def __init__(self, s: Stretch, sight: Sight, bends: Bends) -> None:
+        self.s, self.B0, self.B1 = s, *(B[s.first : s.last] for B in bends.matrices)
+        self.read, self.into = (sight.over[s.index] @ s.modes.V).T, (s.heat @ bends.spread.T).T
+        at_once = sight.direct[s.index] @ bends.spread.T
+        self.sight, one = sight, np.eye(sight.count)
+        G = np.real((self.read.T * s.c1[:, None, :]) @ self.into.T) + at_once
+        self.before = np.linalg.inv(one - at_once @ self.B0) if at_once.any() else None
+        self.after = np.linalg.inv(one - G @ self.B1)
+
+    def along(self, pushes: Sequence[Push], m: Array, h0: Array, h1: Array) -> Array:
+        """Fills the heats just after and before the edges (k, pushes, series); modal states after the last interval."""
+        s, added = self.s, self.s.added(*self.s.forced(pushes))
+        kicks: dict[int, list[tuple[int, Array]]] = {}
+        for k, i, jump in s.kicks(pushes):
+            kicks.setdefault(k, []).append((i, jump))
+        direct = self._direct(pushes)
+        for k in range(len(added)):
+            for i, jump in kicks.get(k, ()):
+                m[i] += jump
+            y = np.real(m @ self.read) + direct[0][k]
+            h0[k] = (y if self.before is None else y @ self.before[k].T) @ self.B0[k].T
+            m = s.gain[k] * m + added[k] + s.c0[k] * (h0[k] @ self.into)
+            h1[k] = (np.real(m @ self.read) + direct[1][k]) @ self.after[k].T @ self.B1[k].T
+            m = m + s.c1[k] * (h1[k] @ self.into)
+        return m
+
+    def _direct(self, pushes: Sequence[Push]) -> tuple[Array, Array]:
+        """What is seen at once of the pushes themselves (k, pushes, r)."""
+        s, by = self.s, self.sight.direct[self.s.index]
+        if not self.sight.sees_heat:
+            none = np.zeros((s.last - s.first, 1, 1))
+            return none, none
+        sides = ([(q[s.first : s.last] @ p.into(by)) for p, q in zip(pushes, side, strict=True)]
+                 for side in ([p.q0 for p in pushes], [p.q1 for p in pushes]))  # fmt: skip
+        first, last = (np.stack(side, axis=1) for side in sides)
+        return first, last
+
+
+def _joined(push: Push, h0: Array, h1: Array, lumps: Indices, spread: Array) -> Push:
+    """A push with further series (K, ·)."""
+    both = np.union1d(push.lumps, lumps)
+    own = np.eye(len(push.lumps)) if push.spread is None else push.spread
+    into = np.zeros((len(own) + len(spread), len(both)))
+    into[: len(own), np.searchsorted(both, push.lumps)] = own
+    into[len(own) :, np.searchsorted(both, lumps)] = spread
+    return Push(both, np.hstack([push.q0, h0]), np.hstack([push.q1, h1]), push.kicks, into)

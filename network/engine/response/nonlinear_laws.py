@@ -1,0 +1,90 @@
+"""Laws whose slopes are not the same in the whole run: which they are, their heat, and their slopes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Array, Indices
+from network.catalogue.mechanisms.base import Mechanism
+from network.engine.balance import flow_heat, source_heat
+from network.engine.network import Flows, Heats, Network
+
+Group = Flows | Heats[Mechanism]
+Slopes = tuple[Array, ...]
+
+BEND = 0.15
+"""Of a slope's largest value: how far it may move within a window."""
+MOST_WINDOWS = 60
+
+
+def bent_groups(network: Network) -> list[Group]:
+    """The laws whose slopes are not the same in the whole run: bent ones, and those that follow an input."""
+    every: list[Group] = [*network.flows, *network.heats]
+    found = [g for g in every if not g.law.is_affine() or g.law.needs()]
+    return [g for g in found if isinstance(g, Flows) or g.reads]
+
+
+def heat_of(group: Group, T: Array, u: dict[str, Array]) -> Array:
+    """Heat of the members at many instants (instants, members)."""
+    return flow_heat(group, T, u) if isinstance(group, Flows) else source_heat(group, T, u)
+
+
+def among(group: Group, others: Sequence[Group]) -> bool:
+    return any(group is other for other in others)
+
+
+def spread_of(group: Group) -> Array:
+    """What one watt of each member brings into the lumps (members, N)."""
+    return group.spread if isinstance(group, Flows) else group.into.T
+
+
+def heat_along(group: Group, slopes: Slopes, moved: Array) -> Array:
+    """Heat of the members by straight laws as temperatures move (2 K, members)."""
+    if isinstance(group, Flows):
+        joined = slopes[0] * moved[:, group.a] + slopes[1] * moved[:, group.b]
+        for slope, R in zip(slopes[2:], group.reads, strict=True):
+            joined = joined + slope * (moved @ R.T)
+        return np.asarray(joined * group.w)
+    return sum((s * (moved @ R.T) for s, R in zip(slopes, group.reads, strict=True)), np.zeros(1))
+
+
+def windows(slopes: list[Slopes], K: int) -> Indices:
+    """The window of each interval: a new one begins where a slope has moved by more than BEND of its largest."""
+    parts = [slope for own in slopes for slope in own]
+    if not parts:
+        return np.zeros(K, int)
+    both = np.hstack(parts)
+    middle = (both[:K] + both[K:]) / 2
+    relative = middle / np.maximum(np.abs(middle).max(axis=0), 1e-30)
+    bend = BEND
+    while True:
+        of, w, start = np.empty(K, int), 0, relative[0]
+        for k in range(K):
+            if np.abs(relative[k] - start).max() > bend:
+                w, start = w + 1, relative[k]
+            of[k] = w
+        if w < MOST_WINDOWS:
+            return of
+        bend *= 1.5
+
+
+def slopes_of_group(group: Group, T: Array, u: Mapping[str, Array]) -> Slopes:
+    """Slopes of a group by each of its readings at many instants, each (instants, members)."""
+    if isinstance(group, Flows):
+        slopes: Slopes = group.slopes(T, u)
+    else:
+        slopes = group.slopes(u, *(T @ R.T for R in group.reads))
+    return tuple(np.broadcast_to(s, (len(T), len(group.entry))) for s in slopes)
+
+
+def touched(network: Network, groups: Sequence[Group]) -> Indices:
+    """The lumps that groups read, but for held ones."""
+    read = np.zeros(network.size, bool)
+    for group in groups:
+        if isinstance(group, Flows):
+            read[group.a] = read[group.b] = True
+        for R in group.reads:
+            read |= R.any(axis=0)
+    return np.flatnonzero(read & np.isfinite(network.capacity))

@@ -1,0 +1,86 @@
+"""How channels follow base readings: a matrix where it is the same at all instants, else slopes over time.
+
+Displacements and most sensor effects are linear in the readings of their instant. A channel zeroed at its start also
+loses what it read then; a displacement behind a lag depends on all that went before and has to be computed whole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Array, Mask
+from network.engine.channels import Readouts
+from network.engine.observe import channel
+from network.machine.machine import Machine
+
+SMALL = 1e-4
+"""K: by how much readings are moved."""
+SAME = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Slopes:
+    """matrix: (channels, width), or (channels, width, 2 K) where it changes in time; zeroed: channels that read zero at
+    their start; is_straight: it does not depend on the readings either."""
+
+    matrix: Array
+    zeroed: Mask
+    is_straight: bool
+
+    @property
+    def is_constant(self) -> bool:
+        return self.matrix.ndim == 2
+
+    def __call__(self, answers: Array) -> Array:
+        """Changes of channels (pushes, channels, 2 K) from those of base readings (pushes, width, 2 K)."""
+        changes = self.matrix @ answers if self.is_constant else np.einsum("cwk,pwk->pck", self.matrix, answers)
+        changes[:, self.zeroed] -= changes[:, self.zeroed, :1]
+        return np.asarray(changes)
+
+
+def channels_of(
+    machine: Machine, outputs: Readouts, readings: Array, u: Mapping[str, Array], names: Sequence[str]
+) -> Array:
+    """Channels (names, instants) from base readings and sensor states."""
+    rows, count = outputs.named(readings), readings.shape[1]
+    tcp: dict[str, Array] = {}
+    for axis, entries in machine.tcp.items():
+        moved = np.zeros(count)
+        for name, entry in entries.items():
+            read = [rows["reading", axis, name, str(i)] for i in range(len(entry.readings()))]
+            moved = moved + entry.movement(u, *read)
+        tcp[axis] = moved
+    states = dict(zip(outputs.state_of, readings[len(outputs.rows) :], strict=True))
+    return np.stack([channel(n, machine.sensors[n], rows, tcp, states, u) for n in names])
+
+
+def slopes_of(
+    machine: Machine, outputs: Readouts, readings: Array, u: Mapping[str, Array], names: Sequence[str]
+) -> Slopes | None:
+    """How channels follow the readings about what these are; None where one depends on those before its instant."""
+    sensors = [machine.sensors[n] for n in names]
+    if any(s.axis is not None and any(e.has_state for e in s.effects) for s in sensors):
+        return None
+    plain = replace(machine, sensors={n: s.replaced(zero=None) for n, s in zip(names, sensors, strict=True)})
+    here, there = (_moved(plain, outputs, r, u, names) for r in (readings, readings + 1.0))
+    straight = bool(np.abs(here - there).max(initial=0.0) <= 1e-5 * np.abs(here).max(initial=1e-12))
+    constant = bool(np.ptp(here, axis=2).max(initial=0.0) <= 1e-6 * np.abs(here).max(initial=1e-12))
+    zeroed = np.array([s.zero == "start" for s in sensors])
+    return Slopes(here.mean(axis=2) if constant else here, zeroed, straight)
+
+
+def _moved(
+    machine: Machine, outputs: Readouts, readings: Array, u: Mapping[str, Array], names: Sequence[str]
+) -> Array:  # fmt: skip
+    """Channels' changes by one unit of each reading, (channels, width, instants)."""
+    columns = []
+    for i in range(len(readings)):
+        up, down = readings.copy(), readings.copy()
+        up[i] += SMALL
+        down[i] -= SMALL
+        difference = channels_of(machine, outputs, up, u, names) - channels_of(machine, outputs, down, u, names)
+        columns.append(difference / (2 * SMALL))
+    return np.stack(columns, axis=1)

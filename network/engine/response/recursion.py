@@ -1,0 +1,70 @@
+"""x[k+1] = gain[k] x[k] + push[k] for many modes and pushes at once: by numba where it is there, else by blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Array
+
+
+def recur(gain: Array, push: Array, start: Array) -> tuple[Array, Array]:
+    """All x before each step (K, pushes, n), and the last one (pushes, n).
+
+    gain: (K, n); push: (K, pushes, n), overwritten; start: (pushes, n).
+    """
+    fast = compiled()
+    if fast is not None and not np.iscomplexobj(push) and not np.iscomplexobj(gain):
+        end = np.array(start, float)
+        fast(np.ascontiguousarray(gain), push, end)
+        return push, end
+    return by_blocks(gain, push, start)
+
+
+@cache
+def compiled() -> Callable[[Array, Array, Array], None] | None:
+    """The recursion as machine code; None without numba."""
+    try:
+        from numba import njit
+    except ImportError:
+        return None
+
+    @njit(cache=True, fastmath=False)  # type: ignore[untyped-decorator]
+    def loop(gain: Array, push: Array, x: Array) -> None:
+        K, P, n = push.shape
+        for k in range(K):
+            for p in range(P):
+                for i in range(n):
+                    now = x[p, i]
+                    x[p, i] = gain[k, i] * now + push[k, p, i]
+                    push[k, p, i] = now
+
+    return loop  # type: ignore[no-any-return]
+
+
+def by_blocks(gain: Array, push: Array, start: Array) -> tuple[Array, Array]:
+    """√K steps side by side, so that the interpreter takes 2√K steps and not K; the rest one by one."""
+    K, P, n = push.shape
+    if np.iscomplexobj(gain) and not np.iscomplexobj(push):
+        push = push.astype(complex)
+    size = max(1, int(np.sqrt(K)))
+    blocks = K // size
+    g, f = gain[: blocks * size].reshape(blocks, size, 1, n), push[: blocks * size].reshape(blocks, size, P, n)
+    carried, product = np.zeros((blocks, P, n), push.dtype), np.empty_like(g)
+    running = np.ones((blocks, 1, n), g.dtype)
+    for i in range(size):
+        product[:, i] = running
+        now = carried * g[:, i]
+        now += f[:, i]
+        f[:, i], carried = carried, now
+        running = running * g[:, i]
+    x = start.astype(push.dtype)
+    for b in range(blocks):
+        f[b] += product[b] * x
+        x = running[b] * x + carried[b]
+    for k in range(blocks * size, K):
+        now = gain[k] * x + push[k]
+        push[k], x = x, now
+    return push, x

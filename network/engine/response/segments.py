@@ -1,0 +1,127 @@
+"""Stretches of a run in one regime: how the modes move over their intervals, and what heat at the ends of these adds.
+
+Within an interval the heat runs straight from q₀ to q₁, so a mode with rate λ moves as m(h) = e^(−λh) m + c₀ p₀ + c₁ p₁
+with c₁ = h φ₂(−λh), c₀ = h φ₁(−λh) − c₁ (solvers.modal).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Array, Indices
+from network.engine.response.recursion import recur
+from network.engine.solvers.linear import LinearProblem, Regime
+from network.engine.solvers.modal import Modes, phi
+
+
+@dataclass(frozen=True, eq=False)
+class Push:
+    """A small further heat: q0, q1 [W] into some lumps, just after and before the edges of every interval (K, lumps);
+    kicks: (interval, jump of the states at its beginning).
+
+    spread: with it, q0 and q1 are series (K, r) that go into the lumps by spread (r, lumps).
+    """
+
+    lumps: Indices
+    q0: Array
+    q1: Array
+    kicks: tuple[tuple[int, Array], ...] = ()
+    spread: Array | None = None
+
+    @property
+    def series(self) -> int:
+        return int(self.q0.shape[1])
+
+    @property
+    def is_heat(self) -> bool:
+        return self.series > 0
+
+    def into(self, by_lump: Array) -> Array:
+        """Rows for its series from columns for all lumps (·, N): (r, ·)."""
+        own = by_lump[:, self.lumps].T
+        return own if self.spread is None else self.spread @ own
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """Intervals first to last (excluded) in regime `index`. heat: modes by the heat of lumps (n, N)."""
+
+    first: int
+    last: int
+    index: int
+    regime: Regime
+    modes: Modes
+    heat: Array
+    gain: Array
+    c0: Array
+    c1: Array
+
+    def moved(self, pushes: Sequence[Push], start: Array) -> tuple[Array, Array, Array]:
+        """Modal states of pushes (k, pushes, n) just after the beginnings and just before the ends of the intervals,
+        and after the last, from modal states (pushes, n)."""
+        own = self.added(*self.forced(pushes)).astype(start.dtype, copy=False)
+        jumps = list(self.kicks(pushes))
+        for k, i, jump in jumps:
+            if k:
+                own[k - 1, i] += jump
+            else:
+                start[i] += jump
+        m, end = recur(self.gain, own, start)
+        stop = np.concatenate([m[1:], end[None]])
+        for k, i, jump in jumps:
+            if k:
+                stop[k - 1, i] -= jump
+        return m, stop, end
+
+    def heated(self, p0: Array, p1: Array, start: Array) -> tuple[Array, Array]:
+        """Modal states at the beginnings, and after the last, under forcings at both ends (k, pushes, n)."""
+        return recur(self.gain, self.added(p0, p1).astype(start.dtype, copy=False), start)
+
+    def added(self, p0: Array, p1: Array) -> Array:
+        """What the forcing of every interval adds to its modes: (k, pushes, n)."""
+        own = self.c0[:, None] * p0
+        own += self.c1[:, None] * p1
+        return own
+
+    def forced(self, pushes: Sequence[Push]) -> tuple[Array, Array]:
+        """Forcings of the modes by the heat of pushes, at both ends of every interval: (k, pushes, n) each."""
+        here, shape = slice(self.first, self.last), (self.last - self.first, len(pushes), len(self.heat))
+        first, last = np.empty(shape, self.heat.dtype), np.empty(shape, self.heat.dtype)
+        for i, push in enumerate(pushes):
+            by = push.into(self.heat)
+            if len(by) == 1:
+                np.multiply(push.q0[here], by, out=first[:, i])
+                np.multiply(push.q1[here], by, out=last[:, i])
+            else:
+                first[:, i], last[:, i] = push.q0[here] @ by, push.q1[here] @ by
+        return first, last
+
+    def kicks(self, pushes: Sequence[Push]) -> Iterator[tuple[int, int, Array]]:
+        """Kicks within: interval of the stretch, push, jump of the modes."""
+        for i, push in enumerate(pushes):
+            for k, jump in push.kicks:
+                if self.first <= k < self.last:
+                    yield k - self.first, i, self.modes.W @ jump
+
+
+def stretches(problem: LinearProblem, modes: Sequence[Modes]) -> Iterator[Stretch]:
+    """The stretches of a run, in order."""
+    cuts = np.flatnonzero(np.diff(problem.regime_of)) + 1
+    heat = [m.W @ regime.F_heat for m, regime in zip(modes, problem.regimes, strict=True)]
+    for first, last in zip([0, *cuts.tolist()], [*cuts.tolist(), len(problem.regime_of)], strict=True):
+        r = int(problem.regime_of[first])
+        gain, c0, c1 = _factors(modes[r].rates, problem.plan.steps[first:last])
+        yield Stretch(first, last, r, problem.regimes[r], modes[r], heat[r], gain, c0, c1)
+
+
+def _factors(rates: Array, steps: Array) -> tuple[Array, Array, Array]:
+    """Decay over every step, and what heat at its two ends adds; steps of one length are worked out once."""
+    lengths, at = np.unique(np.round(steps, 9), return_inverse=True)
+    h = lengths[:, None]
+    z = -rates * h
+    one, two, _ = phi(z)
+    c1 = h * two
+    return np.exp(z)[at], (h * one - c1)[at], c1[at]

@@ -1,0 +1,99 @@
+"""Pushes that only kick: modes that decay from jump to jump, followed from piece to piece."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Array
+from network.engine.response.linear_run import Course
+from network.engine.response.segments import Push, Stretch
+
+
+class Kicks:
+    """Some pushes in the order of their first kicks; a piece lies between kicks, in one stretch."""
+
+    def __init__(self, course: Course, pushes: Sequence[Push]) -> None:
+        begins = np.array([min(k for k, _ in push.kicks) for push in pushes])
+        self.order = np.argsort(begins, kind="stable")
+        self.course, self.first = course, begins[self.order]
+        at: dict[int, list[tuple[int, Array]]] = {}
+        for i, push in enumerate(pushes[j] for j in self.order):
+            for k, jump in push.kicks:
+                at.setdefault(k, []).append((i, jump))
+        self.at = {k: (np.array([i for i, _ in own]), np.array([jump for _, jump in own])) for k, own in at.items()}
+
+    def in_order(self, values: Array) -> Array:
+        """Values of the pushes as they were given."""
+        if (np.diff(self.order) > 0).all():
+            return values
+        out = np.empty_like(values)
+        out[self.order] = values
+        return out
+
+    def pieces(self, s: Stretch, x: Array) -> Iterator[tuple[int, int, Array]]:
+        """First and last interval of every piece of a stretch, and modal states (active pushes, n) at its beginning;
+        x: modal states of all at the beginning of the stretch, carried to its end."""
+        cuts = self.cuts(s)
+        active = np.searchsorted(self.first, cuts[:-1], side="right").tolist()
+        decays = np.exp(np.multiply.outer(-np.diff(self.edges[cuts]), s.modes.rates))
+        for (a, b), count, decay in zip(pairwise(cuts), active, decays, strict=True):
+            if a in self.at:
+                pushes, jumps = self.at[a]
+                np.add.at(x, pushes, jumps @ s.modes.W.T)
+            if count:
+                yield a, b, x[:count]
+                x[:count] *= decay
+
+    def cuts(self, s: Stretch) -> list[int]:
+        """Where the pieces of a stretch begin, and its end."""
+        return [s.first, *sorted(k for k in self.at if s.first < k < s.last), s.last]
+
+    def decays(self, s: Stretch) -> Array:
+        """How the modes have decayed since the beginning of their piece, at that of every interval (k, n)."""
+        cuts = np.array(self.cuts(s))
+        begins = np.repeat(self.edges[cuts[:-1]], np.diff(cuts))
+        return np.asarray(np.exp(np.multiply.outer(begins - self.edges[s.first : s.last], s.modes.rates)))
+
+    @property
+    def edges(self) -> Array:
+        return self.course.problem.plan.edges
+
+    def states(self, intervals: Sequence[int]) -> Array:
+        """States at the beginnings of some intervals, before the kicks there: (pushes, intervals, n)."""
+        out = np.zeros((len(self.first), len(intervals), self.course.problem.order))
+        wanted, x = np.asarray(intervals), np.zeros((len(self.first), self.course.problem.order))
+        for s in self.course.stretches:
+            m, decays = (x @ s.modes.W.T), self.decays(s)
+            for a, b, states in self.pieces(s, m):
+                for j in np.flatnonzero((wanted > a) & (wanted <= b)):
+                    k = int(wanted[j])
+                    gone = decays[k - s.first] if k < b else decays[b - 1 - s.first] * s.gain[b - 1 - s.first]
+                    out[: len(states), j] = np.real((states * gone) @ s.modes.V.T)
+            x = np.real(m @ s.modes.V.T)
+        return self.in_order(out)
+
+
+def states_at(course: Course, pushes: Sequence[Push], intervals: Sequence[int]) -> Array:
+    """Changes of the states at the beginnings of some intervals, before the kicks there: (pushes, intervals, n)."""
+    out = np.zeros((len(pushes), len(intervals), course.problem.order))
+    heats = [i for i, push in enumerate(pushes) if push.is_heat]
+    if heats:
+        out[heats] += _heated(course, [pushes[i] for i in heats], np.asarray(intervals))
+    kicked = [i for i, push in enumerate(pushes) if push.kicks]
+    if kicked:
+        out[kicked] += Kicks(course, [pushes[i] for i in kicked]).states(intervals)
+    return out
+
+
+def _heated(course: Course, pushes: Sequence[Push], intervals: Array) -> Array:
+    n = course.problem.order
+    out, x = np.zeros((len(pushes), len(intervals), n)), np.zeros((len(pushes), n))
+    for s in course.stretches:
+        m, end = s.heated(*s.forced(pushes), x @ s.modes.W.T)
+        x = np.real(end @ s.modes.V.T)
+        mine = np.flatnonzero((intervals >= s.first) & (intervals < s.last))
+        out[:, mine] = np.real(m[intervals[mine] - s.first] @ s.modes.V.T).transpose(1, 0, 2)
+    return out

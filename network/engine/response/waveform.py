@@ -1,0 +1,217 @@
+"""Networks that are not linear in temperature, as linear ones with a heat that is corrected until it agrees.
+
+In windows of time the heat balance is linearised; what the straight laws leave out is a heat over time that follows
+the run: T ← answer to K_w T + [Q(T_before) − K_w T_before]. Each round shrinks the error by the ratio of the slopes
+left out to the conductances around them. Sources that read temperatures are first left out of K_w, which stays
+symmetric and the same in all windows then; where that is too slow, everything goes in; where a first guess is too far
+off, one is made step by step. Only the lumps that bent laws touch are followed from round to round. Source: waveform
+relaxation (Picard iteration on whole courses), Burrage, Parallel and Sequential Methods for ODEs (1995), ch. 7;
+unverified.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Array, Indices
+from network.engine.balance import heat_balance, jacobian
+from network.engine.channels import Readouts
+from network.engine.network import Flows
+from network.engine.response.heat_sensitivity import inputs_at_ends
+from network.engine.response.linear_run import Course, solve
+from network.engine.response.nonlinear_correction import BentCourse, bends_of
+from network.engine.response.nonlinear_laws import (
+    Group,
+    Slopes,
+    among,
+    bent_groups,
+    heat_along,
+    heat_of,
+    slopes_of_group,
+    spread_of,
+    touched,
+    windows,
+)
+from network.engine.response.output_map import sight_of
+from network.engine.response.segments import Push
+from network.engine.solvers import rosenbrock
+from network.engine.solvers.linear import Forcing, LinearProblem, Regime, reduce, regime_from
+from network.engine.solvers.modal import Modes
+from network.engine.solvers.plan import Plan
+from network.platform.refusal import Failed
+
+ROUNDS, CLOSE = 25, 2e-6
+"""Rounds at most, and the change [K] at which a run agrees with itself."""
+ROUGHLY = 1e-4
+"""Tolerance of the steps that give a guess."""
+COLDEST, HOTTEST = -200.0, 1500.0
+"""°C between which laws are linearised, however far off the rounds may be."""
+TIMES = 4
+"""How often windows are laid anew before a run is given up."""
+
+
+def course_of(
+    plan: Plan, readouts: Readouts, guess: tuple[Array, Array] | None = None, known: dict[bytes, Modes] | None = None
+) -> Course:
+    """The run of a plan without relays, or whose relay modes are known; `guess`: temperatures at both ends of the
+    intervals from a run nearby; `known`: modes found before. Raises Failed where the rounds do not come together."""
+    if plan.network.is_affine():
+        return solve(reduce(plan, readouts), known)
+    known = {} if known is None else known
+    rounds = _Rounds(plan, readouts, guess, known, sources_too=False)
+    found = rounds.course(1)
+    if found is None:
+        rounds = _Rounds(plan, readouts, guess, known, sources_too=True)
+        found = rounds.course(TIMES)
+    if found is None:
+        rounds = _Rounds(plan, readouts, stepped(plan), known, sources_too=True)
+        found = rounds.course(TIMES)
+    if found is None:
+        off = f"still {rounds.change:.2g} K off"
+        raise Failed(f"the run does not come to agree with itself ({off}): a heat source may run away")
+    return found
+
+
+def stepped(plan: Plan) -> tuple[Array, Array]:
+    """Temperatures at both ends of the intervals from a step by step solution: a guess where none from afar will do.
+    Raises Failed where the run does run away."""
+    size = plan.network.size
+    lumps = Readouts(np.eye(size), {}, (), np.zeros((0, size)), np.zeros((0, 0)), np.zeros(0))
+    y = rosenbrock.solve(replace(plan, t=plan.edges), lumps, ROUGHLY).y
+    return y[:, :-1].T.copy(), y[:, 1:].T.copy()
+
+
+class _Rounds:
+    def __init__(
+        self, plan: Plan, readouts: Readouts, guess: tuple[Array, Array] | None, known: dict[bytes, Modes],
+        sources_too: bool,
+    ) -> None:  # fmt: skip
+        self.plan, self.readouts, self.network, self.known = plan, readouts, plan.network, known
+        self.u, K = inputs_at_ends(plan), len(plan.steps)
+        self.held = plan.held_at(plan.left), plan.held_at(plan.right)
+        if guess is not None and len(guess[0]) == K:
+            self.T = np.concatenate(guess)
+        else:
+            self.T = np.tile(np.where(np.isfinite(plan.T0), plan.T0, 0.0), (2 * K, 1))
+        self.T[:, self.network.bound] = np.concatenate(self.held)
+        self.modes = np.zeros((2 * K, sum(r.into.shape[1] for r in self.network.relays)))
+        if plan.modes is not None:
+            self.modes = np.concatenate([plan.modes] * 2)
+        self.bent = bent_groups(self.network)
+        out = [] if sources_too else [g for g in self.bent if not isinstance(g, Flows)]
+        self.inside = [g for g in self.bent if not any(g is other for other in out)]
+        self.straight = replace(self.network, heats=tuple(h for h in self.network.heats if not among(h, out)))
+        self.touched, self.change = touched(self.network, self.bent), np.inf
+
+    def course(self, times: int) -> Course | None:
+        """The run; None where it does not settle."""
+        for _ in range(times):
+            T = np.nan_to_num(self.T, nan=self.network.machine.reference)
+            self.T = np.where(self.network.is_state, T, np.clip(T, COLDEST, HOTTEST))
+            of = windows([slopes_of_group(g, self.T, self.u) for g in self.inside], len(self.plan.steps))
+            middles = [self._middle(np.flatnonzero(of == w)) for w in range(int(of.max()) + 1)]
+            regimes = [regime_from(self.network, jacobian(self.straight, *at), self.readouts) for at in middles]
+            reference = [self._reference(g, of, middles) for g in self.bent]
+            heat = self._beside(regimes, of)
+            course = solve(self._problem(regimes, of, heat), self.known)
+            if self._settle(course, reference, heat):
+                course = solve(self._problem(regimes, of, heat), self.known)
+                heat += self._bulge(course, reference)
+                bulged = solve(self._problem(regimes, of, heat), self.known)
+                if not self._settle(bulged, reference, heat):
+                    continue
+                course = solve(self._problem(regimes, of, heat), self.known)
+                self.T = np.concatenate(course.T)
+                now = (slopes_of_group(g, self.T, self.u) for g in self.bent)
+                off = [(g, tuple(s - r for s, r in zip(own, ref, strict=True)))
+                       for g, own, ref in zip(self.bent, now, reference, strict=True)]  # fmt: skip
+                return BentCourse(course.problem, course.modes, course.x0, course.x1, bends_of(self.network, off))
+        return None
+
+    def _settle(self, course: Course, reference: list[Slopes], heat: Array) -> bool:
+        """Corrects the heat, in place, until the touched lumps stay where they are; whether they do."""
+        K, spread = len(self.plan.steps), np.vstack([spread_of(g) for g in self.bent])
+        lumps = np.flatnonzero(spread.any(axis=0))
+        sight = sight_of(course.problem, np.eye(self.network.size)[self.touched])
+        before, T = [self._heats(g) for g in self.bent], np.concatenate(course.T)
+        self.T, moved, last = T, T - self.T, np.inf
+        for _ in range(ROUNDS):
+            now = [self._heats(g) for g in self.bent]
+            more = np.hstack([n - b - heat_along(g, r, moved) for g, n, b, r in
+                              zip(self.bent, now, before, reference, strict=True)])  # fmt: skip
+            heat += more @ np.where(np.isinf(self.network.capacity), 0.0, spread)
+            push = Push(lumps, more[:K], more[K:], (), spread[:, lumps])
+            moved = np.zeros_like(T)
+            moved[:, self.touched] = course.ends([push], sight)[0].T
+            self.change, before = float(np.abs(moved).max()), now
+            if not np.isfinite(self.change) or self.change > max(0.9 * last, 1e3):
+                return False
+            self.T, last = self.T + moved, self.change
+            if self.change < CLOSE:
+                return True
+        return False
+
+    def _bulge(self, course: Course, reference: list[Slopes]) -> Array:
+        """What bent laws give in the middle of an interval beside a straight line between its ends, as a heat with the
+        same integral (2 K, N): temperatures go by cubics, from their rates at both ends."""
+        K, free, network = len(self.plan.steps), self.network.free, self.network
+        (T0, T1), (d0, d1) = course.T, (rate[:, : len(free)] for rate in course.rates)
+        middle = (T0 + T1) / 2
+        middle[:, free] += self.plan.steps[:, None] / 8 * (d0 - d1)
+        u = {name: (values[:K] + values[K:]) / 2 for name, values in self.u.items()}
+        total = np.zeros((K, network.size))
+        for group, slopes in zip(self.bent, reference, strict=True):
+            q0, q1 = (heat_of(group, T, {n: v[at] for n, v in self.u.items()})
+                      for T, at in ((T0, slice(K)), (T1, slice(K, None))))  # fmt: skip
+            off = 2 * heat_of(group, middle, u) - q0 - q1
+            off -= heat_along(group, tuple(s[: len(off)] for s in slopes), 2 * middle - T0 - T1)
+            total += off / 3 @ np.where(np.isinf(network.capacity), 0.0, spread_of(group))
+        return np.concatenate([total, total])
+
+    def _heats(self, group: Group) -> Array:
+        return heat_of(group, self.T, self.u)
+
+    def _middle(self, mine: Indices) -> tuple[Array, dict[str, Array], Array]:
+        """Temperatures, inputs and relay modes for which a window is linearised."""
+        both = np.concatenate([mine, mine + len(self.plan.steps)])
+        u = {name: values[mine[len(mine) // 2], 0] for name, values in self.u.items()}
+        return self.T[both].mean(axis=0), u, self.modes[mine[0]]
+
+    def _reference(self, group: Group, of: Indices, middles: list[tuple[Array, dict[str, Array], Array]]) -> Slopes:
+        """The slopes of a group that are in the windows' matrices, at both ends of the intervals."""
+        if not among(group, self.inside):
+            count = 2 if isinstance(group, Flows) else len(group.reads)
+            return tuple(np.zeros((1, len(group.entry))) for _ in range(count))
+        each = [slopes_of_group(group, T[None], {n: np.atleast_1d(v) for n, v in u.items()}) for T, u, _ in middles]
+        both = np.concatenate([of, of])
+        return tuple(np.concatenate([slopes[i] for slopes in each])[both] for i in range(len(each[0])))
+
+    def _beside(self, regimes: list[Regime], of: Indices) -> Array:
+        """Heat into all lumps beside what the windows' matrices give, at the temperatures assumed (2 K, N)."""
+        heat = heat_balance(self.network, self.T, self.u, self.modes).into
+        for w, regime in enumerate(regimes):
+            mine = np.flatnonzero(of == w)
+            for at in (mine, mine + len(of)):
+                heat[at] -= self.T[at] @ regime.K.T
+        heat[:, self.network.bound] = 0.0
+        return heat
+
+    def _problem(self, regimes: list[Regime], of: Indices, heat: Array) -> LinearProblem:
+        plan, network, K = self.plan, self.network, len(self.plan.steps)
+        n = len(network.free) + self.readouts.states
+        f0, f1 = np.empty((K, n)), np.empty((K, n))
+        for w, regime in enumerate(regimes):
+            mine = np.flatnonzero(of == w)
+            for f, held, at in ((f0, self.held[0], mine), (f1, self.held[1], mine + K)):
+                f[mine] = held[mine] @ regime.F_held.T + heat[at] @ regime.F_heat.T
+                f[mine, len(network.free) :] += self.readouts.state_constant
+        forcing = Forcing(self.held, (heat[:K], heat[K:]), ())
+        first = regimes[int(of[0])]
+        x0 = np.concatenate([plan.T0[network.free], np.zeros(self.readouts.states)])
+        if self.readouts.states:
+            T = first.P @ x0 + first.P_held @ self.held[0][0] + first.P_heat @ heat[0]
+            x0[len(network.free) :] = self.readouts.start_states(T)
+        scale = np.concatenate([np.sqrt(network.capacity[network.free]), np.ones(self.readouts.states)])
+        return LinearProblem(plan, self.readouts, tuple(regimes), of, forcing, f0, f1, x0, scale)

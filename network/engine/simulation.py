@@ -1,0 +1,91 @@
+"""Runs a machine through a scenario or along a recording: checks, network, start, plan, trajectory."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Array
+from network.engine.network import Network, build
+from network.engine.observe import observe
+from network.engine.solvers.carry_out import Progress, solve_schedule
+from network.engine.start import start_temperatures
+from network.engine.trajectory import Trajectory
+from network.machine.machine import Machine
+from network.platform.quantities.units import unit
+from network.platform.refusal import Complaints, Failed, Spot, likely
+from network.platform.threads import on_one_thread
+from network.recordings.inputs import Schedule, Start
+from network.recordings.recording import Recording
+from network.recordings.scenario import Scenario
+
+HOPELESS = 1e4
+"""°C: beyond it nothing computed means anything."""
+
+
+@on_one_thread
+def simulate(
+    machine: Machine, source: Scenario | Recording | Schedule, *, method: str = "auto", start: Start | None = None,
+    parts: bool = True, noise_seed: int | None = None, rtol: float | None = None, progress: Progress | None = None,
+) -> Trajectory:  # fmt: skip
+    """Runs a machine through a scenario, or along the inputs of a recording.
+
+    method: auto, modal, switched, rosenbrock, expm, solve_ivp:LSODA|BDF|Radau|RK45; start: overrides the file's; parts:
+    mean temperature and heat of every part too; noise_seed: adds every sensor's noise; rtol: of rosenbrock and
+    solve_ivp; progress: told the simulated time. Raises Refused for missing inputs or numbers, Failed where the
+    integration breaks down.
+    """
+    check_known(machine)
+    schedule = schedule_for(machine, source, start)
+    network = build(machine)
+    recording = source if isinstance(source, Recording) else None
+    T0 = start_temperatures(network, schedule, recording)
+    with np.errstate(over="ignore", invalid="ignore"):
+        began = time.perf_counter()
+        outcome = solve_schedule(network, schedule, T0, method, parts, rtol, progress)
+        seconds = time.perf_counter() - began
+    _check_sane(network, outcome.T_end)
+    return observe(network, schedule, outcome, seconds, noise_seed)
+
+
+def _check_sane(network: Network, T_end: Array) -> None:
+    """Raises Failed for a machine that has run away."""
+    for name, part in network.bodies.items():
+        T = float(T_end[part].max())
+        if not -HOPELESS < T < HOPELESS:
+            raise Failed(
+                f"{name} reaches {T:.3g} degC: it runs away; a heat source grows with its own temperature faster than "
+                "the heat can leave, check friction that grows with temperature"
+            )
+
+
+def check_known(machine: Machine) -> None:
+    """Raises Refused for every number that is still `unknown`."""
+    complaints = Complaints()
+    for path, entry in machine.entries():
+        for key, number in entry.uncertain().items():
+            if number.prior == "unknown":
+                right = f"calibrate it on a recording, or give --set '{path}.{key}=…'"
+                complaints.refuse(entry.spot_of(key), f"{path}: {key} is unknown", right)
+    complaints.raise_if_any()
+
+
+def schedule_for(machine: Machine, source: Scenario | Recording | Schedule, start: Start | None = None) -> Schedule:
+    """The schedule with every input the machine reads, checked for its unit. Raises Refused."""
+    if isinstance(source, Recording):
+        schedule = source.schedule(machine.inputs)
+    else:
+        schedule = source.schedule if isinstance(source, Scenario) else source
+    complaints = Complaints()
+    for name, wanted in machine.inputs.items():
+        signal = schedule.signals.get(name)
+        if signal is None:
+            right = f"add `{name}: …` in {wanted} to its inputs ({likely(name, schedule.signals)})"
+            complaints.refuse(Spot(schedule.file), f"the machine needs the input `{name}`, which is not there", right)
+        elif signal.dimension != unit(wanted).dimension:
+            wrong = f"the input `{name}` is in {signal.unit}, and the machine reads it in {wanted}"
+            complaints.refuse(Spot(schedule.file), wrong, f"give it in a unit like {wanted}")
+    complaints.raise_if_any()
+    return replace(schedule, start=start) if start is not None else schedule

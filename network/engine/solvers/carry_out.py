@@ -1,0 +1,100 @@
+"""A plan carried out: the solver it names, and one form for what any of them gives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Array
+from network.engine.channels import Readouts, readouts
+from network.engine.energy import EnergyAccount, heat_over_time, linear_account
+from network.engine.network import Network
+from network.engine.solvers import expm, modal, reference, rosenbrock, switched
+from network.engine.solvers.linear import LinearProblem, LinearSolution, reduce
+from network.engine.solvers.plan import Plan, make_plan
+from network.recordings.inputs import Schedule
+
+ROSENBROCK_TOLERANCE, REFERENCE_TOLERANCE = 1e-7, 1e-8
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a solver gave: base readings and sensor states (rows × t), heat of lumps over time where asked for."""
+
+    plan: Plan
+    readouts: Readouts
+    y: Array
+    T_start: Array
+    T_end: Array
+    account: EnergyAccount
+    error: float
+    heat: Array | None
+    switches: tuple[tuple[float, str, bool], ...] = ()
+
+
+def solve_schedule(
+    network: Network, schedule: Schedule, T0: Array, method: str = "auto", parts: bool = True,
+    rtol: float | None = None, progress: Progress | None = None,
+) -> Outcome:  # fmt: skip
+    """Plans and solves; from the temperatures of all lumps at the start to base readings and the energy account."""
+    wants_heat = any(r.how == "heat" for e in network.machine.expansions.values() for r in e.readings())
+    plan = make_plan(network, schedule, T0, method, stop_at_samples=wants_heat)
+    outputs = readouts(network, parts)
+    if plan.method == "rosenbrock" or plan.method.startswith("solve_ivp"):
+        return _by_steps(plan, outputs, rtol, progress)
+    switches: tuple[tuple[float, int, int], ...] = ()
+    if plan.method == "switched":
+        found = switched.find(plan, outputs, progress)
+        if found is None:
+            why = "it switches, and its modes are too much alike for the closed form"
+            return _by_steps(replace(plan, method="solve_ivp:LSODA", why=why), outputs, rtol, progress)
+        plan, switches = found.plan, found.switches
+    problem = reduce(plan, outputs)
+    solution = modal.solve(problem, each_interval=wants_heat) if plan.method != "expm" else None
+    if solution is None:
+        if plan.method == "modal":
+            plan = replace(plan, method="expm", why="linear, but its modes are too much alike: matrix exponentials")
+        solution = expm.solve(problem, each_interval=wants_heat)
+    return replace(_by_linear(plan, problem, solution, wants_heat), switches=_named(network, switches))
+
+
+def _by_linear(plan: Plan, problem: LinearProblem, solution: LinearSolution, wants_heat: bool) -> Outcome:
+    T0, T1 = problem.temperatures(problem.x0, 0), problem.temperatures(solution.x_end, -1)
+    heat = None
+    if wants_heat:
+        at = np.searchsorted(plan.edges, plan.t - 1e-9)
+        heat = heat_over_time(problem, solution)[at]
+    account = linear_account(problem, solution)
+    return Outcome(plan, problem.readouts, solution.y, T0, T1, account, solution.error, heat)
+
+
+def _by_steps(plan: Plan, outputs: Readouts, rtol: float | None, progress: Progress | None) -> Outcome:
+    """By RODAS or solve_ivp, with the energy account summed over their steps."""
+    solution: rosenbrock.RosenbrockSolution | reference.ReferenceSolution
+    switches: tuple[tuple[float, str, bool], ...] = ()
+    if plan.method == "rosenbrock":
+        rtol = rtol or ROSENBROCK_TOLERANCE
+        solution = rosenbrock.solve(plan, outputs, rtol, progress)
+    else:
+        rtol = rtol or REFERENCE_TOLERANCE
+        solution = reference.solve(plan, outputs, plan.method.partition(":")[2], rtol, rtol, progress)
+        switches = _named(plan.network, solution.switches)
+    account, T0, T1 = solution.account, solution.T_start, solution.T_end
+    error = _error_from(account, plan.network, rtol, T1)
+    return Outcome(plan, outputs, solution.y, T0, T1, account, error, solution.heat, switches)
+
+
+def _error_from(account: EnergyAccount, network: Network, rtol: float, T_end: Array) -> float:
+    """What the account's gap would warm the machine by, or what the tolerance allows: the larger [K]."""
+    gap = abs(account.closure) * max(account.in_, account.out, 1.0)
+    allowed = rtol * float(np.abs(T_end[np.isfinite(network.capacity)]).max())
+    return max(gap / float(network.capacity[network.free].sum()), allowed)
+
+
+def _named(network: Network, switches: Iterable[tuple[float, int, int]]) -> tuple[tuple[float, str, bool], ...]:
+    """Switchings with the names of what switches."""
+    names = [network.mechanisms[i] for relays in network.relays for i in relays.entry]
+    return tuple((t, names[j].partition(".")[2], bool(mode)) for t, j, mode in switches)

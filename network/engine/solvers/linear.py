@@ -1,0 +1,191 @@
+"""Affine networks reduced to their states: dx/dt = A x + f(t) in each regime, x = free lumps and sensor states.
+
+Massless junctions are eliminated exactly (Schur complement), held nodes become inputs. Inside every interval f runs
+straight from f0 to f1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import lu_factor, lu_solve
+
+from network.catalogue.declaration.declare import Array, Indices
+from network.engine.balance import affine_matrix, source_series, with_modes
+from network.engine.channels import Readouts
+from network.engine.network import Network
+from network.engine.solvers.plan import Plan
+from network.engine.solvers.regimes import regimes as regimes_of
+from network.platform.refusal import Failed
+
+CHUNK = 2_000_000
+"""Numbers in one operand, so that long runs of large networks stay in memory."""
+
+
+@dataclass(frozen=True)
+class Regime:
+    """One set of conductances. All lumps: T = P x + P_held T_held + P_heat q."""
+
+    A: Array
+    P: Array
+    P_held: Array
+    P_heat: Array
+    F_held: Array
+    F_heat: Array
+    is_symmetric: bool
+    K: Array
+
+
+@dataclass(frozen=True)
+class Forcing:
+    """Per interval, just after and just before its edges: held temperatures, heats of all lumps, and of the sources
+    group by group."""
+
+    held: tuple[Array, Array]
+    heat: tuple[Array, Array]
+    sources: tuple[tuple[Array, Array], ...]
+
+
+@dataclass(frozen=True)
+class LinearProblem:
+    """Everything an exact solver needs. regime_of: regime of each interval; f0, f1: forcing of the states (K, n)."""
+
+    plan: Plan
+    readouts: Readouts
+    regimes: tuple[Regime, ...]
+    regime_of: Indices
+    forcing: Forcing
+    f0: Array
+    f1: Array
+    x0: Array
+    scale: Array
+
+    @property
+    def order(self) -> int:
+        """Number of states."""
+        return len(self.x0)
+
+    def temperatures(self, x: Array, k: int) -> Array:
+        """All lumps at the start (k = 0) or the end (k = −1) of the run, whose states are x."""
+        regime, side = self.regimes[int(self.regime_of[k])], 0 if k == 0 else 1
+        held, heat = self.forcing.held[side][k], self.forcing.heat[side][k]
+        return np.asarray(regime.P @ x + regime.P_held @ held + regime.P_heat @ heat)
+
+    def outputs(self, regime: Regime) -> Array:
+        """Readings, then sensor states, as rows over the states x."""
+        own = np.eye(self.readouts.states, regime.P.shape[1], regime.P.shape[1] - self.readouts.states)
+        return np.vstack([self.readouts.rows @ regime.P, own])
+
+    def add_direct(self, y: Array) -> None:
+        """Adds to the readings y (rows × instants) what they see at once: held nodes, heats of massless junctions."""
+        plan, rows = self.plan, self.readouts.rows
+        (h0, h1), (q0, q1) = self.forcing.held, self.forcing.heat
+        for r, regime in enumerate(self.regimes):
+            by_held, by_heat = rows @ regime.P_held, rows @ regime.P_heat
+            if not by_held.any() and not by_heat.any():
+                continue
+            mine = np.flatnonzero(self.regime_of[plan.interval_of] == r)
+            for at in np.array_split(mine, max(1, len(mine) * plan.network.size // CHUNK)):
+                k = plan.interval_of[at]
+                s = ((plan.t[at] - plan.edges[k]) / plan.steps[k])[:, None]
+                seen = (h0[k] + s * (h1[k] - h0[k])) @ by_held.T + (q0[k] + s * (q1[k] - q0[k])) @ by_heat.T
+                y[: len(rows), at] += seen.T
+
+
+@dataclass(frozen=True)
+class LinearSolution:
+    """y: readings and sensor states (rows) at the instants of output; x_end: states at the end; x_integral: ∫x dt, one
+    row for each interval or, where these were not asked for, for each regime; error: estimate of the rounding [K]."""
+
+    y: Array
+    x_end: Array
+    x_integral: Array
+    by_interval: bool
+    error: float
+
+
+def reduce(plan: Plan, readouts: Readouts) -> LinearProblem:
+    """The reduced problem of a plan."""
+    network = plan.network
+    modes = np.zeros(sum(relays.into.shape[1] for relays in network.relays))
+    distinct, regime_of = regimes_of(network, plan.left)
+    inputs = ({name: values[k] for name, values in plan.left.items()} for k in distinct)
+    regimes = tuple(regime_from(network, affine_matrix(network, u, modes), readouts) for u in inputs)
+    forcing = _forcing(plan)
+    n = len(network.free) + readouts.states
+    f0, f1 = (np.empty((len(plan.edges) - 1, n)) for _ in range(2))
+    for r, regime in enumerate(regimes):
+        at = np.flatnonzero(regime_of == r)
+        for f, held, heat in zip((f0, f1), forcing.held, forcing.heat, strict=True):
+            f[at] = held[at] @ regime.F_held.T + heat[at] @ regime.F_heat.T
+            f[at, len(network.free) :] += readouts.state_constant
+    first = regimes[int(regime_of[0])]
+    x0 = _start(plan, first, readouts, forcing)
+    scale = np.concatenate([np.sqrt(network.capacity[network.free]), np.ones(readouts.states)])
+    return LinearProblem(plan, readouts, regimes, regime_of, forcing, f0, f1, x0, scale)
+
+
+def _forcing(plan: Plan) -> Forcing:
+    """Inputs are looked at a hair inside the interval, so that a source that starts with a ramp is on at once."""
+    network, count = plan.network, len(plan.edges) - 1
+    begin, end = plan.just_inside
+    groups = [*network.heats, *network.relays]
+    modes = plan.modes if plan.modes is not None else np.zeros(sum(relays.into.shape[1] for relays in network.relays))
+    first = [source_series(heats, begin, mode, count) for heats, mode in with_modes(network, modes)]
+    last = [
+        source_series(heats, end, mode, count) if plan.is_ramped(heats.law) else same
+        for same, (heats, mode) in zip(first, with_modes(network, modes), strict=True)
+    ]
+    heat = [
+        sum((q @ heats.into.T for q, heats in zip(series, groups, strict=True)), np.zeros((count, network.size)))
+        for series in (first, last)
+    ]
+    held = plan.held_at(plan.left), plan.held_at(plan.right)
+    return Forcing(held, (heat[0], heat[1]), tuple(zip(first, last, strict=True)))
+
+
+def regime_from(network: Network, K: Array, readouts: Readouts) -> Regime:
+    """Eliminates massless lumps and appends the sensors' states."""
+    free, massless, bound = network.free, network.massless, network.bound
+    N, n, nz = network.size, len(free), readouts.states
+    P, P_held, P_heat = np.zeros((N, n + nz)), np.zeros((N, len(bound))), np.zeros((N, N))
+    P[free, np.arange(n)] = 1.0
+    P_held[bound, np.arange(len(bound))] = 1.0
+    if len(massless):
+        factor = _massless_factor(network, K)
+        P[massless, :n] = -lu_solve(factor, K[np.ix_(massless, free)])
+        P_held[massless] = -lu_solve(factor, K[np.ix_(massless, bound)])
+        P_heat[np.ix_(massless, massless)] = -lu_solve(factor, np.eye(len(massless)))
+    per_capacity = 1 / network.capacity[free][:, None]
+    A, F_held, F_heat = np.zeros((n + nz, n + nz)), np.zeros((n + nz, len(bound))), np.zeros((n + nz, N))
+    into = K[free]
+    S = into @ P[:, :n] if len(massless) else into[:, free]
+    A[:n, :n], F_held[:n] = S * per_capacity, into @ P_held * per_capacity
+    if len(massless):
+        F_heat[:n] = into @ P_heat * per_capacity
+    F_heat[np.arange(n), free] += per_capacity[:, 0]
+    if nz:
+        A[n:] = readouts.state_T @ P
+        A[n:, n:] += readouts.state_z
+        F_held[n:], F_heat[n:] = readouts.state_T @ P_held, readouts.state_T @ P_heat
+    is_symmetric = not nz and bool(np.abs(S - S.T).max() <= 1e-12 * np.abs(S).max())
+    return Regime(A, P, P_held, P_heat, F_held, F_heat, is_symmetric, K)
+
+
+def _massless_factor(network: Network, K: Array) -> tuple[Array, Array]:
+    inner = K[np.ix_(network.massless, network.massless)]
+    if np.linalg.cond(inner) > 1e14:
+        raise Failed("a massless junction has no conductance to the rest; give its links a conductance above zero")
+    factor: tuple[Array, Array] = lu_factor(inner)
+    return factor
+
+
+def _start(plan: Plan, regime: Regime, readouts: Readouts, forcing: Forcing) -> Array:
+    """Free lumps at T0, sensor states in equilibrium with what they see."""
+    free = plan.network.free
+    x0 = np.concatenate([plan.T0[free], np.zeros(readouts.states)])
+    if readouts.states:
+        T = regime.P @ x0 + regime.P_held @ forcing.held[0][0] + regime.P_heat @ forcing.heat[0][0]
+        x0[len(free) :] = readouts.start_states(T)
+    return x0

@@ -1,0 +1,247 @@
+"""The plan of a run: where integration restarts, what the inputs are in between, which solver, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Array, Indices
+from network.catalogue.mechanisms.base import Inputs, Mechanism
+from network.engine.network import Guards, Heats, Network
+from network.engine.solvers.regimes import matrix_inputs, too_many
+from network.platform.refusal import Spot, likely, refuse
+from network.recordings.inputs import Schedule
+
+IVP_METHODS = ("LSODA", "BDF", "Radau", "RK45")
+METHODS = ("auto", "modal", "switched", "rosenbrock", "expm", *(f"solve_ivp:{name}" for name in IVP_METHODS))
+EXACT = ("modal", "switched", "expm")
+SAME_INSTANT = 1e-9
+"""s: input changes closer together than this are one."""
+HAIR = 1e-6
+"""s: how far inside an interval the clock is read at its ends."""
+BENDS = 1e-9
+"""Relative deviation from a straight line that a source on a ramped input may keep."""
+MOST_PIECES = 4096
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Intervals between input changes; within each, every input runs straight from `left` to `right`.
+
+    t: instants of output [s]; edges: K+1 instants, the first is the start, the last the end; left, right: input →
+    K values just after and just before the edges of each interval, SI; `time` is among them; T0: temperatures of all
+    lumps at the start [°C]; modes: of the relays (0 off, 1 on) in each interval, (K, relays), once they are known.
+    """
+
+    network: Network
+    t: Array
+    edges: Array
+    left: Mapping[str, Array]
+    right: Mapping[str, Array]
+    T0: Array
+    method: str
+    why: str
+    modes: Array | None = None
+
+    def inputs_in(self, k: int, t: float) -> Inputs:
+        """Inputs at t within interval k."""
+        share = (t - self.edges[k]) / (self.edges[k + 1] - self.edges[k])
+        return {name: self.left[name][k] + share * (self.right[name][k] - self.left[name][k]) for name in self.left}
+
+    @cached_property
+    def just_inside(self) -> tuple[dict[str, Array], dict[str, Array]]:
+        """Inputs (K, 1) a hair after the begin and before the end of every interval: what starts with a ramp is on."""
+        return self._inside(1e-12), self._inside(1 - 1e-12)
+
+    def _inside(self, share: float) -> dict[str, Array]:
+        return {name: (a + share * (self.right[name] - a))[:, None] for name, a in self.left.items()}
+
+    def held_at(self, values: Mapping[str, Array]) -> Array:
+        """Temperatures of the held lumps [°C] for inputs of shape (K,): (K, held)."""
+        held, count = self.network.held, len(values["time"])
+        sources = [held[int(i)] for i in self.network.bound]
+        columns = [values[source] if isinstance(source, str) else np.full(count, source) for source in sources]
+        return np.stack(columns, axis=1) if columns else np.zeros((count, 0))
+
+    @cached_property
+    def ramped(self) -> frozenset[str]:
+        """Inputs that change within some interval; `time`, which always does, is not among them."""
+        held = (n for n, a in self.left.items() if a is self.right[n] or np.array_equal(a, self.right[n]))
+        return frozenset(self.left) - {"time", *held}
+
+    def is_ramped(self, law: Mechanism) -> bool:
+        """Whether what it gives changes within some interval, at given temperatures."""
+        return law.follows_time or not self.ramped.isdisjoint(law.needs())
+
+    @cached_property
+    def steps(self) -> Array:
+        return np.diff(self.edges)
+
+    @cached_property
+    def bounds(self) -> Indices:
+        """K+1 indices: interval k has the instants of output t[bounds[k]:bounds[k + 1]]; at an edge the one after."""
+        bounds = np.searchsorted(self.t, self.edges - SAME_INSTANT)
+        bounds[0], bounds[-1] = 0, len(self.t)
+        return bounds
+
+    @cached_property
+    def interval_of(self) -> Indices:
+        """The interval in which each instant of output lies."""
+        return np.repeat(np.arange(len(self.steps)), np.diff(self.bounds))
+
+    @cached_property
+    def spacing(self) -> float:
+        """Distance of the instants of output where it is even, else 0."""
+        gaps = np.diff(self.t)
+        return float(gaps[0]) if np.ptp(gaps) < 1e-9 * gaps[0] else 0.0
+
+    def inputs_at_samples(self) -> dict[str, Array]:
+        """Every input at the instants of output."""
+        share = (self.t - np.repeat(self.edges[:-1], np.diff(self.bounds))) / np.repeat(
+            self.steps, np.diff(self.bounds)
+        )
+        return {name: self._sampled(name, share) for name in self.left}
+
+    def _sampled(self, name: str, share: Array) -> Array:
+        counts, left, right = np.diff(self.bounds), self.left[name], self.right[name]
+        first = np.repeat(left, counts)
+        return (
+            first if left is right or np.array_equal(left, right) else first + share * np.repeat(right - left, counts)
+        )
+
+
+def interval_edges(network: Network, schedule: Schedule) -> Array:
+    """Start, end, and every instant in between at which an input or a timer changes."""
+    start, end = float(schedule.t[0]), float(schedule.t[-1])
+    changes = [signal.t for signal in schedule.signals.values()]
+    changes += [group.law.edges(end) for group in network.groups]
+    inner = np.unique(np.concatenate([np.ravel(c) for c in changes])) if changes else np.empty(0)
+    inner = inner[(inner > start + SAME_INSTANT) & (inner < end - SAME_INSTANT)]
+    if len(inner):
+        inner = inner[np.append(True, np.diff(inner) > SAME_INSTANT)]
+    return np.concatenate([[start], inner, [end]])
+
+
+def joined(edges: Array, instants: Array) -> Array:
+    """Both, with instants that lie on an edge only once."""
+    gap = np.abs(edges[np.clip(np.searchsorted(edges, instants), 0, len(edges) - 1)] - instants)
+    below = np.abs(edges[np.clip(np.searchsorted(edges, instants) - 1, 0, None)] - instants)
+    return np.unique(np.concatenate([edges, instants[np.minimum(gap, below) > SAME_INSTANT]]))
+
+
+def spans(schedule: Schedule, edges: Array) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Input values just after and just before the edges of every interval; `time` a hair inside, so that a timer that
+    switches at an edge is on the right side of it whatever the rounding."""
+    hair = np.minimum(HAIR, 1e-3 * np.diff(edges))
+    left: dict[str, Array] = {"time": edges[:-1] + hair}
+    right: dict[str, Array] = {"time": edges[1:] - hair}
+    for name, signal in schedule.signals.items():
+        left[name], right[name] = signal.span(edges[:-1], edges[1:])
+    return left, right
+
+
+def make_plan(
+    network: Network, schedule: Schedule, T0: Array, method: str = "auto", stop_at_samples: bool = False
+) -> Plan:
+    """The plan of a run; `stop_at_samples` makes every instant of output an edge.
+
+    Raises Refused for a method that does not exist or cannot serve this network.
+    """
+    if method == "solve_ivp":
+        method = "solve_ivp:LSODA"
+    if method not in METHODS:
+        raise refuse(Spot("--method"), f"there is no method '{method}'", likely(method, METHODS))
+    edges = interval_edges(network, schedule)
+    left, right = spans(schedule, edges)
+    obstacle = why_not_exact(network, left, right)
+    if method == "auto" and not (obstacle or network.relays):
+        obstacle = too_many(network, left)
+    method, why = _chosen(network, method, obstacle)
+    if method in EXACT:
+        finer = _straightened(network, schedule, edges, left, right)
+        if stop_at_samples:
+            finer = joined(finer, schedule.t)
+        if finer is not edges:
+            edges, (left, right) = finer, spans(schedule, finer)
+    return Plan(network, schedule.t, edges, left, right, T0, method, why)
+
+
+def _chosen(network: Network, method: str, obstacle: str) -> tuple[str, str]:
+    """The method and the reason for it; `obstacle` is what keeps the run from the exact paths."""
+    obstacle = obstacle or (_switches(network) if method in ("modal", "expm") else "")
+    if method in EXACT and obstacle:
+        raise refuse(Spot("--method"), f"{method} is exact for linear networks, and {obstacle}", "use --method auto")
+    if method == "switched" and not network.relays:
+        raise refuse(Spot("--method"), "switched needs a relay, and this machine has none", "use --method auto")
+    general = "" if not (network.relays or network.melting) else "it switches or melts"
+    if method == "rosenbrock" and general:
+        raise refuse(Spot("--method"), f"rosenbrock does not serve this network: {general}", "use --method auto")
+    if method != "auto":
+        return method, "as asked"
+    if obstacle:
+        return ("solve_ivp:LSODA", f"{obstacle}, and {general}") if general else ("rosenbrock", obstacle)
+    if network.relays:
+        return "switched", f"linear between switchings: exact in its modes, and {_switches(network)}"
+    return "modal", "the network is linear: exact in its modes"
+
+
+def _switches(network: Network) -> str:
+    if not network.relays:
+        return ""
+    return f"{network.mechanisms[network.relays[0].entry[0]]} ({network.relays[0].law.kind}) switches"
+
+
+def why_not_exact(network: Network, left: Mapping[str, Array], right: Mapping[str, Array]) -> str:
+    """What keeps this run from the exact paths; empty where nothing does."""
+    if network.melting:
+        return f"nodes.{network.melting[0]} melts"
+    for group in network.groups:
+        if not group.law.is_affine():
+            return f"{network.mechanisms[group.entry[0]]} ({group.law.kind}) is not linear in temperature"
+    for relays in network.relays:
+        u = {name: values[0] for name, values in left.items()}
+        slopes = relays.slopes(u, *(np.zeros(len(R)) for R in relays.reads))
+        if isinstance(relays, Guards) or any(np.any(slope) for slope in slopes):
+            return f"{network.mechanisms[relays.entry[0]]} ({relays.law.kind}) changes a conductance as it switches"
+    for name in matrix_inputs(network):
+        if not np.array_equal(left[name], right[name]):
+            return f"the input '{name}' is ramped and changes a conductance"
+    return ""
+
+
+def _straightened(
+    network: Network, schedule: Schedule, edges: Array, left: Mapping[str, Array], right: Mapping[str, Array]
+) -> Array:
+    """Edges with ramps cut so finely that every source is straight within each piece, to BENDS of its heat."""
+    pieces = np.ones(len(edges) - 1, int)
+    for heats in (*network.heats, *network.relays):
+        own = ["time"] if heats.law.follows_time else []
+        names = [n for n in (*heats.law.needs(), *own) if not np.array_equal(left[n], right[n])]
+        if names:
+            bend = np.array([_bend(heats, left, right, share) for share in (0.25, 0.5, 0.75)]).max(axis=0)
+            pieces = np.maximum(pieces, np.ceil(np.sqrt(bend / BENDS)).astype(int))
+    pieces = np.clip(pieces, 1, MOST_PIECES)
+    if pieces.max() == 1:
+        return edges
+    cut = [np.linspace(a, b, n + 1)[:-1] for a, b, n in zip(edges[:-1], edges[1:], pieces, strict=True)]
+    zero_crossings = list(_zero_crossings(schedule, edges))
+    return np.unique(np.concatenate([*cut, [edges[-1]], np.array(zero_crossings, float)]))
+
+
+def _bend(heats: Heats[Mechanism], left: Mapping[str, Array], right: Mapping[str, Array], share: float) -> Array:
+    """Distance of the source from the straight line at a share of each interval, relative to its heat there."""
+    at = [{n: ((1 - s) * left[n] + s * right[n])[:, None] for n in left} for s in (1e-9, share, 1 - 1e-9)]
+    zeros = [np.zeros(1) for _ in heats.reads]
+    first, inside, last = (np.asarray(heats.heat(u, *zeros) + 0 * u["time"]) for u in at)
+    size = np.maximum(np.abs(np.stack([first, inside, last])).max(axis=0), 1e-300)
+    return np.asarray((np.abs(inside - (1 - share) * first - share * last) / size).max(axis=1))
+
+
+def _zero_crossings(schedule: Schedule, edges: Array) -> Iterator[float]:
+    for signal in schedule.signals.values():
+        first, last = signal.span(edges[:-1], edges[1:])
+        for k in np.flatnonzero(first * last < 0):
+            yield float(edges[k] + (edges[k + 1] - edges[k]) * first[k] / (first[k] - last[k]))

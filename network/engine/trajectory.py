@@ -1,0 +1,122 @@
+"""What a simulation gives: channels over time, the displacement of the tool centre point, heat, and the account."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Array
+from network.catalogue.declaration.entry_path import displacement
+from network.catalogue.expansions.base import ANGULAR_AXES
+from network.engine.energy import EnergyAccount
+from network.engine.network import Network
+from network.machine.machine import Machine
+from network.platform.quantities.units import difference, unit
+from network.recordings.inputs import Schedule
+
+
+def axis_unit(axis: str) -> str:
+    """um on x, y, z; urad on a, b, c."""
+    return "urad" if axis in ANGULAR_AXES else "um"
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """One run. Everything over `t` [s]; inside SI and °C, `shown` gives a channel in its unit.
+
+    inputs, sensors: by name; tcp: axis → displacement [m] or angle [rad]; contributions: (axis, entry) → the same;
+    parts: node → mean temperature [°C]; heat: part → heat absorbed since the start [J]; T_start, T_end: all lumps;
+    error: estimate of the numerical error [K]; switches: (instant, entry, on or off); states: of entries, by path.
+    """
+
+    machine: Machine
+    schedule: Schedule
+    network: Network
+    t: Array
+    inputs: Mapping[str, Array]
+    sensors: Mapping[str, Array]
+    tcp: Mapping[str, Array]
+    contributions: Mapping[tuple[str, str], Array]
+    parts: Mapping[str, Array]
+    heat: Mapping[str, Array]
+    T_start: Array
+    T_end: Array
+    energy: EnergyAccount
+    switches: tuple[tuple[float, str, bool], ...]
+    method: str
+    why: str
+    solve_seconds: float
+    error: float
+    warnings: tuple[str, ...]
+    states: Mapping[str, Array] = field(default_factory=dict)
+
+    def columns(self) -> Iterator[tuple[str, str, Array]]:
+        """(name, unit, values in SI) of every input, sensor and tcp axis: the columns of results.csv."""
+        for name, values in self.inputs.items():
+            yield name, self.schedule.signals[name].unit, values
+        for name, values in self.sensors.items():
+            yield name, self.machine.sensors[name].unit, values
+        for axis, values in self.tcp.items():
+            yield displacement(axis), axis_unit(axis), values
+
+    def part_columns(self) -> Iterator[tuple[str, str, Array]]:
+        """(name, unit, values in SI) of every part's temperature and heat, of every contribution, of every state of an
+        entry: parts.csv."""
+        for name, values in self.parts.items():
+            yield f"T.{name}", "degC", values
+        for name, values in self.heat.items():
+            yield f"heat.{name}", "kJ", values
+        for (axis, name), values in self.contributions.items():
+            yield f"{displacement(axis)}.{name}", axis_unit(axis), values
+        for path, values in self.states.items():
+            yield path, self.machine.states[path].unit, values
+
+    def shown(self, name: str) -> Array:
+        """A channel, part or tcp axis in its unit (degC, um, rpm …). Raises KeyError for an unknown name."""
+        for column, unit_text, values in self.columns():
+            if column == name:
+                return _in_unit(values, unit_text)
+        return self.parts[name]
+
+    def summary(self) -> dict[str, Any]:
+        """What summary.json holds."""
+        account = self.energy
+        energy = {"in": account.in_, "out": account.out, "stored": account.total_stored, "closure": account.closure}
+        return {
+            "method": self.method,
+            "why": self.why,
+            "solve_seconds": self.solve_seconds,
+            "error_estimate": {"value": self.error, "unit": "K"},
+            "energy": {
+                **energy,
+                "unit": "J",
+                "by_mechanism": dict(account.by_mechanism),
+                "absorbed": dict(account.absorbed),
+            },
+            "tcp": {axis: self._extent(axis) for axis in self.tcp},
+            "switches": len(self.switches),
+            "warnings": list(self.warnings),
+        }
+
+    def _extent(self, axis: str) -> dict[str, Any]:
+        values = _in_unit(self.tcp[axis], axis_unit(axis))
+        ends = {"max": values.max(), "min": values.min(), "final": values[-1]}
+        return {key: float(value) for key, value in ends.items()} | {"unit": axis_unit(axis)}
+
+    def __str__(self) -> str:
+        from network.report.words.words import tell_run
+
+        return tell_run(self)
+
+
+def _in_unit(values: Array, unit_text: str) -> Array:
+    given = unit(unit_text)
+    return np.asarray((values - given.offset) / given.scale)
+
+
+def in_difference_unit(values: Array, unit_text: str) -> Array:
+    """Differences (residuals) of a channel in its unit."""
+    return np.asarray(values / difference(unit(unit_text)).scale)

@@ -1,0 +1,177 @@
+"""What can only be checked over a whole machine: parts without heat, parts that never settle, inputs of two kinds.
+
+A machine may come here with faulty entries left out (they have been told already); then only what cannot be a
+consequence of that is told.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from network.catalogue.declaration.declare import Declared, Effect
+from network.catalogue.declaration.entry_path import EntryPath, displacement
+from network.catalogue.declaration.fields import Place, PlacesField, SharesField
+from network.catalogue.declaration.sections import TCP, is_empty, section
+from network.catalogue.expansions.base import AXES
+from network.catalogue.mechanisms.base import Stream
+from network.catalogue.nodes import Node
+from network.platform.quantities.units import unit
+from network.platform.refusal import Complaints
+from network.platform.yaml.tree import Branch, Items, Leaf, Tree
+
+if TYPE_CHECKING:
+    from network.machine.machine import Machine
+
+
+def places_of(entry: Declared) -> Iterator[tuple[str, Place]]:
+    """(field, place) for every place an entry names."""
+    for attribute, field in entry.fields.items():
+        value = entry.__dict__[attribute]
+        if isinstance(value, Place):
+            yield attribute, value
+        elif value is not None and isinstance(field, PlacesField):
+            yield from ((attribute, place) for place in value)
+        elif value is not None and isinstance(field, SharesField):
+            yield from ((attribute, place) for place, _ in value)
+
+
+def check_machine(machine: Machine, complaints: Complaints) -> None:
+    """All checks over the whole machine; refusals and warnings go to `complaints`."""
+    given = machine.tree.items.get("nodes")
+    faulty = len(machine.nodes) < len(given.items) if isinstance(given, Branch) else not is_empty(given)
+    if not faulty and not any(node.is_part for node in machine.nodes.values()):
+        spot = machine.tree.key_spot("nodes")
+        complaints.refuse(spot, "the machine has no part with a heat capacity", "give at least one node with one")
+        return
+    _check_entries(machine, complaints)
+    _check_links(machine, complaints)
+    _check_sources(machine, complaints)
+    _check_sensors(machine, complaints)
+    _check_inputs(machine, complaints)
+    _check_connections(machine, complaints)
+
+
+def _check_entries(machine: Machine, complaints: Complaints) -> None:
+    """What the entries say against themselves; expansions know the machine by now and are asked again."""
+    for path, entry in machine.by_path.items():
+        for field, wrong, right in entry.faults() if path.section == TCP else ():
+            complaints.refuse(entry.spot_of(field), f"{path}: {wrong}", right)
+        for field, wrong, right in entry.doubts():
+            complaints.warn(entry.spot_of(field), f"{path}: {wrong}", right)
+        held = entry.temperature if isinstance(entry, Node) else None
+        if isinstance(held, str) and held in machine.nodes and held != entry.name:
+            wrong = f"{path}: its temperature is the input '{held}', and a node has that name too"
+            complaints.warn(entry.spot_of("temperature"), wrong, "an input is meant here; link nodes to join them")
+
+
+def _check_links(machine: Machine, complaints: Complaints) -> None:
+    for name, link in machine.links.items():
+        places = link.places
+        field = "through" if isinstance(link, Stream) else "between"
+        for a, b in pairwise(places):
+            if a == b:
+                wrong = f"links.{name}: joins {a} with itself"
+                complaints.refuse(link.spot_of(field), wrong, "name two different places")
+        if all(machine.nodes[place.node].is_held for place in places):
+            wrong = f"links.{name}: joins only nodes whose temperature is held"
+            complaints.warn(link.spot_of(field), wrong, "it changes nothing; link a part, or take it out")
+
+
+def _check_sources(machine: Machine, complaints: Complaints) -> None:
+    for name, source in machine.sources.items():
+        for place, _ in source.into:
+            if machine.nodes[place.node].is_held:
+                wrong = f"sources.{name}: heats {place.node}, whose temperature is held"
+                complaints.refuse(source.spot_of("into"), wrong, "heat a part, or give that node a heat capacity")
+
+
+def _check_sensors(machine: Machine, complaints: Complaints) -> None:
+    tcp = section(machine.tree, TCP)
+    unmoved = [axis for axis in tcp.items if isinstance(tcp.items[axis], Branch) and not section(tcp, axis).items]
+    moved = [axis for axis, entries in tcp.items.items() if not is_empty(entries) and axis not in unmoved]
+    for name, sensor in machine.sensors.items():
+        if sensor.axis is not None and sensor.axis not in moved and set(moved) <= set(AXES):
+            wrong = f"sensors.{name}: measures {displacement(sensor.axis)}, and nothing moves that axis"
+            others = " or ".join(displacement(axis) for axis in moved)
+            right = f"add an entry below {displacement(sensor.axis)}" + (f", or measure {others}" if others else "")
+            complaints.refuse(sensor.spot_of("measures"), wrong, right)
+        if name in machine.inputs or name == "time":
+            what = "an input" if name != "time" else "the time column"
+            complaints.refuse(sensor.spot, f"sensors.{name} has the name of {what}", "rename the sensor")
+
+
+def _check_inputs(machine: Machine, complaints: Complaints) -> None:
+    """One input cannot be a temperature here and a speed there."""
+    seen: dict[str, tuple[EntryPath, str]] = {}
+    for path, entry in machine.by_path.items():
+        for name, unit_text in _needs(entry).items():
+            first_path, first_unit = seen.setdefault(name, (path, unit_text))
+            if unit(first_unit).dimension != unit(unit_text).dimension:
+                wrong = f"{path} reads the input '{name}' in {unit_text}, {first_path} in {first_unit}"
+                complaints.refuse(entry.spot, wrong, "one input has one kind of unit")
+            if name == "time":
+                complaints.refuse(entry.spot, f"{path} reads an input named 'time'", "give it another name")
+
+
+def _needs(entry: Declared) -> Mapping[str, str]:
+    held = entry.__dict__.get("temperature")
+    if isinstance(held, str):
+        return {held: "degC"}
+    return entry.needs() if isinstance(entry, Effect) else {}
+
+
+# -- who is connected with whom -------------------------------------------------------------------------------------
+def _check_connections(machine: Machine, complaints: Complaints) -> None:
+    linked = _mentioned(section(machine.tree, "links"))
+    heated = _mentioned(section(machine.tree, "sources"))
+    for name in machine.nodes:
+        if name not in linked and "@" not in name:
+            _check_unlinked(machine, name, name in heated, complaints)
+    if complaints.refusals:
+        return
+    for group in _groups(machine):
+        parts = [name for name in group if machine.nodes[name].is_part]
+        if parts and not any(machine.nodes[name].is_held for name in group):
+            wrong = f"nodes.{parts[0]}: no path from {', '.join(parts)} to a held node"
+            complaints.warn(machine.nodes[parts[0]].spot, wrong, "it never settles; link it to ambient")
+
+
+def _mentioned(branch: Branch) -> set[str]:
+    """Every text before an @ in a section: the nodes that its entries name, faulty entries too."""
+    return {text.partition("@")[0].strip() for entry in branch.items.values() for text in _texts(entry)}
+
+
+def _texts(tree: Tree) -> Iterator[str]:
+    if isinstance(tree, Leaf):
+        yield tree.text
+    elif isinstance(tree, Items):
+        for child in tree.entries:
+            yield from _texts(child)
+    else:
+        yield from tree.items
+        for child in tree.items.values():
+            yield from _texts(child)
+
+
+def _check_unlinked(machine: Machine, name: str, heated: bool, complaints: Complaints) -> None:
+    node = machine.nodes[name]
+    if node.is_held:
+        complaints.warn(node.spot, f"nodes.{name} is held and no link reaches it", "link it, or take it out")
+    elif not heated:
+        complaints.refuse(node.spot, f"nodes.{name} is isolated: no link and no source", "link it, or take it out")
+    elif node.is_massless:
+        wrong = f"nodes.{name} is heated, and has no heat capacity and no link"
+        complaints.refuse(node.spot, wrong, "link it, or give heat_capacity")
+
+
+def _groups(machine: Machine) -> Iterator[list[str]]:
+    """The nodes that links and streams join, directly or over others, each group in the order of the file."""
+    group = {name: {name} for name in machine.nodes}
+    for link in machine.links.values():
+        places = link.places
+        together = set().union(*(group[place.node] for place in places))
+        group.update(dict.fromkeys(together, together))
+    for members in {id(members): members for members in group.values()}.values():
+        yield [name for name in machine.nodes if name in members]

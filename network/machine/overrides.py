@@ -1,0 +1,95 @@
+"""What the command line exchanges in a machine: `--set path=value` and `--lumps`."""
+
+from __future__ import annotations
+
+import re
+
+from network.catalogue.declaration.sections import SECTIONS, depth, section
+from network.platform.refusal import Refused, Spot, likely, refuse, short
+from network.platform.yaml.document import Branch, Items, Leaf, Tree, parse
+
+_SECTIONS = tuple(name for name in SECTIONS if name != "extends")
+
+
+def set_value(tree: Branch, assignment: str) -> Branch:
+    """`links.front bearing.conductance=5 W/K` → the tree with that value exchanged (the path as in the file).
+
+    A value of null takes out what is there. Raises Refused for a path that leads nowhere.
+    """
+    path, equals, text = assignment.partition("=")
+    spot = Spot(f"--set {short(assignment)}")
+    if not equals or not path.strip() or not text.strip():
+        raise refuse(spot, "is not path=value", "write it like links.skin.conductance=5 W/K")
+    return _set(tree, path.strip(), _value(text.strip(), spot), spot, "")
+
+
+def _value(text: str, spot: Spot) -> Tree:
+    if text[:1] not in ("[", "{"):
+        return Leaf(text, spot)
+    try:
+        return parse(text, spot)
+    except Refused as refused:
+        raise refuse(spot, f"'{short(text)}' is not YAML ({refused.refusals[0].wrong})", "mind the brackets") from None
+
+
+def _set(branch: Branch, path: str, value: Tree, spot: Spot, where: str) -> Branch:
+    items, keys = dict(branch.items), dict(branch.keys)
+    key = _first_key(branch, path, spot, where)
+    rest, here = path[len(key) + 1 :], f"{where}.{key}".lstrip(".")
+    if rest:
+        items[key] = _descend(items.get(key, Branch({}, spot)), rest, value, spot, here)
+        if "." in where:
+            keys[key] = spot
+        return Branch(items, branch.spot, keys)
+    keys[key] = spot
+    if not (isinstance(value, Leaf) and value.is_null):
+        items[key] = value
+    elif items.pop(key, None) is None:
+        raise refuse(spot, f"takes out {here}, and it is not there", likely(key, items))
+    return Branch(items, branch.spot, keys)
+
+
+def _first_key(branch: Branch, path: str, spot: Spot, where: str) -> str:
+    """The longest key that the path begins with, else a new one where there may be one."""
+    there = [key for key in branch.items if path == key or path.startswith(key + ".")]
+    if there:
+        return max(there, key=len)
+    head = path.partition(".")[0]
+    if (not where and head in _SECTIONS) or (depth(where) > 1 and "." in path):
+        return head
+    if where and "." not in path:
+        return path
+    known = branch.items if where else [*branch.items, *(s for s in _SECTIONS if s not in branch.items)]
+    raise refuse(spot, f"{where or 'the machine'} has no '{short(head)}'", likely(head, known))
+
+
+def _descend(child: Tree, rest: str, value: Tree, spot: Spot, where: str) -> Tree:
+    if isinstance(child, Branch):
+        return _set(child, rest, value, spot, where)
+    if isinstance(child, Leaf):
+        raise refuse(spot, f"{where} is a single value", f"write {where}=value")
+    head, _, tail = rest.partition(".")
+    if not re.fullmatch("[0-9]{1,6}", head) or int(head) >= len(child.entries):
+        raise refuse(spot, f"{where} is a list of {len(child.entries)}", f"write {where}.0 for the first")
+    i = int(head)
+    new = _descend(child.entries[i], tail, value, spot, f"{where}.{head}") if tail else value
+    return Items((*child.entries[:i], new, *child.entries[i + 1 :]), child.spot)
+
+
+def set_lumps(tree: Branch, wish: str, spot: Spot | None = None) -> Branch:
+    """`4` for every bar, or `housing=20` for one; `spot` says where that is wished."""
+    name, equals, count = (part.strip() for part in wish.rpartition("="))
+    spot = spot or Spot(f"--lumps {short(wish)}")
+    bars = _bars(tree)
+    if equals and name not in bars:
+        raise refuse(spot, f"'{short(name)}' is not a bar", likely(name, bars))
+    if not re.fullmatch("[1-9][0-9]{0,8}", count):
+        raise refuse(spot, f"'{short(count)}' is not a number of lumps", "write N or node=N, N a whole number from 1")
+    for bar in [name] if equals else bars:
+        tree = _set(tree, f"nodes.{bar}.lumps", Leaf(count, spot), spot, "")
+    return tree
+
+
+def _bars(tree: Branch) -> list[str]:
+    nodes = section(tree, "nodes").items
+    return [name for name, child in nodes.items() if isinstance(child, Branch) and "area" in child.items]

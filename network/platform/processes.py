@@ -1,0 +1,129 @@
+"""Processes beside the one that begins them: deaf to Ctrl-C, which is meant for that one, and gone when it ends."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import pickle
+import signal
+import sys
+import tempfile
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from importlib import import_module
+from itertools import count
+from multiprocessing import parent_process
+from multiprocessing.context import SpawnContext, SpawnProcess
+from pathlib import Path
+from typing import Any
+
+from network.platform.refusal import Failed, Spot, refuse
+from network.platform.stopping import on_stop
+from network.platform.threads import begin_on_one_thread, on_one_thread
+
+PR_SET_PDEATHSIG = 1
+_LAST: dict[str, Callable[[Any], Any]] = {}
+
+
+class Pool:
+    """Processes beside this one, and a folder in which they find what they work with, so that each reads it once."""
+
+    def __init__(self, jobs: int, folder: Path) -> None:
+        self.others, self.folder, self.context, self._names = jobs - 1, folder, _Watched(), count()
+        try:
+            self.executor = ProcessPoolExecutor(self.others, self.context, _begin)
+        except (ValueError, NotImplementedError, OSError) as error:
+            raise refuse(Spot(f"--jobs {jobs}"), f"cannot be had here ({error})", "use fewer, or --jobs 1") from None
+
+    def load(self, module: str) -> None:
+        for _ in range(self.others):
+            self.executor.submit(import_module, module)
+
+    @contextmanager
+    def shelved(self, work: Callable[[Any], Any]) -> Iterator[Path]:
+        """Where the processes find it."""
+        shelf = self.folder / str(next(self._names))
+        shelf.write_bytes(pickle.dumps(work, pickle.HIGHEST_PROTOCOL))
+        try:
+            yield shelf
+        finally:
+            shelf.unlink(missing_ok=True)
+
+    def submit(self, shelf: Path, item: Any) -> Future[Any]:
+        return self.executor.submit(_worked, str(shelf), item)
+
+    def end(self) -> None:
+        for process in self.context.started:
+            process.terminate()
+        self.executor.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def pool_of(jobs: int) -> Iterator[Pool]:
+    """Processes, so many with this one; whatever goes wrong, none is left running, and no file."""
+    folder = tempfile.TemporaryDirectory(prefix="lptn-")
+    with folder, on_stop(folder.cleanup):
+        pool = Pool(jobs, Path(folder.name))
+        try:
+            yield pool
+        except BrokenProcessPool:
+            right = "a script that uses jobs needs `if __name__ == '__main__':`; else try fewer jobs"
+            raise Failed(f"a process ended before its work was done; {right}") from None
+        finally:
+            pool.end()
+
+
+class _Worker(SpawnProcess):
+    """A process that is deaf to Ctrl-C from its first instant, which is meant for the one that started it.
+
+    The signal is held back while it starts, which it inherits, and is not lost.
+    """
+
+    def start(self) -> None:
+        if not hasattr(signal, "pthread_sigmask"):
+            super().start()
+            return
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+        try:
+            super().start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+class _Watched(SpawnContext):
+    """Remembers the processes it starts."""
+
+    def __init__(self) -> None:
+        self.started: list[_Worker] = []
+
+    def Process(self, *arguments: Any, **named: Any) -> _Worker:  # type: ignore[override]
+        self.started.append(_Worker(*arguments, **named))
+        return self.started[-1]
+
+
+# -- there ----------------------------------------------------------------------------------------------------------
+def _begin() -> None:
+    """A process at its start: it is deaf to Ctrl-C, and ends when the one that started it ends, however that ends."""
+    begin_on_one_thread()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if sys.platform == "linux":  # even while work does not let go of the interpreter
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+@on_one_thread
+def _worked(shelf: str, item: Any) -> Any:
+    if shelf not in _LAST:
+        _LAST.clear()
+        _LAST[shelf] = pickle.loads(Path(shelf).read_bytes())
+    return _LAST[shelf](item)

@@ -1,0 +1,1 @@
+"""Numbers with units: from text to SI and back, and how numbers are shown."""

@@ -1,0 +1,130 @@
+"""Readers of small YAML mappings: keys, durations, quantities, where a run starts. Faults are told by their line."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import yaml
+
+from network.catalogue.declaration.fields import word_of
+from network.platform.quantities.units import BadNumber, Unit, in_unit, split_number, unit
+from network.platform.refusal import Complaints, Refused, Spot, likely, refuse
+from network.platform.yaml import document
+from network.platform.yaml.document import Branch, Leaf, Tree
+from network.recordings.inputs import Start
+
+ABSOLUTE_ZERO = -273.15
+COLDEST, HOTTEST = -80.0, 400.0
+"""°C that a part of a machine tool may have, with room to spare."""
+_START = "a temperature like `22 degC`, `{housing: 24 degC, others: 22 degC}` or `steady`"
+_BARE = "that one has no unit, write all values with their unit"
+
+
+@contextmanager
+def told(complaints: Complaints, spot: Spot, what: str) -> Iterator[None]:
+    """Turns a bad number or a refusal into complaints about `what`, and goes on."""
+    try:
+        yield
+    except BadNumber as error:
+        complaints.refuse(spot, f"{what}: {error.wrong}", error.right)
+    except Refused as refused:
+        complaints.absorb(refused)
+
+
+def check_keys(
+    tree: Branch, where: str, needed: Mapping[str, str], others: Sequence[str], complaints: Complaints
+) -> None:
+    """Complains about unknown and missing keys; `needed` holds an example for each."""
+    known = [*needed, *others]
+    for key in tree.items:
+        if key not in known:
+            complaints.refuse(tree.key_spot(key), f"{where} has an unknown key '{key}'", likely(key, known))
+    for key, example in needed.items():
+        if key not in tree.items:
+            complaints.refuse(tree.spot, f"{where} has no `{key}`", f"add `{key}: {example}`")
+
+
+def read_keys(
+    tree: Branch, readers: Mapping[str, Callable[[Tree], Any]], values: dict[str, Any], complaints: Complaints
+) -> None:
+    """Reads the keys that are there into `values`, in the order of `readers`; a faulty one is left out."""
+    for key in [key for key in readers if key in tree.items]:
+        with told(complaints, tree.key_spot(key), key):
+            values[key] = readers[key](tree.items[key])
+
+
+def _in(tree: Tree, wanted: str, right: str) -> tuple[str, float]:
+    text = word_of(tree, right)
+    try:
+        return text, in_unit(text, wanted)
+    except BadNumber as error:
+        raise BadNumber(error.wrong, f"give {right}") from None
+
+
+def seconds(tree: Tree) -> float:
+    """A time above zero [s]. Raises BadNumber."""
+    text, value = _in(tree, "s", "a time, like `10 min`")
+    if not 0 < value < math.inf:
+        raise BadNumber(f"'{text}' is " + ("not finite" if value > 0 else "not above zero"), "give a time above zero")
+    return value
+
+
+def shift(tree: Tree) -> float:
+    """A time of either sign [s], or zero. Raises BadNumber."""
+    text, value = _in(tree, "s", "a time, like `1 h`")
+    if not math.isfinite(value):
+        raise BadNumber(f"'{text}' is not finite", "give a finite time")
+    return value
+
+
+def quantity(tree: Tree) -> tuple[float, Unit]:
+    """A value of an input in SI (temperatures in °C) and the unit it came in. Raises BadNumber.
+
+    Only a switch, from 0 to 1, goes without unit; another bare number is written like `3 1`.
+    """
+    text = word_of(tree, "a number with its unit, like `8000 rpm`")
+    if "±" in text or "+-" in text or "+/-" in text:
+        raise BadNumber(f"'{text}' has a spread", "inputs are known, so drop the ±")
+    number, unit_text = split_number(text)
+    if not unit_text and not 0 <= number <= 1:
+        raise BadNumber(f"'{text}' has no unit", f"write it like `{text} rpm`, only a switch (0 or 1) goes without")
+    value = unit(unit_text).to_si(number)
+    if not math.isfinite(value) or (unit(unit_text).is_temperature and value < ABSOLUTE_ZERO - 1e-9):
+        raise BadNumber(f"'{text}' is out of range", "give a finite value, a temperature above absolute zero")
+    return value, unit(unit_text)
+
+
+def parse_start(tree: Tree) -> Start:
+    """`22 degC`, `{housing: 24 degC, others: 22 degC}` or `steady`. Raises Refused."""
+    complaints = Complaints()
+    children = dict(tree.items) if isinstance(tree, Branch) else {"others": tree}
+    if isinstance(tree, Leaf) and tree.text == "steady":
+        return Start(steady=True)
+    temperatures = {}
+    for node, child in children.items():
+        where = f"start.{node}" if isinstance(tree, Branch) else "start"
+        with told(complaints, tree.key_spot(node) if isinstance(tree, Branch) else tree.spot, where):
+            temperatures[node] = _temperature(child)
+    complaints.raise_if_any()
+    others = temperatures.pop("others", None)
+    return Start(others=others, nodes=temperatures or None)
+
+
+def _temperature(tree: Tree) -> float:
+    text, value = _in(tree, "degC", _START)
+    if not COLDEST <= value <= HOTTEST:
+        raise BadNumber(f"'{text}' is out of range", f"give a temperature from {COLDEST:g} to {HOTTEST:g} degC")
+    return value
+
+
+def start_of(text: str) -> Start:
+    """The start given on the command line, in the form of a file. Raises Refused."""
+    spot = Spot("--start")
+    try:
+        value = yaml.load(text, Loader=yaml.BaseLoader)
+    except yaml.YAMLError:
+        raise refuse(spot, f"'{text}' is not understood", "write '22 degC', 'steady' or '{housing: 24 degC}'") from None
+    return parse_start(document.tree_of(value, spot))

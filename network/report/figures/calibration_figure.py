@@ -1,0 +1,143 @@
+"""What a calibration did to the parameters, and how sure it leaves the tool centre point."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Array, Indices
+from network.platform.quantities.number_format import number
+from network.platform.quantities.units import unit
+from network.report.figures.canvas import (
+    FONT,
+    GREY,
+    INK,
+    PALETTE,
+    SMALL,
+    WIDTH,
+    add_axes,
+    gap_unit,
+    in_unit,
+    label_y,
+    name_text,
+    new_figure,
+    stacked_panels,
+    text_size,
+    write_title,
+)
+from network.report.figures.comparison_figure import draw_measured
+from network.report.figures.lines import clock, kept_together, set_clock
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MOVED, FAR, BAND = PALETTE[0], PALETTE[1], PALETTE[2]
+LINE = 0.2
+"""Height of one parameter [in]."""
+LIMIT = 2.0
+"""A shift of more prior σ than this is marked: a number bent by physics that is missing."""
+LONGEST, NAMED = 44, 3
+"""Letters of a name; names in the line below the title."""
+POINTS = 2000
+
+
+# -- shifts ---------------------------------------------------------------------------------------------------------
+def shift_figure(names: Sequence[str], shift: Array, std: Array) -> Figure:
+    """Posterior less prior of every parameter in prior σ, the largest above, with bars of one posterior σ.
+
+    shift, std: in prior σ; a std of NaN is a parameter without any (at its bound), drawn hollow.
+    """
+    order = np.argsort(-np.abs(shift), kind="stable")
+    texts = [name_text(names[k], LONGEST) for k in order]
+    left = 0.3 + max((text_size(text, SMALL)[0] for text in texts), default=0.0) / 72
+    height = max(len(names), 1) * LINE
+    figure = new_figure(0.75 + height + 0.55)
+    axes = add_axes(figure, left, 0.55, WIDTH - left - 1.5, height)
+    for row, k in enumerate(order):
+        _draw_shift(axes, row, float(shift[k]), float(std[k]))
+    _finish_shifts(axes, texts, shift, std)
+    write_title(figure, "Shift of the parameters by calibration", _far(names, shift, order))
+    return figure
+
+
+def _draw_shift(axes: Axes, row: int, shift: float, std: float) -> None:
+    far, known = abs(shift) > LIMIT, bool(np.isfinite(std))
+    colour = FAR if far else MOVED
+    if known:
+        axes.plot([shift - std, shift + std], [row, row], color=colour, linewidth=1.4)
+    face = colour if known else "white"
+    marker = "D" if far else "o"
+    axes.plot([shift], [row], marker, color=colour, markerfacecolor=face, markersize=4.5, markeredgewidth=1.0)
+    told = f"{shift:+.2f} ± {std:.2f}" if known else f"{shift:+.2f}, at its bound"
+    place = axes.get_yaxis_transform()
+    axes.text(1.015, row, told.replace("-", "−"), transform=place, fontsize=SMALL, color=INK, va="center_baseline")
+
+
+def _finish_shifts(axes: Axes, texts: Sequence[str], shift: Array, std: Array) -> None:
+    reach = float(np.max(np.abs(shift) + np.nan_to_num(std), initial=LIMIT)) * 1.06 + 0.2
+    axes.set_xlim(-reach, reach)
+    axes.set_ylim(max(len(texts), 1) - 0.4, -0.6)
+    axes.set_yticks(np.arange(len(texts)), texts)
+    axes.tick_params(axis="y", labelsize=SMALL, length=0)
+    axes.axvspan(-1, 1, color=GREY, alpha=0.12, linewidth=0)
+    axes.axvline(0, color=GREY, linewidth=0.6)
+    for limit in (-LIMIT, LIMIT):
+        axes.axvline(limit, color=FAR, linewidth=0.9, linestyle=(0, (5.0, 2.0)))
+    axes.set_xlabel("posterior − prior [prior σ]; shaded ±1 σ, dashed ±2 σ", fontsize=FONT, labelpad=2)
+
+
+def _far(names: Sequence[str], shift: Array, order: Indices) -> str:
+    far = [names[int(k)] for k in order if abs(shift[int(k)]) > LIMIT]
+    if not far:
+        return "none moved by more than 2 prior σ"
+    told = ", ".join(far[:NAMED]) + (" …" if len(far) > NAMED else "")
+    return f"{len(far)} of {len(names)} moved by more than 2 prior σ: {told}"
+
+
+# -- a posterior band -----------------------------------------------------------------------------------------------
+def band_figure(t: Array, centre: Array, std: Array, measured: Array | None, unit: str, name: str) -> Figure:
+    """A channel with the band that holds 95 % of its posterior (±2 std), and below it measured less centre.
+
+    t: [s]; centre, std, measured: in SI (°C), NaN in gaps; unit: what they are shown in, um for the tool centre point.
+    """
+    figure, (values, apart) = stacked_panels((2.6, 1.5), right=0.3)
+    scale = gap_unit(unit).scale
+    middle, width = _shown(centre, unit), 2 * std / scale
+    if measured is not None:
+        draw_measured(values, t, _shown(measured, unit), GREY, 0.9, clock(t)[1])
+        draw_measured(apart, t, (measured - centre) / scale, GREY, 0.7, clock(t)[1])
+    _draw_band(values, t, middle, width)
+    _draw_band(apart, t, np.zeros(len(t)), width)
+    values.margins(y=0.08)
+    label_y(values, name_text(name, 16), unit)
+    label_y(apart, "measured − mean", gap_unit(unit).text)
+    set_clock([values, apart], t)
+    write_title(figure, f"{name}: posterior", _band_told(centre, std, measured, unit))
+    return figure
+
+
+def _shown(values: Array, unit_text: str) -> Array:
+    return in_unit(values, unit(unit_text))
+
+
+def _draw_band(axes: Axes, t: Array, middle: Array, width: Array) -> None:
+    index = kept_together(t, [middle - width, middle + width], POINTS)
+    times = t[index] / clock(t)[1]
+    low, high = (middle - width)[index], (middle + width)[index]
+    axes.fill_between(times, low, high, color=MOVED, alpha=0.25, linewidth=0, zorder=1.5)
+    axes.plot(times, middle[index], color=MOVED, linewidth=1.2)
+
+
+def _band_told(centre: Array, std: Array, measured: Array | None, unit_text: str) -> str:
+    given = gap_unit(unit_text)
+    told = (
+        f"mean blue, 95 % of the posterior shaded: ±{number(2 * float(std.max()) / given.scale, given.text, 3)} at most"
+    )
+    if measured is None:
+        return told
+    there = np.isfinite(measured)
+    share = float(np.mean(np.abs(measured - centre)[there] < 2 * std[there])) if there.any() else float("nan")
+    return f"{told}; measured grey, {100 * share:.0f} % of it within the band (its own noise is not in the band)"

@@ -1,0 +1,1 @@
+"""What commands leave in a folder, and the page of a diagnosis."""

@@ -1,0 +1,101 @@
+"""What `lptn calibrate` leaves in a folder: all of it or nothing."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from network.analysis.calibration.calibrated_patch import FILE, patch_text
+from network.analysis.comparison.amounts import joined
+from network.catalogue.declaration.entry_path import displacement
+from network.report.files.result_files import as_json, put_in_place
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from network.analysis.calibration.calibrate import Calibration
+    from network.analysis.calibration.tcp_bands import Band
+    from network.analysis.comparison.compare import Comparison
+    from network.machine.machine import Machine
+
+
+def write_calibration(c: Calibration, where: Path, pictures: bool = True) -> list[Path]:
+    """machine.calibrated.yaml, calibration.json and pictures; everything is made beside and then put in its place."""
+    beside = Path(mkdtemp(prefix=".calibration.", dir=where))
+    try:
+        (beside / FILE).write_text(patch_text(c.machine, where, remark(c)), encoding="utf-8", newline="\n")
+        (beside / "calibration.json").write_text(as_json(c.summary()), encoding="utf-8", newline="\n")
+        for name, figure in figures(c) if pictures else ():
+            from network.report.figures.canvas import save
+
+            save(figure(), beside / name)
+        made = sorted(
+            beside.iterdir(),
+            key=lambda path: ([".yaml", ".json"].index(path.suffix) if path.suffix != ".png" else 2, path.name),
+        )
+        put_in_place(made, where)
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+    return [where / path.name for path in made]
+
+
+def remark(c: Calibration) -> str:
+    names = joined([Path(r.recording.file).name for r in c.after.recordings])
+    return f"calibrated by lptn on {names}: value ± standard error"
+
+
+def figures(c: Calibration) -> Iterator[tuple[str, Callable[[], Figure]]]:
+    """Name → what makes it: fits and residuals of every recording, shifts, bands; the held-out ones last."""
+    from network.report.figures.fit_figure import fit_figure
+    from network.report.figures.residual_figure import residual_figure
+
+    sides: list[tuple[str, Comparison, Comparison]] = [("", c.before, c.after)]
+    if c.before_holdout is not None and c.after_holdout is not None:
+        sides.append(("holdout-", c.before_holdout, c.after_holdout))
+    for prefix, before, after in sides:
+        for stem, b, a in zip(stems_of(after), before.recordings, after.recordings, strict=True):
+            title = f"{c.original.name}: {a.recording.name}, {'held out' if prefix else 'calibrated on'}"
+            yield f"{prefix}fit-{stem}.png", partial(fit_figure, b, a, title, large=bool(prefix))
+            yield f"{prefix}residual-{stem}.png", partial(residual_figure, b, a)
+    if any(np.isfinite(c.shift)):
+        yield "shifts.png", partial(_shifts, c)
+    for band in c.bands[-1]:
+        yield f"band-{band.axis}.png", partial(_band, c, band)
+
+
+def _shifts(c: Calibration) -> Figure:
+    """Of all numbers whose prior was not flat."""
+    from network.report.figures.calibration_figure import shift_figure
+
+    own = [j for j in range(len(c.parameters)) if np.isfinite(c.shift[j])]
+    std = [np.nan if j in c.known.at_bound else c.std[j] / c.parameters[j].spread for j in own]
+    return shift_figure([c.parameters[j].path for j in own], c.shift[own], np.array(std))
+
+
+def _band(c: Calibration, band: Band) -> Figure:
+    """Of one axis over the last recording, with the probe that measures it."""
+    from network.report.figures.calibration_figure import band_figure
+
+    last = (c.after_holdout or c.after).recordings[-1]
+    measured = [channel.measured for name, channel in last.channels.items() if _reads(c.machine, name, band.axis)]
+    centre, std = band.at(last.recording.t)
+    return band_figure(
+        last.recording.t, centre, std, measured[0] if measured else None, band.unit, displacement(band.axis)
+    )
+
+
+def _reads(machine: Machine, name: str, axis: str) -> bool:
+    """Whether a channel reads an axis as it is: not zeroed, not changed by effects."""
+    sensor = machine.sensors[name]
+    return sensor.axis == axis and not sensor.zero and not sensor.effects
+
+
+def stems_of(comparison: Comparison) -> list[str]:
+    stems = [Path(r.recording.file).stem for r in comparison.recordings]
+    return stems if len(set(stems)) == len(stems) else [f"{i}-{stem}" for i, stem in enumerate(stems, 1)]

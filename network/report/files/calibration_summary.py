@@ -1,0 +1,105 @@
+"""calibration.json: numbers with their uncertainty, what they are tied to, how well the machine then fits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from network.platform.quantities.units import difference, unit
+
+if TYPE_CHECKING:
+    from network.analysis.calibration.calibrate import Calibration
+    from network.analysis.comparison.compare import Comparison
+    from network.engine.response.parameters import Parameter
+
+STRONGLY = 0.9
+
+
+def summary(c: Calibration) -> dict[str, Any]:
+    pairs = [
+        {"a": c.parameters[i].path, "b": c.parameters[j].path, "correlation": r} for i, j, r in c.known.pairs(STRONGLY)
+    ]
+    return {
+        "machine": c.original.file, "parameters": [_parameter(c, j) for j in range(len(c.parameters))],
+        "correlations": pairs, "noise": noise_summary(c), "misfit": c.known.misfit,
+        "fit": {"train": _before_after(c.before, c.after, c.begun),
+                "holdout": _before_after(c.before_holdout, c.after_holdout, c.begun_holdout)},
+        "tcp_bands": [{"recording": r.recording.file, "axes": [b.summary() for b in own]}
+                      for r, own in zip(_all(c), c.bands, strict=True)],
+        "warnings": list(c.warnings), "sentences": list(c.sentences), "beginnings": c.tried, "seed": c.seed,
+        "seconds": c.seconds,
+    }  # fmt: skip
+
+
+def _all(c: Calibration) -> list[Any]:
+    return [*c.after.recordings, *(c.after_holdout.recordings if c.after_holdout else ())]
+
+
+def shown(p: Parameter, value: float) -> float:
+    given = unit(p.field.unit)
+    return (difference(given) if p.field.unit == "K" else given).from_si(value)
+
+
+def _parameter(c: Calibration, j: int) -> dict[str, Any]:
+    p, theta = c.parameters[j], float(c.theta[j])
+    scale = difference(unit(p.field.unit)).scale
+    low, high = (shown(p, p.value(x)) for x in c.known.interval(j))
+    moved = float(c.shift[j])
+    return {
+        "path": p.path, "value": shown(p, p.value(theta)), "std": p.std(theta, float(c.std[j])) / scale,
+        "unit": p.field.unit, "interval95": [low, high], "prior": prior(p),
+        "shift": moved if np.isfinite(moved) else None,
+        "at_bound": j in c.known.at_bound, "prior_only": j in c.known.prior_only,
+    }  # fmt: skip
+
+
+def prior(p: Parameter) -> dict[str, Any]:
+    """kind: log (std is that of the logarithm), normal, unknown (low, high)."""
+    kind = "log" if p.is_log else "normal"
+    if p.is_unknown:
+        return {"kind": "unknown", "low": shown(p, p.value(p.low)), "high": shown(p, p.value(p.high))}
+    std = p.spread if p.is_log else p.spread / difference(unit(p.field.unit)).scale
+    return {"kind": kind, "value": shown(p, p.value(p.centre)), "std": std}
+
+
+def noise_summary(c: Calibration) -> dict[str, Any]:
+    """Of every channel: declared noise, noise counted with, readings set aside, offset, colour."""
+    offsets = dict(zip([n.name for n in c.fit.at.problem.offsets], c.fit.at.eta.tolist(), strict=False))
+    out: dict[str, Any] = {}
+    for name, sensor in c.original.sensors.items():
+        used = [d for d in c.data if name in d.run.channels]
+        if used:
+            scale = difference(unit(sensor.unit)).scale
+            coloured = c.noise.coloured.get(name)
+            out[name] = {
+                "declared": sensor.sigma / scale, "counted": max(float(d.sigma[name]) for d in used) / scale,
+                "unit": "K" if sensor.unit == "degC" else sensor.unit,
+                "set_aside": sum(int(d.channels[name].apart.sum()) for d in used),
+                "offset": offsets[name] / scale if name in offsets else None,
+                "coloured": {"std": coloured[0] / scale, "seconds": coloured[1]} if coloured else None,
+            }  # fmt: skip
+    return out
+
+
+def _before_after(
+    before: Comparison | None, after: Comparison | None, begun: Comparison | None
+) -> dict[str, Any] | None:
+    if before is None or after is None or begun is None:
+        return None
+    with_start = _residuals(begun)
+    for told, residual in zip(with_start["recordings"], begun.recordings, strict=True):
+        start = residual.trajectory.schedule.start
+        told["start"] = {n: f"{T:.3f} degC" for n, T in (start.nodes or {}).items()} if start else {}
+    return {"before": _residuals(before), "after": _residuals(after), "after_with_start": with_start}
+
+
+def _residuals(comparison: Comparison) -> dict[str, Any]:
+    from network.analysis.calibration.calibrate import pooled_channels
+
+    each = [{"file": r.recording.file, "rmse_in_noise": r.rmse_in_noise} for r in comparison.recordings]
+    return {
+        "rmse_in_noise": comparison.rmse_in_noise,
+        "channels": dict(pooled_channels(comparison)),
+        "recordings": each,
+    }

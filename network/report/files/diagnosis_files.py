@@ -1,0 +1,75 @@
+"""What `lptn diagnose` leaves in a folder: all of it or nothing."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import TYPE_CHECKING, Any
+
+from network.machine.file_layers import is_made_of
+from network.platform.refusal import Spot, refuse
+from network.report.files.diagnosis_patch import FILE, patch_text
+from network.report.files.diagnosis_pictures import Picture, pictures_of
+from network.report.files.page import Shown, page
+from network.report.files.result_files import as_json, folder, put_in_place
+
+if TYPE_CHECKING:
+    from network.analysis.diagnosis.result import Diagnosis
+    from network.machine.machine import Machine
+
+ORDER = (".html", ".yaml", ".json", ".png")
+
+
+def check_target(machine: Machine, where: Path) -> Path:
+    """The folder, before anything is computed. Raises Refused where it could not be written to in the end, and where
+    the result would replace a file that it extends."""
+    if where.exists():
+        folder(where)
+    if is_made_of(machine.file, where / FILE):
+        wrong = f"holds {FILE}, and that is a file the machine is made of"
+        raise refuse(Spot(str(where)), wrong, "give another -o")
+    return where
+
+
+def write_diagnosis(d: Diagnosis, where: Path, pictures: bool = True) -> list[Path]:
+    """report.html, machine.diagnosed.yaml, diagnosis.json and pictures; everything is made beside and then put in its
+    place."""
+    where = folder(where)
+    beside = Path(mkdtemp(prefix=".diagnosis.", dir=where))
+    try:
+        _fill(d, beside, where, pictures)
+        made = sorted(beside.iterdir(), key=lambda path: (ORDER.index(path.suffix), path.name))
+        put_in_place(made, where)
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+    return [where / path.name for path in made]
+
+
+def _fill(d: Diagnosis, beside: Path, where: Path, pictures: bool) -> None:
+    """Makes every file; `where` is where they are going to stand."""
+    drawn = [_drawn(picture, beside) for picture in pictures_of(d)] if pictures else []
+    patch = patch_text(d, where)
+    texts = {FILE: patch, "diagnosis.json": as_json(tidy(d.summary())), "report.html": page(d, drawn, patch, where)}
+    for name, content in texts.items():
+        (beside / name).write_text(content, encoding="utf-8", newline="\n")
+
+
+def _drawn(picture: Picture, beside: Path) -> Shown:
+    from network.report.figures.canvas import save
+
+    path = save(picture.draw(), beside / picture.name)
+    return Shown(picture.name, picture.place, picture.caption, path.read_bytes())
+
+
+def tidy(value: Any) -> Any:
+    """Plain values that JSON knows: numbers of numpy as numbers, nothing for what is infinite."""
+    if isinstance(value, Mapping):
+        return {str(key): tidy(child) for key, child in value.items()}
+    if isinstance(value, list | tuple):
+        return [tidy(child) for child in value]
+    if hasattr(value, "tolist"):
+        return tidy(value.tolist())
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,71 @@
+"""The pictures of a diagnosis: file name, place on the page, caption, and what draws it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+from network.report.files.calibration_files import stems_of
+from network.report.words.recording_names import called
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from network.analysis.comparison.compare import Comparison
+    from network.analysis.diagnosis.result import Diagnosis
+
+LIT = "The network with what was found in it, lit in orange."
+RANKED = "Every explanation that was fitted: what it adds to the evidence (dashed: chance), and how much worse it fits."
+HEAT = "Heat that the likeliest places would have needed, ±2 standard deviations, above the inputs."
+
+
+@dataclass(frozen=True)
+class Picture:
+    name: str
+    place: str
+    caption: str
+    draw: Callable[[], Figure]
+
+
+def pictures_of(d: Diagnosis) -> Iterator[Picture]:
+    """Where it is, what it was weighed against, when it shows; then every recording, the held-out ones first."""
+    if d.findings:
+        yield Picture("network.png", "found", LIT, partial(_lit, d))
+    if d.tried:
+        yield Picture("candidates.png", "found", RANKED, partial(_ranked, d))
+    if d.located and d.findings:
+        yield Picture("heat.png", "where", HEAT, partial(_heat, d))
+    if d.fits.holdout_before is not None and d.fits.holdout_after is not None:
+        yield from _fits(d, "holdout-", "held out", d.fits.holdout_before, d.fits.holdout_after)
+    yield from _fits(d, "", "fitted", d.fits.train_before, d.fits.train_after)
+
+
+def _fits(d: Diagnosis, prefix: str, what: str, before: Comparison, after: Comparison) -> Iterator[Picture]:
+    from network.report.figures.fit_figure import fit_figure
+
+    for stem, b, a in zip(stems_of(after), before.recordings, after.recordings, strict=True):
+        name = called(d, a)
+        title = f"{d.machine.name}: {name}, {what}"
+        caption = f"{name}, {what}: measured, and simulated before and after."
+        draw = partial(fit_figure, b, a, title, large=bool(prefix))
+        yield Picture(f"{prefix}fit-{stem}.png", "fits", caption, draw)
+
+
+def _lit(d: Diagnosis) -> Figure:
+    from network.report.figures.lit_figure import lit_figure
+
+    return lit_figure(d)
+
+
+def _ranked(d: Diagnosis) -> Figure:
+    from network.report.figures.explanations_figure import candidates_figure
+
+    return candidates_figure(d)
+
+
+def _heat(d: Diagnosis) -> Figure:
+    from network.report.figures.heat_figure import heat_figure
+
+    return heat_figure(d)

@@ -1,0 +1,123 @@
+"""A diagnosis as one page: report.html, with everything in it."""
+
+from __future__ import annotations
+
+import base64
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from network.analysis.comparison.amounts import joined
+from network.platform.quantities.text_table import signed, span
+from network.recordings.start_rule import ESTIMATED
+from network.report.files.diagnosis_patch import FILE
+from network.report.words.diagnosis_words import advice_words, fit_rows, is_unchanged, where_lines
+from network.report.words.finding_words import (
+    alike_words,
+    evidence_words,
+    name_of,
+    percent,
+    rival_name,
+    sizes,
+    sure_words,
+    windows_words,
+)
+from network.report.words.lumps_words import sentence_of
+from network.report.words.moved_words import moved, moved_words
+from network.report.words.recording_names import called
+from network.report.words.verdict_words import next_words, seat_words, verdict_words
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
+
+    from network.analysis.diagnosis.result import Diagnosis, Finding, Rival
+
+TEMPLATE = "diagnosis.html.j2"
+TALL = 0.8
+"""Height over width of a picture, from which half a page is too little for it."""
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A picture of the page. place: the section it stands in (found, where, fits); png: the file's bytes."""
+
+    name: str
+    place: str
+    caption: str
+    png: bytes
+
+
+def page(d: Diagnosis, pictures: Sequence[Shown], patch: str, where: Path) -> str:
+    """The page of a diagnosis whose files stand in the folder `where`."""
+    from jinja2 import Environment, PackageLoader
+
+    loader = PackageLoader("network.report")
+    rooms = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    told = _verdict(d) | _tables(d) | {"patch": patch, "patch_name": FILE, "commands": commands(d, where)}
+    return rooms.get_template(TEMPLATE).render(told, pictures=pictures, shown=shown, signed=signed)
+
+
+def shown(picture: Shown) -> Markup:
+    """The picture inside the page: no file beside it is needed."""
+    from markupsafe import Markup
+
+    data = base64.b64encode(picture.png).decode("ascii")
+    image = Markup('<img src="data:image/png;base64,{}" alt="{}">').format(data, picture.caption)
+    tall = Markup(' class="tall"') if is_tall(picture.png) else ""
+    return Markup("<figure{}>{}<figcaption>{}</figcaption></figure>\n").format(tall, image, picture.caption)
+
+
+def is_tall(png: bytes) -> bool:
+    """Whether a picture needs a page of its own to be read in print."""
+    width, height = (int.from_bytes(png[at : at + 4], "big") for at in (16, 20))
+    return height > TALL * width
+
+
+def _verdict(d: Diagnosis) -> dict[str, Any]:
+    return {
+        "machine": d.machine.name, "verdict": name_of(d.verdict), "meaning": verdict_words(d), "next": next_words(d),
+        "basis": basis(d), "findings": [_finding(d, f) for f in d.findings], "where": where_lines(d),
+    }  # fmt: skip
+
+
+def _tables(d: Diagnosis) -> dict[str, Any]:
+    header, rows = fit_rows(d)
+    return {
+        "unchanged": is_unchanged(d), "fit_header": header, "fit_rows": rows,
+        "numbers": moved(d), "moved": list(moved_words(d)),
+        "notes": d.notes, "advice": [advice_words(e) for e in d.advice],
+    }  # fmt: skip
+
+
+def basis(d: Diagnosis) -> str:
+    """On what it rests: which recordings, which seed, how long it took."""
+    fitted = joined([called(d, r) for r in d.fits.train_after.recordings])
+    told = f"Fitted on {fitted}"
+    if d.fits.holdout_after is not None:
+        told += f"; judged on {joined([called(d, r) for r in d.fits.holdout_after.recordings])}"
+    return f"{told}. Machine file {Path(d.machine.file).name}, seed {d.seed}, {span(d.seconds)}."
+
+
+def _finding(d: Diagnosis, finding: Finding) -> Mapping[str, Any]:
+    seats = seat_words(d, finding)
+    return {
+        "title": f"{name_of(finding.kind)}{f' at {seats}' if seats else ''}",
+        "sentence": sentence_of(finding), "sure": sure_words(finding), "sizes": sizes(finding),
+        "evidence": " ".join(filter(None, [evidence_words(finding), windows_words(d, finding)])),
+        "alike": alike_words(finding), "rivals": [_rival(r) for r in finding.alternatives],
+    }  # fmt: skip
+
+
+def _rival(rival: Rival) -> Mapping[str, str]:
+    return {
+        "name": rival_name(rival), "confidence": percent(rival.confidence), "why_not": rival.why_not,
+    }  # fmt: skip
+
+
+def commands(d: Diagnosis, where: Path) -> list[str]:
+    """Command lines that use the patched machine."""
+    machine = shlex.quote((where / FILE).as_posix())
+    files = [shlex.quote(r.recording.file) for r in d.fits.train_after.recordings]
+    return [f"lptn compare {machine} {' '.join(files)} --start {ESTIMATED}", f"lptn simulate {machine} {files[0]}"]

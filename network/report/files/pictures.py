@@ -1,0 +1,29 @@
+"""The pictures that a command leaves in a folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from network.analysis.comparison.compare import Comparison
+from network.engine.trajectory import Trajectory
+from network.report.figures.all_figures import comparison_figure, contributions_figure, network_figure, run_figure, save
+
+
+def draw_run(run: Trajectory, where: Path) -> list[Path]:
+    """run.png, network.png and, where something moves the tool centre point, contributions.png."""
+    pictures = {"run.png": run_figure(run), "network.png": network_figure(run.machine, run)}
+    if run.tcp:
+        pictures["contributions.png"] = contributions_figure(run)
+    for name, figure in pictures.items():
+        save(figure, where / name)
+    return [where / name for name in pictures]
+
+
+def draw_comparison(comparison: Comparison, where: Path) -> list[Path]:
+    """One picture for each recording, named like its file."""
+    stems = [Path(residual.recording.file).stem for residual in comparison.recordings]
+    names = stems if len(set(stems)) == len(stems) else [f"{i}-{stem}" for i, stem in enumerate(stems, 1)]
+    written = [where / f"{name}.png" for name in names]
+    for residual, path in zip(comparison.recordings, written, strict=True):
+        save(comparison_figure(residual), path)
+    return written

@@ -1,0 +1,100 @@
+"""What a calibration says of itself in the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from network.analysis.calibration.identifiability_report import relative
+from network.analysis.comparison.amounts import joined
+from network.engine.response.parameters import Parameter
+from network.platform.quantities.number_format import pretty
+from network.platform.quantities.text_table import digits, signed, span, table
+from network.platform.quantities.units import difference, unit
+
+if TYPE_CHECKING:
+    from network.analysis.calibration.calibrate import Calibration
+
+
+def tell_calibration(c: Calibration) -> str:
+    """Numbers before and after, residuals before and after, bands of the tool centre point, sentences, warnings."""
+    blocks = [_head(c), _numbers(c), "\n".join(_residuals(c)), "\n".join(_bands(c))]
+    told = [sentence + "." for sentence in c.sentences]
+    told += [f"warning: {warning}" for warning in c.warnings]
+    return "\n\n".join(block for block in [*blocks, "\n".join(told)] if block)
+
+
+def _head(c: Calibration) -> str:
+    count, many = len(c.parameters), len(c.data)
+    samples = sum(len(d.recording.t) for d in c.data)
+    numbers = f"{count} number{'s' if count > 1 else ''}"
+    recordings = f"{many} recording{'s' if many > 1 else ''}"
+    return f"{c.original.name}: {numbers} calibrated on {recordings} ({samples} samples) in {span(c.seconds)}"
+
+
+def _numbers(c: Calibration) -> str:
+    header = ["number", "before", "calibrated", "95 %", "moved [σ]", ""]
+    rows = []
+    for j, p in enumerate(c.parameters):
+        low, high = (_bare(p, p.value(x)) for x in c.known.interval(j))
+        moved = signed(float(c.shift[j])) if np.isfinite(c.shift[j]) else "–"
+        rows.append([p.path, before(p), _value(c, j), f"{low} … {high}", moved, _remark(c, j)])
+    return "\n".join(table(header, rows, ["moved [σ]"]))
+
+
+def before(p: Parameter) -> str:
+    """The prior as in the file."""
+    if p.is_unknown:
+        return f"unknown {_bare(p, p.value(p.low))}..{_bare(p, p.value(p.high))}"
+    return f"{p.told(p.centre)} ± {relative(p, p.centre, p.spread)}"
+
+
+def _value(c: Calibration, j: int) -> str:
+    p, theta = c.parameters[j], float(c.theta[j])
+    return f"{p.told(theta)} ± {relative(p, theta, float(c.std[j]))}"
+
+
+def _bare(p: Parameter, value: float) -> str:
+    given = unit(p.field.unit)
+    return digits((difference(given) if p.field.unit == "K" else given).from_si(value), 3)
+
+
+def _remark(c: Calibration, j: int) -> str:
+    if j in c.known.at_bound:
+        return "at bound"
+    return "prior only" if j in c.known.prior_only else ""
+
+
+def _residuals(c: Calibration) -> Iterator[str]:
+    from network.analysis.calibration.calibrate import pooled_channels
+
+    columns = [("calibrated on", c.before, c.after), ("held out", c.before_holdout, c.after_holdout)]
+    pairs = [(name, b, a) for name, b, a in columns if b is not None and a is not None]
+    header = ["rmse [σ]", *(f"{name}: {side}" for name, _, _ in pairs for side in ("before", "after"))]
+    each = [[pooled_channels(x) for x in pair[1:]] for pair in pairs]
+    names = dict.fromkeys(n for pair in each for side in pair for n in side)
+    rows = [
+        [n, *(digits(side[n]["rmse_in_noise"], 3) if n in side else "–" for pair in each for side in pair)]
+        for n in names
+    ]
+    rows.append(["all channels", *(digits(x.rmse_in_noise, 3) for _, b, a in pairs for x in (b, a))])
+    yield from table(header, rows, header[1:])
+    if any(p.is_unknown for p in c.parameters):
+        yield "  before: unknown numbers at the middle of their range"
+
+
+def _bands(c: Calibration) -> Iterator[str]:
+    """The largest ±1σ of every axis over all recordings."""
+    largest: dict[str, tuple[float, str]] = {}
+    for own in c.bands:
+        for band in own:
+            if band.largest >= largest.get(band.axis, (-1.0, ""))[0]:
+                largest[band.axis] = band.largest, band.unit
+    told = [f"{axis} to ±{digits(value, 2)} {pretty(unit_text)}" for axis, (value, unit_text) in largest.items()]
+    if told and c.known.misfit > 1:
+        yield f"By their own uncertainty these numbers leave the tool centre point along {joined(told)} at worst (1σ);"
+        yield "what is missing from the machine comes on top."
+    elif told:
+        yield f"These numbers tell the tool centre point along {joined(told)} at worst (1σ)."

@@ -1,0 +1,134 @@
+"""What a diagnosis says of itself in the terminal."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING
+
+from network.analysis.diagnosis.isolability import DETAILS
+from network.analysis.diagnosis.result import CLEAR, FAINT
+from network.platform.quantities.text_table import digits, span, table
+from network.report.words.finding_words import (
+    alike_words,
+    evidence_words,
+    rivals_words,
+    sizes,
+    sure_words,
+    windows_words,
+)
+from network.report.words.heat_words import POINTS, heat_words, is_found_at, seats_in, suspects_of, where_words
+from network.report.words.lumps_words import sentence_of
+from network.report.words.moved_words import moved_words
+from network.report.words.verdict_words import next_words, verdict_words
+
+if TYPE_CHECKING:
+    from network.analysis.comparison.compare import Comparison
+    from network.analysis.diagnosis.result import Diagnosis, Experiment, Finding
+
+WIDTH = 110
+BEFORE = "  before: as written, its numbers calibrated"
+
+
+def tell_diagnosis(d: Diagnosis) -> str:
+    """Verdict; findings with size, evidence and rivals; where; what moved back; fits before and after; advice."""
+    header, rows = fit_rows(d)
+    fits = [*table(header, rows, header[1:]), *([] if is_unchanged(d) else [BEFORE])]
+    blocks = [
+        _verdict(d), *(_finding(d, i, f) for i, f in enumerate(d.findings, 1)), _paragraphs(where_lines(d)),
+        _paragraphs(moved_words(d)), "\n".join(fits),
+        _paragraphs(map(shortened_note, d.notes)), _paragraphs(map(_next_experiment, d.advice)),
+        _paragraphs([next_words(d)]),
+    ]  # fmt: skip
+    return "\n\n".join(block for block in blocks if block)
+
+
+def _verdict(d: Diagnosis) -> str:
+    head = f"{d.machine.name}: {d.verdict.replace('_', ' ')} ({span(d.seconds)}, seed {d.seed})"
+    return "\n".join([head, *textwrap.wrap(verdict_words(d), WIDTH)])
+
+
+def _finding(d: Diagnosis, number: int, finding: Finding) -> str:
+    first, then = (f"{number}. ", "   ") if len(d.findings) > 1 else ("  ", "  ")
+    lines = textwrap.wrap(sentence_of(finding), WIDTH, initial_indent=first, subsequent_indent=then)
+    rows = [
+        ("size", "; ".join(f"{name} {size}" for name, size in sizes(finding))), ("sure", sure_words(finding)),
+        ("evidence", " ".join([evidence_words(finding), windows_words(d, finding)])),
+        ("alike", alike_words(finding)), *(("or", told) for told in rivals_words(finding)),
+    ]  # fmt: skip
+    for name, told in rows:
+        start = f"   {name:<9} "
+        lines += textwrap.wrap(told, WIDTH, initial_indent=start, subsequent_indent=" " * len(start))
+    return "\n".join(lines)
+
+
+def where_lines(d: Diagnosis) -> list[str]:
+    """Where it differed, and how; nothing where nothing is missing."""
+    if not d.findings:
+        return []
+    told = [u for u in suspects_of(d, 1) if is_found_at(u, seats_in(d)) or u.probability >= POINTS]
+    return [line for line in [*(heat_words(d, u) for u in told), where_words(d)] if line]
+
+
+def fit_rows(d: Diagnosis) -> tuple[list[str], list[list[str]]]:
+    """Header and rows: rms residual of every channel in noise units, before and after; once where
+    both are the same."""
+    columns = list(_columns(d))
+    each = [by_channel(comparison) for _, comparison in columns]
+    names = dict.fromkeys(name for column in each for name in column)
+    rows = [[name, *(_sigma(column.get(name)) for column in each)] for name in names]
+    rows.append(["all channels", *(_sigma(comparison.rmse_in_noise) for _, comparison in columns)])
+    return ["rmse [σ]", *(name for name, _ in columns)], rows
+
+
+def _columns(d: Diagnosis) -> Iterator[tuple[str, Comparison]]:
+    sides = (("fitted", d.fits.train_before, d.fits.train_after), ("held out", *held_out(d)))
+    for name, before, after in sides:
+        if before is not None and after is not None:
+            yield from ((name, after),) if is_unchanged(d) else ((f"{name}, before", before), (f"{name}, after", after))
+
+
+def held_out(d: Diagnosis) -> tuple[Comparison | None, Comparison | None]:
+    return d.fits.holdout_before, d.fits.holdout_after
+
+
+def is_unchanged(d: Diagnosis) -> bool:
+    """Whether the machine is as before: nothing was added to it, nothing cut more finely."""
+    before, after = (by_channel(comparison) for comparison in (d.fits.train_before, d.fits.train_after))
+    return before == after
+
+
+def by_channel(comparison: Comparison) -> dict[str, float]:
+    """Rms residual of every channel over all recordings, in noise units."""
+    from network.analysis.calibration.calibrate import pooled_channels
+
+    return {name: told["rmse_in_noise"] for name, told in pooled_channels(comparison).items()}
+
+
+def _sigma(value: float | None) -> str:
+    return "–" if value is None else digits(value, 3)
+
+
+def _next_experiment(experiment: Experiment) -> str:
+    told = advice_words(experiment)
+    return told if experiment.sigma < CLEAR else f"Next experiment: {told}"
+
+
+def advice_words(experiment: Experiment) -> str:
+    """A run, what it would separate, how clearly and how fast."""
+    text = " ".join(experiment.text.split()).rstrip(".")
+    if not experiment.separates:
+        return f"{text}."
+    apart = f"{digits(experiment.sigma, 2)} σ in {span(3600 * experiment.hours)}"
+    if experiment.sigma < CLEAR:
+        return f"{text}, with {apart}." if experiment.sigma >= FAINT else f"{text}."
+    return f"{text}. It would tell {' from '.join(experiment.separates)} by {apart}."
+
+
+def shortened_note(note: str) -> str:
+    """A note without what only the report goes into."""
+    return note.partition(f" {DETAILS}")[0]
+
+
+def _paragraphs(sentences: Iterable[str]) -> str:
+    return "\n".join(line for sentence in sentences for line in textwrap.wrap(sentence, WIDTH))

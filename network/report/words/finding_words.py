@@ -1,0 +1,126 @@
+"""A finding in words: its size, how sure it is, what speaks for it, and what else it could be."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from network.analysis.comparison.amounts import joined
+from network.platform.quantities.number_format import pretty
+from network.platform.quantities.text_table import digits
+from network.platform.quantities.units import difference, show, unit
+from network.report.words.heat_words import THROUGHOUT, when
+from network.report.words.recording_names import called
+
+if TYPE_CHECKING:
+    from network.analysis.diagnosis.result import Diagnosis, Finding, Quantity, Rival
+
+MOST_RIVALS = 4
+MOST_WINDOWS = 3
+SURE = ((95, "nearly certain"), (75, "probable"), (55, "more likely than not"), (45, "an even chance"), (0, "doubtful"))
+"""Words for a confidence, from so many percent."""
+EVEN = 0.1
+"""Confidences nearer than this are called the same."""
+PREFIXED = ("W", "J", "N")
+
+
+def plus_minus(q: Quantity) -> str:
+    """790 ± 30 W: the standard error to two digits and the value to as many places; alone where it was not free."""
+    std = q.std / difference(unit(q.unit)).scale
+    value = float(show(q.value, q.unit, 12).partition(" ")[0])
+    if not (math.isfinite(std) and std > 0):
+        return f"{digits(value, 4)} {shown_unit(q.unit)}".rstrip()
+    prefix, scale = _prefix(max(abs(value), std), q.unit)
+    value, std = value / scale, std / scale
+    places = 1 - int(f"{std:.1e}".partition("e")[2])
+    low, near = (f"{round(x, places) + 0.0:.{max(places, 0)}f}".replace("-", "−") for x in (value, std))
+    return f"{low} ± {near} {prefix}{shown_unit(q.unit)}".rstrip()
+
+
+def shown_unit(unit_text: str) -> str:
+    return pretty(unit_text).replace("–", "")
+
+
+def _prefix(size: float, unit_text: str) -> tuple[str, float]:
+    """kilo or mega where that saves digits."""
+    if unit_text.partition("/")[0] not in PREFIXED or size < 1e4:
+        return "", 1.0
+    return ("M", 1e6) if size >= 1e6 else ("k", 1e3)
+
+
+def name_of(kind: str) -> str:
+    return kind.replace("_", " ")
+
+
+def sizes(finding: Finding) -> list[tuple[str, str]]:
+    """Every number of it, with its standard error."""
+    return [(name_of(name), plus_minus(q)) for name, q in finding.parameters.items()]
+
+
+def sure_word(confidence: float) -> str:
+    """A confidence as a word: of the percent that are shown, so that one number has one word."""
+    return next(word for least, word in SURE if round(100 * confidence) >= least)
+
+
+def sure_words(finding: Finding) -> str:
+    """The confidence as a word and a number; beside what cannot be told from it, what that has."""
+    p, alike = finding.confidence, finding.indistinguishable
+    if not alike:
+        return f"{sure_word(p)}, {percent(p)}"
+    if all(abs(p - r.confidence) < EVEN for r in alike):
+        return f"{percent(p)}: as likely as {joined([rival_name(r) for r in alike])}"
+    return f"{percent(p)}, beside {joined([f'{percent(r.confidence)} for {rival_name(r)}' for r in alike])}"
+
+
+def evidence_words(finding: Finding) -> str:
+    """What it adds to the log evidence, against what chance adds."""
+    if not math.isfinite(finding.gain):
+        return "Without it the machine cannot be fitted at all."
+    times = finding.gain / finding.threshold if finding.threshold > 0 else math.inf
+    more = f"{times:.0f} times" if 2 <= times < 200 else "far" if times >= 200 else ""
+    told = f"It explains {f'{more} more'.strip()} than chance would"
+    return f"{told} ({_nats(finding.gain)} nats of evidence against {_nats(finding.threshold)})."
+
+
+def _nats(value: float) -> str:
+    return f"{value:.0f}" if abs(value) >= 100 else digits(value, 2)
+
+
+def windows_words(d: Diagnosis, finding: Finding) -> str:
+    """When it showed most, on the first recording; nothing where that was always, or is that of an earlier finding."""
+    earlier = d.findings[: d.findings.index(finding)] if finding in d.findings else ()
+    if finding.windows in [f.windows for f in earlier]:
+        return ""
+    longest = sorted(finding.windows, key=lambda w: w[0] - w[1])[:MOST_WINDOWS]
+    t, name = d.fits.train_before.recordings[0].trajectory.t, called(d, d.fits.train_before.recordings[0])
+    told = [when(first, last, t, name) for first, last in sorted(longest)]
+    if not told or any(text.startswith(THROUGHOUT) for text in told):
+        return ""
+    words = [text[:1].lower() + text[1:] for text in told]
+    short = [text.removesuffix(f" of {name}") for text in words[:-1]] + words[-1:]
+    return f"It showed most {joined(short)}{', and at other times' if len(finding.windows) > MOST_WINDOWS else ''}."
+
+
+def rival_name(rival: Rival) -> str:
+    """Kind and place, as a reader says it."""
+    seats = rival.places or rival.channels
+    return f"{name_of(rival.kind)} ({', '.join(seats)})" if seats else name_of(rival.kind)
+
+
+def rivals_words(finding: Finding) -> Iterator[str]:
+    """What else was fitted, and what speaks against each; without what cannot be told from it."""
+    alike = {rival_name(r) for r in finding.indistinguishable}
+    apart = [r for r in finding.alternatives if rival_name(r) not in alike]
+    for rival in apart[:MOST_RIVALS]:
+        yield f"{rival_name(rival)}, {percent(rival.confidence)}: {rival.why_not}"
+
+
+def percent(share: float) -> str:
+    return "below 1 %" if share < 0.01 else f"{100 * share:.0f} %"
+
+
+def alike_words(finding: Finding) -> str:
+    """What these recordings cannot tell it from."""
+    names = [rival_name(rival) for rival in finding.indistinguishable]
+    return f"These recordings cannot tell it from {joined(names)}." if names else ""

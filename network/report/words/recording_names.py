@@ -1,0 +1,30 @@
+"""What recordings are called: by their file, with as many of its folders as it takes to tell two apart."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from network.analysis.comparison.compare import RecordingResidual
+    from network.analysis.diagnosis.result import Diagnosis
+
+
+def called(d: Diagnosis, residual: RecordingResidual) -> str:
+    """The name of a recording among all of a diagnosis: results.csv, or one/results.csv beside two/results.csv."""
+    sides = (d.fits.train_after, d.fits.holdout_after)
+    files = [r.recording.file for side in sides if side is not None for r in side.recordings]
+    return apart([*files, residual.recording.file])[residual.recording.file]
+
+
+def apart(files: Iterable[str]) -> dict[str, str]:
+    """File → the shortest end of its path that no other has."""
+    paths = {file: Path(file).absolute().parts for file in files}
+    return {file: _end(parts, [p for p in paths.values() if p != parts]) for file, parts in paths.items()}
+
+
+def _end(parts: tuple[str, ...], others: list[tuple[str, ...]]) -> str:
+    lengths = range(1, len(parts) + 1)
+    enough = next((n for n in lengths if all(p[-n:] != parts[-n:] for p in others)), len(parts))
+    return "/".join(parts[-enough:])

@@ -1,0 +1,115 @@
+"""The verdict of a diagnosis as a sentence, and what to do next."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from network.analysis.comparison.amounts import joined
+from network.catalogue.declaration.entry_path import axis_of
+from network.platform.quantities.text_table import digits
+from network.report.words.recording_names import called
+
+if TYPE_CHECKING:
+    from network.analysis.diagnosis.result import Diagnosis, Finding
+
+COUNTS = ("nothing", "one effect", "two effects", "three effects", "four effects")
+MEANING = {
+    "adequate": "{machine} explains its recordings: what is left, {left}, is what noise leaves. No physics is missing "
+    "that these recordings would show.",
+    "parameters_only": "Only numbers of {machine} were wrong. With them calibrated it explains its recordings, to "
+    "{left}; no physics is missing that these recordings would show.",
+    "too_coarse": "{machine} is cut too coarsely{where}. With more lumps there {falls}; nothing else is missing that "
+    "these recordings would show.",
+    "missing_physics": "{machine} lacks {count} that its recordings show{where}. With {it} in, {falls}.",
+    "sensor_fault": "The physics of {machine} holds; {channels} does not read true. With that counted in, {falls}.",
+    "unexplained": "{machine} and its recordings differ{where}, and nothing in the catalogue explains it: after all "
+    "that was tried, {left} is left.",
+}
+CLEAN, UNTOLD = ("adequate", "parameters_only"), 2.0
+"""Verdicts that speak of recordings as explained, and misfit of a held-out run over that of the others from which it is
+not."""
+NEXT = {
+    "adequate": "Use the machine with its numbers as calibrated. What these recordings cannot show is not ruled out.",
+    "parameters_only": "Use the calibrated numbers, and look up any that moved far from the file: a wrong drawing, "
+    "material or unit shows there.",
+    "too_coarse": "Keep the finer parts. Judge what else may be missing only with them.",
+    "missing_physics": "Look at the machine for it. If it is there, keep the patch; its numbers come with their "
+    "uncertainty.",
+    "sensor_fault": "Check, move or exchange that sensor and record again, and leave the physics of the machine as it "
+    "is.",
+    "unexplained": "Look at the machine where heat or movement is unaccounted for, with its history in hand. The patch "
+    "holds only what did hold.",
+}
+
+
+def verdict_words(d: Diagnosis) -> str:
+    """What the verdict means for this machine."""
+    told = {
+        "machine": d.machine.name, "left": f"{digits(d.fits.train_after.rmse_in_noise, 3)} σ", "falls": falls(d),
+        "where": _where(d), "count": _count(d), "it": "it" if len(d.findings) < 2 else "them",
+        "channels": joined(list(dict.fromkeys(n for f in d.findings for n in f.channels))) or "a channel",
+    }  # fmt: skip
+    return MEANING[d.verdict].format_map(told) + _but(d)
+
+
+def _but(d: Diagnosis) -> str:
+    """That a held-out run is not explained, where no sentence says so yet."""
+    train, held = d.fits.train_after.rmse_in_noise, d.fits.holdout_after
+    if d.verdict not in CLEAN or held is None or held.rmse_in_noise < UNTOLD * max(1.0, train):
+        return ""
+    left, apart = digits(held.rmse_in_noise, 3), "differs from the others in something they do not show"
+    return f" But it leaves {left} σ of {_held_out(d)}, never used in a fit: that run {apart}."
+
+
+def next_words(d: Diagnosis) -> str:
+    return NEXT[d.verdict]
+
+
+def falls(d: Diagnosis) -> str:
+    """How far the residual falls, on what was fitted and on what was held out."""
+    before, after = d.fits.train_before.rmse_in_noise, d.fits.train_after.rmse_in_noise
+    told = f"the residual {_falls(before, after)} noise units"
+    if d.fits.holdout_before is None or d.fits.holdout_after is None:
+        return told
+    before, after = d.fits.holdout_before.rmse_in_noise, d.fits.holdout_after.rmse_in_noise
+    return f"{told}, and {_falls(before, after)} on {_held_out(d)}, never used in a fit"
+
+
+def _falls(before: float, after: float) -> str:
+    low, high = digits(before, 3), digits(after, 3)
+    return f"stays at {high}" if low == high else f"{'falls' if after < before else 'rises'} from {low} to {high}"
+
+
+def _held_out(d: Diagnosis) -> str:
+    assert d.fits.holdout_after is not None
+    return joined([called(d, r) for r in d.fits.holdout_after.recordings])
+
+
+def _count(d: Diagnosis) -> str:
+    count = sum(1 for f in d.findings if not f.channels) or len(d.findings)
+    return COUNTS[count] if count < len(COUNTS) else f"{count} effects"
+
+
+def _where(d: Diagnosis) -> str:
+    seats = list(dict.fromkeys(seat_words(d, f) for f in d.findings))
+    if not (seats and all(seats)):
+        return ""
+    told = [f"one at {seat}" for seat in seats] if len(seats) > 1 else [f"at {seats[0]}"]
+    return f"{', ' if len(seats) > 1 else ' '}{joined(told)}"
+
+
+def seat_words(d: Diagnosis, finding: Finding) -> str:
+    """Where a finding sits; behind the parts, along which axes they move the tool centre point."""
+    seats = seats_of(d, finding)
+    axes = [axis for seat in seats if (axis := axis_of(seat))]
+    parts = [seat for seat in seats if not axis_of(seat)]
+    if not axes:
+        return joined(parts)
+    return f"{joined(parts)} (movement along {joined(axes)})" if parts else f"the tool centre point ({joined(axes)})"
+
+
+def seats_of(d: Diagnosis, finding: Finding) -> tuple[str, ...]:
+    """Where a finding sits, as its reader says it: parts rather than what is held, an axis, or a channel."""
+    nodes = d.machine.nodes
+    parts = tuple(name for name in finding.places if name not in nodes or not nodes[name].is_held)
+    return parts or finding.places or finding.channels
