@@ -10,6 +10,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from network.platform.printing import use_printer
+
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
@@ -38,3 +40,6 @@ def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"network has no '{name}'")
     return getattr(import_module(f"network.{_HOME[name]}"), name)
+
+
+use_printer(lambda: import_module("network.report.show"))

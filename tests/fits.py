@@ -13,8 +13,9 @@ from network.analysis.calibration.gauss_newton import Problem, make_problem
 from network.analysis.calibration.measured_means import measured
 from network.engine.response.parameters import free_parameters
 from network.engine.simulation import simulate
+from network.recordings.columns import Column
 from network.recordings.inputs import Schedule, Signal, Start, constant, held
-from network.recordings.recording import Column, Recording
+from network.recordings.recording import Recording
 
 GROWS = {"kind": "stretching", "of": "body", "length": "300 mm", "expansion": "1.1e-5 1/K", "direction": 1}
 

@@ -24,8 +24,9 @@ from network.analysis.diagnosis.isolability import isolability, named
 from network.analysis.diagnosis.ranking import confidence, distinct, shares
 from network.analysis.diagnosis.result import CLEAR, Experiment
 from network.analysis.diagnosis.screen import Score, screen
+from network.recordings.columns import Column
 from network.recordings.inputs import constant, held
-from network.recordings.recording import Column, Recording
+from network.recordings.recording import Recording
 from network.report.words.diagnosis_words import advice_words
 
 PUMP = {"sources": {"pump": {"kind": "heat_source", "into": {"body": 1}, "power": "20 W"}}}

@@ -13,13 +13,15 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from network.analysis.comparison.compare import ChannelResidual, RecordingResidual, compare
+from network.analysis.comparison.channel_residual import ChannelResidual
+from network.analysis.comparison.compare import RecordingResidual, compare
 from network.engine.simulation import simulate
 from network.machine.machine import Machine
 from network.platform.refusal import Spot
 from network.platform.yaml.document import tree_of
+from network.recordings.columns import Column
 from network.recordings.inputs import Start
-from network.recordings.recording import Column, Recording
+from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
 from network.report.figures.all_figures import band_figure, fit_figure, residual_figure, save, shift_figure
 from network.report.figures.canvas import PALETTE

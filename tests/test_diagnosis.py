@@ -17,8 +17,9 @@ from network.analysis.diagnosis.lump_refinement import STRAINED
 from network.analysis.diagnosis.result import Diagnosis
 from network.engine.simulation import simulate
 from network.machine.machine import Machine
+from network.recordings.columns import Column
 from network.recordings.inputs import Schedule, Start, held, linear
-from network.recordings.recording import Column, Recording
+from network.recordings.recording import Recording
 
 NODES = {
     "spindle": {"heat_capacity": "8 kJ/K"}, "housing": {"heat_capacity": "30 kJ/K"},

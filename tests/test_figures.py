@@ -26,8 +26,9 @@ from network.platform.quantities.number_format import number
 from network.platform.quantities.units import unit
 from network.platform.refusal import Refused, Spot
 from network.platform.yaml.document import Branch, tree_of
+from network.recordings.columns import Column
 from network.recordings.inputs import held, linear
-from network.recordings.recording import Column, Recording
+from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
 from network.report.figures.all_figures import comparison_figure, contributions_figure, network_figure, run_figure, save
 from network.report.figures.canvas import PALETTE, gap_unit, in_unit, look, shortened

@@ -17,7 +17,8 @@ from network.analysis.diagnosis.holdout_admission import taken_in
 from network.cli import main
 from network.platform.refusal import Refused
 from network.recordings.channel_match import overheard
-from network.recordings.recording import Column, Recording
+from network.recordings.columns import Column
+from network.recordings.recording import Recording
 from network.recordings.yaml_values import start_of
 
 

@@ -15,8 +15,9 @@ from network.engine.simulation import simulate
 from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
 from network.platform.refusal import Refused
+from network.recordings.columns import Column
 from network.recordings.inputs import Start
-from network.recordings.recording import Column, Recording
+from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
 
 HOUR = 3600.0

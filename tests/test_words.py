@@ -21,8 +21,9 @@ from network.machine.machine import Machine
 from network.platform.quantities.text_table import MOST_ROWS, digits, signed, span, table
 from network.platform.refusal import Spot
 from network.platform.yaml.document import tree_of
+from network.recordings.columns import Column
 from network.recordings.inputs import Start
-from network.recordings.recording import Column, Recording
+from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
 from network.report.words.words import describe, tell_comparison, tell_run, tell_worst
 

@@ -14,6 +14,7 @@ from network.catalogue.expansions.base import ANGULAR_AXES
 from network.engine.energy import EnergyAccount
 from network.engine.network import Network
 from network.machine.machine import Machine
+from network.platform.printing import tell
 from network.platform.quantities.units import difference, unit
 from network.recordings.inputs import Schedule
 
@@ -107,9 +108,7 @@ class Trajectory:
         return {key: float(value) for key, value in ends.items()} | {"unit": axis_unit(axis)}
 
     def __str__(self) -> str:
-        from network.report.words.words import tell_run
-
-        return tell_run(self)
+        return tell(self)
 
 
 def _in_unit(values: Array, unit_text: str) -> Array:

@@ -22,6 +22,7 @@ from network.machine.file_layers import load_tree
 from network.machine.lumps import level_patch
 from network.machine.overrides import set_lumps, set_value
 from network.machine.reader import MachineReader
+from network.platform.printing import tell
 from network.platform.quantities.units import Number
 from network.platform.refusal import Complaints, Refusal, Spot
 from network.platform.yaml.document import Branch, plain
@@ -152,6 +153,4 @@ class Machine:
         return dict(plain(self.tree))
 
     def __str__(self) -> str:
-        from network.report.words.words import describe
-
-        return describe(self)
+        return tell(self)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,15 +15,31 @@ from network.platform.quantities.units import BadNumber
 from network.platform.refusal import Complaints, likely, refuse
 from network.platform.yaml import document
 from network.platform.yaml.document import Branch, Tree
+from network.recordings.columns import Column, channels
 from network.recordings.csv_table import Choose, Heading, read_heading, refuse_twice, table
-from network.recordings.inputs import constant
-from network.recordings.recording import Column, Recording, channels
+from network.recordings.inputs import Signal, Start, constant
 from network.recordings.yaml_values import check_keys, parse_start, quantity, read_keys, seconds, shift, told
 
 _MAPPING = {"recording": "name", "file": "recording.csv", "columns": '{theirs: "ours [unit]"}'}
 
 
-def load_mapping(path: Path) -> Recording:
+@dataclass(frozen=True, eq=False)
+class Mapped:
+    """What a recording is made of, as a mapping has it."""
+
+    name: str
+    file: str
+    t: Array
+    columns: Mapping[str, Column]
+    constants: Mapping[str, Signal]
+    start: Start | None
+    fill: Mapping[str, str]
+    between: Mapping[str, str]
+    source: str
+
+
+def load_mapping(path: Path) -> Mapped:
+    """From a mapping file. Raises Refused with all faults."""
     tree, complaints = document.load(path, "a mapping of a recording"), Complaints()
     others = ("interval", "inputs", "start", "fill", "between", "from", "until", "zero")
     check_keys(tree, "the mapping", _MAPPING, others, complaints)
@@ -55,7 +71,7 @@ def load_mapping(path: Path) -> Recording:
     source = str(values["file"]) if part.start == 0 else ""
     constants = {name: constant(name, given.text, value) for name, (value, given) in values["inputs"].items()}
     how = {key: values[key] for key in ("start", "fill", "between")}
-    return Recording(values["recording"], str(path), t[part], columns, constants, source=source, **how)
+    return Mapped(values["recording"], str(path), t[part], columns, constants, source=source, **how)
 
 
 def _part(t: Array, values: Mapping[str, Any], tree: Branch) -> slice:

@@ -11,18 +11,11 @@ import numpy as np
 from network.catalogue.declaration.declare import Array
 from network.platform.quantities.units import unit
 from network.platform.refusal import Complaints, Spot, likely, refuse
-from network.recordings.csv_table import USUAL_UNITS, Heading, check_times, read_heading, refuse_twice, table
+from network.recordings.columns import Column, channels
+from network.recordings.csv_table import USUAL_UNITS, Heading, read_heading, refuse_twice, table
 from network.recordings.inputs import Schedule, Signal, Start, held, is_slow, linear
+from network.recordings.mapping import load_mapping
 from network.recordings.yaml_values import told
-
-
-@dataclass(frozen=True, eq=False)
-class Column:
-    """One channel. values: in SI (temperatures in °C), NaN for gaps; unit: what it is shown in."""
-
-    name: str
-    unit: str
-    values: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,9 +46,7 @@ class Recording:
         """From a CSV, or from a mapping (.yaml, .yml). Raises Refused with all faults, of many alike the first ones."""
         path = Path(path)
         if path.suffix.lower() in (".yaml", ".yml"):
-            from network.recordings.mapping import load_mapping
-
-            return load_mapping(path)
+            return cls(**vars(load_mapping(path)))
         return _load_csv(path)
 
     def until(self, share: float) -> Recording:
@@ -135,19 +126,3 @@ def _load_csv(path: Path) -> Recording:
     t, columns = channels(headings, cells, str(path), None, complaints)
     complaints.raise_if_any()
     return Recording(path.stem, str(path), t, columns, source=str(path))
-
-
-def channels(
-    headings: Sequence[Heading], cells: Array, file: str, interval: float | None, complaints: Complaints
-) -> tuple[Array, dict[str, Column]]:
-    """Times [s] and the other columns in SI."""
-    t = np.arange(len(cells), dtype=np.float64) * (interval or 1.0)
-    columns = {}
-    for k, heading in enumerate(headings):
-        values = cells[:, k] * heading.unit.scale + heading.unit.offset
-        if heading.name == "time":
-            check_times(cells[:, k], heading.unit.text, file, complaints)
-            t = values
-        else:
-            columns[heading.name] = Column(heading.name, heading.unit.text, values)
-    return t, columns

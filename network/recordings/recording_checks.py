@@ -11,7 +11,8 @@ from network.machine.machine import Machine
 from network.platform.quantities.text_table import digits
 from network.platform.quantities.units import unit
 from network.platform.refusal import Complaints, Spot
-from network.recordings.recording import Column, Recording
+from network.recordings.columns import Column
+from network.recordings.recording import Recording
 from network.recordings.yaml_values import COLDEST, HOTTEST
 
 COLDEST_INPUT = -200.0

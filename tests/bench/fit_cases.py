@@ -14,8 +14,9 @@ from network.catalogue.declaration.entry_path import NumberPath
 from network.engine.response.parameters import Parameter, at_values, parameter
 from network.engine.simulation import simulate
 from network.platform.quantities.units import Number
+from network.recordings.columns import Column
 from network.recordings.inputs import Schedule, linear
-from network.recordings.recording import Column, Recording
+from network.recordings.recording import Recording
 
 SPREAD = 0.3
 

@@ -22,10 +22,12 @@ from network.analysis.calibration.robust_fit import Fit, refined
 from network.analysis.calibration.tcp_bands import Band, bands
 from network.analysis.calibration.uncertainty import Uncertainty, uncertainty
 from network.analysis.calibration.unit_mistakes import misread
-from network.analysis.comparison.compare import Comparison, compare, pooled
+from network.analysis.comparison.channel_residual import pooled
+from network.analysis.comparison.compare import Comparison, compare
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import Parameter, at_values, centres, free_parameters, values_at
 from network.machine.machine import Machine
+from network.platform.printing import summarise, tell
 from network.platform.refusal import Complaints
 from network.platform.threads import on_one_thread
 from network.recordings.channel_match import overheard
@@ -89,17 +91,13 @@ class Calibration:
 
     def summary(self) -> dict[str, Any]:
         """calibration.json."""
-        from network.report.files.calibration_summary import summary
-
-        return summary(self)
+        return summarise(self)
 
     def __repr__(self) -> str:
         return f"<calibration of {self.original.name}: rmse {self.after.rmse_in_noise:.3g} σ>"
 
     def __str__(self) -> str:
-        from network.report.words.calibration_words import tell_calibration
-
-        return tell_calibration(self)
+        return tell(self)
 
 
 @on_one_thread

@@ -25,6 +25,7 @@ from network.engine.response.model import Model, start_pushes
 from network.engine.response.parameters import Parameter, at_values, centres, free_parameters, values_at
 from network.engine.trajectory import axis_unit
 from network.machine.machine import Machine
+from network.platform.printing import summarise, tell
 from network.platform.threads import on_one_thread
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
@@ -81,17 +82,13 @@ class Foresight:
         yield from sorted(told, key=lambda r: -abs(r[2]))
 
     def summary(self) -> dict[str, Any]:
-        from network.report.words.experiment_plan_words import summary
-
-        return summary(self)
+        return summarise(self)
 
     def __repr__(self) -> str:
         return f"<what {self.schedule} would tell about {self.machine.name}>"
 
     def __str__(self) -> str:
-        from network.report.words.experiment_plan_words import tell_foresight
-
-        return tell_foresight(self)
+        return tell(self)
 
 
 @on_one_thread

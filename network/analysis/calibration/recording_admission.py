@@ -17,8 +17,9 @@ from network.engine.time_constants import time_constants
 from network.machine.machine import Machine
 from network.platform.quantities.text_table import span
 from network.platform.refusal import Complaints, Refused, Spot
+from network.recordings.columns import Column
 from network.recordings.inputs import Start
-from network.recordings.recording import Column, Recording
+from network.recordings.recording import Recording
 
 MOVES = 4.0
 """Of the noise of a mean: what a channel has to move by to tell anything."""

@@ -12,7 +12,8 @@ import numpy as np
 
 from network.analysis.calibration.gauss_newton import Linearised, residual_cost
 from network.analysis.calibration.multistart import rms
-from network.analysis.comparison.compare import ChannelResidual, Comparison
+from network.analysis.comparison.channel_residual import ChannelResidual
+from network.analysis.comparison.compare import Comparison
 from network.engine.response.parameters import centres
 from network.platform.quantities.units import show
 from network.platform.refusal import Refusal, Spot

@@ -7,15 +7,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from network.catalogue.declaration.declare import Array
+from network.analysis.comparison.channel_residual import ChannelResidual, pooled
 from network.catalogue.declaration.entry_path import displacement
 from network.engine.simulation import schedule_for, simulate
 from network.engine.solvers.carry_out import Progress
 from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
-from network.platform.quantities.units import difference, unit
+from network.platform.printing import tell
+from network.platform.quantities.units import unit
 from network.platform.refusal import Complaints, Spot, refuse
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
@@ -24,49 +23,6 @@ from network.recordings.scenario import Scenario
 
 if TYPE_CHECKING:
     from network.analysis.comparison.examine import ChannelTests
-
-
-@dataclass(frozen=True, eq=False)
-class ChannelResidual:
-    """One channel of one recording. t [s]; measured, simulated in SI; sigma: declared 1σ of a sample; unit: shown."""
-
-    name: str
-    unit: str
-    t: Array
-    measured: Array
-    simulated: Array
-    sigma: float
-
-    @property
-    def residual(self) -> Array:
-        """Measured less simulated, SI, NaN in gaps."""
-        return np.asarray(self.measured - self.simulated)
-
-    @property
-    def in_noise(self) -> Array:
-        """Residual in units of noise."""
-        return np.asarray(self.residual / self.sigma)
-
-    @property
-    def finite(self) -> Array:
-        return np.isfinite(self.measured)
-
-    @property
-    def n(self) -> int:
-        return int(self.finite.sum())
-
-    @property
-    def rmse_in_noise(self) -> float:
-        return _rms(self.in_noise)
-
-    def summary(self) -> dict[str, Any]:
-        """The channel's part of `compare --json`: rmse and max in its unit."""
-        shown = self.residual / difference(unit(self.unit)).scale
-        largest = float(np.nanmax(np.abs(shown))) if self.n else None
-        return {
-            "rmse": _rms(shown) if self.n else None, "unit": "K" if unit(self.unit).is_temperature else self.unit,
-            "rmse_in_noise": self.rmse_in_noise if self.n else None, "max": largest, "n": self.n,
-        }  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +43,7 @@ class RecordingResidual:
         """Whiteness, periods, drivers and regimes of every channel that has readings."""
         from network.analysis.comparison.examine import examine
 
-        return examine(self)
+        return examine(self.channels, self.trajectory, self.recording.columns, self.unused)
 
     def summary(self) -> dict[str, Any]:
         tests = {name: found.summary() for name, found in self.tests.items()}
@@ -112,19 +68,7 @@ class Comparison:
         return {"recordings": [r.summary() for r in self.recordings], "rmse_in_noise": self.rmse_in_noise}
 
     def __str__(self) -> str:
-        from network.report.words.words import tell_comparison
-
-        return tell_comparison(self)
-
-
-def _rms(values: Array) -> float:
-    finite = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(finite**2))) if len(finite) else float("nan")
-
-
-def pooled(channels: Iterable[ChannelResidual]) -> float:
-    """√mean of all finite residuals in units of noise."""
-    return _rms(np.concatenate([channel.in_noise for channel in channels]))
+        return tell(self)
 
 
 def compare(

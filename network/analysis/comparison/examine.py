@@ -22,7 +22,9 @@ from network.analysis.comparison.window import worst_window
 from network.catalogue.declaration.declare import Array
 
 if TYPE_CHECKING:
-    from network.analysis.comparison.compare import ChannelResidual, RecordingResidual
+    from network.analysis.comparison.channel_residual import ChannelResidual
+    from network.engine.trajectory import Trajectory
+    from network.recordings.columns import Column
 
 
 @dataclass(frozen=True)
@@ -86,14 +88,16 @@ class Rows:
         return np.asarray(np.sqrt((self.values**2).sum(axis=1) / np.maximum(self.there.sum(axis=1), 1)))
 
 
-def examine(residual: RecordingResidual) -> Mapping[str, ChannelTests]:
-    """Tests of every channel that has readings, without those that lie far apart."""
-    calm = [calmed(channel) for channel in residual.channels.values() if channel.n]
+def examine(
+    residuals: Mapping[str, ChannelResidual], run: Trajectory, columns: Mapping[str, Column], unused: Sequence[str]
+) -> Mapping[str, ChannelTests]:
+    """Tests of every channel of a recording that has readings, without those that lie far apart."""
+    calm = [calmed(channel) for channel in residuals.values() if channel.n]
     channels = [channel for channel, _ in calm]
-    grid = Grid.of(residual.trajectory.t)
+    grid = Grid.of(run.t)
     rows = rows_of(channels, grid)
-    candidates = candidates_of(residual, grid)
-    regimes = regimes_of(residual.trajectory, grid)
+    candidates = candidates_of(run, columns, unused, grid)
+    regimes = regimes_of(run, grid)
     driven = _driven(rows, candidates)
     together = _together(rows)
     periods = _periods(rows, candidates, regimes)
@@ -116,13 +120,14 @@ def rows_of(channels: Sequence[ChannelResidual], grid: Grid) -> Rows:
     return Rows(channels, grid, si, values, there, *autocorrelations(values, there))
 
 
-def candidates_of(residual: RecordingResidual, grid: Grid) -> list[Candidate]:
+def candidates_of(
+    run: Trajectory, columns: Mapping[str, Column], unused: Sequence[str], grid: Grid
+) -> list[Candidate]:
     """Inputs and unused columns that vary, in all their forms."""
-    columns = residual.recording.columns
     found: list[Candidate] = []
-    for name, values in residual.trajectory.inputs.items():
+    for name, values in run.inputs.items():
         found += forms(name, grid.hold(values), True, grid)
-    for name in residual.unused:
+    for name in unused:
         found += forms(name, grid.put(columns[name].values), False, grid)
     return found
 

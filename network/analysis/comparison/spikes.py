@@ -12,7 +12,7 @@ from network.analysis.comparison.amounts import amount
 from network.catalogue.declaration.declare import Array
 
 if TYPE_CHECKING:
-    from network.analysis.comparison.compare import ChannelResidual
+    from network.analysis.comparison.channel_residual import ChannelResidual
 
 AMONG = 9
 """Readings that one is compared with: what lasts for half as many is no spike."""

@@ -12,7 +12,7 @@ from network.catalogue.declaration.declare import Array
 from network.platform.quantities.text_table import span
 
 if TYPE_CHECKING:
-    from network.analysis.comparison.compare import ChannelResidual
+    from network.analysis.comparison.channel_residual import ChannelResidual
 
 LAGS = 20
 LEVEL = 0.05

@@ -9,7 +9,7 @@ import numpy as np
 from network.catalogue.declaration.declare import Array
 
 if TYPE_CHECKING:
-    from network.analysis.comparison.compare import ChannelResidual
+    from network.analysis.comparison.channel_residual import ChannelResidual
 
 SMOOTHING = 60
 """A worst window is looked for in the residual smoothed over this part of the recording."""

@@ -11,6 +11,7 @@ from network.analysis.diagnosis.location import Location
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.patch import Patch
 from network.machine.machine import Machine
+from network.platform.printing import tell
 
 UNKNOWN = "unknown"
 """The kind of a finding that no kind of the catalogue explains."""
@@ -144,7 +145,7 @@ class Fits:
 def _fit(comparison: Comparison | None) -> dict[str, Any]:
     if comparison is None:
         return {}
-    from network.analysis.comparison.compare import pooled
+    from network.analysis.comparison.channel_residual import pooled
 
     names = dict.fromkeys(n for r in comparison.recordings for n in r.channels)
     by_name = {n: pooled(r.channels[n] for r in comparison.recordings if n in r.channels) for n in names}
@@ -188,6 +189,4 @@ class Diagnosis:
         }  # fmt: skip
 
     def __str__(self) -> str:
-        from network.report.words.diagnosis_words import tell_diagnosis
-
-        return tell_diagnosis(self)
+        return tell(self)

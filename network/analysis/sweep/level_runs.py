@@ -9,7 +9,8 @@ from statistics import median
 
 import numpy as np
 
-from network.analysis.comparison.compare import ChannelResidual, check_fit, pooled
+from network.analysis.comparison.channel_residual import ChannelResidual, pooled
+from network.analysis.comparison.compare import check_fit
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.sections import section
 from network.engine.observe import channel

@@ -10,7 +10,6 @@ from typing import Any
 from network.analysis.sweep.level_runs import PAPER, Gap, Job, LevelRun, check_levels, run_level, usual_levels
 from network.analysis.sweep.tolerance import Tolerance, parse_tolerance
 from network.analysis.sweep.variations import (
-    Extremes,
     GridJob,
     Variation,
     VariedRun,
@@ -20,10 +19,9 @@ from network.analysis.sweep.variations import (
     run_varied,
 )
 from network.engine.simulation import check_known, schedule_for
-from network.engine.trajectory import axis_unit
 from network.machine.machine import Machine
 from network.platform.parallel import Told, run_all
-from network.platform.quantities.units import unit
+from network.platform.printing import summarise, tell
 from network.platform.refusal import Complaints, Spot, refuse
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
@@ -75,39 +73,10 @@ class Sweep:
 
     def summary(self) -> dict[str, Any]:
         """What sweep.json holds and --json prints."""
-        from network.report.words.sweep_words import tell_tolerance
-
-        told: dict[str, Any] = {"machine": self.machine.name, "source": self.source}
-        if self.runs:
-            return told | {"vary": [v.summary() for v in self.variations], "runs": [self._point(r) for r in self.runs]}
-        told |= {"levels": [self._level(run) for run in self.levels], "finest": self.finest.level}
-        for form in (run.closed_form for run in self.levels if run.closed_form is not None):
-            told["closed_form"] = form.summary()
-        if self.tolerance is not None:
-            level = self.coarsest_within.level if self.coarsest_within else None
-            told["tolerance"] = self.tolerance.summary() | {"level": level, "sentence": tell_tolerance(self)}
-        return told
-
-    def _level(self, run: LevelRun) -> dict[str, Any]:
-        tcp = {axis: Extremes.of(axis, values).summary() for axis, values in run.tcp.items()}
-        for axis, told in tcp.items():
-            if gap := self.gap(run, axis):
-                scale = unit(axis_unit(axis)).scale
-                told["difference"] = {"max": gap.largest / scale, "rms": gap.rms / scale}
-        return {
-            "level": run.level, "lumps": run.lumps, "tcp": tcp, "temperature_difference": self.temperature_gap(run),
-            "rmse_in_noise": run.in_noise, "tcp_rmse_in_noise": run.tcp_in_noise,
-            "solve_seconds": run.solve_seconds, "method": run.method,
-        }  # fmt: skip
-
-    def _point(self, run: VariedRun) -> dict[str, Any]:
-        values = {v.path: value for v, value in zip(self.variations, run.values, strict=True)}
-        return {"values": values, "tcp": {axis: extremes.summary() for axis, extremes in run.tcp.items()}}
+        return summarise(self)
 
     def __str__(self) -> str:
-        from network.report.words.sweep_words import tell_sweep
-
-        return tell_sweep(self)
+        return tell(self)
 
 
 def sweep(

@@ -31,7 +31,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from network.analysis.comparison.compare import ChannelResidual, RecordingResidual
+    from network.analysis.comparison.channel_residual import ChannelResidual
+    from network.analysis.comparison.compare import RecordingResidual
 
 LEFT, RIGHT = (0.75, 5.35), (6.85, 2.95)
 """Columns of channels and residuals: (left edge, width) in inches."""

@@ -32,7 +32,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from network.analysis.comparison.compare import ChannelResidual, RecordingResidual
+    from network.analysis.comparison.channel_residual import ChannelResidual
+    from network.analysis.comparison.compare import RecordingResidual
 
 BEFORE, AFTER, BAND = PALETTE[1], PALETTE[0], PALETTE[2]
 HEIGHTS = (1.75, 1.35, 1.1)

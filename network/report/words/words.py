@@ -17,7 +17,8 @@ from network.platform.quantities.units import Unit, difference, unit
 from network.report.words.describe import describe
 
 if TYPE_CHECKING:
-    from network.analysis.comparison.compare import ChannelResidual, Comparison, RecordingResidual
+    from network.analysis.comparison.channel_residual import ChannelResidual
+    from network.analysis.comparison.compare import Comparison, RecordingResidual
     from network.engine.trajectory import Trajectory
 
 __all__ = ["describe", "tell_comparison", "tell_run"]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from network import Recording
 from network.analysis.calibration.initial_temperatures import estimated
-from network.analysis.comparison.compare import ChannelResidual, pooled
+from network.analysis.comparison.channel_residual import ChannelResidual, pooled
 from network.catalogue.declaration.declare import Array
 
 FITS = 1.5

@@ -14,8 +14,9 @@ import numpy as np
 from network.catalogue.declaration.declare import Array
 from network.machine.machine import Machine
 from network.platform.quantities.units import show, unit
+from network.recordings.columns import Column
 from network.recordings.inputs import Signal, Start, constant, held
-from network.recordings.recording import Column, Recording
+from network.recordings.recording import Recording
 
 RANGE = (0.02, 0.98)
 """Quantiles of the recorded values that count as the range."""

@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from network.analysis.comparison.compare import ChannelResidual
+from network.analysis.comparison.channel_residual import ChannelResidual
 from network.analysis.diagnosis.candidates import Candidate, candidates, kinds
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, suppose
 from network.analysis.diagnosis.intermittent.change_points import SHARES, Loose, Windows, loose_in, steps_of
