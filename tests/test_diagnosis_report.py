@@ -34,7 +34,6 @@ from network.report.files.page import basis, is_tall
 from network.report.words.diagnosis_words import fit_rows
 from network.report.words.finding_words import plus_minus, sure_word, sure_words
 from network.report.words.heat_words import course
-from network.report.words.lumps_words import sentence_of
 from network.report.words.moved_words import moved
 from network.report.words.verdict_words import MEANING
 
@@ -172,8 +171,8 @@ def test_parts_that_need_more_lumps_are_told_together_and_all_of_them() -> None:
     nodes = {name: {"material": "steel", "lumps": n} for name, n in (("head", 10), ("beam", 10), ("rail", 20))}
     cut = finding(kind="lumping", parameters={}, patch={"nodes": nodes}, sentence="Head needs 10 lumps.")
     right = "Head and beam need 10 lumps each along their length; rail needs 20 lumps along its length."
-    assert sentence_of(cut) == right == cut.summary()["sentence"]
-    assert sentence_of(finding()) == finding().sentence
+    assert cut.whole_sentence == right == cut.summary()["sentence"]
+    assert finding().whole_sentence == finding().sentence
 
 
 def test_what_says_nothing_is_left_out(found: Diagnosis) -> None:

@@ -22,7 +22,7 @@ from network.platform.refusal import Complaints
 from network.platform.yaml.tree import Branch, Items, Leaf, Tree
 
 if TYPE_CHECKING:
-    from network.machine.machine import Machine
+    from network.machine.entries import Entries
 
 
 def places_of(entry: Declared) -> Iterator[tuple[str, Place]]:
@@ -37,7 +37,7 @@ def places_of(entry: Declared) -> Iterator[tuple[str, Place]]:
             yield from ((attribute, place) for place, _ in value)
 
 
-def check_machine(machine: Machine, complaints: Complaints) -> None:
+def check_machine(machine: Entries, complaints: Complaints) -> None:
     """All checks over the whole machine; refusals and warnings go to `complaints`."""
     given = machine.tree.items.get("nodes")
     faulty = len(machine.nodes) < len(given.items) if isinstance(given, Branch) else not is_empty(given)
@@ -53,7 +53,7 @@ def check_machine(machine: Machine, complaints: Complaints) -> None:
     _check_connections(machine, complaints)
 
 
-def _check_entries(machine: Machine, complaints: Complaints) -> None:
+def _check_entries(machine: Entries, complaints: Complaints) -> None:
     """What the entries say against themselves; expansions know the machine by now and are asked again."""
     for path, entry in machine.by_path.items():
         for field, wrong, right in entry.faults() if path.section == TCP else ():
@@ -66,7 +66,7 @@ def _check_entries(machine: Machine, complaints: Complaints) -> None:
             complaints.warn(entry.spot_of("temperature"), wrong, "an input is meant here; link nodes to join them")
 
 
-def _check_links(machine: Machine, complaints: Complaints) -> None:
+def _check_links(machine: Entries, complaints: Complaints) -> None:
     for name, link in machine.links.items():
         places = link.places
         field = "through" if isinstance(link, Stream) else "between"
@@ -79,7 +79,7 @@ def _check_links(machine: Machine, complaints: Complaints) -> None:
             complaints.warn(link.spot_of(field), wrong, "it changes nothing; link a part, or take it out")
 
 
-def _check_sources(machine: Machine, complaints: Complaints) -> None:
+def _check_sources(machine: Entries, complaints: Complaints) -> None:
     for name, source in machine.sources.items():
         for place, _ in source.into:
             if machine.nodes[place.node].is_held:
@@ -87,7 +87,7 @@ def _check_sources(machine: Machine, complaints: Complaints) -> None:
                 complaints.refuse(source.spot_of("into"), wrong, "heat a part, or give that node a heat capacity")
 
 
-def _check_sensors(machine: Machine, complaints: Complaints) -> None:
+def _check_sensors(machine: Entries, complaints: Complaints) -> None:
     tcp = section(machine.tree, TCP)
     unmoved = [axis for axis in tcp.items if isinstance(tcp.items[axis], Branch) and not section(tcp, axis).items]
     moved = [axis for axis, entries in tcp.items.items() if not is_empty(entries) and axis not in unmoved]
@@ -102,7 +102,7 @@ def _check_sensors(machine: Machine, complaints: Complaints) -> None:
             complaints.refuse(sensor.spot, f"sensors.{name} has the name of {what}", "rename the sensor")
 
 
-def _check_inputs(machine: Machine, complaints: Complaints) -> None:
+def _check_inputs(machine: Entries, complaints: Complaints) -> None:
     """One input cannot be a temperature here and a speed there."""
     seen: dict[str, tuple[EntryPath, str]] = {}
     for path, entry in machine.by_path.items():
@@ -123,7 +123,7 @@ def _needs(entry: Declared) -> Mapping[str, str]:
 
 
 # -- who is connected with whom -------------------------------------------------------------------------------------
-def _check_connections(machine: Machine, complaints: Complaints) -> None:
+def _check_connections(machine: Entries, complaints: Complaints) -> None:
     linked = _mentioned(section(machine.tree, "links"))
     heated = _mentioned(section(machine.tree, "sources"))
     for name in machine.nodes:
@@ -155,7 +155,7 @@ def _texts(tree: Tree) -> Iterator[str]:
             yield from _texts(child)
 
 
-def _check_unlinked(machine: Machine, name: str, heated: bool, complaints: Complaints) -> None:
+def _check_unlinked(machine: Entries, name: str, heated: bool, complaints: Complaints) -> None:
     node = machine.nodes[name]
     if node.is_held:
         complaints.warn(node.spot, f"nodes.{name} is held and no link reaches it", "link it, or take it out")
@@ -166,7 +166,7 @@ def _check_unlinked(machine: Machine, name: str, heated: bool, complaints: Compl
         complaints.refuse(node.spot, wrong, "link it, or give heat_capacity")
 
 
-def _groups(machine: Machine) -> Iterator[list[str]]:
+def _groups(machine: Entries) -> Iterator[list[str]]:
     """The nodes that links and streams join, directly or over others, each group in the order of the file."""
     group = {name: {name} for name in machine.nodes}
     for link in machine.links.values():

@@ -24,7 +24,7 @@ from network.platform.refusal import Complaints, Refused, Spot, likely, refuse, 
 from network.platform.yaml.document import Branch, Items, plain
 
 if TYPE_CHECKING:
-    from network.machine.machine import Machine
+    from network.machine.entries import Entries
 
 
 def weights(place: Place, lumps: int) -> Array:
@@ -43,7 +43,7 @@ def _weights(start: float, stop: float, lumps: int) -> Array:
     return weight
 
 
-def level_patch(machine: Machine, name: str) -> Branch:
+def level_patch(machine: Entries, name: str) -> Branch:
     """The machine's tree at one of its named levels. Raises Refused for an unknown or faulty level."""
     levels = section(machine.tree, "levels")
     level = levels.items.get(name)
@@ -57,7 +57,7 @@ def level_patch(machine: Machine, name: str) -> Branch:
     return tree
 
 
-def check_levels(machine: Machine, complaints: Complaints) -> None:
+def check_levels(machine: Entries, complaints: Complaints) -> None:
     """Reads the machine at each of its named levels; what is wrong with one goes to `complaints`."""
     for name, level in section(machine.tree, "levels").items.items():
         if isinstance(level, Branch):
@@ -76,7 +76,7 @@ def _lump_wishes(level: Branch) -> Iterator[tuple[str, Spot]]:
         yield str(plain(lumps)), lumps.spot
 
 
-def _merged_nodes(machine: Machine, tree: Branch, level: Branch) -> Branch:
+def _merged_nodes(machine: Entries, tree: Branch, level: Branch) -> Branch:
     groups = level.items.get("merge")
     if groups is None:
         return tree
@@ -90,7 +90,7 @@ def _merged_nodes(machine: Machine, tree: Branch, level: Branch) -> Branch:
     return tree
 
 
-def _check_group(machine: Machine, new: str, names: list[Any], spot: Spot) -> None:
+def _check_group(machine: Entries, new: str, names: list[Any], spot: Spot) -> None:
     parts = [name for name, node in machine.nodes.items() if node.is_part]
     if len({str(name) for name in names}) < max(2, len(names)):
         raise refuse(spot, f"merge.{new} is not a list of different nodes", "write `merge: {new name: [node, node]}`")
@@ -103,7 +103,7 @@ def _check_group(machine: Machine, new: str, names: list[Any], spot: Spot) -> No
         raise refuse(spot, f"merge.{new}: several of these parts melt", "merge only one that melts")
 
 
-def merge_patch(machine: Machine, new: str, members: list[str]) -> Patch:
+def merge_patch(machine: Entries, new: str, members: list[str]) -> Patch:
     """The patch that makes one lump of several parts: capacities add, links between them go, places follow.
 
     What a part's length and material decided (how far it stretches) is kept as numbers.
@@ -113,7 +113,7 @@ def merge_patch(machine: Machine, new: str, members: list[str]) -> Patch:
     return Patch(sections | ({"closed_form": roles} if roles else {}))
 
 
-def _merge_entries(machine: Machine, new: str, members: list[str]) -> Iterator[tuple[EntryPath, Any]]:
+def _merge_entries(machine: Entries, new: str, members: list[str]) -> Iterator[tuple[EntryPath, Any]]:
     for name in members:
         if name != new:
             yield EntryPath("nodes", "", name), None

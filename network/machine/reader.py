@@ -25,10 +25,10 @@ from network.platform.refusal import Complaints, likely, short
 from network.platform.yaml.tree import Branch, Leaf, Tree
 
 if TYPE_CHECKING:
-    from network.machine.machine import Machine
+    from network.machine.entries import Entries
 
 Entry = TypeVar("Entry", bound=Declared)
-Kind = TypeVar("Kind", bound="Machine")
+Kind = TypeVar("Kind", bound="Entries")
 ROLES = ("spindle", "beam")
 COLDEST, HOTTEST = -100.0, 300.0
 MOST_REMEMBERED = 5000
@@ -172,7 +172,7 @@ class MachineReader:
                 self.complaints.refuse(branch.key_spot(name), wrong, "rename it")
 
     # -- what only the whole machine knows --------------------------------------------------------------------------
-    def _resolve(self, machine: Machine, holders: Mapping[tuple[str, str], dict[str, Any]]) -> None:
+    def _resolve(self, machine: Entries, holders: Mapping[tuple[str, str], dict[str, Any]]) -> None:
         """Entries that name what is not there are told and taken out; the others look up what they need."""
         for (section_name, axis), holder in holders.items():
             for name, entry in list(holder.items()):
@@ -181,7 +181,7 @@ class MachineReader:
                 else:
                     del holder[name]
 
-    def _finds_all(self, machine: Machine, path: EntryPath, entry: Declared) -> bool:
+    def _finds_all(self, machine: Entries, path: EntryPath, entry: Declared) -> bool:
         material = entry.material if isinstance(entry, Node) else None
         if material is not None and material not in machine.materials:
             self._missing(path, entry, "material", material, "materials", machine.materials)

@@ -8,16 +8,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from network.analysis.diagnosis.forward_selection import Screened, followed, screened
 from network.analysis.diagnosis.holdout_admission import taken_in
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, rejudged, renoised, suppose, under_file_noise
-from network.analysis.diagnosis.intermittent.intermittent_fault import Episodes, episodes
+from network.analysis.diagnosis.intermittent.intermittent_fault import episodes
 from network.analysis.diagnosis.locate import locate
 from network.analysis.diagnosis.lump_convergence import settled
 from network.analysis.diagnosis.lump_refinement import FAR, FULL, refined
-from network.analysis.diagnosis.result import Diagnosis, UnknownHeat
+from network.analysis.diagnosis.result import Diagnosis
+from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.verdict import diagnosis_of
 from network.machine.machine import Machine
 from network.platform.parallel import processes
@@ -31,29 +32,6 @@ TOLD = 1.25
 """Misfit χ of what was found from one refinement, above which the machine as written is followed, too."""
 BEHIND = 3.0
 """Misfit of the machine as written over that of its best refinement, beyond which it is not looked at by itself."""
-
-
-@dataclass(frozen=True, eq=False)
-class Search:
-    """What a diagnosis tried on its way: the machine as written and calibrated, the best, of each step what stood
-    before it (befores) and all its rivals, where it differed, the gain that chance reaches, what could be missing.
-
-    given: the recordings as they were; fault: what was wrong with a channel of them, set right in those of the case.
-    """
-
-    given: Case
-    case: Case
-    fault: Episodes | None
-    written: Hypothesis
-    plain: Hypothesis
-    null: Hypothesis
-    best: Hypothesis
-    befores: tuple[Hypothesis, ...]
-    steps: tuple[tuple[Hypothesis, ...], ...]
-    gains: tuple[float, ...]
-    located: tuple[UnknownHeat, ...]
-    threshold: float
-    screened: Screened
 
 
 @on_one_thread

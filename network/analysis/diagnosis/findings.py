@@ -11,14 +11,15 @@ from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.locate import locate
 from network.analysis.diagnosis.ranking import ALIKE, confidence, distinct, shares
-from network.analysis.diagnosis.result import UNKNOWN, Finding, Quantity, Rival, UnknownHeat, sentence
+from network.analysis.diagnosis.result import UNKNOWN, Finding, Quantity, Rival, UnknownHeat
 from network.catalogue.declaration.patch import Patch
 from network.engine.response.parameters import Parameter
 from network.machine.machine import Machine
 from network.platform.quantities.number_format import spoken
+from network.platform.wording import sentence
 
 if TYPE_CHECKING:
-    from network.analysis.diagnosis.diagnose import Search
+    from network.analysis.diagnosis.search_record import Search
 
 REPLACED = 0.5
 """Confidence in a finding that took the place of another only beside later ones."""

@@ -15,9 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from network.analysis.diagnosis.candidates import Candidate
-from network.analysis.diagnosis.result import CLEAR, sentence
+from network.analysis.diagnosis.result import CLEAR
 from network.analysis.diagnosis.screen import Score
 from network.catalogue.declaration.declare import Array
+from network.platform.wording import sentence
 
 SAME = 0.95
 """Cosine from which two candidates are one."""

@@ -8,11 +8,12 @@ from network.analysis.calibration.gauss_newton import linearise
 from network.analysis.diagnosis.candidate_response import directions
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.lump_refinement import structural
-from network.analysis.diagnosis.result import Finding, sentence
+from network.analysis.diagnosis.result import Finding
 from network.analysis.diagnosis.screen import whitened
 from network.catalogue.declaration.patch import Patch
 from network.engine.response.parameters import centres
 from network.machine.machine import Machine
+from network.platform.wording import sentence
 
 SURE = 0.95
 CLEAR = 0.3

@@ -8,6 +8,7 @@ from typing import Any
 
 from network.analysis.comparison.compare import Comparison
 from network.analysis.diagnosis.location import Location
+from network.analysis.diagnosis.lump_sentences import cuts_only, lump_sentence
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.patch import Patch
 from network.machine.machine import Machine
@@ -19,11 +20,6 @@ CLEAR = 3.0
 """σ from which a run counts as telling two explanations apart."""
 FAINT = 1.0
 """σ below which a run tells nothing, and is not proposed."""
-
-
-def sentence(words: str) -> str:
-    """The words, the first letter large."""
-    return words[:1].upper() + words[1:]
 
 
 @dataclass(frozen=True)
@@ -79,15 +75,19 @@ class Finding:
     alternatives: tuple[Rival, ...] = ()
     indistinguishable: tuple[Rival, ...] = ()
 
-    def summary(self) -> dict[str, Any]:
-        from network.report.words.lumps_words import sentence_of
+    @property
+    def whole_sentence(self) -> str:
+        """As it was found; where its patch does nothing but cut parts more finely, every part of the patch."""
+        only_lumps = not self.parameters and cuts_only(self.patch)
+        return lump_sentence(self.patch["nodes"]) if only_lumps else self.sentence
 
+    def summary(self) -> dict[str, Any]:
         return {
             "kind": self.kind, "section": self.section, "places": list(self.places), "channels": list(self.channels),
             "confidence": self.confidence, "parameters": {n: q.summary() for n, q in self.parameters.items()},
             "alternatives": [r.summary() for r in self.alternatives],
             "indistinguishable": [r.summary() for r in self.indistinguishable],
-            "sentence": sentence_of(self), "patch": self.patch.to_plain(),
+            "sentence": self.whole_sentence, "patch": self.patch.to_plain(),
             "evidence": {"delta_log_evidence": self.gain, "threshold": self.threshold,
                          "windows": [list(w) for w in self.windows]},
         }  # fmt: skip

@@ -24,7 +24,7 @@ from network.platform.parallel import run_all
 from network.recordings.recording import Recording
 
 if TYPE_CHECKING:
-    from network.analysis.diagnosis.diagnose import Search
+    from network.analysis.diagnosis.search_record import Search
 
 UNEXPLAINED = 1.5
 """Misfit χ that no finding may leave and be called an explanation."""

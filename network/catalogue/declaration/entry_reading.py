@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, ClassVar, Protocol, Self, TypeVar
 
 from network.catalogue.declaration.field import REQUIRED, Field
 from network.catalogue.declaration.registry import section_of
@@ -11,10 +11,19 @@ from network.platform.quantities.units import BadNumber
 from network.platform.refusal import Complaints, likely, short
 from network.platform.yaml.tree import Branch, Items, Leaf, Tree
 
-if TYPE_CHECKING:
-    from network.catalogue.declaration.declare import Declared
 
-Entry = TypeVar("Entry", bound="Declared")
+class Readable(Protocol):
+    """What is asked of a class of entries to read one of them."""
+
+    kind: ClassVar[str]
+    fields: ClassVar[dict[str, Field]]
+    one_of: ClassVar[tuple[tuple[str, ...], ...]]
+
+    @classmethod
+    def read(cls, name: str, tree: Tree, complaints: Complaints, where: str = "") -> Self | None: ...
+
+
+Entry = TypeVar("Entry", bound=Readable)
 
 
 class Nested(Field):
@@ -27,10 +36,9 @@ class Nested(Field):
     def parse(self, tree: Tree) -> Any:
         raise NotImplementedError("nested entries are read with parse_entry")
 
-    def parse_entry(self, where: str, tree: Tree, complaints: Complaints) -> Declared | tuple[Declared, ...] | None:
+    def parse_entry(self, where: str, tree: Tree, complaints: Complaints) -> Any:
         if not self.many:
-            entry: Declared | None = self.of().read(where, tree, complaints, where)
-            return entry
+            return self.of().read(where, tree, complaints, where)
         if not isinstance(tree, Items):
             raise BadNumber("is not a list", "write [{kind: …, …}, …]")
         read = [read_kind(self.of(), f"{where}.{i}", child, complaints) for i, child in enumerate(tree.entries)]

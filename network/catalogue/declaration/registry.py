@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import Any
 
-if TYPE_CHECKING:
-    from network.catalogue.declaration.declare import Declared
-
-_REGISTRY: dict[str, dict[str, type[Declared]]] = {}
+_REGISTRY: dict[str, dict[str, type[Any]]] = {}
 
 
-def enter(cls: type[Declared]) -> None:
+def enter(cls: type[Any]) -> None:
     _REGISTRY.setdefault(cls.section, {})[cls.kind] = cls
 
 
-def registered(section: str) -> Mapping[str, type[Declared]]:
+def registered(section: str) -> Mapping[str, type[Any]]:
     """The kinds of one section of a machine file, sorted by name. The rooms must be loaded (see discovery)."""
     return dict(sorted(_REGISTRY.get(section, {}).items()))
 

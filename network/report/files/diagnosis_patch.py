@@ -13,7 +13,6 @@ from network.catalogue.declaration.proposals import fresh
 from network.catalogue.declaration.sections import depth
 from network.machine.file_layers import patch_from
 from network.platform.yaml.document import dump
-from network.report.words.lumps_words import sentence_of
 from network.report.words.recording_names import called
 
 if TYPE_CHECKING:
@@ -36,7 +35,7 @@ def patch_text(d: Diagnosis, where: Path) -> str:
 def _remarks(d: Diagnosis) -> Iterator[str]:
     """Comment lines: what was found, and on what."""
     names = joined([called(d, r) for r in d.fits.train_after.recordings])
-    told = [sentence_of(f) for f in d.findings] or ["Nothing is missing that these recordings would show."]
+    told = [f.whole_sentence for f in d.findings] or ["Nothing is missing that these recordings would show."]
     for sentence in (*told, f"Diagnosed by lptn on {names}: value ± standard error."):
         yield from commented(sentence)
 

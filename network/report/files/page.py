@@ -24,7 +24,6 @@ from network.report.words.finding_words import (
     sure_words,
     windows_words,
 )
-from network.report.words.lumps_words import sentence_of
 from network.report.words.moved_words import moved, moved_words
 from network.report.words.recording_names import called
 from network.report.words.verdict_words import next_words, seat_words, verdict_words
@@ -104,7 +103,7 @@ def _finding(d: Diagnosis, finding: Finding) -> Mapping[str, Any]:
     seats = seat_words(d, finding)
     return {
         "title": f"{name_of(finding.kind)}{f' at {seats}' if seats else ''}",
-        "sentence": sentence_of(finding), "sure": sure_words(finding), "sizes": sizes(finding),
+        "sentence": finding.whole_sentence, "sure": sure_words(finding), "sizes": sizes(finding),
         "evidence": " ".join(filter(None, [evidence_words(finding), windows_words(d, finding)])),
         "alike": alike_words(finding), "rivals": [_rival(r) for r in finding.alternatives],
     }  # fmt: skip

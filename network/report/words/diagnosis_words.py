@@ -18,7 +18,6 @@ from network.report.words.finding_words import (
     windows_words,
 )
 from network.report.words.heat_words import POINTS, heat_words, is_found_at, seats_in, suspects_of, where_words
-from network.report.words.lumps_words import sentence_of
 from network.report.words.moved_words import moved_words
 from network.report.words.verdict_words import next_words, verdict_words
 
@@ -50,7 +49,7 @@ def _verdict(d: Diagnosis) -> str:
 
 def _finding(d: Diagnosis, number: int, finding: Finding) -> str:
     first, then = (f"{number}. ", "   ") if len(d.findings) > 1 else ("  ", "  ")
-    lines = textwrap.wrap(sentence_of(finding), WIDTH, initial_indent=first, subsequent_indent=then)
+    lines = textwrap.wrap(finding.whole_sentence, WIDTH, initial_indent=first, subsequent_indent=then)
     rows = [
         ("size", "; ".join(f"{name} {size}" for name, size in sizes(finding))), ("sure", sure_words(finding)),
         ("evidence", " ".join([evidence_words(finding), windows_words(d, finding)])),

@@ -19,7 +19,7 @@ from network.analysis.diagnosis.screen import screen
 from network.platform.refusal import Failed, Refused
 
 if TYPE_CHECKING:
-    from network.analysis.diagnosis.diagnose import Search
+    from network.analysis.diagnosis.search_record import Search
 
 DOUBT = 0.1
 """Belief in a rival, beside the finding, from which it is worth a run."""

@@ -1,0 +1,118 @@
+"""What a machine file says: nodes, links, sources, how temperature moves the tool centre point, sensors."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, Self
+
+from network.catalogue.declaration.declare import Declared, Effect
+from network.catalogue.declaration.entry_path import NESTED, EntryPath
+from network.catalogue.declaration.sections import TCP
+from network.catalogue.expansions.base import Expansion
+from network.catalogue.materials import BUILT_IN, Material
+from network.catalogue.mechanisms.base import Link, Source, State, Stream
+from network.catalogue.nodes import Node
+from network.catalogue.sensors.sensor import Sensor
+from network.platform.quantities.units import Number
+from network.platform.refusal import Complaints, Refusal
+from network.platform.yaml.document import Branch, plain
+
+
+@dataclass(frozen=True)
+class Entries(ABC):
+    """Everything a machine file says, with materials, lengths and the reference filled in.
+
+    reference: temperature of zero displacement [°C]; tcp: axis → name → entry; tree: the file as merged, from which
+    patches start; warnings: what was doubtful in it.
+    """
+
+    name: str
+    reference: float
+    nodes: Mapping[str, Node]
+    links: Mapping[str, Link | Stream]
+    sources: Mapping[str, Source]
+    tcp: Mapping[str, Mapping[str, Expansion]]
+    sensors: Mapping[str, Sensor]
+    materials: Mapping[str, Material]
+    closed_form: Mapping[str, str]
+    tree: Branch
+    file: str
+    warnings: tuple[Refusal, ...] = field(default=())
+
+    @classmethod
+    @abstractmethod
+    def read(cls, tree: Branch, file: str, complaints: Complaints | None = None) -> Self:
+        """The machine of a merged tree. Raises Refused with every fault found, those already in `complaints` too."""
+
+    def material(self, name: str) -> Material | None:
+        return self.materials.get(name)
+
+    @property
+    def lumps(self) -> int:
+        """How many there are, in all parts."""
+        return sum(node.lumps for node in self.nodes.values() if node.is_part)
+
+    def joined_parts(self) -> Iterator[tuple[str, str]]:
+        """Pairs of different parts that some link joins, each pair once."""
+        seen = set()
+        for link in self.links.values():
+            places = link.between if isinstance(link, Link) else ()
+            pair = tuple(p.node for p in places if self.nodes[p.node].is_part)
+            if len(set(pair)) == 2 and frozenset(pair) not in seen:
+                seen.add(frozenset(pair))
+                yield pair[0], pair[1]
+
+    @cached_property
+    def expansions(self) -> Mapping[tuple[str, str], Expansion]:
+        """(axis, name) → entry."""
+        return {(axis, name): entry for axis, entries in self.tcp.items() for name, entry in entries.items()}
+
+    def entries(self) -> Iterator[tuple[EntryPath, Declared]]:
+        """Every entry with its path in the file, behind each entry those that it holds."""
+        for path, entry in self._by_name():
+            yield path, entry
+            if path.section in NESTED:
+                yield from path.held_by(entry.__dict__)
+
+    def _by_name(self) -> Iterator[tuple[EntryPath, Declared]]:
+        own = {name: stuff for name, stuff in self.materials.items() if stuff is not BUILT_IN.get(name)}
+        rooms = {"materials": own, "nodes": self.nodes, "links": self.links, "sources": self.sources}
+        for section, named in rooms.items():
+            yield from ((EntryPath(section, "", name), entry) for name, entry in named.items())
+        yield from ((EntryPath(TCP, axis, name), entry) for (axis, name), entry in self.expansions.items())
+        yield from ((EntryPath("sensors", "", name), sensor) for name, sensor in self.sensors.items())
+
+    @cached_property
+    def by_path(self) -> Mapping[EntryPath, Declared]:
+        return dict(self.entries())
+
+    @cached_property
+    def paths(self) -> Mapping[str, EntryPath]:
+        """Every entry's path by its text."""
+        return {str(path): path for path in self.by_path}
+
+    @cached_property
+    def states(self) -> Mapping[str, State]:
+        """The states that entries keep, by path: links.<name>.<state>."""
+        entries = (*self.links.values(), *self.sources.values())
+        return {f"{e.section}.{e.name}.{name}": state for e in entries for name, state in e.states.items()}
+
+    @cached_property
+    def uncertain(self) -> Mapping[str, Number]:
+        """Path, as its user writes it → number with ± or `unknown`."""
+        return {f"{path}.{key}": n for path, entry in self.by_path.items() for key, n in entry.uncertain().items()}
+
+    @cached_property
+    def inputs(self) -> Mapping[str, str]:
+        """The input channels this machine reads, each with a unit of the kind it must have."""
+        needed = {n.temperature: "degC" for n in self.nodes.values() if isinstance(n.temperature, str)}
+        for entry in self.by_path.values():
+            needed |= entry.needs() if isinstance(entry, Effect) else {}
+        return needed
+
+    def to_plain(self) -> dict[str, Any]:
+        """The machine as a mapping that reads back as the same machine."""
+        return dict(plain(self.tree))
