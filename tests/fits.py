@@ -10,7 +10,7 @@ import numpy as np
 
 from network import Machine
 from network.analysis.calibration.gauss_newton import Problem, make_problem
-from network.analysis.calibration.measured_means import measured
+from network.analysis.calibration.measured_means import weigh_recording
 from network.engine.response.parameters import free_parameters
 from network.engine.simulation import simulate
 from network.recordings.columns import Column
@@ -78,7 +78,7 @@ def recorded(
 
 
 def problem_of(machine: Machine, *recordings: Recording) -> Problem:
-    return make_problem(machine, free_parameters(machine), [measured(machine, r) for r in recordings])
+    return make_problem(machine, free_parameters(machine), [weigh_recording(machine, r) for r in recordings])
 
 
 def ou_series(t: np.ndarray, size: float, tau: float, seed: int) -> np.ndarray:

@@ -19,7 +19,7 @@ from network.analysis.diagnosis.candidates import Candidate, candidates
 from network.analysis.diagnosis.experiments.advice import experiments, in_doubt, revealing, separating
 from network.analysis.diagnosis.experiments.programs import HOLDS, driver, programs
 from network.analysis.diagnosis.experiments.separation import Pair, outcome
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, suppose
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
 from network.analysis.diagnosis.isolability import isolability, named
 from network.analysis.diagnosis.ranking import confidence, distinct, shares
 from network.analysis.diagnosis.result import CLEAR, Experiment
@@ -39,7 +39,7 @@ def proposed(case: Case, kind: str, *places: str) -> list[Candidate]:
 
 def supposed(case: Case, kind: str, *places: str) -> Hypothesis:
     """The better of the proposals of a kind at some places, fitted."""
-    fitted = [suppose(case, c.machine, (c,), c.own) for c in proposed(case, kind, *places)]
+    fitted = [fit_hypothesis(case, c.machine, (c,), c.own) for c in proposed(case, kind, *places)]
     return max(fitted, key=lambda h: h.evidence)
 
 
@@ -246,7 +246,7 @@ def test_what_could_not_be_seen_and_what_is_one_is_counted() -> None:
 
 def classes_at(*steps: tuple[float, float]) -> list[set[str]]:
     case = Case(two_blocks(), (recorded(two_blocks(), speeds(*steps), 1),))
-    null = suppose(case, case.machine)
+    null = fit_hypothesis(case, case.machine)
     known = candidates(null.machine, case.drivers)
     return [{named(c) for c in group} for group in isolability(screen(null.fit, known, null.values), known).classes]
 
@@ -261,7 +261,7 @@ def test_a_program_is_advised_that_shows_what_could_not_be_seen() -> None:
     """Standing still tells nothing of what grows with speed."""
     quiet = two_blocks()
     case = Case(quiet, (recorded(quiet, speeds((0.0, 0), (3.9, 3000)), 1),))
-    null = suppose(case, quiet)
+    null = fit_hypothesis(case, quiet)
     fan = proposed(case, "forced_convection", "body")
     assert screen(null.fit, fan, null.values)[0].detectable < CLEAR
     (told,) = revealing(null, fan)

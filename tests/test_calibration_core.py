@@ -13,7 +13,7 @@ from scipy.optimize import minimize
 
 from network.analysis.calibration import knots as knots_module
 from network.analysis.calibration.gauss_newton import _step
-from network.analysis.calibration.measured_means import measured
+from network.analysis.calibration.measured_means import weigh_recording
 from network.engine.channels import readouts
 from network.engine.response import recursion, series
 from network.engine.response.cells import averages, cell_matrix
@@ -160,7 +160,7 @@ def test_held_inputs_are_left_with_their_jumps_and_noisy_ones_are_smoothed():
     schedule = speeds(*USUAL, ambient=noisy)
     machine = two_blocks()
     recording = recorded(machine, schedule, None)
-    run = measured(machine, recording).run
+    run = weigh_recording(machine, recording).run
     assert len(run.schedule.signals["speed"].t) == len(USUAL)
     assert np.abs(run.schedule.signals["ambient"].at(t) - 20).std() < 0.06
     assert knots_module.LONGEST >= 60

@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_limits
 
 from network.analysis.calibration import measured_means
 from network.analysis.calibration.coloured_noise import residuals
-from network.analysis.calibration.measured_means import measured
+from network.analysis.calibration.measured_means import weigh_recording
 from network.analysis.calibration.noise import Noise, whitener
 from network.engine.response.knots import Knots, jumps_of
 from network.engine.response.model import Model
@@ -42,7 +42,7 @@ def sampled(monkeypatch, machine, hours=0.25, seed=1, beside=0.1):
     for name in machine.sensors:
         recording.columns[name].values[-1] = np.nan
     recording.columns["T_body"].values[40:50] = np.nan
-    data = measured(machine, recording)
+    data = weigh_recording(machine, recording)
     theta = centres(free_parameters(machine))
     return data, Model(machine, free_parameters(machine), [data.run]).predict(theta + beside)[0]
 

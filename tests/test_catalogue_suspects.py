@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from catalogue import machine
 
-from network.analysis.diagnosis.lump_refinement import ever_finer
+from network.analysis.diagnosis.lump_refinement import list_finer_machines
 from network.catalogue.mechanisms.friction import turning
 from network.catalogue.suspects.coolant_tank import CoolantTank
 from network.catalogue.suspects.foundation import Foundation
@@ -52,11 +52,11 @@ def test_a_stream_from_a_tank_is_led_back_into_it() -> None:
 
 
 def test_bars_are_refined_again_and_again() -> None:
-    once, twice, *_ = ever_finer(machine())
+    once, twice, *_ = list_finer_machines(machine())
     assert {name: node.lumps for name, node in once.nodes.items() if node.is_bar} == {"shaft": 10, "housing": 10}
     assert twice.nodes["shaft"].lumps == 20
     assert "± 20 %" in str(once.to_plain()["nodes"]["housing"]), "numbers keep their uncertainty"
-    assert not list(ever_finer(machine("alone")))
+    assert not list(list_finer_machines(machine("alone")))
 
 
 def test_what_turns_is_told_by_friction_or_by_its_mark() -> None:

@@ -19,7 +19,7 @@ from fits import ANOTHER, USUAL, recorded, speeds
 
 import network
 from network import Machine
-from network.analysis.diagnosis.holdout_admission import taken_in
+from network.analysis.diagnosis.holdout_admission import admit_runs
 from network.analysis.diagnosis.result import UNKNOWN
 from network.catalogue.declaration.discovery import kinds, open_rooms
 from network.catalogue.declaration.registry import sections
@@ -52,7 +52,7 @@ class Called:
         self.folder, self.asked = folder, dict[str, Any]()
 
     def __call__(self, machine: Machine, recordings: Any, holdout: Any = (), **options: Any) -> Any:
-        let_in = taken_in(machine, recordings, holdout, options["start"])
+        let_in = admit_runs(machine, recordings, holdout, options["start"])
         self.asked = {"machine": machine, "recordings": let_in.recordings, "holdout": let_in.holdout, **options}
         self.warnings = let_in.warnings
         options["progress"](0.5)

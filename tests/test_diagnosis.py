@@ -12,7 +12,7 @@ from build import RPM, machine
 
 from network.analysis.diagnosis.candidates import candidates, kinds
 from network.analysis.diagnosis.diagnose import diagnose
-from network.analysis.diagnosis.hypothesis import Case, suppose
+from network.analysis.diagnosis.hypothesis import Case, fit_hypothesis
 from network.analysis.diagnosis.lump_refinement import STRAINED
 from network.analysis.diagnosis.result import Diagnosis
 from network.engine.simulation import simulate
@@ -102,9 +102,9 @@ def test_the_concealed_effect_is_named_at_its_place(name: str, kind: str, where:
 
 def test_a_sensor_that_is_far_off_strains_the_fit() -> None:
     runs = [recorded(plant(), ladder, i) for i, ladder in enumerate(LADDERS)]
-    true = suppose(case := Case(plant(), tuple(runs)), case.machine)
+    true = fit_hypothesis(case := Case(plant(), tuple(runs)), case.machine)
     off = [replace(r, columns={**r.columns, "T_column": shifted(r.columns["T_column"], 0.8)}) for r in runs]
-    assert true.strain < 1.5 < STRAINED < suppose(Case(plant(), tuple(off)), case.machine).strain
+    assert true.strain < 1.5 < STRAINED < fit_hypothesis(Case(plant(), tuple(off)), case.machine).strain
 
 
 def shifted(column: Column, by: float) -> Column:

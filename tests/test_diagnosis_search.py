@@ -11,20 +11,20 @@ import pytest
 from build import machine
 from test_diagnosis import LADDERS, LINKS, NODES, SENSORS, SOURCES, plant, recorded
 
-from network.analysis.calibration.coloured_noise import colours
+from network.analysis.calibration.coloured_noise import estimate_colours
 from network.analysis.calibration.gauss_newton import linearise
 from network.analysis.calibration.initial_temperatures import beginning
 from network.analysis.diagnosis import backward_elimination
-from network.analysis.diagnosis.backward_elimination import _predicts
-from network.analysis.diagnosis.candidate_response import directions
+from network.analysis.diagnosis.backward_elimination import _cross_validates
+from network.analysis.diagnosis.candidate_response import respond_to_candidates
 from network.analysis.diagnosis.candidates import Candidate, candidate, candidates
-from network.analysis.diagnosis.coarse_surrogate import stand_in
-from network.analysis.diagnosis.compact_fit import slim
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, begun, suppose
-from network.analysis.diagnosis.lump_refinement import ever_finer
-from network.analysis.diagnosis.placement import _widest, placed, redirected
+from network.analysis.diagnosis.coarse_surrogate import build_surrogate
+from network.analysis.diagnosis.compact_fit import compact
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis, start_from
+from network.analysis.diagnosis.lump_refinement import list_finer_machines
+from network.analysis.diagnosis.placement import _widest, move_stretch, place_best
 from network.analysis.diagnosis.switching.prior_samples import Judge, Space, View, apart
-from network.analysis.diagnosis.switching.sample_refinement import polished
+from network.analysis.diagnosis.switching.sample_refinement import refine_samples
 from network.catalogue.mechanisms.conduction import Conduction
 from network.engine.network import build
 from network.engine.response.batch import draws_of, means_of, serves
@@ -48,7 +48,7 @@ STEEL = {"steel": {"density": "7800 kg/m^3", "specific_heat": "470 J/(kg K)", "c
 def null(concealed: str = "") -> Hypothesis:
     truth = plant(sources=COOLER if concealed else {})
     case = Case(plant(), tuple(recorded(truth, ladder, i) for i, ladder in enumerate(LADDERS)))
-    return suppose(case, case.machine)
+    return fit_hypothesis(case, case.machine)
 
 
 def bars(lumps: int = 1) -> Machine:
@@ -59,8 +59,8 @@ def bars(lumps: int = 1) -> Machine:
 @cache
 def fine() -> Hypothesis:
     case = Case(bars(), tuple(recorded(bars(40), ladder, i) for i, ladder in enumerate(LADDERS)))
-    _, twice, *_ = ever_finer(case.machine)
-    return suppose(case, twice)
+    _, twice, *_ = list_finer_machines(case.machine)
+    return fit_hypothesis(case, twice)
 
 
 def relay_on(part: str, h: Hypothesis) -> Candidate:
@@ -72,7 +72,7 @@ def test_a_candidates_heat_alone_tells_what_the_whole_run_does(kind: str) -> Non
     h = null()
     c = next(c for c in candidates(h.machine, h.case.drivers) if c.kind.kind == kind)
     small = {p.path: p.value(p.centre) for p in c.own} | {c.own[0].path: 1e-3 * c.own[0].value(c.own[0].centre)}
-    (told,) = directions([(c, {**h.values, **small})], h.fit.problem.data, h.predictions)
+    (told,) = respond_to_candidates([(c, {**h.values, **small})], h.fit.problem.data, h.predictions)
     theta = np.array([np.log(small[p.path]) if p.is_log else small[p.path] for p in c.own])
     whole = Model(c.machine, (*h.fit.problem.parameters, *c.own), [d.run for d in h.fit.problem.data])
     there = whole.predict(np.concatenate([h.fit.theta, theta]))
@@ -85,10 +85,10 @@ def test_candidates_answered_together_are_answered_as_each_alone() -> None:
     h = null()
     some = [c for c in candidates(h.machine, h.case.drivers) if not (c.switches or c.is_structural)][::4]
     tried = [(c, {**h.values, **c.usual}) for c in some]
-    together = directions(tried, h.fit.problem.data, h.predictions, jobs=2)
+    together = respond_to_candidates(tried, h.fit.problem.data, h.predictions, jobs=2)
     assert len(together) == len(tried) > 8
     for of, moved in zip(tried, together, strict=True):
-        (alone,) = directions([of], h.fit.problem.data, h.predictions)
+        (alone,) = respond_to_candidates([of], h.fit.problem.data, h.predictions)
         assert (alone is None) == (moved is None)
         if alone is not None:
             np.testing.assert_allclose(moved, alone, atol=1e-9 * max(1.0, np.abs(alone).max()))
@@ -104,8 +104,8 @@ def test_heat_is_moved_along_its_bar_to_where_it_is() -> None:
     c = next(c for c in heats if c.places == ("column",))
     off = c.moved("column", "column@0.5..0.75")
     assert off is not None
-    before = suppose(case, off.machine, (off,), off.own)
-    found = placed(before)
+    before = fit_hypothesis(case, off.machine, (off,), off.own)
+    found = place_best(before)
     ((place, _),) = found.found[0].machine.sources[next(iter(c.patch["sources"]))].into
     assert found.evidence > before.evidence + 100 and abs((place.start + place.stop) / 2 - 0.8) < 0.11
     back = found.found[0].back
@@ -133,7 +133,7 @@ def ends(h: Hypothesis) -> set[str]:
 
 def test_both_ends_of_a_path_are_moved_together() -> None:
     case, c = crossed()
-    found = placed(suppose(case, c.machine, (c,), c.own))
+    found = place_best(fit_hypothesis(case, c.machine, (c,), c.own))
     assert ends(found) == {"housing@0.75..1", "column@0.75..1"} and found.chi < 1.05
 
 
@@ -141,10 +141,10 @@ def test_a_path_is_moved_to_where_it_is_much_stronger() -> None:
     case, c = crossed()
     aside = c.moved("column", "column@0.75..1")
     assert aside is not None
-    begun = slim(suppose(case, aside.machine, (aside,), aside.own))
-    assert begun.values[c.own[0].path] < 0.6 * 40
-    assert ends(redirected(begun)) == {"housing@0.75..1", "column@0.75..1"}
-    assert redirected(found := redirected(begun)) is found
+    start_from = compact(fit_hypothesis(case, aside.machine, (aside,), aside.own))
+    assert start_from.values[c.own[0].path] < 0.6 * 40
+    assert ends(move_stretch(start_from)) == {"housing@0.75..1", "column@0.75..1"}
+    assert move_stretch(found := move_stretch(start_from)) is found
 
 
 def test_draws_stepped_together_run_like_each_run_by_itself() -> None:
@@ -175,7 +175,7 @@ def test_draws_find_a_relay_at_its_part_and_at_no_other() -> None:
         view, theta = View(judge.about, 0.3), judge.space.drawn(200, 0)
         misfit = judge.misfits(view, theta, judge.residuals(view, theta))
         some = apart(theta, misfit, judge.space.prior[1], 0.3, 8)
-        theta, better = polished(judge, view, theta[some], 4)
+        theta, better = refine_samples(judge, view, theta[some], 4)
         assert (better <= misfit[some] + 1e-6).all()
         k = int(np.argmin(better))
         best[part] = better[k], judge.space.numbers(theta[k])
@@ -186,7 +186,7 @@ def test_draws_find_a_relay_at_its_part_and_at_no_other() -> None:
 def test_where_no_draw_runs_none_is_polished() -> None:
     judge = judge_of("housing", null())
     view, none = View(judge.about, 0.2), np.empty((0, len(judge.space.prior[0])))
-    theta, misfit = polished(judge, view, none, 2)
+    theta, misfit = refine_samples(judge, view, none, 2)
     assert theta.shape == none.shape and misfit.shape == (0,)
 
 
@@ -209,7 +209,7 @@ def test_a_held_node_that_becomes_a_tank_may_start_anywhere() -> None:
 
 def test_coarser_lumps_that_are_told_what_they_lack_leave_the_same() -> None:
     h = fine()
-    coarse = stand_in(h)
+    coarse = build_surrogate(h)
     assert coarse.machine.lumps < h.machine.lumps
     assert coarse.chi == pytest.approx(h.chi, rel=0.02)
     for p, values in ((p, coarse.values[p.path]) for p in h.fit.problem.parameters):
@@ -218,14 +218,14 @@ def test_coarser_lumps_that_are_told_what_they_lack_leave_the_same() -> None:
 
 def test_what_is_kept_of_a_fit_is_what_it_said() -> None:
     h = null()
-    kept = slim(h)
+    kept = compact(h)
     assert not hasattr(kept.fit, "predictions") and kept.evidence == h.evidence and kept.chi == h.chi
     np.testing.assert_array_equal(kept.fit.covariance, h.fit.covariance)
 
 
 def test_a_fit_about_other_starts_comes_to_the_same() -> None:
     h = null()
-    again = suppose(begun(h.case, h), h.machine, start=h.values)
+    again = fit_hypothesis(start_from(h.case, h), h.machine, start=h.values)
     assert again.fit.cost == pytest.approx(h.fit.cost, rel=1e-3)
     moved = again.fit.eta[len(again.fit.problem.offsets) :][: len(again.fit.problem.data[0].starts)]
     assert np.abs(moved).max() < 0.02
@@ -240,7 +240,7 @@ def test_where_a_run_began_is_found_again() -> None:
 
 def test_channels_that_sway_together_are_moved_by_heat_and_not_by_noise() -> None:
     h = null("cooler")
-    assert all(tinted == 0 for _, tinted, _ in colours(h.fit.problem.data, h.predictions).values())
+    assert all(tinted == 0 for _, tinted, _ in estimate_colours(h.fit.problem.data, h.predictions).values())
 
 
 def test_noise_that_is_each_sensors_own_keeps_its_colour() -> None:
@@ -254,14 +254,14 @@ def test_noise_that_is_each_sensors_own_keeps_its_colour() -> None:
                 e[k] = 0.9 * e[k - 1] + 0.06 * rng.standard_normal()
             columns[name] = replace(columns[name], values=columns[name].values + e)
         runs.append(replace(recording, columns=columns))
-    loud = suppose(replace(h.case, recordings=tuple(runs)), h.machine)
-    told = colours(loud.fit.problem.data, loud.predictions)
+    loud = fit_hypothesis(replace(h.case, recordings=tuple(runs)), h.machine)
+    told = estimate_colours(loud.fit.problem.data, loud.predictions)
     assert all(tinted == pytest.approx(0.06 / np.sqrt(1 - 0.81), rel=0.3) for _, tinted, _ in told.values())
 
 
 def test_a_case_on_another_recording_knows_nothing_of_its_runs() -> None:
     h = null()
-    about = begun(h.case, h)
+    about = start_from(h.case, h)
     alone = about.on(about.recordings[:1])
     assert len(alone.lay_out(h.machine)) == 1 and not alone.began and not alone.lacking
 
@@ -288,8 +288,8 @@ def test_what_is_found_tells_runs_left_out_like_the_others(
     only one run tells."""
     before, after = (SimpleNamespace(chi=chi, case=SimpleNamespace(recordings=range(runs))) for chi in (5.0, 1.0))
     misfit = {id(before): told[0], id(after): told[1]}
-    monkeypatch.setattr("network.analysis.diagnosis.backward_elimination.left_out", lambda h, jobs: misfit[id(h)])
-    assert _predicts(before, after, 1) is holds  # type: ignore[arg-type]
+    monkeypatch.setattr(backward_elimination, "cross_validation_misfit", lambda h, jobs: misfit[id(h)])
+    assert _cross_validates(before, after, 1) is holds  # type: ignore[arg-type]
 
 
 def test_what_does_not_hold_at_the_end_goes_and_the_rest_is_judged_again(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -299,12 +299,12 @@ def test_what_does_not_hold_at_the_end_goes_and_the_rest_is_judged_again(monkeyp
     def hypothesis(names: str) -> SimpleNamespace:
         return SimpleNamespace(found=tuple(names), evidence=evidence[names], values={}, case=None)
 
-    monkeypatch.setattr(backward_elimination, "_refitted", lambda current, other: hypothesis("".join(other[0])))
-    monkeypatch.setattr(backward_elimination, "_to_the_end", lambda h: h)
-    monkeypatch.setattr(backward_elimination, "rejudged", lambda case, h: h)
-    monkeypatch.setattr(backward_elimination, "renoised", lambda case, h: case)
+    monkeypatch.setattr(backward_elimination, "_refit", lambda current, other: hypothesis("".join(other[0])))
+    monkeypatch.setattr(backward_elimination, "_finish_fit", lambda h: h)
+    monkeypatch.setattr(backward_elimination, "reweight", lambda case, h: h)
+    monkeypatch.setattr(backward_elimination, "estimate_noise", lambda case, h: case)
     monkeypatch.setattr(backward_elimination, "run_all", lambda work, items, jobs: [work(x) for x in items])
     expected = {"a": ("", ()), "ab": ("b", (30.0,)), "abc": ("bc", (58.0, 30.0)), "": ("", ())}
     for names, (left, gains) in expected.items():
-        held, told = backward_elimination._held(hypothesis(names), 12.0, 1)  # type: ignore[arg-type]
+        held, told = backward_elimination._eliminate_at_end(hypothesis(names), 12.0, 1)  # type: ignore[arg-type]
         assert ("".join(held.found), told) == (left, gains), names  # type: ignore[arg-type]

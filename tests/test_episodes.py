@@ -10,7 +10,7 @@ import pytest
 from test_diagnosis import HELD_OUT, LADDERS, plant, recorded
 
 from network.analysis.diagnosis.diagnose import diagnose
-from network.analysis.diagnosis.intermittent.change_points import COST, loose_in, steps_of
+from network.analysis.diagnosis.intermittent.change_points import COST, find_loose_contact, find_steps
 from network.analysis.diagnosis.result import Diagnosis
 from network.recordings.recording import Recording
 
@@ -68,15 +68,15 @@ def test_a_good_contact_is_not_accused() -> None:
 def test_a_drift_makes_no_jump_and_a_step_makes_one() -> None:
     t, rng = np.arange(0, 7200.0, 10), np.random.default_rng(1)
     drift = 2 * np.sin(t / 2000) + 0.05 * rng.standard_normal(len(t))
-    steps = steps_of(t, drift + 0.8 * (t > 3600), np.full(len(t), 4.0))
-    none = steps_of(t, drift, np.full(len(t), 4.0))
+    steps = find_steps(t, drift + 0.8 * (t > 3600), np.full(len(t), 4.0))
+    none = find_steps(t, drift, np.full(len(t), 4.0))
     assert steps is not None and none is not None and len(none.shares) == 0
     assert steps.shares == pytest.approx([0.2], abs=0.02)
 
 
 def test_too_short_a_run_and_too_few_jumps_tell_nothing() -> None:
     t = np.arange(0, 600.0, 10)
-    assert steps_of(t, np.zeros(len(t)), np.ones(len(t))) is None
+    assert find_steps(t, np.zeros(len(t)), np.ones(len(t))) is None
     t = np.arange(0, 7200.0, 10)
-    once = steps_of(t, 1.0 * (t > 3600) + 0.01 * np.sin(t), np.full(len(t), 4.0))
-    assert once is not None and loose_in([once]) is None and COST > 0
+    once = find_steps(t, 1.0 * (t > 3600) + 0.01 * np.sin(t), np.full(len(t), 4.0))
+    assert once is not None and find_loose_contact([once]) is None and COST > 0

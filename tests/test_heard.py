@@ -13,7 +13,7 @@ from fits import USUAL, recorded, speeds
 
 from network import Machine
 from network.analysis.comparison.compare import check_fit
-from network.analysis.diagnosis.holdout_admission import taken_in
+from network.analysis.diagnosis.holdout_admission import admit_runs
 from network.cli import main
 from network.platform.refusal import Refused
 from network.recordings.channel_match import overheard
@@ -57,7 +57,7 @@ def told_as(unit: str, scale: float, offset: float) -> Change:
 
 def test_a_renamed_channel_is_told_with_the_sensor_that_lacks_it(machine: Machine, recording: Recording) -> None:
     renamed = changed(recording, "names.csv", T_body=lambda c: replace(c, name="Temp_body"))
-    told = taken_in(machine, [renamed], [], None).warnings
+    told = admit_runs(machine, [renamed], [], None).warnings
     assert told[:2] == (
         "names.csv: Temp_body is no sensor of this machine (did you mean T_body?)",
         "the sensor T_body is in no recording and was not used",

@@ -13,8 +13,8 @@ from diagnosed import diagnosed, unknown_heat
 from fits import USUAL, recorded, speeds
 
 from network.analysis.diagnosis.candidates import Candidate, candidates
-from network.analysis.diagnosis.findings import unknown
-from network.analysis.diagnosis.hypothesis import Case, suppose
+from network.analysis.diagnosis.findings import find_unknown
+from network.analysis.diagnosis.hypothesis import Case, fit_hypothesis
 from network.analysis.diagnosis.locate import locate
 from network.analysis.diagnosis.location import Location
 from network.analysis.diagnosis.placement import _aside, _elsewhere
@@ -50,12 +50,12 @@ def test_a_location_knows_its_kind_and_its_seats(at: Location, kind: str, text: 
 def unknown_at(at: Location) -> dict[str, Any]:
     """What stands in diagnosis.json of something unknown there."""
     search = SimpleNamespace(best=SimpleNamespace(found=()), located=(unknown_heat(at, 0.9, 1, 80.0),), threshold=9.0)
-    return unknown(cast(Any, search)).summary()
+    return find_unknown(cast(Any, search)).summary()
 
 
 def test_places_of_something_unknown_are_parts_of_the_machine() -> None:
     case = Case(oddly_named(), (recorded(oddly_named(), speeds(*USUAL), 1),))
-    null = suppose(case, case.machine)
+    null = fit_hypothesis(case, case.machine)
     located = {u.at for u in locate(null.fit, null.machine)}
     channels = {Location(channel=name) for name in case.machine.sensors}
     assert located == {Location((HEAD,)), Location((AXIS,)), Location((HEAD, AXIS)), *channels}

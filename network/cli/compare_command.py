@@ -46,9 +46,9 @@ def compare(
 
         given = list(read_recordings(recordings))
         if start == ESTIMATED:
-            from network.analysis.calibration.initial_temperatures import estimated
+            from network.analysis.calibration.initial_temperatures import estimate_start
 
-            result = estimated(loaded, given)
+            result = estimate_start(loaded, given)
         else:
             result = lay_beside(loaded, given, start=read_start(start), method=method, progress=bar.over(given))
         bar.now("telling what is left", 1.0)

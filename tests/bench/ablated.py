@@ -44,11 +44,11 @@ def nothing(original: Callable[..., Any]) -> Callable[..., Any]:
 
 
 STAGES: Mapping[str, Mapping[str, Stand]] = {
-    "file-noise": {"case.renoised": as_it_was},
-    "as-written": {"refine.ever_finer": only_written},
-    "seen-runs": {"checking._predicts": always, "judging._is_worse": on_seen_runs},
-    "no-switching": {"relays.relays": none_found},
-    "no-intermittent": {"episodes.episodes": nothing},
+    "file-noise": {"hypothesis.estimate_noise": as_it_was},
+    "as-written": {"lump_refinement.list_finer_machines": only_written},
+    "seen-runs": {"backward_elimination._cross_validates": always, "verdict._is_worse": on_seen_runs},
+    "no-switching": {"switching.search.search_relays": none_found},
+    "no-intermittent": {"intermittent.intermittent_fault.find_intermittent_fault": nothing},
 }
 """What each does without: noise told from residuals, finer lumps, checks on runs left out or held out, the search for
 relays, faults that come and go. Functions by module and name."""
@@ -58,7 +58,7 @@ def switch_off(stage: str) -> None:
     """Raises AttributeError where a function is no longer there: then nothing would have been switched off."""
     everywhere = [*modules()]
     for path, stand in STAGES[stage].items():
-        home, _, name = path.partition(".")
+        home, _, name = path.rpartition(".")
         original = getattr(importlib.import_module(f"network.analysis.diagnosis.{home}"), name)
         substitute = stand(original)
         for module in everywhere:
@@ -69,7 +69,7 @@ def switch_off(stage: str) -> None:
 def modules() -> Iterator[ModuleType]:
     """All of the diagnosis, imported."""
     package = importlib.import_module("network.analysis.diagnosis")
-    for found in pkgutil.iter_modules(package.__path__, f"{package.__name__}."):
+    for found in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
         yield importlib.import_module(found.name)
 
 

@@ -22,7 +22,7 @@ from rich.table import Table
 
 from network import Machine, Recording
 from network.analysis.calibration.gauss_newton import make_problem, minimise
-from network.analysis.calibration.measured_means import measured
+from network.analysis.calibration.measured_means import weigh_recording
 from network.engine.response.parameters import free_parameters
 
 MACHINES, INSIDE = 200, 1.96
@@ -52,7 +52,7 @@ def loaded(drawn: Drawn) -> tuple[Machine, list[Recording]]:
 
 def deviations(drawn: Drawn, edges_known: bool) -> list[float]:
     machine, recordings = loaded(drawn)
-    data = [measured(machine, r) for r in recordings]
+    data = [weigh_recording(machine, r) for r in recordings]
     if edges_known:
         data = [replace(d, edges=()) for d in data]
     at = minimise(make_problem(machine, free_parameters(machine), data))

@@ -9,7 +9,7 @@ import numpy as np
 from bench.cases import chain_machine, speed_steps
 
 from network import Machine
-from network.analysis.calibration.measured_means import Measured, measured
+from network.analysis.calibration.measured_means import Measured, weigh_recording
 from network.catalogue.declaration.entry_path import NumberPath
 from network.engine.response.parameters import Parameter, at_values, parameter
 from network.engine.simulation import simulate
@@ -77,4 +77,4 @@ def fit_case(
 
 
 def laid_out(machine: Machine, recordings: list[Recording]) -> list[Measured]:
-    return [measured(machine, r) for r in recordings]
+    return [weigh_recording(machine, r) for r in recordings]

@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from network.analysis.calibration.calibrated_patch import calibrated
+from network.analysis.calibration.calibrated_patch import with_fitted_numbers
 from network.analysis.calibration.gauss_newton import make_problem
 from network.analysis.calibration.identifiability_report import sentences, shift, told_holdout, told_starts
-from network.analysis.calibration.initial_temperatures import all_begun
+from network.analysis.calibration.initial_temperatures import compare_all_from_start
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.multistart import best_start, rms
 from network.analysis.calibration.noise import Noise
-from network.analysis.calibration.recording_admission import admitted, check_apart, check_parameters
-from network.analysis.calibration.robust_fit import Fit, refined
+from network.analysis.calibration.recording_admission import admit, check_apart, check_parameters
+from network.analysis.calibration.robust_fit import Fit, fit_robustly
 from network.analysis.calibration.tcp_bands import Band, bands
 from network.analysis.calibration.uncertainty import Uncertainty, uncertainty
 from network.analysis.calibration.unit_mistakes import misread
@@ -117,35 +117,36 @@ def calibrate(
     check_parameters(machine, parameters)
     check_apart(train, held_out)
     with np.errstate(over="ignore", invalid="ignore"):
-        return _calibrated(machine, parameters, train, held_out, start, seed, tell, began)
+        return _calibrate(machine, parameters, train, held_out, start, seed, tell, began)
 
 
 def _several(recordings: Recording | Iterable[Recording]) -> tuple[Recording, ...]:
     return (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
 
 
-def _calibrated(
+def _calibrate(
     machine: Machine, parameters: tuple[Parameter, ...], train: Sequence[Recording], held_out: Sequence[Recording],
     start: Start | None, seed: int, tell: Progress, began: float,
 ) -> Calibration:  # fmt: skip
-    let_in = admitted(machine, parameters, train, start)
+    let_in = admit(machine, parameters, train, start)
     nominal = at_values(machine, values_at(parameters, centres(parameters)))
-    before, before_holdout = compare(nominal, train, start=start), _compared(nominal, held_out, start)
+    before, before_holdout = compare(nominal, train, start=start), _compare_runs(nominal, held_out, start)
     problem = make_problem(machine, parameters, let_in.data)
     found = best_start(replace(problem, offsets=()), np.random.default_rng(seed), lambda share: tell(0.1 + 0.4 * share))
     _check_units(misread(found.at, before))
     tell(0.5)
-    fit = refined(problem, found.at)
+    fit = fit_robustly(problem, found.at)
     tell(0.8)
     known = uncertainty(fit.at)
     tell(0.9)
-    result = calibrated(machine, parameters, fit.at.theta, np.minimum(known.std, [p.spread for p in parameters]))
+    std = np.minimum(known.std, [p.spread for p in parameters])
+    result = with_fitted_numbers(machine, parameters, fit.at.theta, std)
     areas = tuple(
         bands(machine, parameters, fit.at.theta, known.theta_covariance, r, start) for r in (*train, *held_out)
     )
-    after, after_holdout = compare(result, train, start=start), _compared(result, held_out, start)
+    after, after_holdout = compare(result, train, start=start), _compare_runs(result, held_out, start)
     own, misfit = (result, machine, parameters, fit.at.theta), max(1.0, rms(fit.at.left))
-    started, started_holdout = (all_begun(*own, some, start, misfit) for some in (train, held_out))
+    started, started_holdout = (compare_all_from_start(*own, some, start, misfit) for some in (train, held_out))
     told = [*told_holdout(before_holdout, after_holdout, after), *sentences(found, fit, known)]
     told += told_starts(after, started)
     return Calibration(
@@ -155,7 +156,7 @@ def _calibrated(
     )  # fmt: skip
 
 
-def _compared(machine: Machine, recordings: Sequence[Recording], start: Start | None) -> Comparison | None:
+def _compare_runs(machine: Machine, recordings: Sequence[Recording], start: Start | None) -> Comparison | None:
     return compare(machine, recordings, start=start) if recordings else None
 
 

@@ -30,7 +30,7 @@ def text_of(p: Parameter, value: float, spread: float) -> str:
     return str(p.field.write(Number(value, "normal", spread)))
 
 
-def calibrated(
+def with_fitted_numbers(
     machine: Machine, parameters: Iterable[Parameter], theta: Iterable[float], std: Iterable[float]
 ) -> Machine:
     """The machine with value ± standard error for each number, so that its tree says so, too."""

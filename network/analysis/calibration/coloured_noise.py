@@ -42,7 +42,9 @@ def residuals(data: Measured, prediction: Prediction) -> dict[str, Array]:
     return out
 
 
-def colours(data: Sequence[Measured], predictions: Sequence[Prediction]) -> dict[str, tuple[float, float, float]]:
+def estimate_colours(
+    data: Sequence[Measured], predictions: Sequence[Prediction]
+) -> dict[str, tuple[float, float, float]]:
     """Channel → (white 1σ, coloured 1σ [SI], its correlation time [s]), from all runs together.
 
     A sensor's noise is its own: channels that sway together are moved by heat, and count as white.
@@ -53,11 +55,11 @@ def colours(data: Sequence[Measured], predictions: Sequence[Prediction]) -> dict
     series = {name: [r.get(name, np.full(len(d.run.knots.samples), np.nan)) for d, r in zip(data, by_run, strict=True)]
               for name in names}  # fmt: skip
     told = {name: colour(own, interval) for name, own in series.items()}
-    moved = _moved_together({name: own for name, own in series.items() if told[name][1] > 0})
+    moved = _find_common_moves({name: own for name, own in series.items() if told[name][1] > 0})
     return {name: (white, 0.0, 0.0) if name in moved else (white, s, tau) for name, (white, s, tau) in told.items()}
 
 
-def _moved_together(series: Mapping[str, Sequence[Array]]) -> set[str]:
+def _find_common_moves(series: Mapping[str, Sequence[Array]]) -> set[str]:
     """Channels whose bends Δ²e over some lag go with those of another, by the sign: sin(π/2 · mean sign·sign)."""
     moved: set[str] = set()
     for lag in ALIKE_LAGS:

@@ -39,17 +39,17 @@ def minimise(
     """
     theta = centres(problem.parameters) if theta is None else theta
     low, high = (np.array([getattr(p, side) for p in problem.parameters]) for side in ("low", "high"))
-    at, damping = _tempered(linearise(problem, np.clip(theta, low, high))), DAMPING
+    at, damping = _temper_priors(linearise(problem, np.clip(theta, low, high))), DAMPING
     for k in range(steps):
         if tell:
             tell(k / steps)
         before = at
-        at, damping, gain = _improved(at, damping, low, high)
-        at = _tempered(at)
+        at, damping, gain = _improve(at, damping, low, high)
+        at = _temper_priors(at)
         is_far, was_far = (x.problem.firm_theta > 1 for x in (at, before))
         if gain < max(CLOSE, (CLOSE_SHARE_FAR if is_far else CLOSE_SHARE) * at.cost) and is_far == was_far:
             break
-    return _completed(_tempered(at, free=True))
+    return _complete_slopes(_temper_priors(at, free=True))
 
 
 def chi_of(at: Linearised) -> float:
@@ -57,13 +57,13 @@ def chi_of(at: Linearised) -> float:
     return float(np.sqrt(at.misfit / len(at.residual))) if len(at.residual) else 0.0
 
 
-def _tempered(at: Linearised, free: bool = False) -> Linearised:
+def _temper_priors(at: Linearised, free: bool = False) -> Linearised:
     """The same point with priors narrowed by the misfit that is left; those of θ only far off."""
     chi = max(1.0, chi_of(at))
     return at.tempered(chi if chi > FAR and not free else 1.0, chi)
 
 
-def _improved(at: Linearised, damping: float, low: Array, high: Array) -> tuple[Linearised, float, float]:
+def _improve(at: Linearised, damping: float, low: Array, high: Array) -> tuple[Linearised, float, float]:
     """One accepted step, the damping after it, and what J lost (what it would lose, where that is next to nothing)."""
     refused = False
     while damping < HARDEST:
@@ -72,7 +72,7 @@ def _improved(at: Linearised, damping: float, low: Array, high: Array) -> tuple[
         expected = float(2 * step @ gradient - step @ precision @ step)
         if expected < CLOSE / 2 or float(np.abs(step).max(initial=0.0)) < 1e-9:
             return at, damping, max(expected, 0.0)
-        new = _tried(at, np.clip(at.theta + step, low, high), refused)
+        new = _try_step(at, np.clip(at.theta + step, low, high), refused)
         if new is not None:
             return new, max(damping * SOFTER, LEAST_DAMPING), at.cost - new.cost
         if at.made_at is not None:
@@ -82,7 +82,7 @@ def _improved(at: Linearised, damping: float, low: Array, high: Array) -> tuple[
     return at, damping, 0.0
 
 
-def _tried(at: Linearised, theta: Array, refused: bool) -> Linearised | None:
+def _try_step(at: Linearised, theta: Array, refused: bool) -> Linearised | None:
     """The problem about θ, if it is better there. Slopes are found again where θ has moved far since they were, or at
     once where no step was `refused` before."""
     try:
@@ -104,7 +104,7 @@ def _is_near(at: Linearised) -> bool:
     return at.made_at is None or bool((np.abs(at.theta - at.made_at) < NEAR * spreads).all())
 
 
-def _completed(at: Linearised) -> Linearised:
+def _complete_slopes(at: Linearised) -> Linearised:
     """With slopes by θ that are good here, and slopes by η from here."""
     if at.eta_made_at is None and _is_near(at):
         return at

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from network.analysis.calibration.gauss_newton import Problem, linearise, make_problem
-from network.analysis.calibration.measured_means import START_ANYWHERE, Measured, measured
+from network.analysis.calibration.measured_means import START_ANYWHERE, Measured, weigh_recording
 from network.analysis.calibration.noise import Noise
 from network.analysis.comparison.compare import Comparison, RecordingResidual, compare
 from network.catalogue.declaration.declare import Array
@@ -31,11 +31,11 @@ def beginning(
 ) -> Start:  # fmt: skip
     """The most probable temperatures of the parts at the start of a recording, the numbers being known; the further the
     run is off otherwise, the less they move."""
-    data = measured(machine, recording, start)
+    data = weigh_recording(machine, recording, start)
     problem = partial(_about, at_values(machine, values_at(parameters, theta)), data, misfit)
     anywhere = [n.name for n in data.starts if n.spread >= START_ANYWHERE]
     shifts = TRIED if anywhere else (0.0,)
-    found = [_settled(problem, {n: data.run.start[n] + x for n in anywhere}) for x in shifts]
+    found = [_settle_start(problem, {n: data.run.start[n] + x for n in anywhere}) for x in shifts]
     return Start(nodes=min(found, key=lambda pair: pair[0])[1])
 
 
@@ -45,7 +45,7 @@ def _about(machine: Machine, data: Measured, misfit: float, start: Mapping[str, 
     return replace(problem, offsets=(), firm_eta=misfit)
 
 
-def _settled(
+def _settle_start(
     problem: Callable[[Mapping[str, float]], Problem], start: Mapping[str, float]
 ) -> tuple[float, dict[str, float]]:
     """The cost J, and the start at which a run linearised about it stays."""
@@ -63,7 +63,7 @@ def _settled(
     return best, found
 
 
-def begun(
+def compare_from_start(
     machine: Machine, original: Machine, parameters: Sequence[Parameter], theta: Array, recording: Recording,
     start: Start | None, misfit: float,
 ) -> RecordingResidual:  # fmt: skip
@@ -72,15 +72,16 @@ def begun(
     return compare(machine, recording, start=found).recordings[0]
 
 
-def all_begun(
+def compare_all_from_start(
     machine: Machine, original: Machine, parameters: Sequence[Parameter], theta: Array,
     recordings: Sequence[Recording], start: Start | None, misfit: float,
 ) -> Comparison | None:  # fmt: skip
     """The same of several; None without recordings."""
-    each = [begun(machine, original, parameters, theta, r, start, misfit) for r in recordings]
+    each = [compare_from_start(machine, original, parameters, theta, r, start, misfit) for r in recordings]
     return Comparison(machine, tuple(each)) if each else None
 
 
-def estimated(machine: Machine, recordings: Sequence[Recording]) -> Comparison:
+def estimate_start(machine: Machine, recordings: Sequence[Recording]) -> Comparison:
     """Residuals of recordings of a machine as it is, the start of each estimated from it."""
-    return Comparison(machine, tuple(begun(machine, machine, (), np.empty(0), r, None, 1.0) for r in recordings))
+    each = (compare_from_start(machine, machine, (), np.empty(0), r, None, 1.0) for r in recordings)
+    return Comparison(machine, tuple(each))

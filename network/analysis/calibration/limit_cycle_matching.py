@@ -40,7 +40,7 @@ def cycling(problem: Problem, begin: Array) -> list[Array]:
     mine = relay_numbers(problem)
     if not mine:
         return []
-    measured = [sorted_readings(data) for data in problem.data]
+    measured = [sort_readings(data) for data in problem.data]
 
     def cost(own: Array) -> float:
         theta = begin.copy()
@@ -49,10 +49,11 @@ def cycling(problem: Problem, begin: Array) -> list[Array]:
 
     points = np.array(list(product(*(along(problem.parameters[j], len(mine)) for j in mine))))[:POINTS]
     costs = np.array([cost(own) for own in points])
-    return [_settled(problem, begin, mine, points[k], cost) for k in np.argsort(costs)[:KEPT] if np.isfinite(costs[k])]
+    best = [k for k in np.argsort(costs)[:KEPT] if np.isfinite(costs[k])]
+    return [_settle_cycle(problem, begin, mine, points[k], cost) for k in best]
 
 
-def _settled(problem: Problem, begin: Array, mine: list[int], own: Array, cost: object) -> Array:
+def _settle_cycle(problem: Problem, begin: Array, mine: list[int], own: Array, cost: object) -> Array:
     """A grid point, moved by a simplex to where it cycles best."""
     some = [problem.parameters[j] for j in mine]
     simplex = np.vstack([own, own + np.diag([0.2 * p.spread for p in some])])
@@ -76,7 +77,7 @@ def instants(data: Measured) -> Array:
     return np.linspace(t[0], t[-1], BINS + 1)
 
 
-def sorted_readings(data: Measured) -> Array:
+def sort_readings(data: Measured) -> Array:
     """Of every channel: sorted means over bins, then sorted changes from bin to bin, in units of its noise."""
     ends, rows = instants(data), []
     for name, channel in data.channels.items():
@@ -85,11 +86,11 @@ def sorted_readings(data: Measured) -> Array:
         counts = np.bincount(which, minlength=BINS)
         middle = np.interp((ends[1:] + ends[:-1]) / 2, t, y)
         means = np.where(counts > 0, np.bincount(which, y, BINS) / np.maximum(counts, 1), middle)
-        rows.append(_sorted(means) / data.sigma[name])
+        rows.append(_sort_over_time(means) / data.sigma[name])
     return np.array(rows)
 
 
-def _sorted(values: Array) -> Array:
+def _sort_over_time(values: Array) -> Array:
     return np.concatenate([np.sort(values), np.sort(np.diff(values))])
 
 
@@ -101,12 +102,12 @@ def mismatch(problem: Problem, theta: Array, measured: list[Array]) -> float:
         return float("inf")
     total = 0.0
     for data, prediction, own in zip(problem.data, predictions, measured, strict=True):
-        for i, values in enumerate(modelled(data, prediction)):
-            total += float(np.sum((_sorted(values) / data.sigma[data.run.channels[i]] - own[i]) ** 2))
+        for i, values in enumerate(model_cycle(data, prediction)):
+            total += float(np.sum((_sort_over_time(values) / data.sigma[data.run.channels[i]] - own[i]) ** 2))
     return total if np.isfinite(total) else float("inf")
 
 
-def modelled(data: Measured, prediction: Prediction) -> Iterator[Array]:
+def model_cycle(data: Measured, prediction: Prediction) -> Iterator[Array]:
     """Channels in the middle of the bins."""
     ends = instants(data)
     edges = prediction.course.problem.plan.edges

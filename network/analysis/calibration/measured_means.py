@@ -95,7 +95,9 @@ class Measured:
         return [*start_pushes(course, [n.name for n in self.starts]), *jumps]
 
 
-def measured(machine: Machine, recording: Recording, start: Start | None = None, also: Sequence[str] = ()) -> Measured:
+def weigh_recording(
+    machine: Machine, recording: Recording, start: Start | None = None, also: Sequence[str] = ()
+) -> Measured:
     """A recording laid out for fits of a machine; `also`: inputs that it does not read but a rival may. Raises Refused
     where it lacks an input."""
     schedule = schedule_for(machine, recording, start)

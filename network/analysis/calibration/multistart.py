@@ -60,7 +60,7 @@ def best_start(problem: Problem, rng: np.random.Generator, tell: Callable[[float
         again = cycling(problem, min(found, key=_cost).theta)
         found, seeds = found + _minima(problem, again, STEPS), seeds + again
     if not found or needs_more(problem, min(found, key=_cost)):
-        drawn = np.array([drawn_from(problem.parameters, rng) for _ in range(DRAWN)])
+        drawn = np.array([draw_from(problem.parameters, rng) for _ in range(DRAWN)])
         tell(0.3)
         more = _best_of(problem, drawn, KEPT)
         found += _minima(problem, more, STEPS)
@@ -93,7 +93,7 @@ def needs_more(problem: Problem, at: Linearised) -> bool:
     return wide or bool(at_bound(problem.parameters, at.theta)) or rms(at.left) > BAD
 
 
-def drawn_from(parameters: Sequence[Parameter], rng: np.random.Generator) -> Array:
+def draw_from(parameters: Sequence[Parameter], rng: np.random.Generator) -> Array:
     """One draw from the priors; a flat one is drawn over its whole range."""
     values = []
     for p in parameters:

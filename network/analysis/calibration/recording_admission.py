@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from network.analysis.calibration.measured_means import Measured, measured
+from network.analysis.calibration.measured_means import Measured, weigh_recording
 from network.analysis.comparison.compare import check_fit
 from network.catalogue.declaration.declare import Array
 from network.engine.network import build
@@ -72,7 +72,7 @@ def _is_same(a: Recording, b: Recording) -> bool:
     return all(np.array_equal(c.values, b.columns[n].values, equal_nan=True) for n, c in a.columns.items())
 
 
-def admitted(
+def admit(
     machine: Machine, parameters: Sequence[Parameter], recordings: Sequence[Recording], start: Start | None
 ) -> Admitted:
     """Raises Refused with all that makes the recordings useless to this machine."""
@@ -82,7 +82,7 @@ def admitted(
         try:
             check_fit(known, recording)
             mended, told = without_stuck(machine, recording)
-            one = measured(known, mended, start)
+            one = weigh_recording(known, mended, start)
         except Refused as refused:
             complaints.absorb(refused)
             continue

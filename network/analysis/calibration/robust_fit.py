@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
-from network.analysis.calibration.coloured_noise import colours
+from network.analysis.calibration.coloured_noise import estimate_colours
 from network.analysis.calibration.data_quality import NORMAL
 from network.analysis.calibration.gauss_newton import Linearised, Problem, minimise
 from network.analysis.calibration.measured_means import Measured
@@ -56,10 +56,10 @@ class Fit:
     weighted: int
 
 
-def refined(problem: Problem, at: Linearised) -> Fit:
+def fit_robustly(problem: Problem, at: Linearised) -> Fit:
     """problem: with offsets; at: the minimum without them."""
     fit = _with_offsets(problem, _with_sensor_colours(Fit(at, Noise(), False, False, 0)))
-    fit = _weighted(fit)
+    fit = _weigh_readings(fit)
     for _ in range(ROUNDS):
         noise = coloured_noise(fit)
         if noise is None:
@@ -73,7 +73,7 @@ def _with_sensor_colours(fit: Fit) -> Fit:
     """The fit with the sensors' own coloured noise, where that goes far to explain what is left."""
     if rms(fit.at.left) <= MISFIT:
         return fit
-    found = colours(fit.at.problem.data, fit.at.predictions)
+    found = estimate_colours(fit.at.problem.data, fit.at.predictions)
     sigma = {n: s for d in fit.at.problem.data for n, s in d.sigma.items()}
     coloured = {n: (s, tau) for n, (_, s, tau) in found.items() if 0 < s < TINTED * sigma[n]}
     trial = _with_noise(fit, Noise(coloured=coloured)) if coloured else fit
@@ -107,7 +107,7 @@ def _with_noise(fit: Fit, noise: Noise) -> Fit:
     return trial if in_white(trial.at) < LET_GO * in_white(fit.at) else fit
 
 
-def _weighted(fit: Fit) -> Fit:
+def _weigh_readings(fit: Fit) -> Fit:
     """Cells far out for what most of them scatter count less, as by Huber; not where the bulk disagrees already."""
     for _ in range(ROUNDS):
         z = fit.at.left

@@ -87,7 +87,7 @@ def uncertainty(at: Linearised) -> Uncertainty:
     std = np.sqrt(np.diag(covariance)[: at.free])
     found = Uncertainty(at, misfit, covariance, np.asarray(np.array([std, std]).T, np.float64))
     sides = np.array(found.sides, float)
-    for j in profiled(found):
+    for j in profile_interval(found):
         sides[j] = _sides(found, j)
     return replace(found, sides=sides)
 
@@ -97,7 +97,7 @@ def stated_prior(at: Linearised) -> tuple[Array, Array]:
     return replace(at.problem, firm_theta=1.0, firm_eta=1.0).prior
 
 
-def profiled(found: Uncertainty) -> list[int]:
+def profile_interval(found: Uncertainty) -> list[int]:
     """Numbers whose profile is looked at: all if they are few, else the loosest, and none that only its prior knows."""
     parameters = found.at.problem.parameters
     loose = [j for j, p in enumerate(parameters) if j not in found.prior_only and j not in found.at_bound

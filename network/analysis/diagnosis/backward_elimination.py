@@ -8,11 +8,11 @@ from functools import partial
 import numpy as np
 
 from network.analysis.diagnosis.candidates import Candidate
-from network.analysis.diagnosis.coarse_surrogate import stand_in
-from network.analysis.diagnosis.compact_fit import slim
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, rejudged, relaid, renoised
+from network.analysis.diagnosis.coarse_surrogate import build_surrogate
+from network.analysis.diagnosis.compact_fit import compact
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, estimate_noise, fit_findings, reweight
 from network.analysis.diagnosis.lump_refinement import GAIN
-from network.analysis.diagnosis.refit import left_out
+from network.analysis.diagnosis.refit import cross_validation_misfit
 from network.platform.parallel import run_all
 
 HOLDS = 1.02
@@ -27,77 +27,78 @@ STEPS = 8
 """Of a fit with other findings."""
 
 
-def checked(
+def eliminate_backward(
     null: Hypothesis, case: Case, current: Hypothesis, befores: Sequence[Hypothesis],
     steps: Sequence[Sequence[Hypothesis]], threshold: float, jobs: int,
 ) -> tuple[Hypothesis, tuple[float, ...]]:  # fmt: skip
     """What was found without what is superfluous, and the evidence that each finding adds; the null where it does not
     tell runs left out. befores, steps: what stood before each step, and its rivals."""
-    before = rejudged(case, null)
+    before = reweight(case, null)
     if not current.found:
         return before, ()
     later = sum(ranked[0].evidence - h.evidence for h, ranked in zip(befores[1:], steps[1:], strict=True))
     close = [h for h in steps[0][1 : RERANKED + 1] if steps[0][0].evidence - h.evidence < REACH * later]
-    current = _reranked(current, close, jobs)
-    current, gains = _held(current, threshold, jobs)
+    current = _rerank_first(current, close, jobs)
+    current, gains = _eliminate_at_end(current, threshold, jobs)
     if not current.found:
-        return _without(null, current), ()
-    return (current, gains) if _predicts(stand_in(before), stand_in(current), jobs) else (before, ())
+        return _bare_or_null(null, current), ()
+    holds = _cross_validates(build_surrogate(before), build_surrogate(current), jobs)
+    return (current, gains) if holds else (before, ())
 
 
-def _refitted(current: Hypothesis, other: tuple[Sequence[Candidate], Mapping[str, float]]) -> Hypothesis | None:
+def _refit(current: Hypothesis, other: tuple[Sequence[Candidate], Mapping[str, float]]) -> Hypothesis | None:
     """Other findings from some numbers in the stead of those of a hypothesis."""
-    found = relaid(current.case, current.root, *other, steps=STEPS)
-    return found and slim(found)
+    found = fit_findings(current.case, current.root, *other, steps=STEPS)
+    return found and compact(found)
 
 
-def _reranked(current: Hypothesis, rivals: Sequence[Hypothesis], jobs: int) -> Hypothesis:
+def _rerank_first(current: Hypothesis, rivals: Sequence[Hypothesis], jobs: int) -> Hypothesis:
     """The first finding against its rivals, now that the others are in."""
     others = [((h.found[-1], *current.found[1:]), h.values | current.values) for h in rivals]
-    told = run_all(partial(_refitted, current), others, jobs)
+    told = run_all(partial(_refit, current), others, jobs)
     better = max((h for h in told if h is not None), key=lambda h: h.evidence, default=current)
-    return _to_the_end(better) if better.evidence > current.evidence else current
+    return _finish_fit(better) if better.evidence > current.evidence else current
 
 
-def _held(current: Hypothesis, threshold: float, jobs: int) -> tuple[Hypothesis, tuple[float, ...]]:
+def _eliminate_at_end(current: Hypothesis, threshold: float, jobs: int) -> tuple[Hypothesis, tuple[float, ...]]:
     """The findings that still add what chance does not, under the noise that they leave in the end, on the final lumps
     and beside each other, and how much."""
     while True:
         count = len(current.found)
-        current, gains = _needed(rejudged(renoised(current.case, current), current), threshold, jobs)
+        current, gains = _eliminate(reweight(estimate_noise(current.case, current), current), threshold, jobs)
         if len(current.found) in (0, count):
             return current, gains
 
 
-def _without(null: Hypothesis, bare: Hypothesis) -> Hypothesis:
+def _bare_or_null(null: Hypothesis, bare: Hypothesis) -> Hypothesis:
     """The null, or its machine on the finer lumps that were come to with findings, where these mend it alone."""
-    before = rejudged(bare.case, null)
+    before = reweight(bare.case, null)
     return bare if bare.evidence > before.evidence + GAIN else before
 
 
-def _needed(current: Hypothesis, threshold: float, jobs: int) -> tuple[Hypothesis, tuple[float, ...]]:
+def _eliminate(current: Hypothesis, threshold: float, jobs: int) -> tuple[Hypothesis, tuple[float, ...]]:
     """Without the findings that add less than the threshold beside the others, and the evidence that each of the rest
     adds."""
     gains: list[float] = []
     while current.found:
         rests = [[c for c in current.found if c is not out] for out in current.found]
-        less = run_all(partial(_refitted, current), [(rest, current.values) for rest in rests], jobs)
+        less = run_all(partial(_refit, current), [(rest, current.values) for rest in rests], jobs)
         gains = [float("inf") if h is None else current.evidence - h.evidence for h in less]
         k = int(np.argmin(gains))
         other = less[k]
         if other is None or gains[k] >= threshold:
             break
-        current = _to_the_end(other)
+        current = _finish_fit(other)
     return current, tuple(gains) if current.found else ()
 
 
-def _to_the_end(h: Hypothesis) -> Hypothesis:
-    return relaid(h.case, h.root, h.found, h.values) or h
+def _finish_fit(h: Hypothesis) -> Hypothesis:
+    return fit_findings(h.case, h.root, h.found, h.values) or h
 
 
-def _predicts(before: Hypothesis, after: Hypothesis, jobs: int) -> bool:
+def _cross_validates(before: Hypothesis, after: Hypothesis, jobs: int) -> bool:
     """Whether runs left out of the fit are told at least as well as before, and like those in it."""
-    was, now = (left_out(h, jobs) for h in (before, after))
+    was, now = (cross_validation_misfit(h, jobs) for h in (before, after))
     if not np.isfinite(was) or now >= HOLDS * was:
         return not np.isfinite(was)
     is_asked = len(after.case.recordings) >= ENOUGH

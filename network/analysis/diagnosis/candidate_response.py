@@ -39,7 +39,7 @@ Heat = tuple[Push | None, Array]
 """A further heat on one run, and what is read otherwise beside its answer."""
 
 
-def directions(
+def respond_to_candidates(
     tried: Sequence[tuple[Candidate, Mapping[str, float]]], data: Sequence[Measured], predictions: Sequence[Prediction],
     jobs: int = 1,
 ) -> list[Array | None]:  # fmt: skip

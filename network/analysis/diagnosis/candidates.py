@@ -164,14 +164,14 @@ def candidates(
 def candidate(machine: Machine, kind: type[Effect], patch: Mapping[str, Any]) -> Candidate | None:
     """A proposal laid over a machine; None where it does not fit together with what is there."""
     try:
-        spelled = _spelled_out(kind, Patch(patch))
+        spelled = _spell_out(kind, Patch(patch))
         patched = machine.patched(spelled, kind.kind)
     except Refused:
         return None
     return Candidate(kind, spelled, machine, patched, own_parameters(patched, kind, spelled))
 
 
-def laid_over(machine: Machine, found: Iterable[Candidate]) -> tuple[Machine, tuple[Candidate, ...]] | None:
+def lay_over(machine: Machine, found: Iterable[Candidate]) -> tuple[Machine, tuple[Candidate, ...]] | None:
     """Another machine with findings laid over it, one on the other, and these; None where one does not fit."""
     laid: list[Candidate] = []
     for c in found:
@@ -183,7 +183,7 @@ def laid_over(machine: Machine, found: Iterable[Candidate]) -> tuple[Machine, tu
     return machine, tuple(laid)
 
 
-def _spelled_out(kind: type[Effect], patch: Patch) -> Patch:
+def _spell_out(kind: type[Effect], patch: Patch) -> Patch:
     """The patch with every number that will be fitted written down, also where it has a default."""
     given = {number for number, _ in patch.numbers()}
     for field in (kind.fields[name] for name in (kind.strength, *kind.shapes)):

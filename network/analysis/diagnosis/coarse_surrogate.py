@@ -15,9 +15,16 @@ from itertools import chain
 import numpy as np
 
 from network.analysis.calibration.measured_means import Measured
-from network.analysis.diagnosis.candidates import Candidate, laid_over
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, Lack, parameters_of, relaid, suppose
-from network.analysis.diagnosis.lump_refinement import ever_finer
+from network.analysis.diagnosis.candidates import Candidate, lay_over
+from network.analysis.diagnosis.hypothesis import (
+    AdditiveCorrection,
+    Case,
+    Hypothesis,
+    fit_findings,
+    fit_hypothesis,
+    parameters_of,
+)
+from network.analysis.diagnosis.lump_refinement import list_finer_machines
 from network.catalogue.declaration.declare import Array
 from network.engine.response.model import Model
 from network.machine.machine import Machine
@@ -37,16 +44,16 @@ AGAIN, MOVED, HOPELESS = 2, 0.5, 2.0
 """Fits of a stand-in until its lack stays, to a share of the misfit χ; and where it moves too far to try again."""
 
 
-def stand_in(fine: Hypothesis) -> Hypothesis:
+def build_surrogate(fine: Hypothesis) -> Hypothesis:
     """The same hypothesis on the coarsest lumps that lack little, told what they lack; itself where there are none."""
     if fine.machine.lumps <= SMALL:
         return fine
     most = SWITCHED_LACK if fine.switches else LACK
-    for machine, found in _coarser(fine):
+    for machine, found in _list_coarser(fine):
         try:
             coarse = replace(fine, machine=machine, found=found)
-            lack = _lacking(coarse, fine.machine)
-            told = _agreed(coarse, lack, fine) if _rms(fine, lack) <= most else None
+            lack = _correction_of(coarse, fine.machine)
+            told = _fit_until_steady(coarse, lack, fine) if _rms(fine, lack) <= most else None
             if told is not None:
                 return told
         except (Failed, np.linalg.LinAlgError):
@@ -54,56 +61,56 @@ def stand_in(fine: Hypothesis) -> Hypothesis:
     return fine
 
 
-def _agreed(coarse: Hypothesis, lack: Sequence[Array], fine: Hypothesis) -> Hypothesis | None:
+def _fit_until_steady(coarse: Hypothesis, lack: Sequence[Array], fine: Hypothesis) -> Hypothesis | None:
     """A coarse hypothesis fitted with what it lacks; None where the lack does not stay what it was, for then the fit
     has followed the lumps and not the machine."""
     for _ in range(AGAIN):
-        coarse, before = _fitted(coarse, lack), lack
-        lack = _lacking(coarse, fine.machine)
+        coarse, before = _fit_with_correction(coarse, lack), lack
+        lack = _correction_of(coarse, fine.machine)
         moved = _rms(fine, [x - y for x, y in zip(lack, before, strict=True)]) / max(1.0, fine.chi)
         if moved < MOVED or moved > HOPELESS:
             return coarse if moved < MOVED else None
     return None
 
 
-def carried(case: Case, coarse: Hypothesis, root: Machine) -> Hypothesis | None:
+def fit_on_finer_lumps(case: Case, coarse: Hypothesis, root: Machine) -> Hypothesis | None:
     """A hypothesis fitted on finer lumps; None where it does not fit there or runs away."""
     about = replace(case, began=coarse.case.began)
-    return relaid(about, root, coarse.found, coarse.values, not coarse.switches, CARRIED_STEPS)
+    return fit_findings(about, root, coarse.found, coarse.values, not coarse.switches, CARRIED_STEPS)
 
 
-def carried_afresh(case: Case, coarse: Hypothesis, root: Machine) -> Hypothesis | None:
+def fit_on_finer_lumps_afresh(case: Case, coarse: Hypothesis, root: Machine) -> Hypothesis | None:
     """The same, where that leaves much also from the numbers of the file and with its last finding where that was
     proposed."""
-    about, best = replace(case, began=coarse.case.began), carried(case, coarse, root)
+    about, best = replace(case, began=coarse.case.began), fit_on_finer_lumps(case, coarse, root)
     back = coarse.found[-1].back if coarse.found else None
     if best is None or back is None or best.chi < DOUBTFUL or coarse.switches:
         return best
-    again = relaid(about, root, (*coarse.found[:-1], back), coarse.own_values | back.usual, steps=CARRIED_STEPS)
+    again = fit_findings(about, root, (*coarse.found[:-1], back), coarse.own_values | back.usual, steps=CARRIED_STEPS)
     return best if again is None else max(best, again, key=lambda h: h.evidence)
 
 
-def _coarser(fine: Hypothesis) -> Iterator[tuple[Machine, tuple[Candidate, ...]]]:
+def _list_coarser(fine: Hypothesis) -> Iterator[tuple[Machine, tuple[Candidate, ...]]]:
     """The machine with a few lumps a bar, and its refinements short of this one, the findings over them."""
-    for root in chain((_cut(fine.root, lumps) for lumps in CUTS), ever_finer(fine.case.machine)):
-        if root.lumps < fine.root.lumps and (over := laid_over(root, fine.found)) is not None:
+    for root in chain((_cut_lumps(fine.root, lumps) for lumps in CUTS), list_finer_machines(fine.case.machine)):
+        if root.lumps < fine.root.lumps and (over := lay_over(root, fine.found)) is not None:
             yield over
 
 
-def _cut(machine: Machine, lumps: int) -> Machine:
+def _cut_lumps(machine: Machine, lumps: int) -> Machine:
     """The machine with at most so many lumps a bar."""
     wide = {name: node.to_plain() for name, node in machine.nodes.items() if node.lumps > lumps}
     return machine.patched({"nodes": {name: {**body, "lumps": lumps} for name, body in wide.items()}})
 
 
-def _fitted(coarse: Hypothesis, lack: Sequence[Array]) -> Hypothesis:
+def _fit_with_correction(coarse: Hypothesis, lack: Sequence[Array]) -> Hypothesis:
     """A coarse hypothesis told what its lumps lack."""
     told = tuple(_over_time(d, x) for d, x in zip(coarse.fit.problem.data, lack, strict=True))
     case = replace(coarse.case, lacking=told)
-    return suppose(case, coarse.machine, coarse.found, coarse.own, coarse.values, steps=STEPS)
+    return fit_hypothesis(case, coarse.machine, coarse.found, coarse.own, coarse.values, steps=STEPS)
 
 
-def _lacking(coarse: Hypothesis, finer: Machine) -> tuple[Array, ...]:
+def _correction_of(coarse: Hypothesis, finer: Machine) -> tuple[Array, ...]:
     """Means of all runs on finer lumps less those on the coarse ones, at the same numbers. Raises Failed where the
     machines do not have the same numbers."""
     parameters, theta = coarse.fit.problem.parameters, coarse.fit.theta
@@ -115,8 +122,8 @@ def _lacking(coarse: Hypothesis, finer: Machine) -> tuple[Array, ...]:
     return tuple(f.cells - c.cells for f, c in zip(there, here, strict=True))
 
 
-def _over_time(data: Measured, lack: Array) -> Lack:
-    return Lack(data.centres, lack.reshape(len(data.run.channels), -1))
+def _over_time(data: Measured, lack: Array) -> AdditiveCorrection:
+    return AdditiveCorrection(data.centres, lack.reshape(len(data.run.channels), -1))
 
 
 def _rms(h: Hypothesis, lack: Sequence[Array]) -> float:

@@ -9,28 +9,28 @@ import numpy as np
 
 from network.analysis.calibration.linearised import Linearised
 from network.analysis.diagnosis.candidates import Candidate
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, suppose
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
 from network.engine.response.parameters import Parameter
 from network.platform.refusal import Failed
 
 
-def slim(h: Hypothesis) -> Hypothesis:
+def compact(h: Hypothesis) -> Hypothesis:
     """The hypothesis without its runs; whoever needs these fits it again from its numbers."""
     return replace(h, fit=h.fit.estimate) if isinstance(h.fit, Linearised) else h
 
 
-def beside(
+def fit_with(
     case: Case, current: Hypothesis, c: Candidate, start: Mapping[str, float], steps: int
 ) -> Hypothesis | None:  # fmt: skip
     """A candidate fitted beside what is there, a few steps from some numbers; None where it runs away."""
-    return tried(case, (*current.found, c), (*current.own, *c.own), start, steps)
+    return fit_or_none(case, (*current.found, c), (*current.own, *c.own), start, steps)
 
 
-def tried(
+def fit_or_none(
     case: Case, found: Sequence[Candidate], own: Sequence[Parameter], start: Mapping[str, float], steps: int
 ) -> Hypothesis | None:  # fmt: skip
     """Findings, each laid over those before it, fitted a few steps from some numbers; None where they run away."""
     try:
-        return slim(suppose(case, found[-1].machine, found, own, start, steps=steps))
+        return compact(fit_hypothesis(case, found[-1].machine, found, own, start, steps=steps))
     except (Failed, np.linalg.LinAlgError):
         return None

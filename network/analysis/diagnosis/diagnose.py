@@ -10,16 +10,23 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
-from network.analysis.diagnosis.forward_selection import Screened, followed, screened
-from network.analysis.diagnosis.holdout_admission import taken_in
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, rejudged, renoised, suppose, under_file_noise
-from network.analysis.diagnosis.intermittent.intermittent_fault import episodes
+from network.analysis.diagnosis.forward_selection import Screening, screen_candidates, select_forward
+from network.analysis.diagnosis.holdout_admission import admit_runs
+from network.analysis.diagnosis.hypothesis import (
+    Case,
+    Hypothesis,
+    estimate_noise,
+    fit_hypothesis,
+    reweight,
+    use_file_noise,
+)
+from network.analysis.diagnosis.intermittent.intermittent_fault import find_intermittent_fault
 from network.analysis.diagnosis.locate import locate
-from network.analysis.diagnosis.lump_convergence import settled
-from network.analysis.diagnosis.lump_refinement import FAR, FULL, refined
+from network.analysis.diagnosis.lump_convergence import refine_until_converged
+from network.analysis.diagnosis.lump_refinement import FAR, FULL, refine_lumps
 from network.analysis.diagnosis.result import Diagnosis
 from network.analysis.diagnosis.search_record import Search
-from network.analysis.diagnosis.verdict import diagnosis_of
+from network.analysis.diagnosis.verdict import conclude
 from network.machine.machine import Machine
 from network.platform.parallel import processes
 from network.platform.threads import on_one_thread
@@ -46,38 +53,38 @@ def diagnose(
     """
     began, tell = time.perf_counter(), progress or (lambda share: None)
     runs = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
-    let_in = taken_in(machine, runs, tuple(holdout), start)
+    let_in = admit_runs(machine, runs, tuple(holdout), start)
     with processes(jobs, __name__):
-        found = _searched(Case(machine, let_in.recordings, start), seed, jobs, tell)
-        told = diagnosis_of(found, let_in.holdout, let_in.warnings, seed, jobs)
+        found = _search(Case(machine, let_in.recordings, start), seed, jobs, tell)
+        told = conclude(found, let_in.holdout, let_in.warnings, seed, jobs)
     return replace(told, seconds=time.perf_counter() - began)
 
 
-def _searched(case: Case, seed: int, jobs: int, tell: Callable[[float], None]) -> Search:
+def _search(case: Case, seed: int, jobs: int, tell: Callable[[float], None]) -> Search:
     given = case
-    levels = refined(case, suppose(case, case.machine))
+    levels = refine_lumps(case, fit_hypothesis(case, case.machine))
     tell(0.1)
-    faulty = episodes(max(levels, key=lambda h: h.evidence)) if levels[-1].chi > FULL else None
+    faulty = find_intermittent_fault(max(levels, key=lambda h: h.evidence)) if levels[-1].chi > FULL else None
     if faulty is not None:
         case = faulty[1].case
-        levels = refined(case, suppose(case, case.machine))
+        levels = refine_lumps(case, fit_hypothesis(case, case.machine))
     tell(0.15)
     written, best = levels[0], max(levels, key=lambda h: h.evidence)
-    case = renoised(case, best)
-    tracks = [rejudged(case, h) for h in _tracks(levels, best)]
-    as_written = rejudged(case, written)
+    case = estimate_noise(case, best)
+    tracks = [reweight(case, h) for h in _tracks(levels, best)]
+    as_written = reweight(case, written)
     if best is not written and tracks[0].chi < FAR:
-        tracks[0] = settled(case, tracks[0])
+        tracks[0] = refine_until_converged(case, tracks[0])
     null = max(tracks, key=lambda h: h.evidence)
     located = locate(null.linearised, null.machine)
     is_told = null.chi < FULL and null.machine.lumps > MANY
-    seen = Screened(null, (), ()) if is_told else screened(null, jobs)
-    found = [followed(null, seen, located, seed, jobs, tell)]
+    seen = Screening(null, (), ()) if is_told else screen_candidates(null, jobs)
+    found = [select_forward(null, seen, located, seed, jobs, tell)]
     for track in tracks:
         if track is not null and not any(f.best.chi < TOLD for f in found):
-            found.append(followed(track, screened(track, jobs), located, seed, jobs, tell))
-    won = max(found, key=lambda f: rejudged(case, f.best).evidence)
-    plain = suppose(under_file_noise(given), given.machine, offsets=False)
+            found.append(select_forward(track, screen_candidates(track, jobs), located, seed, jobs, tell))
+    won = max(found, key=lambda f: reweight(case, f.best).evidence)
+    plain = fit_hypothesis(use_file_noise(given), given.machine, offsets=False)
     steps, fault = (won.befores, won.steps), None if faulty is None else faulty[0]
     return Search(
         given, case, fault, as_written, plain, null, won.best, *steps, won.gains, located, won.threshold, seen

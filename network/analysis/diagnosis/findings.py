@@ -31,7 +31,7 @@ STRAY = 2.0
 """Standard deviations at which unknown heat counts."""
 
 
-def named(search: Search, after: Machine) -> list[Finding]:
+def list_findings(search: Search, after: Machine) -> list[Finding]:
     """What was wrong with a channel, then what was found, in the machine with its numbers."""
     return [*_faults(search), *_findings(search, after)]
 
@@ -52,7 +52,7 @@ def _findings(search: Search, after: Machine) -> Iterator[Finding]:
     for i, c in enumerate(search.best.found):
         k = min(i, len(search.steps) - 1)
         ranked = search.steps[k]
-        told = list(rivals(ranked, search.befores[k], c.key))
+        told = list(list_rivals(ranked, search.befores[k], c.key))
         is_first = ranked[0].found[-1].key == c.key
         sure = confidence(ranked, search.best.chi) if is_first else REPLACED
         gain = search.gains[i] if i < len(search.gains) else 0.0
@@ -65,7 +65,7 @@ def _findings(search: Search, after: Machine) -> Iterator[Finding]:
         )  # fmt: skip
 
 
-def rivals(ranked: Sequence[Hypothesis], null: Hypothesis, but: tuple[str, ...] = ()) -> Iterator[Rival]:
+def list_rivals(ranked: Sequence[Hypothesis], null: Hypothesis, but: tuple[str, ...] = ()) -> Iterator[Rival]:
     """Explanations that were fitted beside each other, each with its share of belief and what speaks against it; null:
     what stood before them; but: the key of one that is left out."""
     apart = distinct(ranked)
@@ -95,7 +95,7 @@ def _worse(times: float) -> str:
 
 def _alike(ranked: Sequence[Hypothesis], c: Candidate) -> Iterator[Rival]:
     """Other explanations within ALIKE nats of the best."""
-    for r in rivals(ranked, ranked[0], c.key):
+    for r in list_rivals(ranked, ranked[0], c.key):
         if -r.gain <= ALIKE:
             yield r
 
@@ -121,7 +121,7 @@ def _sentence(h: Hypothesis, c: Candidate, after: Machine) -> str:
     return f"{sentence(c.kind.told(after, c.patch))} ({first.field.key.replace('_', ' ')} ± {std})."
 
 
-def unknown(search: Search) -> Finding:
+def find_unknown(search: Search) -> Finding:
     """What no kind explains: its place, its shape and its size."""
     left = locate(search.best.linearised, search.best.machine) if search.best.found else search.located
     top = left[0]

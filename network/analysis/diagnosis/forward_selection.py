@@ -6,22 +6,22 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
-from network.analysis.diagnosis.backward_elimination import checked
+from network.analysis.diagnosis.backward_elimination import eliminate_backward
 from network.analysis.diagnosis.candidates import Candidate, candidates
-from network.analysis.diagnosis.coarse_surrogate import carried, carried_afresh, stand_in
-from network.analysis.diagnosis.compact_fit import slim
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, rejudged, renoised
-from network.analysis.diagnosis.initial_state_restarts import restarted
+from network.analysis.diagnosis.coarse_surrogate import build_surrogate, fit_on_finer_lumps, fit_on_finer_lumps_afresh
+from network.analysis.diagnosis.compact_fit import compact
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, estimate_noise, reweight
+from network.analysis.diagnosis.initial_state_restarts import restart_from_starts
 from network.analysis.diagnosis.locate import locate
-from network.analysis.diagnosis.lump_convergence import settled
+from network.analysis.diagnosis.lump_convergence import refine_until_converged
 from network.analysis.diagnosis.lump_refinement import FAR, FULL, STRAINED
-from network.analysis.diagnosis.placement import near, placed, well_placed
+from network.analysis.diagnosis.placement import near, place_best, place_ranked
 from network.analysis.diagnosis.ranking import best_first
-from network.analysis.diagnosis.refit import Begun, begun
+from network.analysis.diagnosis.refit import TrialFits, start_trials
 from network.analysis.diagnosis.result import UnknownHeat
 from network.analysis.diagnosis.screen import Score, screen
-from network.analysis.diagnosis.significance import LEAST, threshold_of
-from network.analysis.diagnosis.switching.search import likely, relays
+from network.analysis.diagnosis.significance import LEAST, null_threshold
+from network.analysis.diagnosis.switching.search import rank_likely_places, search_relays
 from network.engine.response.parameters import Parameter
 from network.machine.machine import Machine
 from network.platform.parallel import run_all
@@ -42,7 +42,7 @@ CARRIED = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Followed:
+class Selection:
     """Where the steps from one null led: the best, what stood before each step and its rivals, the evidence that each
     finding adds, and what chance reaches."""
 
@@ -54,7 +54,7 @@ class Followed:
 
 
 @dataclass(frozen=True, eq=False)
-class Screened:
+class Screening:
     """What is proposed beside a hypothesis, and how each would show: about what stands in for it on coarser lumps."""
 
     before: Hypothesis
@@ -67,44 +67,44 @@ class Screened:
         return locate(self.before.linearised, self.before.machine)
 
 
-def screened(current: Hypothesis, jobs: int) -> Screened:
+def screen_candidates(current: Hypothesis, jobs: int) -> Screening:
     """Everything that could be missing from a hypothesis, screened."""
-    before = stand_in(current)
+    before = build_surrogate(current)
     proposed = tuple(c for c in candidates(before.machine, current.case.drivers) if _keeps(c, before.own))
-    return Screened(before, proposed, tuple(screen(before.linearised, proposed, before.values, jobs)))
+    return Screening(before, proposed, tuple(screen(before.linearised, proposed, before.values, jobs)))
 
 
-def followed(
-    null: Hypothesis, first: Screened, located: Sequence[UnknownHeat], seed: int, jobs: int,
+def select_forward(
+    null: Hypothesis, first: Screening, located: Sequence[UnknownHeat], seed: int, jobs: int,
     tell: Callable[[float], None],
-) -> Followed:  # fmt: skip
+) -> Selection:  # fmt: skip
     """The steps from one null, checked. first: its screening."""
     case, current = null.case, null
     befores: list[Hypothesis] = []
     steps: list[tuple[Hypothesis, ...]] = []
     threshold = LEAST
     while _is_open(current) and len(current.found) < MOST_FINDINGS:
-        seen = screened(current, jobs) if steps else first
+        seen = screen_candidates(current, jobs) if steps else first
         if _shows_nothing(seen):
             break
-        before, told = seen.before, partial(_further, tell, 0.15 + 0.25 * len(steps))
-        threshold = threshold if steps else threshold_of(seen.scores, seed)
-        kept, ranked = _stepped(case, current, seen, located, threshold, seed, jobs, told)
+        before, told = seen.before, partial(_report_share, tell, 0.15 + 0.25 * len(steps))
+        threshold = threshold if steps else null_threshold(seen.scores, seed)
+        kept, ranked = _select_next(case, current, seen, located, threshold, seed, jobs, told)
         if kept is None:
             break
         case = kept.case
         now = replace(before.case, noise=case.noise, sigma=case.sigma)
-        befores.append(slim(rejudged(now, before)))
-        steps.append(_led(kept, run_all(partial(_rejudged, now), ranked, jobs)))
+        befores.append(compact(reweight(now, before)))
+        steps.append(_put_first(kept, run_all(partial(_reweight, now), ranked, jobs)))
         left = (kept.chi**2 - 1) / (current.chi**2 - 1)
         current = kept
         tell(0.15 + 0.25 * len(steps))
         if current.chi > FAR and left > VAIN:
             break
-    current, gains = checked(null, case, current, befores, steps, threshold, jobs)
+    current, gains = eliminate_backward(null, case, current, befores, steps, threshold, jobs)
     if null.found == current.found:
-        return Followed(current, (), (), (), threshold)
-    return Followed(current, tuple(befores), tuple(steps), gains, threshold)
+        return Selection(current, (), (), (), threshold)
+    return Selection(current, tuple(befores), tuple(steps), gains, threshold)
 
 
 def _is_open(h: Hypothesis) -> bool:
@@ -112,32 +112,32 @@ def _is_open(h: Hypothesis) -> bool:
     return h.chi > FURTHER if h.found else h.chi > FULL or h.strain > STRAINED
 
 
-def _stepped(
-    case: Case, current: Hypothesis, seen: Screened, located: Sequence[UnknownHeat], threshold: float, seed: int,
+def _select_next(
+    case: Case, current: Hypothesis, seen: Screening, located: Sequence[UnknownHeat], threshold: float, seed: int,
     jobs: int, tell: Callable[[float], None],
 ) -> tuple[Hypothesis | None, list[Hypothesis]]:  # fmt: skip
     """What is kept beside a hypothesis, and its rivals: relays are looked for before much else is tried, where what is
     likely explains little, and last, where much is left."""
-    sway = partial(_swaying, seen, located, seed, jobs)
-    trials = begun(seen.before, seen.proposed, _worthy(seen), jobs, tell, _is_near(seen))
+    sway = partial(_search_switching, seen, located, seed, jobs)
+    trials = start_trials(seen.before, seen.proposed, _worth_fitting(seen), jobs, tell, _is_near(seen))
     smooth = trials.ranked(jobs)
     early = sway() if trials.is_poor(smooth) else None
     if not seen.before.found:
         is_told = early is None or bool(early and early[0].chi <= trials.little)
-        smooth = _more(trials, smooth, is_told, jobs)
-    ranked = best_first(*(early or ()), *well_placed(seen.before, smooth, jobs))
+        smooth = _fit_wider(trials, smooth, is_told, jobs)
+    ranked = best_first(*(early or ()), *place_ranked(seen.before, smooth, jobs))
     tried = _contenders(current, seen.before, ranked)
-    kept = _kept(case, current, seen.before, tried, threshold, jobs)
+    kept = _accept_best(case, current, seen.before, tried, threshold, jobs)
     switched = sway() if early is None and (kept or current).chi > SWAYING else []
     ranked = best_first(*switched, *ranked)
     again = _contenders(current, seen.before, ranked)
-    other = _kept(case, current, seen.before, again, threshold, jobs) if again != tried else None
-    if other is not None and (kept is None or other.evidence > rejudged(other.case, kept).evidence):
+    other = _accept_best(case, current, seen.before, again, threshold, jobs) if again != tried else None
+    if other is not None and (kept is None or other.evidence > reweight(other.case, kept).evidence):
         kept = other
     return kept, ranked
 
 
-def _more(trials: Begun, ranked: list[Hypothesis], is_told: bool, jobs: int) -> list[Hypothesis]:
+def _fit_wider(trials: TrialFits, ranked: list[Hypothesis], is_told: bool, jobs: int) -> list[Hypothesis]:
     """Explanations, and more of them where these leave much; then what else sits where the best of them does."""
     if not is_told:
         wider = trials.wider(jobs)
@@ -147,31 +147,31 @@ def _more(trials: Begun, ranked: list[Hypothesis], is_told: bool, jobs: int) -> 
     return ranked
 
 
-def _swaying(seen: Screened, located: Sequence[UnknownHeat], seed: int, jobs: int) -> list[Hypothesis]:
+def _search_switching(seen: Screening, located: Sequence[UnknownHeat], seed: int, jobs: int) -> list[Hypothesis]:
     """The relay that explains most, looked for at the likely places: those of the null, then those beside what was
     found."""
     before = seen.before
-    able = likely([c for c in seen.proposed if c.switches], seen.located if before.found else located)
-    return relays(before.case, before, able, seed, jobs)
+    able = rank_likely_places([c for c in seen.proposed if c.switches], seen.located if before.found else located)
+    return search_relays(before.case, before, able, seed, jobs)
 
 
-def _shows_nothing(seen: Screened) -> bool:
+def _shows_nothing(seen: Screening) -> bool:
     """Whether no candidate scores what a name is worth, where not much is left."""
-    return _is_near(seen) and not _worthy(seen)
+    return _is_near(seen) and not _worth_fitting(seen)
 
 
-def _is_near(seen: Screened) -> bool:
+def _is_near(seen: Screening) -> bool:
     """Whether little is missing beside what was found, so that the linear scores can be believed."""
     return bool(seen.before.found) and seen.before.chi < SWAYING
 
 
-def _worthy(seen: Screened) -> Sequence[Score]:
+def _worth_fitting(seen: Screening) -> Sequence[Score]:
     """Scores of those that may be worth a name."""
     worth = HOPE * WORTH * len(seen.before.fit.left) if _is_near(seen) else 0.0
     return [s for s in seen.scores if s.gain >= worth]
 
 
-def _further(tell: Callable[[float], None], done: float, share: float) -> None:
+def _report_share(tell: Callable[[float], None], done: float, share: float) -> None:
     tell(done + 0.1 * share)
 
 
@@ -186,41 +186,41 @@ def _contenders(current: Hypothesis, before: Hypothesis, ranked: Sequence[Hypoth
     return ranked[:1] if before is current else near(before, ranked, CARRIED)
 
 
-def _kept(
+def _accept_best(
     case: Case, current: Hypothesis, before: Hypothesis, rivals: Sequence[Hypothesis], threshold: float, jobs: int
 ) -> Hypothesis | None:  # fmt: skip
     """The best of some rivals on as many lumps as it takes; None where it gains no more than chance."""
-    best = _carried(case, current, before, rivals, jobs)
+    best = _best_on_lumps(case, current, before, rivals, jobs)
     if best is None or not _is_gain(current, best, threshold):
         return None
-    case = renoised(best.case, best)
-    if not _is_gain(rejudged(case, current), rejudged(case, best), threshold):
+    case = estimate_noise(best.case, best)
+    if not _is_gain(reweight(case, current), reweight(case, best), threshold):
         return None
-    best = restarted(rejudged(case, best), jobs)
-    return settled(best.case, best)
+    best = restart_from_starts(reweight(case, best), jobs)
+    return refine_until_converged(best.case, best)
 
 
-def _carried(
+def _best_on_lumps(
     case: Case, current: Hypothesis, before: Hypothesis, rivals: Sequence[Hypothesis], jobs: int
 ) -> Hypothesis | None:  # fmt: skip
     """The best of some rivals on the lumps of what is there; None where there is none."""
     if before is current or not rivals:
-        return rejudged(case, rivals[0]) if rivals else None
-    told = run_all(partial(_on_lumps, case, current.root, rivals[0]), rivals, jobs)
+        return reweight(case, rivals[0]) if rivals else None
+    told = run_all(partial(_fit_on_lumps, case, current.root, rivals[0]), rivals, jobs)
     best = max((h for h in told if h is not None), key=lambda h: h.evidence, default=None)
-    return best and rejudged(replace(case, began=best.case.began), best)
+    return best and reweight(replace(case, began=best.case.began), best)
 
 
-def _on_lumps(case: Case, root: Machine, first: Hypothesis, h: Hypothesis) -> Hypothesis | None:
-    told = (carried_afresh if h.found[-1].key == first.found[-1].key else carried)(case, h, root)
-    return told and placed(slim(told))
+def _fit_on_lumps(case: Case, root: Machine, first: Hypothesis, h: Hypothesis) -> Hypothesis | None:
+    told = (fit_on_finer_lumps_afresh if h.found[-1].key == first.found[-1].key else fit_on_finer_lumps)(case, h, root)
+    return told and place_best(compact(told))
 
 
-def _rejudged(case: Case, h: Hypothesis) -> Hypothesis:
-    return slim(rejudged(case, h))
+def _reweight(case: Case, h: Hypothesis) -> Hypothesis:
+    return compact(reweight(case, h))
 
 
-def _led(best: Hypothesis, ranked: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:
+def _put_first(best: Hypothesis, ranked: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:
     """The rivals, the one that was kept first."""
     return tuple(sorted(ranked, key=lambda h: (h.found[-1].key != best.found[-1].key, -h.evidence)))
 

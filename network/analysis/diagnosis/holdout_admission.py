@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from network.analysis.calibration.recording_admission import admitted, check_apart
+from network.analysis.calibration.recording_admission import admit, check_apart
 from network.analysis.comparison.compare import check_fit
 from network.engine.response.parameters import at_values, centres, free_parameters, values_at
 from network.machine.machine import Machine
@@ -24,14 +24,14 @@ class Intake:
     warnings: tuple[str, ...]
 
 
-def taken_in(
+def admit_runs(
     machine: Machine, recordings: Sequence[Recording], holdout: Sequence[Recording], start: Start | None
 ) -> Intake:
     """Raises Refused with all that makes the recordings useless to this machine, before anything is fitted."""
     check_apart(recordings, holdout)
     parameters = free_parameters(machine)
     _check_held_out(at_values(machine, values_at(parameters, centres(parameters))), holdout)
-    let_in = admitted(machine, parameters, recordings, start)
+    let_in = admit(machine, parameters, recordings, start)
     warnings = (*overheard(machine, recordings, holdout), *let_in.warnings)
     return Intake(tuple(d.recording for d in let_in.data), tuple(holdout), warnings)
 

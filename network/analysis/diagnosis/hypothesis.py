@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from network.analysis.calibration.coloured_noise import colours
+from network.analysis.calibration.coloured_noise import estimate_colours
 from network.analysis.calibration.estimate import Estimate
 from network.analysis.calibration.gauss_newton import (
     STEPS,
@@ -19,9 +19,9 @@ from network.analysis.calibration.gauss_newton import (
     make_problem,
     minimise,
 )
-from network.analysis.calibration.measured_means import Measured, measured
+from network.analysis.calibration.measured_means import Measured, weigh_recording
 from network.analysis.calibration.noise import Noise
-from network.analysis.diagnosis.candidates import Candidate, laid_over
+from network.analysis.diagnosis.candidates import Candidate, lay_over
 from network.catalogue.declaration.declare import Array
 from network.engine.response.model import Prediction
 from network.engine.response.parameters import Parameter, at_values, centres, free_parameters, values_at
@@ -37,7 +37,7 @@ LED, LED_STEPS = (0.25, 0.4, 0.6, 0.8), 3
 
 
 @dataclass(frozen=True, eq=False)
-class Lack:
+class AdditiveCorrection:
     """A difference of a run's channels over time, as means about instants t [s]: (channels, instants)."""
 
     t: Array
@@ -59,7 +59,7 @@ class Case:
     start: Start | None = None
     noise: Noise = field(default_factory=Noise)
     sigma: Mapping[str, float] = field(default_factory=dict)
-    lacking: tuple[Lack, ...] = ()
+    lacking: tuple[AdditiveCorrection, ...] = ()
     began: tuple[Mapping[str, float], ...] = ()
 
     @cached_property
@@ -84,7 +84,7 @@ class Case:
 
     def lay_out(self, machine: Machine) -> tuple[Measured, ...]:
         """The recordings for fits of one machine (this one, refined or with something added)."""
-        data = [measured(machine, r, self.start, self._usable(r)) for r in self.recordings]
+        data = [weigh_recording(machine, r, self.start, self._usable(r)) for r in self.recordings]
         told = [replace(d, sigma={n: self.sigma.get(n, s) for n, s in d.sigma.items()}) for d in data]
         if self.lacking:
             told = [replace(d, means=d.means - lack.at(d)) for d, lack in zip(told, self.lacking, strict=True)]
@@ -109,7 +109,7 @@ def early(data: Measured, horizon: float) -> Array:
     return np.tile(knots.t[knots.cell_ends] <= until, len(data.run.channels))
 
 
-def under_file_noise(case: Case) -> Case:
+def use_file_noise(case: Case) -> Case:
     """The case under the noise of the file: what a relay does over minutes must not pass for coloured noise."""
     return replace(case, noise=Noise(), sigma={})
 
@@ -195,7 +195,7 @@ class Hypothesis:
         return " + ".join(c.name for c in self.found) or "as it is"
 
 
-def suppose(
+def fit_hypothesis(
     case: Case, machine: Machine, found: Sequence[Candidate] = (), own: Sequence[Parameter] = (),
     start: Mapping[str, float] | None = None, offsets: bool = True, steps: int = STEPS,
 ) -> Hypothesis:  # fmt: skip
@@ -210,33 +210,33 @@ def suppose(
     return Hypothesis(case, machine, tuple(found), tuple(own), fit)
 
 
-def relaid(
+def fit_findings(
     case: Case, machine: Machine, found: Sequence[Candidate], values: Mapping[str, float], in_step: bool = True,
     steps: int = STEPS,
 ) -> Hypothesis | None:  # fmt: skip
     """Findings laid over a machine one after the other, fitted from some numbers; None where they do not fit. in_step:
     whether relays switch at these numbers as they did; else they are led over ever more of the runs."""
-    over = laid_over(machine, found)
+    over = lay_over(machine, found)
     if over is None:
         return None
     machine, laid = over
     own = [p for c in laid for p in c.own]
     try:
         if not in_step and any(c.switches for c in laid):
-            values = led(case, machine, laid, own, values, LED).values
-        return suppose(case, machine, laid, own, values, steps=steps)
+            values = fit_by_continuation(case, machine, laid, own, values, LED).values
+        return fit_hypothesis(case, machine, laid, own, values, steps=steps)
     except (Failed, np.linalg.LinAlgError):
         return None
 
 
-def led(
+def fit_by_continuation(
     case: Case, machine: Machine, found: Sequence[Candidate], own: Sequence[Parameter], values: Mapping[str, float],
     shares: Sequence[float],
 ) -> Hypothesis:  # fmt: skip
     """A hypothesis fitted a few steps over ever more of the runs, to the last of some shares of them."""
-    told = suppose(case.until(shares[0]), machine, found, own, values, steps=LED_STEPS)
+    told = fit_hypothesis(case.until(shares[0]), machine, found, own, values, steps=LED_STEPS)
     for share in shares[1:]:
-        told = suppose(case.until(share), machine, found, own, told.values, steps=LED_STEPS)
+        told = fit_hypothesis(case.until(share), machine, found, own, told.values, steps=LED_STEPS)
     return told
 
 
@@ -246,9 +246,9 @@ def parameters_of(machine: Machine, own: Sequence[Parameter]) -> tuple[Parameter
     return (*(p for p in free_parameters(machine) if p.path not in paths), *own)
 
 
-def renoised(case: Case, hypothesis: Hypothesis) -> Case:
+def estimate_noise(case: Case, hypothesis: Hypothesis) -> Case:
     """The case with the noise that the residuals of a hypothesis show over short lags."""
-    told = colours(hypothesis.fit.problem.data, hypothesis.predictions)
+    told = estimate_colours(hypothesis.fit.problem.data, hypothesis.predictions)
     tinted = {n: (s, tau) for n, (_, s, tau) in told.items() if s > 0}
     declared = hypothesis.fit.problem.data[0].declared
     more = {n: s > 0 or white > LOUDER * declared.get(n, 0) for n, (white, s, _) in told.items()}
@@ -256,7 +256,7 @@ def renoised(case: Case, hypothesis: Hypothesis) -> Case:
     return replace(case, noise=Noise(tinted), sigma=sigma)
 
 
-def begun(case: Case, hypothesis: Hypothesis) -> Case:
+def start_from(case: Case, hypothesis: Hypothesis) -> Case:
     """The case about the starts that a hypothesis finds: where relays switch, the way there is not a straight one."""
     fit, first, starts = hypothesis.fit, len(hypothesis.fit.problem.offsets), list[Mapping[str, float]]()
     for d in fit.problem.data:
@@ -265,7 +265,7 @@ def begun(case: Case, hypothesis: Hypothesis) -> Case:
     return replace(case, began=tuple(starts))
 
 
-def rejudged(case: Case, hypothesis: Hypothesis) -> Hypothesis:
+def reweight(case: Case, hypothesis: Hypothesis) -> Hypothesis:
     """The same hypothesis under another noise, numbers and starts as they are."""
     case = replace(case, began=hypothesis.case.began or case.began)
     problem = case.problem(hypothesis.machine, hypothesis.fit.problem.parameters)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from network.analysis.diagnosis.candidates import Candidate, candidates
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, suppose
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
 from network.catalogue.declaration.patch import Patch
 from network.machine.machine import Machine
 
@@ -25,10 +25,10 @@ FINEST = 400
 """Lumps beyond which a machine is not refined."""
 
 
-def ever_finer(machine: Machine, most: int | None = None) -> Iterator[Machine]:
+def list_finer_machines(machine: Machine, most: int | None = None) -> Iterator[Machine]:
     """The machine with all structural proposals laid over it, and again over that, to so many lumps."""
     for _ in range(LEVELS):
-        patch = Patch.of(entry for c in structural(machine) for entry in c.patch.by_name())
+        patch = Patch.of(entry for c in list_structural(machine) for entry in c.patch.by_name())
         if not patch:
             return
         machine = machine.patched(patch)
@@ -37,18 +37,18 @@ def ever_finer(machine: Machine, most: int | None = None) -> Iterator[Machine]:
         yield machine
 
 
-def structural(machine: Machine) -> list[Candidate]:
+def list_structural(machine: Machine) -> list[Candidate]:
     return list(candidates(machine, machine.inputs, structural=True))
 
 
-def refined(case: Case, written: Hypothesis) -> list[Hypothesis]:
+def refine_lumps(case: Case, written: Hypothesis) -> list[Hypothesis]:
     """The machine as written, then ever finer ones while that helps."""
     levels = [written]
-    for machine in ever_finer(written.machine):
+    for machine in list_finer_machines(written.machine):
         if levels[-1].chi < ENOUGH:
             break
         best = max(levels, key=lambda h: h.evidence)
-        finer_one = suppose(case, machine, start=best.values if best is not written else None)
+        finer_one = fit_hypothesis(case, machine, start=best.values if best is not written else None)
         levels.append(finer_one)
         if finer_one.evidence < best.evidence + GAIN or finer_one.chi > FAR:
             break

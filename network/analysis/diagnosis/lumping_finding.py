@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from network.analysis.calibration.gauss_newton import linearise
-from network.analysis.diagnosis.candidate_response import directions
+from network.analysis.diagnosis.candidate_response import respond_to_candidates
 from network.analysis.diagnosis.hypothesis import Hypothesis
-from network.analysis.diagnosis.lump_refinement import structural
+from network.analysis.diagnosis.lump_refinement import list_structural
 from network.analysis.diagnosis.result import Finding
-from network.analysis.diagnosis.screen import whitened
+from network.analysis.diagnosis.screen import whiten
 from network.catalogue.declaration.patch import Patch
 from network.engine.response.parameters import centres
 from network.machine.machine import Machine
@@ -20,12 +20,12 @@ CLEAR = 0.3
 """Share of the largest change that makes a part one of those meant."""
 
 
-def lumping_of(written: Hypothesis, now: Machine, gain: float, threshold: float) -> Finding | None:
+def find_lumping(written: Hypothesis, now: Machine, gain: float, threshold: float) -> Finding | None:
     """The finding for a machine that was refined, with the evidence that gained; None where nothing changes."""
     fit = linearise(written.fit.problem, centres(written.fit.problem.parameters))
-    able = [c for c in structural(written.machine) if c.places]
-    moved = directions([(c, {}) for c in able], fit.problem.data, fit.predictions)
-    changes = {c: float(np.linalg.norm(whitened(fit, d))) for c, d in zip(able, moved, strict=True) if d is not None}
+    able = [c for c in list_structural(written.machine) if c.places]
+    moved = respond_to_candidates([(c, {}) for c in able], fit.problem.data, fit.predictions)
+    changes = {c: float(np.linalg.norm(whiten(fit, d))) for c, d in zip(able, moved, strict=True) if d is not None}
     if not changes:
         return None
     largest = max(changes.values())

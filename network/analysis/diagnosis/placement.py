@@ -9,12 +9,12 @@ from itertools import product
 import numpy as np
 
 from network.analysis.calibration.linearised import linearise
-from network.analysis.diagnosis.candidate_response import directions
+from network.analysis.diagnosis.candidate_response import respond_to_candidates
 from network.analysis.diagnosis.candidates import STRETCHES, Candidate
-from network.analysis.diagnosis.compact_fit import tried
+from network.analysis.diagnosis.compact_fit import fit_or_none
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.ranking import best_first
-from network.analysis.diagnosis.screen import whitened
+from network.analysis.diagnosis.screen import whiten
 from network.catalogue.declaration.places import Place
 from network.platform.parallel import run_all
 
@@ -36,13 +36,13 @@ TRIED, FIT_STEPS = 2, 4
 """Stretches that are fitted in a round, and in how many steps."""
 
 
-def placed(best: Hypothesis, jobs: int = 1) -> Hypothesis:
+def place_best(best: Hypothesis, jobs: int = 1) -> Hypothesis:
     """The hypothesis with the stretches of its last finding where they explain most."""
     for step in (None, *STEPS):
         moved = list(_elsewhere(best.found[-1]) if step is None else _aside(best.found[-1], step))
         least = max(GAIN, LITTLE * float(best.fit.left @ best.fit.left) / 2)
-        promising = [c for gain, c in _promised(best, moved)[:TRIED] if gain > least]
-        fits = run_all(partial(_fitted, best), promising, jobs)
+        promising = [c for gain, c in _promise_of(best, moved)[:TRIED] if gain > least]
+        fits = run_all(partial(_fit_at, best), promising, jobs)
         best = _widest(best, [h for h in fits if h is not None and h.evidence > best.evidence + GAIN])
     return best
 
@@ -60,20 +60,20 @@ def _width(c: Candidate) -> float:
     return round(sum(bar.stop - bar.start for bar in c.seats), 6)
 
 
-def redirected(h: Hypothesis) -> Hypothesis:
+def move_stretch(h: Hypothesis) -> Hypothesis:
     """The hypothesis with its last finding at other stretches where much of what is left would go, and does."""
-    promised = _promised(h, list(_elsewhere(h.found[-1])))
+    promised = _promise_of(h, list(_elsewhere(h.found[-1])))
     if not promised or promised[0][0] < MUCH * (h.fit.left @ h.fit.left) / 2:
         return h
-    other = _fitted(h, promised[0][1])
+    other = _fit_at(h, promised[0][1])
     return other if other is not None and other.evidence > h.evidence else h
 
 
-def well_placed(before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int = 1) -> list[Hypothesis]:
+def place_ranked(before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int = 1) -> list[Hypothesis]:
     """Rivals beside a hypothesis, the best evidence first, those that come near the best of them where they explain
     most."""
     close = near(before, ranked, MOST)
-    return best_first(*(placed(h, jobs) for h in close), *ranked[len(close) :])
+    return best_first(*(place_best(h, jobs) for h in close), *ranked[len(close) :])
 
 
 def near(before: Hypothesis, ranked: Sequence[Hypothesis], most: int) -> list[Hypothesis]:
@@ -87,7 +87,7 @@ def _elsewhere(c: Candidate) -> Iterator[Candidate]:
     for stretches in product((WHOLE, *STRETCHES), repeat=len(bars := c.seats[:COMBINED])):
         moved: Candidate | None = c
         for bar, to in zip(bars, stretches, strict=True):
-            moved = moved and _moved(moved, bar, to)
+            moved = moved and _move_to(moved, bar, to)
         if moved is not None and moved is not c:
             yield moved
 
@@ -95,38 +95,38 @@ def _elsewhere(c: Candidate) -> Iterator[Candidate]:
 def _aside(c: Candidate, step: float) -> Iterator[Candidate]:
     """The candidate with both ends of a stretch a step further in or out, or one of them."""
     for bar in c.seats:
-        for low, high in _stepped(bar.start, bar.stop, step):
-            moved = _moved(c, bar, (low, high)) if high - low >= LEAST else None
+        for low, high in _step_along(bar.start, bar.stop, step):
+            moved = _move_to(c, bar, (low, high)) if high - low >= LEAST else None
             if moved is not None and moved is not c:
                 yield moved
 
 
-def _moved(c: Candidate, bar: Place, to: tuple[float, float]) -> Candidate | None:
+def _move_to(c: Candidate, bar: Place, to: tuple[float, float]) -> Candidate | None:
     there = Place(bar.node, *to)
     return c if there == bar else c.moved(str(bar), str(there))
 
 
-def _stepped(first: float, last: float, step: float) -> Iterator[tuple[float, float]]:
+def _step_along(first: float, last: float, step: float) -> Iterator[tuple[float, float]]:
     for a, b in ((-1, 0), (1, 0), (0, -1), (0, 1), (1, 1), (-1, -1)):
         yield max(0.0, first + a * step), min(1.0, last + b * step)
 
 
-def _promised(best: Hypothesis, moved: Sequence[Candidate]) -> list[tuple[float, Candidate]]:
+def _promise_of(best: Hypothesis, moved: Sequence[Candidate]) -> list[tuple[float, Candidate]]:
     """What the way to others would gain, linearly, about the fit, the best first: as in the screening, and only the
     way, for the strength there may be far from that of where it sits now."""
     if not moved:
         return []
     fit = linearise(best.fit.problem, best.fit.theta)
-    changes = directions([(c, best.values) for c in moved], fit.problem.data, fit.predictions)
+    changes = respond_to_candidates([(c, best.values) for c in moved], fit.problem.data, fit.predictions)
     told = [k for k, d in enumerate(changes) if d is not None]
     if not told:
         return []
-    D = whitened(fit, np.array([changes[k] for k in told]))
+    D = whiten(fit, np.array([changes[k] for k in told]))
     M_D = fit.project(D)
     gains = np.maximum(M_D @ fit.left, 0.0) ** 2 / (2 * np.maximum(np.einsum("ij,ij->i", D, M_D), LEAST_SEEN))
     pairs = [(float(gain), moved[k]) for gain, k in zip(gains, told, strict=True)]
     return sorted(pairs, key=lambda pair: (-round(pair[0], 1), -_width(pair[1])))
 
 
-def _fitted(best: Hypothesis, c: Candidate) -> Hypothesis | None:
-    return tried(best.case, (*best.found[:-1], c), best.own, best.values, FIT_STEPS)
+def _fit_at(best: Hypothesis, c: Candidate) -> Hypothesis | None:
+    return fit_or_none(best.case, (*best.found[:-1], c), best.own, best.values, FIT_STEPS)

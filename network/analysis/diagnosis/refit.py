@@ -11,12 +11,12 @@ import numpy as np
 from network.analysis.calibration.gauss_newton import Linearised, chi_of, linearise
 from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.coarse_surrogate import SMALL
-from network.analysis.diagnosis.compact_fit import beside, slim
-from network.analysis.diagnosis.hypothesis import Hypothesis, suppose
+from network.analysis.diagnosis.compact_fit import compact, fit_with
+from network.analysis.diagnosis.hypothesis import Hypothesis, fit_hypothesis
 from network.analysis.diagnosis.lump_refinement import FULL, STRAINED
-from network.analysis.diagnosis.placement import redirected
+from network.analysis.diagnosis.placement import move_stretch
 from network.analysis.diagnosis.ranking import best_first
-from network.analysis.diagnosis.screen import Score, scored
+from network.analysis.diagnosis.screen import Score, score_candidates
 from network.engine.response.parameters import centres, values_at
 from network.platform.parallel import run_all
 
@@ -46,7 +46,7 @@ LEFT_OUT_STEPS = 4
 Tell = Callable[[float], None] | None
 
 
-def nominal(fit: Linearised) -> Linearised:
+def linearise_at_priors(fit: Linearised) -> Linearised:
     """The problem about the priors' centres, with priors narrowed by the misfit there."""
     at = linearise(fit.problem, centres(fit.problem.parameters))
     chi = max(1.0, chi_of(at))
@@ -55,7 +55,7 @@ def nominal(fit: Linearised) -> Linearised:
 
 def shortlist(scores: Sequence[Score], about_file: Sequence[Score], most: int = SHORTLIST) -> list[Score]:
     """The best of the screening about the fit (scores) and about the file's own numbers."""
-    both = [*_varied(scores, most, OF_A_KIND), *_varied(about_file, most, OF_A_KIND)]
+    both = [*_limit_kinds(scores, most, OF_A_KIND), *_limit_kinds(about_file, most, OF_A_KIND)]
     return list({s.candidate.key: s for s in reversed(both)}.values())
 
 
@@ -63,11 +63,11 @@ def _about_file(current: Hypothesis, found: Sequence[Candidate], jobs: int) -> l
     """The screening about the file's own numbers, where candidates are proposed; none where that would take long."""
     if current.machine.lumps >= LARGE:
         return []
-    about = nominal(current.linearised)
-    return scored(about, found, values_at(about.problem.parameters, about.theta), jobs)
+    about = linearise_at_priors(current.linearised)
+    return score_candidates(about, found, values_at(about.problem.parameters, about.theta), jobs)
 
 
-def _varied(scores: Sequence[Score], most: int, of_a_kind: int) -> list[Score]:
+def _limit_kinds(scores: Sequence[Score], most: int, of_a_kind: int) -> list[Score]:
     """The best scores, at most so many of a kind."""
     kept: list[Score] = []
     for s in scores:
@@ -76,27 +76,27 @@ def _varied(scores: Sequence[Score], most: int, of_a_kind: int) -> list[Score]:
     return kept[:most]
 
 
-def _begun(current: Hypothesis, about_file: Mapping[tuple[str, ...], Score], trial: Score) -> Hypothesis | None:
+def _start_trial(current: Hypothesis, about_file: Mapping[tuple[str, ...], Score], trial: Score) -> Hypothesis | None:
     """A trial fitted a few steps from the numbers of the file, its own from the screening about these, if it shows
     there, and moved along bars: where it was screened may not be where it belongs at the numbers it takes."""
     there = about_file.get(trial.candidate.key)
     own = there.best if there is not None and there.gain > SHOWS else trial.best
-    begun = beside(current.case, current, trial.candidate, current.own_values | own, BRIEF)
-    return begun and redirected(begun)
+    start_trials = fit_with(current.case, current, trial.candidate, current.own_values | own, BRIEF)
+    return start_trials and move_stretch(start_trials)
 
 
-def _continued(current: Hypothesis, begun: Hypothesis) -> Hypothesis:
+def _continue_trial(current: Hypothesis, start_trials: Hypothesis) -> Hypothesis:
     """A trial fitted further and, where that stays behind what is there, from the current numbers."""
-    case, c = current.case, begun.found[-1]
-    best = beside(case, current, c, begun.values, FIRST_STEPS) or begun
+    case, c = current.case, start_trials.found[-1]
+    best = fit_with(case, current, c, start_trials.values, FIRST_STEPS) or start_trials
     if best.evidence < current.evidence:
-        other = beside(case, current, c, current.values | c.usual, FIRST_STEPS)
+        other = fit_with(case, current, c, current.values | c.usual, FIRST_STEPS)
         best = max((h for h in (best, other) if h is not None), key=lambda h: h.evidence)
     return best
 
 
 @dataclass(frozen=True, eq=False)
-class Begun:
+class TrialFits:
     """Candidates without a relay, fitted a few steps beside what is there. begin: does that, from a score; rest: scores
     of those that were not, the best first."""
 
@@ -115,36 +115,36 @@ class Begun:
         most = np.inf if self.current.found else STRAINED
         return min((h.chi for h in ranked if h.strain < most), default=np.inf) > self.little
 
-    def wider(self, jobs: int) -> Begun:
+    def wider(self, jobs: int) -> TrialFits:
         """The best of those that were not fitted yet."""
-        more = _varied(self.rest, *WIDER)
-        return replace(self, fits=tuple(_all(self.begin, more, jobs)), rest=_others(self.rest, more))
+        more = _limit_kinds(self.rest, *WIDER)
+        return replace(self, fits=tuple(_fit_all(self.begin, more, jobs)), rest=_others(self.rest, more))
 
-    def around(self, best: Hypothesis, jobs: int) -> Begun:
+    def around(self, best: Hypothesis, jobs: int) -> TrialFits:
         """Others that sit where the best of them does instead: the right place under a wrong name is a near miss."""
         here = [s for s in self.rest if s.candidate.parts == best.found[-1].parts]
-        return replace(self, fits=tuple(_all(self.begin, here[:AROUND], jobs)))
+        return replace(self, fits=tuple(_fit_all(self.begin, here[:AROUND], jobs)))
 
     def ranked(self, jobs: int) -> list[Hypothesis]:
         """The best of them fitted further and to the end, the best evidence first."""
-        likely, others = _parted(self.current, self.fits, KEPT, CONTINUED)
-        further = partial(_continued, self.current)
-        likely, rest = _parted(self.current, [*run_all(further, likely, jobs), *others], FINALISTS, FINISHED)
-        ends = run_all(_to_the_end, likely, jobs)
+        likely, others = _part_likely(self.current, self.fits, KEPT, CONTINUED)
+        further = partial(_continue_trial, self.current)
+        likely, rest = _part_likely(self.current, [*run_all(further, likely, jobs), *others], FINALISTS, FINISHED)
+        ends = run_all(_finish_fit, likely, jobs)
         return best_first(*ends, *rest)
 
 
-def begun(
+def start_trials(
     current: Hypothesis, found: Sequence[Candidate], scores: Sequence[Score], jobs: int, tell: Tell = None,
     is_near: bool = False,
-) -> Begun:  # fmt: skip
+) -> TrialFits:  # fmt: skip
     """The likely ones of what is proposed beside a hypothesis, each with its own fit. scores: of the screening about
     it; is_near: whether the fit is near, so that what shows about it is all that shows."""
     about_file = [] if is_near else _about_file(current, found, jobs)
     trials = shortlist(scores, about_file, LONGER if current.machine.lumps <= SMALL else SHORTLIST)
-    begin = partial(_begun, current, {s.candidate.key: s for s in about_file})
+    begin = partial(_start_trial, current, {s.candidate.key: s for s in about_file})
     rest = _others([s for s in scores if s.gain > SHOWS], trials)
-    return Begun(current, tuple(_all(begin, trials, jobs, tell)), begin, rest)
+    return TrialFits(current, tuple(_fit_all(begin, trials, jobs, tell)), begin, rest)
 
 
 def _others(scores: Sequence[Score], than: Sequence[Score]) -> tuple[Score, ...]:
@@ -153,13 +153,13 @@ def _others(scores: Sequence[Score], than: Sequence[Score]) -> tuple[Score, ...]
     return tuple(s for s in scores if s.candidate.key not in among)
 
 
-def _all(
+def _fit_all(
     begin: Callable[[Score], Hypothesis | None], trials: Sequence[Score], jobs: int, tell: Tell = None
 ) -> list[Hypothesis]:  # fmt: skip
     return [h for h in run_all(begin, trials, jobs, tell) if h is not None]
 
 
-def _parted(
+def _part_likely(
     current: Hypothesis, fits: Sequence[Hypothesis], most: int, share: float
 ) -> tuple[list[Hypothesis], list[Hypothesis]]:  # fmt: skip
     """Fits to go on with, and those of which it is enough to know how far behind they are."""
@@ -170,22 +170,22 @@ def _parted(
     return ranked[:count], ranked[count:]
 
 
-def _to_the_end(h: Hypothesis) -> Hypothesis:
-    return slim(suppose(h.case, h.machine, h.found, h.own, h.values)) if h.chi > FULL else h
+def _finish_fit(h: Hypothesis) -> Hypothesis:
+    return compact(fit_hypothesis(h.case, h.machine, h.found, h.own, h.values)) if h.chi > FULL else h
 
 
-def left_out(hypothesis: Hypothesis, jobs: int = 1) -> float:
+def cross_validation_misfit(hypothesis: Hypothesis, jobs: int = 1) -> float:
     """Rms in noise on runs that were left out of the fit, one after the other; NaN for a single run."""
     runs = range(len(hypothesis.case.recordings))
     if len(runs) < 2:
         return float("nan")
-    told = run_all(partial(_told_without, hypothesis), runs, jobs)
+    told = run_all(partial(_misfit_without, hypothesis), runs, jobs)
     return float(np.sqrt(sum(misfit for misfit, _ in told) / max(sum(count for _, count in told), 1)))
 
 
-def _told_without(h: Hypothesis, i: int) -> tuple[float, int]:
+def _misfit_without(h: Hypothesis, i: int) -> tuple[float, int]:
     """Misfit and count of one run that is told by a fit to the others."""
     rest = h.case.of([k for k in range(len(h.case.recordings)) if k != i])
-    fit = suppose(rest, h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS).fit
+    fit = fit_hypothesis(rest, h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS).fit
     seen = linearise(h.case.of([i]).problem(h.machine, fit.problem.parameters), fit.theta)
     return float(seen.left @ seen.left), len(seen.left)

@@ -15,7 +15,7 @@ from itertools import product
 import numpy as np
 
 from network.analysis.calibration.gauss_newton import Linearised
-from network.analysis.diagnosis.candidate_response import directions
+from network.analysis.diagnosis.candidate_response import respond_to_candidates
 from network.analysis.diagnosis.candidates import Candidate
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import Parameter
@@ -52,7 +52,7 @@ class Score:
         return {**self.own, first.path: _within(first, first.value(first.centre) * max(self.amplitude, LEAST))}
 
 
-def whitened(fit: Linearised, means: Array) -> Array:
+def whiten(fit: Linearised, means: Array) -> Array:
     """Changes of the cells' means of all runs (…, cells), whitened."""
     cuts = np.cumsum([len(d.means) for d in fit.problem.data])[:-1]
     parts = np.split(means, cuts, axis=-1)
@@ -64,17 +64,20 @@ def screen(
 ) -> list[Score]:  # fmt: skip
     """Scores of the candidates that a linear answer can be had for, about a fit at these numbers, best first: of each
     the best along the bars that it touches."""
-    return scored(fit, [placed for c in _able(found) for placed in (c, *c.stretches)], values, jobs)
+    return score_candidates(fit, [placed for c in _able(found) for placed in (c, *c.stretches)], values, jobs)
 
 
-def scored(fit: Linearised, found: Sequence[Candidate], values: Mapping[str, float], jobs: int = 1) -> list[Score]:
+def score_candidates(
+    fit: Linearised, found: Sequence[Candidate], values: Mapping[str, float], jobs: int = 1
+) -> list[Score]:
     """The same of candidates as they are."""
     tried = [(c, scale, own) for c in _able(found) for scale, own in _variants(c)]
-    changes = directions([(c, {**values, **own}) for c, _, own in tried], fit.problem.data, fit.predictions, jobs)
+    each = [(c, {**values, **own}) for c, _, own in tried]
+    changes = respond_to_candidates(each, fit.problem.data, fit.predictions, jobs)
     kept = [(*of, d) for of, d in zip(tried, changes, strict=True) if d is not None and np.isfinite(d).all()]
     if not kept:
         return []
-    D = whitened(fit, np.array([d for *_, d in kept]))
+    D = whiten(fit, np.array([d for *_, d in kept]))
     M_D = fit.project(D)
     scores: dict[tuple[str, ...], Score] = {}
     for (c, scale, own, _), d, M_d in zip(kept, D, M_D, strict=True):

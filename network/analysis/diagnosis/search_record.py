@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from network.analysis.diagnosis.forward_selection import Screened
+from network.analysis.diagnosis.forward_selection import Screening
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis
-from network.analysis.diagnosis.intermittent.intermittent_fault import Episodes
+from network.analysis.diagnosis.intermittent.intermittent_fault import IntermittentFault
 from network.analysis.diagnosis.result import UnknownHeat
 
 
@@ -20,7 +20,7 @@ class Search:
 
     given: Case
     case: Case
-    fault: Episodes | None
+    fault: IntermittentFault | None
     written: Hypothesis
     plain: Hypothesis
     null: Hypothesis
@@ -30,4 +30,4 @@ class Search:
     gains: tuple[float, ...]
     located: tuple[UnknownHeat, ...]
     threshold: float
-    screened: Screened
+    screened: Screening

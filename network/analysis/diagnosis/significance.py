@@ -22,7 +22,7 @@ LEAST = 12.0
 """Nats below which no finding is told: what straight lines between knots and like trifles may add up to."""
 
 
-def threshold_of(scores: Sequence[Score], seed: int) -> float:
+def null_threshold(scores: Sequence[Score], seed: int) -> float:
     """The gain in log evidence that chance does not reach, from the scores of all candidates about the null."""
     if not scores:
         return LEAST

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from network.analysis.calibration.calibrated_patch import calibrated
+from network.analysis.calibration.calibrated_patch import with_fitted_numbers
 from network.analysis.calibration.gauss_newton import chi_of
-from network.analysis.calibration.initial_temperatures import begun
+from network.analysis.calibration.initial_temperatures import compare_from_start
 from network.analysis.comparison.compare import Comparison, RecordingResidual
 from network.analysis.diagnosis.experiments.advice import experiments
-from network.analysis.diagnosis.findings import named, rivals, unknown
-from network.analysis.diagnosis.hypothesis import Hypothesis, rejudged
+from network.analysis.diagnosis.findings import find_unknown, list_findings, list_rivals
+from network.analysis.diagnosis.hypothesis import Hypothesis, reweight
 from network.analysis.diagnosis.isolability import isolability
-from network.analysis.diagnosis.lumping_finding import lumping_of
+from network.analysis.diagnosis.lumping_finding import find_lumping
 from network.analysis.diagnosis.result import Diagnosis, Finding, Fits
 from network.machine.machine import Machine
 from network.platform.parallel import run_all
@@ -37,31 +37,31 @@ SHIFT = 2.0
 """Prior σ from which a number counts as wrong."""
 
 
-def diagnosis_of(
+def conclude(
     search: Search, holdout: Sequence[Recording], warnings: Sequence[str], seed: int, jobs: int
 ) -> Diagnosis:
     """The diagnosis that a search amounts to."""
-    search = _upheld(search)
+    search = _withdraw_weak(search)
     before = numbers_in(search.plain)
-    after, fits = _simulated(search, before, holdout, jobs)
+    after, fits = _simulate_both(search, before, holdout, jobs)
     is_refuted = bool(search.best.found) and _is_worse(fits)
     if is_refuted:
-        search = _as_it_was(search)
-        after, fits = _simulated(search, before, holdout, jobs)
+        search = _withdraw_findings(search)
+        after, fits = _simulate_both(search, before, holdout, jobs)
     finer_gain = search.null.evidence - search.written.evidence
     is_finer = _is_finer(search)
-    coarse = lumping_of(search.written, search.best.root, finer_gain, search.threshold) if is_finer else None
-    findings, verdict = _weighed(search, named(search, after), coarse, is_refuted)
+    coarse = find_lumping(search.written, search.best.root, finer_gain, search.threshold) if is_finer else None
+    findings, verdict = _decide_verdict(search, list_findings(search, after), coarse, is_refuted)
     known = isolability(search.screened.scores, search.screened.proposed)
     notes = (*warnings, *_notes(search), *([known.sentence] if known.sentence else ()))
     return Diagnosis(
         search.case.machine, before, after, verdict, tuple(findings), _channels(fits), search.located[:8], fits,
-        tuple(rivals(search.steps[0], search.befores[0]) if search.steps else ()), notes,
+        tuple(list_rivals(search.steps[0], search.befores[0]) if search.steps else ()), notes,
         tuple(experiments(search, known.unseen)), _shifts(search.best), seed,
     )  # fmt: skip
 
 
-def _simulated(search: Search, before: Machine, holdout: Sequence[Recording], jobs: int) -> tuple[Machine, Fits]:
+def _simulate_both(search: Search, before: Machine, holdout: Sequence[Recording], jobs: int) -> tuple[Machine, Fits]:
     """The machine with what was found and its numbers, and how it tells the recordings, simulated."""
     best = search.best
     after = numbers_in(best) if search.fault or best.found or _is_finer(search) else before
@@ -79,17 +79,17 @@ def _is_worse(fits: Fits) -> bool:
     return any(b and a and a.rmse_in_noise > WORSE * b.rmse_in_noise for b, a in pairs)
 
 
-def _as_it_was(search: Search) -> Search:
+def _withdraw_findings(search: Search) -> Search:
     """The search without its findings."""
-    return replace(search, best=rejudged(search.best.case, search.null))
+    return replace(search, best=reweight(search.best.case, search.null))
 
 
-def _upheld(search: Search) -> Search:
+def _withdraw_weak(search: Search) -> Search:
     """The search without findings where these leave much and took away too little to be believed."""
     best = search.best
     if not best.found or best.chi <= UNEXPLAINED:
         return search
-    before = _as_it_was(search)
+    before = _withdraw_findings(search)
     left = (best.chi**2 - 1) / max(before.best.chi**2 - 1, 1e-9)
     return before if left > 1 - SHARE else search
 
@@ -97,16 +97,16 @@ def _upheld(search: Search) -> Search:
 def numbers_in(h: Hypothesis) -> Machine:
     """The machine of a hypothesis with its numbers ± their standard errors."""
     std = np.sqrt(np.diag(h.fit.covariance))[: len(h.fit.theta)] * max(1.0, h.chi)
-    return calibrated(h.machine, h.fit.problem.parameters, h.fit.theta, std)
+    return with_fitted_numbers(h.machine, h.fit.problem.parameters, h.fit.theta, std)
 
 
-def _weighed(
+def _decide_verdict(
     search: Search, findings: list[Finding], coarse: Finding | None, is_refuted: bool
 ) -> tuple[list[Finding], str]:
     """Findings and verdict, after what stays unexplained."""
     best = search.best
     if (is_refuted or best.chi > UNEXPLAINED) and search.located:
-        return [*findings, *([coarse] if coarse else []), unknown(search)], "unexplained"
+        return [*findings, *([coarse] if coarse else []), find_unknown(search)], "unexplained"
     if findings:
         only_sensors = all(f.channels for f in findings)
         return [*findings, *([coarse] if coarse else [])], "sensor_fault" if only_sensors else "missing_physics"
@@ -118,37 +118,38 @@ def _weighed(
 
 def _was_off(search: Search) -> bool:
     """Whether the numbers of the file, as they stand, leave more than noise."""
-    from network.analysis.diagnosis.refit import nominal
+    from network.analysis.diagnosis.refit import linearise_at_priors
 
-    return chi_of(nominal(search.null.linearised)) > UNEXPLAINED
+    return chi_of(linearise_at_priors(search.null.linearised)) > UNEXPLAINED
 
 
 def _fits(search: Search, before: Machine, after: Machine, holdout: Sequence[Recording], jobs: int) -> Fits:
     best = search.plain if after is before else search.best
-    held = _set_right(search, after, holdout)
+    held = _correct_readings(search, after, holdout)
     sets = [(search.plain, before, search.given.recordings), (best, after, search.case.recordings),
             (search.plain, before, holdout), (best, after, held)]  # fmt: skip
     items = [(i, run) for i, (_, _, runs) in enumerate(sets) for run in runs]
-    told = iter(run_all(partial(_compared, [(h, m) for h, m, _ in sets]), items, jobs))
+    told = iter(run_all(partial(_compare_run, [(h, m) for h, m, _ in sets]), items, jobs))
     train, fitted, *rest = (Comparison(m, tuple(next(told) for _ in runs)) for _, m, runs in sets)
     return Fits(train, fitted, *(rest if holdout else (None, None)))
 
 
-def _set_right(search: Search, after: Machine, holdout: Sequence[Recording]) -> Sequence[Recording]:
+def _correct_readings(search: Search, after: Machine, holdout: Sequence[Recording]) -> Sequence[Recording]:
     """Held-out recordings without the fault that was found in the others."""
     fault = search.fault
     if fault is None:
         return holdout
-    raw = [_compared([(search.best, after)], (0, r)) for r in holdout]
+    raw = [_compare_run([(search.best, after)], (0, r)) for r in holdout]
     return [fault.found_in(r.recording, r.channels[fault.channel]) if fault.channel in r.channels else r.recording
             for r in raw]  # fmt: skip
 
 
-def _compared(fitted: Sequence[tuple[Hypothesis, Machine]], of: tuple[int, Recording]) -> RecordingResidual:
+def _compare_run(fitted: Sequence[tuple[Hypothesis, Machine]], of: tuple[int, Recording]) -> RecordingResidual:
     """Residuals of a run of one of some machines with the numbers of its hypothesis, temperatures at the start
     estimated."""
     (h, machine), run = fitted[of[0]], of[1]
-    return begun(machine, h.machine, h.fit.problem.parameters, h.fit.theta, run, h.case.start, max(1.0, h.chi))
+    numbers = (h.fit.problem.parameters, h.fit.theta)
+    return compare_from_start(machine, h.machine, *numbers, run, h.case.start, max(1.0, h.chi))
 
 
 def _channels(fits: Fits) -> Mapping[str, float]:

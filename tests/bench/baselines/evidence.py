@@ -8,7 +8,7 @@ import numpy as np
 from bench.baselines.given import Given, nothing
 
 from network.analysis.diagnosis.candidates import candidates
-from network.analysis.diagnosis.hypothesis import Hypothesis, suppose
+from network.analysis.diagnosis.hypothesis import Hypothesis, fit_hypothesis
 from network.analysis.diagnosis.screen import Score, screen
 from network.platform.refusal import Failed
 
@@ -31,7 +31,7 @@ def white_evidence(given: Given) -> dict[str, Any]:
 def refitted(null: Hypothesis, score: Score) -> Hypothesis | None:
     c = score.candidate
     try:
-        return suppose(null.case, c.machine, (c,), c.own, {**null.values, **score.best})
+        return fit_hypothesis(null.case, c.machine, (c,), c.own, {**null.values, **score.best})
     except (Failed, np.linalg.LinAlgError):
         return None
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from network import Machine, Recording
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, suppose
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
 from network.cli.proof import description
 from network.recordings.load_source import load_recording
 
@@ -36,7 +36,7 @@ class Given:
     @cached_property
     def calibrated(self) -> Hypothesis:
         """As written, under the white noise of the file; sensors may be off by a constant."""
-        return suppose(self.case, self.machine)
+        return fit_hypothesis(self.case, self.machine)
 
     @cached_property
     def sensed(self) -> dict[str, str]:

@@ -38,7 +38,7 @@ Windows = tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True)
-class Loose:
+class LooseContact:
     """share: of full strength, and its 1σ; windows: of each run [s]."""
 
     share: float
@@ -94,10 +94,10 @@ class Steps:
         return tuple(reversed(found))
 
 
-def steps_of(t: Array, residual: Array, change: Array) -> Steps | None:
+def find_steps(t: Array, residual: Array, change: Array) -> Steps | None:
     """Steps of a residual with gaps (NaN), a slow drift taken out; change: what full strength would add to the reading.
     None for runs that are too short."""
-    middles, r = _binned(t, residual)
+    middles, r = _average_bins(t, residual)
     width = 2 * SIDE + 1
     if len(r) < width + 2 * AROUND:
         return None
@@ -109,7 +109,7 @@ def steps_of(t: Array, residual: Array, change: Array) -> Steps | None:
     return Steps(at, step - drift, np.interp(at, t, change), max(scatter, 1e-12), float(t[-1]))
 
 
-def _binned(t: Array, values: Array) -> tuple[Array, Array]:
+def _average_bins(t: Array, values: Array) -> tuple[Array, Array]:
     """Middles and medians of the bins; empty ones are bridged."""
     good = np.isfinite(values)
     which = ((t - t[0]) // max(BIN, 2 * float(np.median(np.diff(t))))).astype(int)
@@ -118,7 +118,7 @@ def _binned(t: Array, values: Array) -> tuple[Array, Array]:
     return middles[known], np.array([np.median(some) for some in np.split(values[good], first[1:]) if len(some)])
 
 
-def loose_in(runs: Sequence[Steps]) -> Loose | None:
+def find_loose_contact(runs: Sequence[Steps]) -> LooseContact | None:
     """What the jumps of one channel in all runs have in common; None where that is nothing."""
     shares = np.abs(np.concatenate([np.empty(0), *(steps.shares for steps in runs)]))
     if len(shares) < FEWEST:
@@ -131,4 +131,4 @@ def loose_in(runs: Sequence[Steps]) -> Loose | None:
     windows = tuple(steps.windows(share) for steps in runs)
     if not SHARES[0] < share < SHARES[1] or not any(windows):
         return None
-    return Loose(share, float(np.std(alike) / np.sqrt(len(alike))), windows)
+    return LooseContact(share, float(np.std(alike) / np.sqrt(len(alike))), windows)

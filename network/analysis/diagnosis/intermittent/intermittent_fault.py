@@ -15,8 +15,14 @@ import numpy as np
 
 from network.analysis.comparison.channel_residual import ChannelResidual
 from network.analysis.diagnosis.candidates import Candidate, candidates, kinds
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, suppose
-from network.analysis.diagnosis.intermittent.change_points import SHARES, Loose, Windows, loose_in, steps_of
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
+from network.analysis.diagnosis.intermittent.change_points import (
+    SHARES,
+    LooseContact,
+    Windows,
+    find_loose_contact,
+    find_steps,
+)
 from network.catalogue.declaration.declare import Array, Mask
 from network.catalogue.sensors.base import SensorEffect
 from network.engine.response.model import Prediction
@@ -35,12 +41,12 @@ LEFT = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Episodes:
+class IntermittentFault:
     """A fault of one channel: the kind on that channel, its share of full strength and windows in the recordings as
     they were, and what it explains [nats]."""
 
     candidate: Candidate
-    loose: Loose
+    loose: LooseContact
     recordings: tuple[Recording, ...]
     gain: float = 0.0
 
@@ -81,35 +87,35 @@ class Episodes:
         """A recording of which only the residual is known, set right where that jumps by the same share."""
         full = effect_of(_at_share(self.candidate, 1.0), self.candidate)
         change = change_of(full, recording, channel.simulated)
-        steps = steps_of(recording.t, channel.residual, change)
+        steps = find_steps(recording.t, channel.residual, change)
         return recording if steps is None else self.undone(recording, steps.windows(self.loose.share))
 
 
-def episodes(h: Hypothesis) -> tuple[Episodes, Hypothesis] | None:
+def find_intermittent_fault(h: Hypothesis) -> tuple[IntermittentFault, Hypothesis] | None:
     """The fault that explains most, and the hypothesis fitted to the readings set right; None where there is none."""
-    tried = [pair for e in _found(h) if (pair := _confirmed(h, e)) is not None]
+    tried = [pair for e in _list_faults(h) if (pair := _confirm_fault(h, e)) is not None]
     if not tried:
         return None
     best = max(tried, key=lambda pair: pair[0].gain)
     for _ in range(ROUNDS):
-        again = _confirmed(h, _renewed(h, *best))
+        again = _confirm_fault(h, _update_fault(h, *best))
         if again is None or again[1].chi > best[1].chi:
             break
         best = again
     return best
 
 
-def _found(h: Hypothesis) -> Iterator[Episodes]:
+def _list_faults(h: Hypothesis) -> Iterator[IntermittentFault]:
     """Faults that jumps of the residuals show."""
     come_and_go = [kind for kind in kinds() if issubclass(kind, SensorEffect) and kind.comes_and_goes]
     for c in candidates(h.machine, h.case.drivers, among=come_and_go):
-        seen = [steps for run in _seen(h, c, h.case.recordings) if (steps := steps_of(*run)) is not None]
-        loose = loose_in(seen) if len(seen) == len(h.predictions) else None
+        seen = [steps for run in _seen(h, c, h.case.recordings) if (steps := find_steps(*run)) is not None]
+        loose = find_loose_contact(seen) if len(seen) == len(h.predictions) else None
         if loose is not None:
-            yield Episodes(c, loose, h.case.recordings)
+            yield IntermittentFault(c, loose, h.case.recordings)
 
 
-def _renewed(h: Hypothesis, e: Episodes, about: Hypothesis) -> Episodes:
+def _update_fault(h: Hypothesis, e: IntermittentFault, about: Hypothesis) -> IntermittentFault:
     """A fault with its share told by all readings in its windows, and its windows by that share, about a better fit."""
     runs, windows = _seen(about, e.candidate, h.case.recordings), e.loose.windows
     inside = [_inside(t, own) for (t, _, _), own in zip(runs, windows, strict=True)]
@@ -118,22 +124,23 @@ def _renewed(h: Hypothesis, e: Episodes, about: Hypothesis) -> Episodes:
     good = np.isfinite(r)
     share = float(np.clip(full[good] @ r[good] / (full[good] @ full[good]), *SHARES))
     now = [
-        own if (steps := steps_of(*run)) is None else steps.windows(share)
+        own if (steps := find_steps(*run)) is None else steps.windows(share)
         for run, own in zip(runs, windows, strict=True)
     ]
     return replace(e, loose=replace(e.loose, share=share, windows=tuple(now)))
 
 
-def _confirmed(h: Hypothesis, e: Episodes) -> tuple[Episodes, Hypothesis] | None:
+def _confirm_fault(h: Hypothesis, e: IntermittentFault) -> tuple[IntermittentFault, Hypothesis] | None:
     """A fit to the readings set right against one to those around the jumps left out."""
-    before, after = (suppose(_with(h.case, e, right), h.machine, h.found, h.own, h.values) for right in (False, True))
+    cases = (_with(h.case, e, right) for right in (False, True))
+    before, after = (fit_hypothesis(case, h.machine, h.found, h.own, h.values) for case in cases)
     gain = after.evidence - before.evidence - PER_WINDOW * sum(map(len, e.loose.windows))
     if gain <= 0 or after.chi**2 - 1 > LEFT * (before.chi**2 - 1):
         return None
     return replace(e, gain=gain), after
 
 
-def _with(case: Case, e: Episodes, sets_right: bool) -> Case:
+def _with(case: Case, e: IntermittentFault, sets_right: bool) -> Case:
     runs = zip(case.recordings, e.loose.windows, strict=True)
     return replace(case, recordings=tuple(e.undone(r, windows, sets_right) for r, windows in runs))
 

@@ -18,7 +18,7 @@ from network.analysis.calibration.measured_means import START_ANYWHERE
 from network.analysis.calibration.projector import Projector
 from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.hypothesis import early
-from network.analysis.diagnosis.screen import whitened
+from network.analysis.diagnosis.screen import whiten
 from network.catalogue.declaration.declare import Array, Mask
 from network.catalogue.mechanisms.base import Relay, Source
 from network.engine.network import Network, build
@@ -102,7 +102,7 @@ class View:
 
     @cached_property
     def projector(self) -> Projector:
-        slopes = self.about.slopes * (whitened(self.about, self.cells.astype(float)) > 0)
+        slopes = self.about.slopes * (whiten(self.about, self.cells.astype(float)) > 0)
         return Projector(slopes, slopes @ slopes.T + np.diag(self.about.problem.prior[1] ** -2.0))
 
     @cached_property
@@ -118,7 +118,7 @@ class View:
     def white(self, means: Array) -> Array:
         """Residuals of cells' means of all runs (…, cells), whitened, 0 behind the share."""
         measured = np.concatenate([d.means for d in self.about.problem.data])
-        return whitened(self.about, np.where(self.cells, measured - means, 0.0))
+        return whiten(self.about, np.where(self.cells, measured - means, 0.0))
 
     def taken(self, residual: Array) -> tuple[Array, Array]:
         """What parameters take up of residuals (…, rows): their adjustment, and by how much the misfit falls."""

@@ -33,12 +33,12 @@ class _At:
     misfit: Array
 
 
-def polished(judge: Judge, view: View, theta: Array, steps: int) -> tuple[Array, Array]:
+def refine_samples(judge: Judge, view: View, theta: Array, steps: int) -> tuple[Array, Array]:
     """Draws (draws, numbers) after some steps, and their misfits."""
     misfit = np.full(len(theta), np.inf)
     for _ in range(steps):
         at = _at(judge, view, theta)
-        others = [_bounded(judge, theta, _step(judge, view, at, damped)) for damped in DAMPED]
+        others = [_clip_step(judge, theta, _step(judge, view, at, damped)) for damped in DAMPED]
         there = np.concatenate(others)
         misfits = judge.misfits(view, there, judge.residuals(view, there)).reshape(len(others), -1)
         tried, misfits = np.stack([theta, *others]), np.vstack([at.misfit, misfits])
@@ -70,6 +70,6 @@ def _step(judge: Judge, view: View, at: _At, damped: float) -> Array:
     return np.asarray(np.linalg.solve(H, right[:, :, None])[:, :, 0])
 
 
-def _bounded(judge: Judge, theta: Array, step: Array) -> Array:
+def _clip_step(judge: Judge, theta: Array, step: Array) -> Array:
     _, spread, low, high = judge.space.prior
     return np.asarray(np.clip(theta + np.clip(step, -FARTHEST * spread, FARTHEST * spread), low, high))

@@ -10,11 +10,11 @@ import numpy as np
 
 from network.analysis.calibration.gauss_newton import Linearised, linearise
 from network.analysis.diagnosis.candidates import Candidate
-from network.analysis.diagnosis.compact_fit import beside, slim
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, rejudged, under_file_noise
+from network.analysis.diagnosis.compact_fit import compact, fit_with
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight, use_file_noise
 from network.analysis.diagnosis.result import UnknownHeat
 from network.analysis.diagnosis.switching.prior_samples import Judge, Space, View, apart, parts_about
-from network.analysis.diagnosis.switching.sample_refinement import polished
+from network.analysis.diagnosis.switching.sample_refinement import refine_samples
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import centres, values_at
 from network.platform.parallel import run_all
@@ -59,22 +59,23 @@ class _Start:
     began: tuple[Mapping[str, float], ...]
 
 
-def relays(
+def search_relays(
     case: Case, current: Hypothesis, switched: Sequence[Candidate], seed: int, jobs: int
 ) -> list[Hypothesis]:  # fmt: skip
     """The relay that comes nearest, fitted under the noise of the file and told under that of the case; none where no
     draw comes near. Draws are judged about the fit and about the numbers of the file."""
-    white = under_file_noise(case)
-    null = rejudged(white, current)
-    drawn = _drawn([_about(null, theta) for theta in (null.fit.theta, _of_file(null))], switched[:MOST], seed, jobs)
+    white = use_file_noise(case)
+    null = reweight(white, current)
+    about = [_about(null, theta) for theta in (null.fit.theta, _of_file(null))]
+    drawn = _draw_samples(about, switched[:MOST], seed, jobs)
     if not drawn:
         return []
     fits = [_Start(d.judge.space.candidate, _values(d), _all(white, d.judge.space.starts(d.theta))) for d in drawn]
-    best = _fitted(white, null, fits, jobs)
-    return [slim(rejudged(case, best))] if best is not None and best.chi < WELL * null.chi else []
+    best = _fit_samples(white, null, fits, jobs)
+    return [compact(reweight(case, best))] if best is not None and best.chi < WELL * null.chi else []
 
 
-def likely(switched: Sequence[Candidate], located: Sequence[UnknownHeat]) -> list[Candidate]:
+def rank_likely_places(switched: Sequence[Candidate], located: Sequence[UnknownHeat]) -> list[Candidate]:
     """Those at the places where unknown heat explains most first; of two there, the one with more to it."""
     gain = {u.at.nodes[0]: u.gain for u in located if u.at.kind == "node"}
     return sorted(switched, key=lambda c: (-max((gain.get(n, 0.0) for n in parts_about(c)), default=0.0), -len(c.own)))
@@ -91,7 +92,7 @@ def _of_file(null: Hypothesis) -> Array:
     return np.array([fitted if p.path in own else centre for p, fitted, centre in pairs])
 
 
-def _drawn(abouts: Sequence[Linearised], switched: Sequence[Candidate], seed: int, jobs: int) -> list[_Drawn]:
+def _draw_samples(abouts: Sequence[Linearised], switched: Sequence[Candidate], seed: int, jobs: int) -> list[_Drawn]:
     """The best draws of all, polished over ever more of the runs; none where they stay behind what is there."""
     spaces = [s for s in map(Space, switched) if s.serves]
     judges = [Judge(s, a, values_at(a.problem.parameters, a.theta)) for a in abouts for s in spaces]
@@ -114,7 +115,7 @@ def _first(seed: int, of: tuple[Judge, float]) -> tuple[Array, Array]:
         misfit = judge.misfits(view, theta, judge.residuals(view, theta))
         theta = theta[apart(theta, misfit, judge.space.prior[1], APART, BEGUN)]
         for steps, most in STEPS:
-            theta = _distinct(judge, *polished(judge, view, theta, steps))[0][:most]
+            theta = _distinct(judge, *refine_samples(judge, view, theta, steps))[0][:most]
         return theta, judge.misfits(further, theta, judge.residuals(further, theta))
     except (Failed, np.linalg.LinAlgError):
         return theta[:0], np.empty(0)
@@ -123,7 +124,8 @@ def _first(seed: int, of: tuple[Judge, float]) -> tuple[Array, Array]:
 def _further(share: float, steps: int, drawn: Sequence[_Drawn]) -> tuple[Array, Array]:
     judge = drawn[0].judge
     try:
-        return _distinct(judge, *polished(judge, View(judge.about, share), np.array([d.theta for d in drawn]), steps))
+        theta = np.array([d.theta for d in drawn])
+        return _distinct(judge, *refine_samples(judge, View(judge.about, share), theta, steps))
     except (Failed, np.linalg.LinAlgError):
         return np.empty((0, 0)), np.empty(0)
 
@@ -150,7 +152,7 @@ def _all(case: Case, starts: Mapping[str, float]) -> tuple[Mapping[str, float], 
     return tuple({**run, **starts} for run in before) if starts else case.began
 
 
-def _fitted(case: Case, null: Hypothesis, starts: Sequence[_Start], jobs: int) -> Hypothesis | None:
+def _fit_samples(case: Case, null: Hypothesis, starts: Sequence[_Start], jobs: int) -> Hypothesis | None:
     """The best fit from some starts over ever more of the runs; None where all run away."""
     alive: list[Hypothesis] = []
     for share, steps, most in LADDER:
@@ -162,4 +164,4 @@ def _fitted(case: Case, null: Hypothesis, starts: Sequence[_Start], jobs: int) -
 
 
 def _fit(case: Case, null: Hypothesis, steps: int, start: _Start) -> Hypothesis | None:
-    return beside(replace(case, began=start.began), null, start.candidate, start.values, steps)
+    return fit_with(replace(case, began=start.began), null, start.candidate, start.values, steps)
