@@ -11,10 +11,10 @@ from fit_networks import machines, ramped
 from fits import USUAL, problem_of, recorded, speeds, two_blocks
 from scipy.optimize import minimize
 
-from network.analysis.calibration import knots as knots_module
 from network.analysis.calibration.gauss_newton import _step
 from network.analysis.calibration.measured_means import weigh_recording
 from network.engine.channels import readouts
+from network.engine.response import knots as knots_module
 from network.engine.response import recursion, series
 from network.engine.response.cells import averages, cell_matrix
 from network.engine.response.intervals import first_from, interval_of, joined_straight

@@ -181,16 +181,17 @@ def test_it_can_be_stopped(called: Called, monkeypatch: pytest.MonkeyPatch, caps
 
 def test_the_name_is_handed_out_when_it_is_first_used() -> None:
     assert "diagnose" in network.__all__
-    assert network._HOME["diagnose"] == "diagnosis.diagnosing"
+    assert network._HOME["diagnose"] == "analysis.diagnosis.diagnose"
 
 
 # -- no physics is named --------------------------------------------------------------------------------------------
-BLIND = ("diagnosis_*.py", "*_words.py", "heat_figure.py", "candidates_figure.py", "lit_figure.py", "page.py")
+BLIND = ("diagnosis_*.py", "*_words.py", "heat_figure.py", "explanations_figure.py", "lit_figure.py", "page.py")
 
 
 def blind_files() -> list[Path]:
     report = ROOT / "report"
-    return [*(ROOT / "diagnosis").glob("*.py"), *(p for pattern in BLIND for p in report.glob(pattern))]
+    diagnosis = (ROOT / "analysis" / "diagnosis").rglob("*.py")
+    return [*diagnosis, *(p for pattern in BLIND for p in report.rglob(pattern))]
 
 
 def words_in(path: Path) -> set[str]:

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from network import processes as beside
+from network.platform import processes as beside
 from network.platform.parallel import processes, run_all
 from network.platform.refusal import Failed, Refused
 
