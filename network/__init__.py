@@ -3,6 +3,27 @@
 from network import Machine, Scenario, Recording, simulate, compare
 run = simulate(Machine.load("machines/gantry_spindle.yaml"), Scenario.load("scenarios/warm_up_and_stop.yaml"))
 print(run)
+
+The rooms, each of which uses itself and those above it in this list (tests/test_rooms.py):
+
+platform     what every room stands on: refusals, files written whole or not at all, processes, signals; units and
+             numbers as text (quantities), YAML with the line of every value (yaml).
+catalogue    the physics: one effect is one small file in mechanisms, expansions, sensors or suspects; declaration is
+             the grammar that an entry is written in. A new effect is a new file here, and nothing else changes.
+machine      a machine file read, checked over the whole, changed by patches, levels and `--set`.
+recordings   what drives a machine and what was measured on it: scenarios, recordings, mappings, inputs over time.
+engine       from a machine to a run: the network as arrays, the heat balance, solvers, trajectories; how channels
+             answer to heat and parameters (response); the closed form of the heat-quantity method (paper).
+analysis     what runs and recordings tell:
+  comparison   residuals in units of noise, and tests of them;
+  sweep        simplification levels and varied numbers;
+  calibration  uncertain numbers from recordings: parameters, noise, Gauss-Newton, multistart, uncertainty;
+  diagnosis    missing physics: screening, refits, forward selection, backward elimination, cross-validation, verdict.
+report       results in words, pictures and files; the page of a diagnosis.
+cli          the command `lptn`: parse, call, print; the demonstration and the proof.
+
+The way of the data: Machine → Network → Plan → Trajectory → channels → residuals → Fit → Diagnosis → page. Each stage
+is a frozen dataclass made from the one before by one function.
 """
 
 from __future__ import annotations
