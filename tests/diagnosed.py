@@ -79,7 +79,7 @@ def diagnosed(folder: Path, verdict: str = "missing_physics", holdout: bool = Tr
         "machine": machine, "before": before, "after": after, "verdict": verdict, "findings": (finding(),),
         "channels": {"T_body": 12.0, "T_motor": 2.0, "dz": 1.1}, "located": located, "fits": fits,
         "tried": (rival("convection", "body air", 0.93, 1.02, 412.3), *finding().alternatives),
-        "notes": ("train1: 3 readings of T_body lie apart and were set aside.",),
+        "notes": ("train1: 3 readings of T_body are outliers and were excluded.",),
         "advice": (Experiment("Stop the spindle and let it cool for 40 min", ("convection", "radiation"), 6.1, 0.7),),
         "shifts": {"links.skin.conductance": 0.1}, "seed": 0, "seconds": 12.4,
     }  # fmt: skip

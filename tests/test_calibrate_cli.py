@@ -213,7 +213,7 @@ def test_a_channel_that_hangs_is_left_out_from_there() -> None:
         return values
 
     found = calibrate(blocks(), changed(readings(), T_cold=hanging))
-    assert "readings.csv: T_cold hangs from" in found.warnings[0]
+    assert "readings.csv: T_cold is stuck from" in found.warnings[0]
     assert np.exp(found.theta[0]) == pytest.approx(2.4, rel=0.03)
 
 

@@ -41,7 +41,7 @@ def test_a_page_tells_what_is_declared(path: str) -> None:
     for field in cls.fields.values():
         unit = f" [{field.unit}]" if isinstance(field, ParamField) and field.unit != "1" else ""
         assert f"\n  {field.key}{unit}  " in page
-    for word in (*cls.looks_like, *cls.replaces, *str(cls.__doc__).split()):
+    for word in (*cls.replaces, *str(cls.__doc__).split()):
         assert word in page
     assert not cls.strength or f"Strength: {cls.fields[cls.strength].key};" in page
     assert max(map(len, page.splitlines())) <= 120

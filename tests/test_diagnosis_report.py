@@ -70,7 +70,7 @@ def test_the_words_tell_what_where_how_sure_and_against_what(found: Diagnosis) -
     assert "radiation (body, air), 5 %: fits 3.3 times worse" in told
     assert "links.skin.conductance from +2.5 to +0.0" in told
     assert "it would be heat in body (81 %), or heat from motor to body (12 %), or an offset of T_body (4.0 %)." in told
-    assert "train1: 3 readings of T_body lie apart" in told
+    assert "train1: 3 readings of T_body are outliers" in told
     assert "It would tell convection from radiation by 6.1 σ in 42 min." in told
     before, after = found.fits.train_before.rmse_in_noise, found.fits.train_after.rmse_in_noise
     assert f"falls from {before:.1f} to {after:.3f} noise units" in told

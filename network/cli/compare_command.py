@@ -51,7 +51,7 @@ def compare(
             result = estimate_start(loaded, given)
         else:
             result = lay_beside(loaded, given, start=read_start(start), method=method, progress=bar.over(given))
-        bar.now("telling what is left", 1.0)
+        bar.now("testing residuals", 1.0)
         told = str(result) if json_file != "-" else ""
         written = []
         if output is not None:

@@ -52,7 +52,7 @@ def told_holdout(before: Comparison | None, after: Comparison | None, train: Com
     was, now = before.rmse_in_noise, after.rmse_in_noise
     if now > WORSE * was:
         return [f"What was learned does not carry over: held out, the machine was {digits(was, 3)} σ off before and is "
-                f"{digits(now, 3)} σ off now; numbers were bent to make up for missing physics"]  # fmt: skip
+                f"{digits(now, 3)} σ off now; numbers were moved to absorb missing physics"]  # fmt: skip
     if now > ADEQUATE and now > AGAIN * train.rmse_in_noise:
         there = f"({digits(now, 3)} σ) than where it was calibrated ({digits(train.rmse_in_noise, 3)} σ)"
         return [

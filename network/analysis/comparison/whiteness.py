@@ -50,7 +50,7 @@ class Whiteness:
     def sentence(self) -> str:
         if self.is_white:
             return f"{self.name}: {WHITE}{self.but}"
-        return f"{self.name}: residuals are not white noise, what is off lasts for about {span(self.lasting)}"
+        return f"{self.name}: residuals are not white noise, they stay correlated for about {span(self.lasting)}"
 
     @property
     def but(self) -> str:

@@ -171,7 +171,7 @@ def _notes(search: Search) -> Iterator[str]:
         for name, channel in data.channels.items():
             if channel.apart.any():
                 count = int(channel.apart.sum())
-                yield f"{data.recording.name}: {count} readings of {name} lie apart and were set aside."
+                yield f"{data.recording.name}: {count} readings of {name} are outliers and were excluded."
     tinted = [n for n, (s, _) in search.best.case.noise.coloured.items() if s]
     if tinted:
         yield f"The noise of {', '.join(tinted)} is coloured; evidence counts it as such."

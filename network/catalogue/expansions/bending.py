@@ -40,7 +40,6 @@ class Bending(Expansion, kind="bending"):
     one_of = (("between", "distance"), ("of",))
     axes = AXES
     strength = "length"
-    looks_like = ("tilt", "stretching")
     derived = ("alpha", "height", "capacity")
     alpha: Array | None
     height: Array | None

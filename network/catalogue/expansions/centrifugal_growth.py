@@ -22,7 +22,6 @@ class CentrifugalGrowth(Expansion, kind="centrifugal_growth"):
     reference_speed = param("rpm", 0, 300_000, "speed at which it is given", positive=True, typical=10_000)
     inputs = SPINDLE
     strength = "displacement"
-    looks_like = ("hidden_mass",)
     sentence = "the shaft moves the tool centre point along {way} by {displacement} at {reference_speed}"
 
     def readings(self) -> tuple[Reading, ...]:

@@ -38,7 +38,6 @@ class Stretching(Expansion, kind="stretching"):
     expansion = param("1/K", -1e-4, 2e-3, "expansion; default the material's", default=None, typical=1.1e-5)
     method = word("what the growth is computed from", "temperature", "heat", default="temperature")
     strength = "length"
-    looks_like = ("bending", "tilt")
     derived = ("alpha", "bar", "capacity")
     alpha: Array | None
     bar: Array | None

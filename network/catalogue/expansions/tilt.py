@@ -35,7 +35,6 @@ class Tilt(Expansion, kind="tilt"):
     expansion = param("1/K", -1e-4, 2e-3, "expansion; default each material's", default=None, typical=1.1e-5)
     axes = AXES
     strength = "length"
-    looks_like = ("bending", "stretching")
     derived = ("alpha_a", "alpha_b", "length_a", "length_b")
     alpha_a: Array | None
     alpha_b: Array | None

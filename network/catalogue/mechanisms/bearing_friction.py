@@ -32,7 +32,6 @@ class BearingFriction(Friction, kind="bearing_friction"):
     load = param("N", 0, 1e7, "load that makes friction", default=0)
     one_of = (("torque",), ("lubrication_factor", "viscosity", "mean_diameter"))
     strength = "torque"
-    looks_like = ("seal_friction", "motor_loss", "viscous_friction", "windage")
     sentence = "a bearing rubs with {moment_told} and heats {into}"
 
     @property

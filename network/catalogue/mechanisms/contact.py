@@ -23,7 +23,6 @@ class Contact(Link, kind="contact"):
     slope = param("1/K", -0.2, 0.2, "growth of the conductance per kelvin", typical=0.01)
     affine = False
     strength = "slope"
-    looks_like = ("conduction", "viscous_friction", "preload_friction")
     replaces = {"conduction": {"conductance": "conductance"}}
     derived = ("cold",)
     cold: float

@@ -30,7 +30,6 @@ class Convection(SurfaceLink, kind="convection"):
     length = param("m", 0, 100, "height, diameter, or area over perimeter", positive=True, typical=0.5, default=None)
     one_of = (("conductance",), ("coefficient", "area"), ("geometry", "length", "area"))
     strength = "conductance"
-    looks_like = ("natural_convection", "radiation", "conduction")
     sentence = "{between[0]} exchanges heat with {between[1]} by convection, {film}"
 
     @property

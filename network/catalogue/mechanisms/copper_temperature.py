@@ -27,7 +27,6 @@ class CopperTemperature(Source, kind="copper_temperature"):
     reads = place("where the winding's temperature is read; default the first place of `into`", default=None)
     inputs = SPINDLE
     strength = "slope"
-    looks_like = ("heat_source", "preload_friction")
     replaces = {"motor_loss": {"copper": "power"}, "heat_source": {"power": "power"}}
     derived = ("cold",)
     cold: float

@@ -16,7 +16,6 @@ class CuttingHeat(Source, kind="cutting_heat"):
     share = param("1", 0, 1, "share of the cutting power", typical=0.1)
     inputs = {"cutting_power": "W"}
     strength = "share"
-    looks_like = ("screw_friction", "heat_source")
     sentence = "{share} of the cutting power heats {into}"
 
     def heat(self, u: Inputs, *T: Array) -> Array:

@@ -28,7 +28,6 @@ class ForcedConvection(SurfaceLink, kind="forced_convection"):
     inputs = SPINDLE
     strength = "gain"
     shapes = ("exponent",)
-    looks_like = ("convection", "viscous_friction", "windage")
     replaces = {"convection": {"conductance": "conductance"}}
     sentence = "{between[0]} loses {conductance} to {between[1]} at rest, {times} times that at {reference_speed}"
 

@@ -12,5 +12,4 @@ class GuideFriction(Sliding, kind="guide_friction"):
     """
 
     power_per_feed = param("W/(m/min)", 0, 1e5, "heat for each unit of feed", typical=4)
-    looks_like = ("screw_friction", "cutting_heat", "heat_source")
     sentence = "a guideway rubs and heats {into} with {power_per_feed} of feed"

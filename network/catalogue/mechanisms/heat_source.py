@@ -26,7 +26,6 @@ class HeatSource(Source, kind="heat_source"):
     derived = ("full",)
     full: float
     strength = "power"
-    looks_like = ("timed_source",)
     sentence = "{into} receives {power} from a source {when}"
 
     @property

@@ -27,7 +27,6 @@ class MotorLoss(Source, kind="motor_loss"):
     reference_speed = param("rpm", 0, 300_000, "speed at which the iron loss is given", positive=True, typical=10_000)
     inputs = SPINDLE
     strength = "iron"
-    looks_like = ("windage", "bearing_friction")
     sentence = "a motor heats {into} with {copper} copper loss and {iron} iron loss at {reference_speed}"
 
     def heat(self, u: Inputs, *T: Array) -> Array:

@@ -28,7 +28,6 @@ class MovingContact(Link, kind="moving_contact"):
     at = along("where on the bar the middle of the joint is")
     width = param("m", 0, 1000, "length of the joint along the bar", positive=True, typical=0.1)
     strength = "conductance"
-    looks_like = ("conduction", "screw_friction")
     derived = ("span", "start", "stop")
     moves = True
     span: Array | None

@@ -18,7 +18,6 @@ class NaturalConvection(SurfaceLink, kind="natural_convection"):
     exponent = param("1", 0.1, 1, "exponent m", default=0.25)
     affine = False
     strength = "coefficient"
-    looks_like = ("convection", "radiation")
     sentence = "{between[0]} loses heat to {between[1]} by natural convection, {coefficient} over {area}"
 
     def _conductance(self, T_a: Array, T_b: Array) -> Array:

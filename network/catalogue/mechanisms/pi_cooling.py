@@ -24,7 +24,6 @@ class PiCooling(Source, kind="pi_cooling"):
     states = {"reset": State("K", "excess that the controller has integrated")}
     strength = "gain"
     shapes = ("set", "reset_time")
-    looks_like = ("thermostat_cooling", "convection")
     sentence = "a chiller takes {gain} above {set} at {watches} out of {into}, with a reset time of {reset_time}"
 
     def is_affine(self) -> bool:

@@ -29,7 +29,6 @@ class PreloadFriction(Friction, kind="preload_friction"):
     outer = place("where the outer ring's temperature is read")
     affine = False
     strength = "growth"
-    looks_like = ("viscous_friction", "contact")
     replaces = {"bearing_friction": {"torque": "torque"}}
     sentence = "the friction that heats {into} grows by {percent} as {inner} becomes warmer than {outer}"
 

@@ -19,7 +19,6 @@ class Radiation(SurfaceLink, kind="radiation"):
     emissivity_area = param("m^2", 0, 100, "emissivity times radiating area", typical=0.5)
     affine = False
     strength = "emissivity_area"
-    looks_like = ("convection", "natural_convection")
     sentence = "{between[0]} radiates to {between[1]} over {emissivity_area} of black-body area"
 
     def heat_flow(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> Array:

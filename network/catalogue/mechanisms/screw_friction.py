@@ -12,5 +12,4 @@ class ScrewFriction(Sliding, kind="screw_friction"):
     """
 
     power_per_feed = param("W/(m/min)", 0, 1e5, "heat for each unit of feed", typical=12)
-    looks_like = ("guide_friction", "cutting_heat", "heat_source")
     sentence = "a screw rubs and heats {into} with {power_per_feed} of feed"

@@ -18,7 +18,6 @@ class SealFriction(Friction, kind="seal_friction"):
 
     torque = param("N m", 0, 1e3, "friction torque of the seal", typical=0.05)
     strength = "torque"
-    looks_like = ("bearing_friction", "motor_loss")
     sentence = "a seal rubs with {torque} and heats {into}"
 
     def moment(self, u: Inputs, *T: Array) -> Array:

@@ -22,7 +22,6 @@ class Sunlight(Source, kind="sunlight"):
     follows_time = True
     strength = "power"
     shapes = ("rises", "lasts")
-    looks_like = ("heat_source", "timed_source")
     sentence = "the sun heats {into} with up to {power} for {lasts} a day"
 
     def heat(self, u: Inputs, *T: Array) -> Array:

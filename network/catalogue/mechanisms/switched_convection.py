@@ -23,7 +23,6 @@ class SwitchedConvection(SurfaceLink, Relay, kind="switched_convection"):
     delay = param("s", 0, 7200, "time between crossing and switching", default=0)
     strength = "conductance"
     shapes = ("set", "hysteresis")
-    looks_like = ("convection", "forced_convection", "thermostat_cooling")
     sentence = "{between[0]} loses {conductance} to {between[1]}, on and off around {set} ± {hysteresis} at {watches}"
 
     def heat_flow(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> Array:

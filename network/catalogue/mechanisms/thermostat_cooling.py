@@ -29,7 +29,6 @@ class ThermostatCooling(Source, Relay, kind="thermostat_cooling"):
     delay = param("s", 0, 7200, "time between crossing and switching", default=0)
     strength = "power"
     shapes = ("set", "hysteresis")
-    looks_like = ("timed_source", "viscous_friction", "convection")
     sentence = "a cooler takes {power} out of {into}, on and off around {set} ± {hysteresis} at {watches}"
 
     def heat(self, u: Inputs, *T: Array) -> Array:

@@ -22,7 +22,6 @@ class TimedSource(Source, kind="timed_source"):
     phase = param("min", -1e5, 1e5, "time of the run at which a pulse begins", default=0)
     strength = "power"
     shapes = ("period", "duration", "phase")
-    looks_like = ("heat_source", "thermostat_cooling")
     sentence = "{into} receives {power} for {duration} in every {period}"
 
     def heat(self, u: Inputs, *T: Array) -> Array:

@@ -27,7 +27,6 @@ class ViscousFriction(Friction, kind="viscous_friction"):
     reads = place("where the lubricant's temperature is read")
     affine = False
     strength = "thinning"
-    looks_like = ("preload_friction", "contact", "forced_convection")
     replaces = {"bearing_friction": {"torque": "torque"}}
     derived = ("cold",)
     cold: float

@@ -26,7 +26,6 @@ class Windage(Source, kind="windage"):
     exponent = param("1", 1, 5, "exponent of the loss over speed", default=3)
     inputs = SPINDLE
     strength = "power"
-    looks_like = ("motor_loss", "bearing_friction")
     sentence = "windage heats {into} with {power} at {reference_speed}"
 
     def heat(self, u: Inputs, *T: Array) -> Array:

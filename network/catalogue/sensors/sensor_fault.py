@@ -37,7 +37,6 @@ class SensorFault(SensorEffect, kind="sensor_fault"):
     begins = param("min", 0, 1e6, "when it comes loose", default=0)
     ends = param("min", 0, 1e6, "when it holds again; default not before the end", default=None, positive=True)
     strength = "share"
-    looks_like = ("sensor_lag", "sensor_offset", "convection")
     sentence = "{channel} sits loose and reads {share} of the way from its part to {air}{window}"
 
     @property

@@ -17,7 +17,6 @@ class SensorLag(SensorEffect, kind="sensor_lag"):
     lag = param("s", 0, 36_000, "time constant of the sensor", positive=True, typical=120)
     has_state = True
     strength = "lag"
-    looks_like = ("hidden_mass",)
     sentence = "{channel} follows the truth with a lag of {lag}"
 
     def rate(self, truth: Array, state: Array) -> Array:

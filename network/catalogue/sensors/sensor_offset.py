@@ -16,7 +16,6 @@ class SensorOffset(SensorEffect, kind="sensor_offset"):
     quantities = ("temperature",)
     offset = param("K", -100, 100, "what it reads too much", typical=0.3)
     strength = "offset"
-    looks_like = ("sensor_fault",)
     sentence = "{channel} reads {offset} too much"
 
     def reading(self, truth: Array, state: Array, u: Inputs) -> Array:

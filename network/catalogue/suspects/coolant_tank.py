@@ -27,7 +27,6 @@ class CoolantTank(Suspect, kind="thermostat_cooling"):
     conductance = param("W/K", 0, 1e5, "conductance between tank and surroundings", typical=20)
     strength = "hysteresis"
     shapes = ("set", "power", "heat_capacity", "conductance")
-    looks_like = ("timed_source", "advection")
     sentence = "{host} is a tank of {heat_capacity}, cooled by {power} on and off around {set} ± {hysteresis}"
 
     def patch(self, machine: MachineLike) -> Mapping[str, Any]:

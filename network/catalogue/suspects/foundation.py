@@ -25,7 +25,6 @@ class Foundation(Suspect, kind="foundation"):
     conductance = param("W/K", 0, 1e5, "conductance into the floor", typical=10)
     strength = "conductance"
     shapes = ("temperature",)
-    looks_like = ("convection",)
     sentence = "{host} loses heat into a floor of {temperature}, at {conductance}"
 
     def patch(self, machine: MachineLike) -> Mapping[str, Any]:

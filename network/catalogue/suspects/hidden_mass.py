@@ -26,7 +26,6 @@ class HiddenMass(Suspect, kind="hidden_mass"):
     conductance = param("W/K", 0, 1e6, "conductance between it and its host", typical=10)
     strength = "conductance"
     shapes = ("heat_capacity",)
-    looks_like = ("sensor_lag", "lumping", "thermostat_cooling")
     sentence = "a mass of {heat_capacity} that is not in the file takes part behind {host}, joined by {conductance}"
 
     def patch(self, machine: MachineLike) -> Mapping[str, Any]:

@@ -22,7 +22,6 @@ class Lumping(Suspect, kind="lumping"):
     host = place("the bar")
     lumps = whole("number of lumps", 2, MOST_LUMPS)
     strength = "lumps"
-    looks_like = ("hidden_mass", "sensor_lag")
     sentence = "{host} needs {lumps} lumps along its length"
 
     def patch(self, machine: MachineLike) -> Mapping[str, Any]:

@@ -70,7 +70,7 @@ def course_of(
         found = rounds.course(TIMES)
     if found is None:
         off = f"still {rounds.change:.2g} K off"
-        raise Failed(f"the run does not come to agree with itself ({off}): a heat source may run away")
+        raise Failed(f"the fixed-point iteration did not converge ({off}): a heat source may run away")
     return found
 
 

@@ -114,8 +114,6 @@ def _remarks(cls: type[Declared]) -> Iterator[str]:
         yield "A diagnosis does not look for it."
     if cls.replaces:
         yield f"Can take the place of: {', '.join(cls.replaces)}."
-    if cls.looks_like:
-        yield f"Easily confused with: {', '.join(cls.looks_like)}."
 
 
 def _listed(title: str, rows: list[tuple[str, str]]) -> str:

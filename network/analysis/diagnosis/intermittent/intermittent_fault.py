@@ -67,7 +67,7 @@ class IntermittentFault:
                 for name, windows in zip(names, self.loose.windows, strict=True) if windows)  # fmt: skip
         fault = self.candidate.kind.told(self.machine, self.candidate.patch)
         when = f"now and then: in {'; in '.join(each)}"
-        return f"{fault}, {when}. Its readings were set right there; the machine is as it was."
+        return f"{fault}, {when}. Its readings were corrected in those windows; the machine is unchanged."
 
     @cached_property
     def effect(self) -> SensorEffect:
