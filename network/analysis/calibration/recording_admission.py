@@ -111,7 +111,8 @@ def without_stuck(machine: Machine, recording: Recording) -> tuple[Recording, li
             told.append(f"{recording.file}: {name} reads the same at all times; it is left out")
         else:
             first, last = (float(recording.t[k]) for k in np.flatnonzero(hangs)[[0, -1]])
-            told.append(f"{recording.file}: {name} is stuck from {span(first)} to {span(last)}; that stretch is left out")
+            when = f"from {span(first)} to {span(last)}"
+            told.append(f"{recording.file}: {name} is stuck {when}; that stretch is left out")
     if all(not np.isfinite(columns[n].values).any() for n in names):
         complaints = Complaints()
         wrong = "every channel reads the same at all times, or nothing"

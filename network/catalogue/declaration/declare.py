@@ -45,8 +45,8 @@ class Declared(ABC):
 
     section: where it stands in the file; fields: in the order declared; one_of: groups of fields of which exactly one
     must be given; strength: the parameter that at 0 means "not there"; shapes: further parameters that a fit frees with
-    the strength when it is a candidate, none by default; replaces: kinds whose place it can take, with the parameters it keeps
-    ({theirs: ours}), spread and all; sentence: how it reads.
+    the strength when it is a candidate, none by default; replaces: kinds whose place it can take, with the parameters
+    it keeps ({theirs: ours}), spread and all; sentence: how it reads.
     """
 
     section: ClassVar[str] = ""
