@@ -22,13 +22,14 @@ from proof.assembly import Assembly, assemble
 from proof.effect import Effect, Setting
 from proof.effects_room import FeedHeat, feed_at, turned_feeds
 from proof.judgement import VISIBLE
-from proof.layout import Layout, split
-from proof.observing import ROUGH, WHITE, Recording, observe, record, track_of
+from proof.keys import Truth, key_of, named
+from proof.layout import Layout
+from proof.observing import ROUGH, WHITE, Recording, observe, record
 from proof.plan import Slot, slot
 from proof.programs import Program, programs
 from proof.score import SCORED
 from proof.sealed import seal_of, sealed
-from proof.strength import COARSE, Bench, bench, seen, sized, warmth
+from proof.strength import Bench, bench, seen, sized, warmth
 from proof.written import machine_text
 
 TRIES, PLACES = 8, 3
@@ -44,17 +45,6 @@ class Case:
     files: Mapping[str, str]
     about: Mapping[str, Any]
     key: Mapping[str, Any]
-
-
-@dataclass(frozen=True)
-class Truth:
-    """What is real in a case: numbers, programs, effects and how they are seen."""
-
-    slot: Slot
-    numbers: Mapping[str, float]
-    programs: tuple[Program, ...]
-    effects: tuple[Effect, ...]
-    on: Bench
 
 
 def make_cases(
@@ -109,7 +99,7 @@ def make_case(rng: Generator, slot: Slot) -> Case:
     believed = {path: truth.numbers[path] * wrong(rng, slot.what) for path in layout.nominal()}
     recordings = recorded(rng, truth)
     files = {"machine.yaml": machine_text(layout, believed), **files_of(slot, layout, recordings)}
-    about = {"train": [*named(slot, layout)][:-1], "holdout": [*named(slot, layout)][-1:], "layout": slot.layout.name,
+    about = {"train": [*named(slot)][:-1], "holdout": [*named(slot)][-1:], "layout": slot.layout.name,
              "parts": len(layout.parts), "seconds_limit": None}  # fmt: skip
     return Case(files, about, key_of(truth))
 
@@ -199,56 +189,14 @@ def concealed(truth: Truth, program: Program, index: int) -> Assembly:
     return build
 
 
-def named(slot: Slot, layout: Layout) -> dict[str, str]:
-    """What a diagnosis is given of each recording, and the table behind it."""
-    names = [*(f"train{i + 1}" for i in range(slot.runs)), "holdout"]
-    return {f"{name}.{'csv' if slot.room == 'recorded' else 'yaml'}": f"{name}.csv" for name in names}
-
-
 def files_of(slot: Slot, layout: Layout, recordings: Sequence[Recording]) -> dict[str, str]:
     """The tables, with mappings that state the room where it was not recorded."""
     files = {}
-    for (given, table), recording in zip(named(slot, layout).items(), recordings, strict=True):
+    for (given, table), recording in zip(named(slot).items(), recordings, strict=True):
         files[table] = recording.text()
         if given != table:
             files[given] = recording.mapping(table.removesuffix(".csv"), table, layout.reference)
     return files
-
-
-def key_of(truth: Truth) -> dict[str, Any]:
-    """What is concealed, and which kinds and places would be right answers."""
-    slot, effects = truth.slot, truth.effects
-    return {
-        "layout": slot.layout.name,
-        "truth": slot.truth,
-        "class": slot.group,
-        "what": slot.what,
-        "room": slot.room,
-        "effects": {effect.name: effect.told() for effect in effects},
-        "kinds": [list(effect.kinds) for effect in effects],
-        "near": [list(effect.near) for effect in effects],
-        "places": [effect.places() for effect in effects],
-        "windows": [[w for e in effects for w in e.acts(p, i)] for i, p in enumerate(truth.programs[:-1])],
-        "course": course_of(truth),
-        "in_noise": dict(seen(truth.on, effects)),
-        "numbers": dict(truth.numbers),
-    }
-
-
-def course_of(truth: Truth) -> dict[str, Any] | None:
-    """The heat [W] that something outside the catalogue brings to its place over the first recording."""
-    if truth.slot.group != "outside":
-        return None
-    effect, program = truth.effects[0], truth.programs[0]
-    build = assemble(truth.on.layout, truth.numbers)
-    effect.conceal(build, program, 0)
-    times = program.times(60.0)
-    if not isinstance(effect.at, str) or split(effect.at)[0] not in build.cells:
-        return None
-    T = track_of(build, program, {}, COARSE).at(times, build.dense(build.at(effect.at))[None])[:, 0]
-    heat = effect.course(T, times, program, 0)
-    file = next(iter(named(truth.slot, truth.on.layout)))
-    return None if heat is None else {"file": file, "t": times.tolist(), "heat": np.round(heat, 3).tolist()}
 
 
 if __name__ == "__main__":

@@ -6,15 +6,15 @@ with a pump and a chiller of its own, seats that keep no heat, axes that heat as
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.random import Generator
 
-from proof.assembly import assemble
 from proof.layout import Cooler, Growth, Heat, Joint, Layout, Material, Part, Stream, bearing
 from proof.places_for import sites_of
+from proof.warming import warmed
 
 MATERIALS = {
     "spindle_steel": Material(7820, 472, 43, 1.15e-5),
@@ -219,32 +219,3 @@ def grown(sketch: Sketch, axes: tuple[str, ...]) -> Iterator[tuple[str, Growth]]
             length = round((b - a) * sketch.parts[name].length, 3)
             growth = Growth(axis, f"{name}@{a:.2g}..{b:.2g}", length, int(rng.choice([-1, 1])))
             yield f"{name} grows along {axis}", growth
-
-
-def warmed(layout: Layout, rise: float) -> Layout:
-    """The same machine with its heats such that its warmest part settles so much [K] over the reference."""
-    build = assemble(layout, layout.nominal())
-    build.held["ambient"] = layout.reference
-    system, rpm = build.freeze(), 0.75 * layout.top_speed
-    feed = 8.0 if layout.feeds else 0.0
-    bent = 6.0 * sum((build.dense(build.at(j.a)) * area_of(j) for j in layout.joints.values()), np.zeros_like(system.C))
-    L = system.conductance(rpm, (False,) * len(system.relays)) + np.diag(np.asarray(bent))
-    heat = sum((loss.into * loss.power(rpm) for loss in system.losses), np.zeros_like(system.C))
-    heat = heat + sum((loss.into * loss.power(feed) for loss in system.fed), np.zeros_like(system.C))
-    for cooler in layout.coolers.values():
-        L = L + np.diag(500.0 * build.dense(build.at(cooler.at)))
-    factor = rise / max(float(np.linalg.solve(L, heat).max()), 1e-3)
-    heats = {
-        name: heat if name == "pump" else replace(heat, numbers=scaled(heat.numbers, factor))
-        for name, heat in layout.heats.items()
-    }
-    return replace(layout, heats=heats)
-
-
-def area_of(joint: Joint) -> float:
-    """Area [m²] over which a joint that is no straight line gives heat off, roughly; 0 for those that are."""
-    return {"radiation": joint.conductance, "natural_convection": joint.more.get("area", 0.0)}.get(joint.kind, 0.0)
-
-
-def scaled(numbers: Mapping[str, float], factor: float) -> dict[str, float]:
-    return {name: float(f"{value * factor:.3g}") for name, value in numbers.items()}
