@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from typing import Any
 
 import numpy as np
@@ -44,9 +45,9 @@ class Failing(Effect):
 
         build.touches.setdefault(self.at, []).append(failed)
 
+    @abstractmethod
     def wrong(self, since: Array, air: Array, reading: Array) -> Array:
         """What it reads so many seconds after."""
-        raise NotImplementedError
 
     def places(self) -> list[list[str]]:
         return [[self.at]]
