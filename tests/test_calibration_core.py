@@ -17,7 +17,7 @@ from network.engine.channels import readouts
 from network.engine.response import knots as knots_module
 from network.engine.response import recursion, series
 from network.engine.response.cells import averages, cell_matrix
-from network.engine.response.intervals import first_from, interval_of, joined_straight
+from network.engine.response.intervals import first_from, interval_of, locate_instants
 from network.engine.response.knots import make_knots, on_knots
 from network.engine.response.model import Model, Run
 from network.engine.response.parameters import centres
@@ -110,7 +110,7 @@ def test_an_instant_at_an_edge_belongs_to_the_interval_after_it():
     at = np.array([0.0, 9.99, 10.0 - 1e-7, 10.0, 24.0, 25.0, 30.0])
     assert interval_of(edges, at).tolist() == [0, 0, 1, 1, 1, 2, 2]
     assert first_from(edges, at).tolist() == [0, 1, 1, 1, 2, 2, 3]
-    k, share = joined_straight(edges, at)
+    k, share = locate_instants(edges, at)
     np.testing.assert_allclose(edges[k] + share * np.diff(edges)[k], at, atol=2e-7)
 
 
@@ -144,12 +144,12 @@ def test_machine_code_gives_what_arrays_give(every, monkeypatch):
     theta, found = centres(problem.parameters), []
     for without in (False, True):
         if without:
-            monkeypatch.setattr(recursion, "compiled", lambda: None)
-            monkeypatch.setattr("network.engine.response.cell_means.compiled", lambda: None)
+            monkeypatch.setattr(recursion, "compile_recursion", lambda: None)
+            monkeypatch.setattr("network.engine.response.cell_means.compile_means", lambda: None)
         predictions = problem.model.predict(theta)
         pushes = [problem.data[0].pushes(predictions[0].course)]
         found.append((predictions[0].cells, problem.model.mean_slopes(theta, predictions, pushes)[0]))
-    assert series.compiled() is not None
+    assert series.compile_means() is not None
     for a, b in zip(*found, strict=True):
         assert np.abs(a - b).max() < 1e-9 * np.abs(a).max()
 

@@ -12,8 +12,8 @@ from click.testing import CliRunner
 from network import Machine, Scenario, simulate
 from network.cli import cli
 from network.engine.paper.bar import bar, profile_table, profiles, table_2
-from network.engine.paper.bending_model import BY, bending_profiles, bending_run, bent, table_machine
-from network.engine.paper.fits import UNEXPLAINED, fit_table, fitted, mean_heat, run_at
+from network.engine.paper.bending_model import BY, bend_table, bending_profiles, bending_run, table_machine
+from network.engine.paper.fits import UNEXPLAINED, fit_laws, fit_table, mean_heat, run_at
 from network.engine.paper.tables import accuracy, paper_json, tell_paper
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -120,7 +120,7 @@ def test_profiles_of_the_specimen_are_within_2_millikelvin() -> None:
 def test_a_network_follows_the_exponential_and_the_slope(rpm: int) -> None:
     """i, τ and k within 2 %; the offsets i + j and l are nothing that heat from the reference could give."""
     i, _, k, _ = FITS[rpm]
-    ours = fitted(run_at(rpm, f"paper_{rpm}"))
+    ours = fit_laws(run_at(rpm, f"paper_{rpm}"))
     assert ours.i == pytest.approx(i, rel=0.02) and ours.tau == pytest.approx(3400, rel=0.02)
     assert ours.k * 1e-4 == pytest.approx(k, rel=0.02)
     assert abs(ours.i + ours.j) < 1e-6 and abs(ours.l) < 1e-6
@@ -182,8 +182,8 @@ def test_a_linear_profile_bends_to_half_of_alpha_delta_T_L_over_H() -> None:
     """θ = α ΔT L/(2 H), ΔH = L/2 tan(θ/2); exact by the first moment and by heat for any number of lumps."""
     y, theta = (np.arange(8) + 0.5) / 8, 1.08e-5 * 5 * 2.2 / (2 * 0.28)
     for by in ("first moment", "eq. 9"):
-        assert bent(by, 5 * y) == pytest.approx(1.1 * np.tan(theta / 2), rel=1e-12)
-        assert bent(by, -5 * y) == pytest.approx(-bent(by, 5 * y), rel=1e-12)
+        assert bend_table(by, 5 * y) == pytest.approx(1.1 * np.tan(theta / 2), rel=1e-12)
+        assert bend_table(by, -5 * y) == pytest.approx(-bend_table(by, 5 * y), rel=1e-12)
 
 
 def test_the_table_under_cutting_heat_bends_by_its_heat_flow() -> None:

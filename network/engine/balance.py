@@ -109,7 +109,7 @@ def affine_matrix(network: Network, u: Inputs, modes: Array) -> Array:
     return jacobian(network, np.zeros(network.size), u, modes)
 
 
-def driven_conductances(network: Network, u: Inputs) -> Array:
+def evaluate_driven_conductances(network: Network, u: Inputs) -> Array:
     """The slopes [W/K] of an affine network that depend on inputs, at many instants: (instants, 1) → (instants, ·)."""
     slopes = [flows.w * s for flows in network.flows if flows.law.needs() for s in _at_zero(flows, u)]
     slopes += [s for heats in network.heats if heats.law.needs() for s in _at_zero(heats, u)]

@@ -45,7 +45,7 @@ class Readouts:
         """Rows and states: what a solver delivers at every instant."""
         return len(self.rows) + self.states
 
-    def named(self, y: Array) -> dict[Key, Array]:
+    def split_by_key(self, y: Array) -> dict[Key, Array]:
         """Readings by key, from what a solver delivered (width × instants)."""
         return {key: y[row] + offset if offset else y[row] for key, (row, offset) in self.where.items()}
 

@@ -73,7 +73,7 @@ class EnergyAccount:
         return {name: float(heat[part].sum()) for name, part in self.network.bodies.items() if not bound[part].any()}
 
 
-def stored_heat(network: Network, T: Array) -> Array:
+def sum_stored_heat(network: Network, T: Array) -> Array:
     """Heat in every lump above 0 °C [J], latent heat included; zero for held and massless lumps and states."""
     finite = np.where(np.isfinite(network.capacity), network.capacity, 0.0)
     heat = np.where(finite > 0, finite * np.where(np.isfinite(T), T, 0.0), 0.0)
@@ -88,7 +88,7 @@ def stored_heat(network: Network, T: Array) -> Array:
 
 
 def _account(network: Network, into: Array, by_mechanism: Array, T0: Array, T1: Array) -> EnergyAccount:
-    return EnergyAccount(network, into, by_mechanism, stored_heat(network, T1) - stored_heat(network, T0))
+    return EnergyAccount(network, into, by_mechanism, sum_stored_heat(network, T1) - sum_stored_heat(network, T0))
 
 
 def _inner_links(network: Network) -> set[str]:

@@ -139,15 +139,15 @@ class _Builder:
             self._add(name, node)
         flows = [*self._links(), *self._bars(), *self._streams()]
         states = dict(self._states())
-        sources = [s for name, s in self.machine.sources.items() if self._wanted(f"sources.{name}")]
-        links = [s for name, s in self.machine.links.items() if self._wanted(f"links.{name}")]
+        sources = [s for name, s in self.machine.sources.items() if self._is_wanted(f"sources.{name}")]
+        links = [s for name, s in self.machine.links.items() if self._is_wanted(f"links.{name}")]
         plain = [s for s in sources if not isinstance(s, Relay)]
         relays = [s for s in sources if isinstance(s, Relay)]
         heats: tuple[Heats[Mechanism], ...] = tuple(self._heats(plain))
         switched: tuple[Heats[Relay], ...] = tuple(self._heats(relays))
         heats += tuple(self._rates([s for s in (*sources, *links) if s.states]))
         switched += tuple(self._guards([s for s in links if isinstance(s, Relay)]))
-        grouped = tuple(self._grouped(flows, [int(i) for group in switched for i in group.entry]))
+        grouped = tuple(self._group_flows(flows, [int(i) for group in switched for i in group.entry]))
         return Network(
             self.machine, self.parts, np.array(self.capacity), self.held, tuple(self.names), grouped, heats, switched,
             states,
@@ -161,7 +161,7 @@ class _Builder:
         each = np.inf if node.is_held else node.capacity / count
         self.capacity.extend([each] * count)
 
-    def _wanted(self, entry: str) -> bool:
+    def _is_wanted(self, entry: str) -> bool:
         return self.only is None or entry in self.only
 
     def _name(self, name: str) -> int:
@@ -178,12 +178,12 @@ class _Builder:
             if not isinstance(link, Link):
                 continue
             index = self._name(f"links.{name}")
-            if not self._wanted(f"links.{name}"):
+            if not self._is_wanted(f"links.{name}"):
                 continue
-            a, b = self._places(link.between[0]), list(self._reached(link))
+            a, b = self._places(link.between[0]), list(self._list_far_lumps(link))
             yield from (_Element(law, i, j, w * v, index) for i, w in a for j, v, law in b if i != j)
 
-    def _reached(self, link: Link) -> Iterator[tuple[int, float, Link]]:
+    def _list_far_lumps(self, link: Link) -> Iterator[tuple[int, float, Link]]:
         """The lumps of a link's second place, each with its weight and law."""
         place, part = link.between[1], self.parts[link.between[1].node]
         if not link.moves:
@@ -197,14 +197,14 @@ class _Builder:
             if node.lumps > 1:
                 law = Conduction(name, conductance=node.bar_conductance)
                 index, part = self._name(f"nodes.{name}"), self.parts[name]
-                lumps = range(part.start, part.stop - 1) if self._wanted(f"nodes.{name}") else ()
+                lumps = range(part.start, part.stop - 1) if self._is_wanted(f"nodes.{name}") else ()
                 yield from (_Element(law, i, i + 1, 1.0, index) for i in lumps)
 
     def _streams(self) -> Iterator[_Element]:
         for name, stream in self.machine.links.items():
             if isinstance(stream, Stream):
                 index, path = self._name(f"links.{name}"), list(self._path(name, stream))
-                pairs = pairwise(path) if self._wanted(f"links.{name}") else ()
+                pairs = pairwise(path) if self._is_wanted(f"links.{name}") else ()
                 yield from (_Element(stream, i, j, 1.0, index) for i, j in pairs if i != j)
 
     def _path(self, name: str, stream: Stream) -> Iterator[int]:
@@ -228,10 +228,10 @@ class _Builder:
             self.capacity.append(1.0)
             yield name, at
 
-    def _grouped(self, elements: Iterable[_Element], relays: Sequence[int]) -> Iterator[Flows]:
+    def _group_flows(self, elements: Iterable[_Element], relays: Sequence[int]) -> Iterator[Flows]:
         """The flows by class; relays: the entry of every relay."""
         for members in _by_structure(elements, lambda element: element.law):
-            law = _stacked([member.law for member in members])
+            law = _stack_entries([member.law for member in members])
             columns = zip(*((m.a, m.b, m.w, m.entry) for m in members), strict=True)
             a, b, w, entry = (np.array(column) for column in columns)
             reads = tuple(self._reads([member.law for member in members]))
@@ -251,7 +251,7 @@ class _Builder:
 
     def _rates(self, entries: Sequence[Mechanism]) -> Iterator[Heats[Mechanism]]:
         for members in _by_structure(entries, lambda entry: entry):
-            law, reads, entry = _stacked(members), tuple(self._reads(members)), self._entries(members)
+            law, reads, entry = _stack_entries(members), tuple(self._reads(members)), self._entries(members)
             for i, state in enumerate(law.states):
                 into = np.zeros((len(self.capacity), len(members)))
                 for column, member in enumerate(members):
@@ -261,7 +261,7 @@ class _Builder:
     def _guards(self, entries: Sequence[Law]) -> Iterator[Heats[Law]]:
         for members in _by_structure(entries, lambda entry: entry):
             into = np.zeros((len(self.capacity), len(members)))
-            yield Guards(_stacked(members), into, tuple(self._reads(members)), self._entries(members))
+            yield Guards(_stack_entries(members), into, tuple(self._reads(members)), self._entries(members))
 
     def _entries(self, members: Sequence[Mechanism]) -> Indices:
         """Where entries that have a name stand among the mechanisms."""
@@ -285,7 +285,7 @@ class _Builder:
 Entry = TypeVar("Entry", bound=Declared)
 
 
-def _stacked(entries: Sequence[Entry]) -> Entry:
+def _stack_entries(entries: Sequence[Entry]) -> Entry:
     return type(entries[0]).stack(entries)
 
 

@@ -11,7 +11,7 @@ from network.catalogue.declaration.fields import Place
 from network.catalogue.mechanisms.base import Inputs
 from network.catalogue.sensors.base import SensorEffect
 from network.catalogue.sensors.sensor import Sensor
-from network.engine.energy import stored_heat
+from network.engine.energy import sum_stored_heat
 from network.engine.network import Network
 from network.engine.solvers import modal
 from network.engine.solvers.carry_out import Outcome
@@ -31,7 +31,7 @@ def observe(
     u = plan.inputs_at_samples()
     for name, signal in schedule.signals.items():
         u[name][-1] = signal.at(plan.t[-1:])[0]  # at a jump the value after it, also at the end
-    rows = outcome.readouts.named(outcome.y)
+    rows = outcome.readouts.split_by_key(outcome.y)
     contributions = dict(_contributions(network, rows, u, outcome))
     tcp = {
         axis: sum((contributions[axis, name] for name in entries), np.zeros(len(plan.t)))
@@ -76,8 +76,8 @@ def _heat_reading(network: Network, place: Place, outcome: Outcome) -> Array:
     """Heat in a range above the reference [J]: what was there at the start and what flowed in since."""
     assert outcome.heat is not None
     share = network.heat_row(place)
-    cold = stored_heat(network, np.full(network.size, network.machine.reference))
-    return np.asarray((outcome.heat + stored_heat(network, outcome.T_start.copy()) - cold) @ share)
+    cold = sum_stored_heat(network, np.full(network.size, network.machine.reference))
+    return np.asarray((outcome.heat + sum_stored_heat(network, outcome.T_start.copy()) - cold) @ share)
 
 
 def channel(
@@ -89,12 +89,12 @@ def channel(
     for i, effect in enumerate(sensor.effects):
         state = states.get((name, i))
         if state is None:
-            state = _followed(effect, u["time"], reading) if effect.has_state else np.zeros_like(reading)
+            state = _integrate_state(effect, u["time"], reading) if effect.has_state else np.zeros_like(reading)
         reading = effect.reading(reading, state, u)
     return np.asarray(reading - reading[0] if sensor.zero else reading)
 
 
-def _followed(effect: SensorEffect, t: Array, truth: Array) -> Array:
+def _integrate_state(effect: SensorEffect, t: Array, truth: Array) -> Array:
     """The state of an effect on a displacement channel: truth straight between samples, integrated exactly."""
     one, zero = np.ones(()), np.zeros(())
     at_zero = float(effect.rate(zero, zero))

@@ -31,13 +31,13 @@ def start_temperatures(network: Network, schedule: Schedule, recording: Recordin
     if start is not None and start.steady:
         return steady_state(network, T, u)
     if start is not None:
-        T = _given(network, start, T, schedule.file)
+        T = _set_given(network, start, T, schedule.file)
     elif recording is not None:
         T = from_first_readings(network, recording, T, u)
-    return _begun(network, T, u)
+    return _begin_states(network, T, u)
 
 
-def _begun(network: Network, T: Array, u: Inputs) -> Array:
+def _begin_states(network: Network, T: Array, u: Inputs) -> Array:
     """The temperatures of a start, with what the states of entries begin with."""
     for rates in network.heats:
         if isinstance(rates, Rates):
@@ -57,7 +57,7 @@ def _hold(network: Network, T: Array, u: Inputs) -> None:
         T[i] = u[source] if isinstance(source, str) else source
 
 
-def _given(network: Network, start: Start, T: Array, file: str) -> Array:
+def _set_given(network: Network, start: Start, T: Array, file: str) -> Array:
     parts = np.isfinite(network.capacity)
     if start.others is not None:
         T[parts] = start.others
@@ -103,7 +103,7 @@ def from_first_readings(network: Network, recording: Recording, T: Array, u: Inp
     for place, _, mean in readings:
         sensed = network.row(place) > 0
         T[sensed], known[sensed] = mean, True
-    return interpolated(network, T, known, u)
+    return interpolate_start(network, T, known, u)
 
 
 def _first_readings(network: Network, recording: Recording) -> Iterator[tuple[Place, float, float]]:
@@ -117,7 +117,7 @@ def _first_readings(network: Network, recording: Recording) -> Iterator[tuple[Pl
                 yield sensor.place, float(finite[0]), float(finite.mean())
 
 
-def interpolated(network: Network, T: Array, known: Mask, u: Inputs) -> Array:
+def interpolate_start(network: Network, T: Array, known: Mask, u: Inputs) -> Array:
     """Unknown lumps settle between the known ones, by links alone, linearised at the mean of what is known."""
     unknown = np.flatnonzero(~known & ~network.is_state)
     if not len(unknown):

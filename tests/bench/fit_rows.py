@@ -18,7 +18,7 @@ from rich.table import Table
 
 from network.analysis.calibration.gauss_newton import Linearised, linearise, make_problem, minimise
 from network.engine.response.parameters import at_values, centres
-from network.engine.response.series import compiled
+from network.engine.response.series import compile_means
 
 MANY, TIMED = 500, 25
 
@@ -79,7 +79,7 @@ def fine_rows(table: Table) -> None:
 
 
 def main() -> None:
-    kind = "with numba" if compiled() is not None else "without numba"
+    kind = "with numba" if compile_means() is not None else "without numba"
     table = Table(title=f"fits in one process, one core, {kind}")
     for heading in ("what", "time", "to reach", "rms error in standard errors"):
         table.add_column(heading, justify="right")

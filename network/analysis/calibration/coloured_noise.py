@@ -15,7 +15,7 @@ from scipy.optimize import nnls
 
 from network.analysis.calibration.measured_means import Measured
 from network.catalogue.declaration.declare import Array
-from network.engine.response.intervals import joined_straight
+from network.engine.response.intervals import locate_instants
 from network.engine.response.model import Prediction
 
 LAGS = (1, 2, 3, 4, 6, 8, 11, 15, 20, 27, 36)
@@ -34,7 +34,7 @@ def residuals(data: Measured, prediction: Prediction) -> dict[str, Array]:
     """Measured less modelled at every sample that is used, NaN elsewhere, by channel [SI]."""
     edges, knots = prediction.course.problem.plan.edges, data.run.knots
     K = len(edges) - 1
-    k, w = joined_straight(edges, knots.samples)
+    k, w = locate_instants(edges, knots.samples)
     out = {}
     for i, (name, channel) in enumerate(data.channels.items()):
         model = (1 - w) * prediction.values[i, k] + w * prediction.values[i, K + k]

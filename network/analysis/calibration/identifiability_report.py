@@ -93,9 +93,9 @@ def _bounds(known: Uncertainty) -> Iterator[str]:
         from_ = (
             ""
             if p.is_unknown
-            else f", {digits(abs(theta[j] - p.centre) / p.spread, 2)} prior σ from {p.told(p.centre)}"
+            else f", {digits(abs(theta[j] - p.centre) / p.spread, 2)} prior σ from {p.format_value(p.centre)}"
         )
-        yield f"{p.path} is at its bound, {p.told(theta[j])}{from_}: its uncertainty there means nothing"
+        yield f"{p.path} is at its bound, {p.format_value(theta[j])}{from_}: its uncertainty there means nothing"
 
 
 def _moved(known: Uncertainty) -> Iterator[str]:
@@ -152,7 +152,7 @@ def _rivals(found: Found) -> Iterator[str]:
         far = np.abs(rival.theta - best.theta) / [p.spread for p in parameters]
         j = int(np.argmax(far))
         p = parameters[j]
-        here, there = p.told(best.theta[j]), p.told(rival.theta[j])
+        here, there = p.format_value(best.theta[j]), p.format_value(rival.theta[j])
         yield (
             f"Another set of numbers fits alike, {p.path} {there} instead of {here}: "
             "a recording that moves the machine otherwise would tell them apart"

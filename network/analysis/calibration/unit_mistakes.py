@@ -47,7 +47,7 @@ def _numbers(at: Linearised) -> Iterator[Refusal]:
         return
     there, readings = show(factor * p.value(p.centre), p.field.unit), max(len(at.left), 1)
     met = f"to {np.sqrt(best / readings):.3g} σ instead of {rms(at.left):.3g} σ"
-    wrong = f"{p.path} is {p.told(p.centre)}, and with {there} the recordings would be met {met}"
+    wrong = f"{p.path} is {p.format_value(p.centre)}, and with {there} the recordings would be met {met}"
     yield Refusal(Spot(problem.model.machine.file), wrong, "check its unit")
 
 

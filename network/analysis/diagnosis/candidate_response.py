@@ -79,7 +79,7 @@ def _answers(heats: Sequence[Heat], prediction: Prediction) -> Array:
     """Changes of the cells' means of one run (heats, ·)."""
     out = np.array([seen for _, seen in heats]).reshape(len(heats), len(prediction.cells))
     warm = [i for i, (push, _) in enumerate(heats) if push is not None]
-    out[warm] += prediction.answered([push for push, _ in heats if push is not None])
+    out[warm] += prediction.respond_to([push for push, _ in heats if push is not None])
     return out
 
 

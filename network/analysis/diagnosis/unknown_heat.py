@@ -33,7 +33,7 @@ def heat_answers(prediction: Prediction, spread: Array, knots: Array) -> Array:
     lumps = np.flatnonzero(spread)
     into = spread[None, lumps]
     pushes = [Push(lumps, a[:, None], b[:, None], (), into) for a, b in zip(h0.T, h1.T, strict=True)]
-    return prediction.answered(pushes)
+    return prediction.respond_to(pushes)
 
 
 def part_spread(prediction: Prediction, part: str) -> Array:

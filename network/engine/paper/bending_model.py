@@ -28,7 +28,7 @@ def table_machine(by: str, lumps: int | None = None) -> Machine:
     return Machine.load(shipped("machines", "table_bending.yaml"), level=BY[by], lumps=counts)
 
 
-def bent(by: str, rise: Array) -> float:
+def bend_table(by: str, rise: Array) -> float:
     """Displacement [m] of the table for rises over the reference [K], one for each lump from foot to top."""
     machine = table_machine(by, len(rise))
     network, entry = build(machine), machine.tcp["z"]["table bends"]
@@ -57,7 +57,7 @@ def bending_profiles() -> PaperTable:
     y: Array = np.linspace(0.5, PROFILE_LUMPS - 0.5, PROFILE_LUMPS) / PROFILE_LUMPS
     linear = eq_9(machine, machine.nodes["table"].capacity / 2)
     shapes = {"linear, 1 K at the top": y, "skin of 10 % of the height, 1 K": np.where(y > 0.9, 1.0, 0.0)}
-    rows: list[list[Cell]] = [[name, *(bent(by, rise) / linear for by in BY)] for name, rise in shapes.items()]
+    rows: list[list[Cell]] = [[name, *(bend_table(by, rise) / linear for by in BY)] for name, rise in shapes.items()]
     note = (
         "Only the first moment is right for both: curvature follows 12/H³ ∫ΔT y dy. The faces take the skin for all of "
         "the height, and eq. 9 knows its heat, not where it is."

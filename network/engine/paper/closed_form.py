@@ -33,7 +33,7 @@ from network.catalogue.expansions.stretching import Stretching
 from network.catalogue.mechanisms.base import Relay
 from network.engine.network import build
 from network.engine.paper.spindle_unit import SpindleUnit
-from network.engine.paper.steady_state import Settled, settled
+from network.engine.paper.steady_state import Settled, solve_steady_state
 from network.engine.simulation import check_known, schedule_for
 from network.engine.solvers.modal import scan
 from network.engine.solvers.plan import SAME_INSTANT, interval_edges
@@ -103,17 +103,17 @@ def closed_form(machine: Machine, source: Scenario | Recording | Schedule, start
     began = time.perf_counter()
     changes = interval_edges(network, schedule)
     is_held = all(signal.is_held for signal in schedule.signals.values())
-    course = _Course.of(unit, schedule, changes if is_held else _joined(changes, schedule.t), first)
+    course = _Course.of(unit, schedule, changes if is_held else _merge_instants(changes, schedule.t), first)
     T, Q, piece = course.at(schedule.t)
     tcp = course.tcp(T, Q, piece)
     seconds = time.perf_counter() - began
     laws = tuple(course.laws()) if is_held else ()
-    goal, left_out, simplified = course.settled, tuple(_left_out(unit)), tuple(unit.taken_at_reference())
+    goal, left_out, simplified = course.settled, tuple(_list_left_out(unit)), tuple(unit.list_linearised())
     tau, jumps = (float(goal.tau.min()), float(goal.tau.max())), bool(goal.inside.any())
     return ClosedForm(unit, tau, jumps, schedule.t, T, Q, tcp, laws, left_out, simplified, seconds)
 
 
-def _joined(changes: Array, samples: Array) -> Array:
+def _merge_instants(changes: Array, samples: Array) -> Array:
     """All changes of the inputs and all samples, those that are one instant once."""
     edges = np.unique(np.concatenate([changes, samples]))
     return np.asarray(edges[np.append(True, np.diff(edges) > SAME_INSTANT)])
@@ -132,7 +132,7 @@ class _Course:
 
     @classmethod
     def of(cls, unit: SpindleUnit, schedule: Schedule, edges: Array, first: Mapping[str, float]) -> _Course:
-        goal, steps = settled(unit, schedule, edges, first), np.diff(edges)
+        goal, steps = solve_steady_state(unit, schedule, edges, first), np.diff(edges)
         nodes = unit.machine.nodes
         T0 = sum(nodes[name].capacity * first[name] for name in unit.parts) / unit.heat_capacity
         push = -np.expm1(-steps / goal.tau) * goal.T
@@ -154,10 +154,10 @@ class _Course:
         for axis, (mine, by_beam) in _moving(self.unit).items():
             now = self.settled.T[piece] if by_beam else T
             rise = self.settled.rise(now, piece, machine.reference)
-            moved[axis] = sum((_grown(entry, rise) for entry in mine), np.zeros(len(T)))
+            moved[axis] = sum((_grow_part(entry, rise) for entry in mine), np.zeros(len(T)))
             if self.unit.beam is not None:
                 rise = self.beam - machine.reference + Q / machine.nodes[self.unit.beam].capacity
-                moved[axis] += sum((_grown(entry, rise) for entry in by_beam), np.zeros(len(T)))
+                moved[axis] += sum((_grow_part(entry, rise) for entry in by_beam), np.zeros(len(T)))
         return moved
 
     def laws(self) -> Iterator[Law]:
@@ -172,7 +172,7 @@ class _Course:
             yield Law(start, stop, float(goal.tau[n]), float(goal.q_in2[n]), i_j, k_l)
 
 
-def _grown(entry: Stretching, rise: Array) -> Array:
+def _grow_part(entry: Stretching, rise: Array) -> Array:
     """α L ΔT of a part at one temperature, by the entry's own length, expansion and direction."""
     return np.asarray(entry.movement({}, rise * entry.capacity if entry.method == "heat" else rise))
 
@@ -192,7 +192,7 @@ def _moving(unit: SpindleUnit) -> dict[str, tuple[list[Stretching], list[Stretch
     return found
 
 
-def _left_out(unit: SpindleUnit) -> Iterator[str]:
+def _list_left_out(unit: SpindleUnit) -> Iterator[str]:
     for (axis, name), entry in unit.machine.expansions.items():
         if not _part(unit, entry):
             yield str(EntryPath(TCP, axis, name))

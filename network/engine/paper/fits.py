@@ -49,7 +49,7 @@ def run_at(rpm: int, machine: str) -> Trajectory:
     return simulate(Machine.load(shipped("machines", f"{machine}.yaml")), scenario)
 
 
-def fitted(run: Trajectory) -> Fit:
+def fit_laws(run: Trajectory) -> Fit:
     """The paper's laws fitted to a run, as its authors fitted them to readings, with τ free too."""
     t, z, y = run.t, run.tcp["z"] * 1e6, run.tcp["y"] * 1e6
 
@@ -65,7 +65,7 @@ def fit_table() -> PaperTable:
     """Every number of eq. 24–27 beside the same fit to the network; what heat cannot give is said so."""
     rows: list[list[Cell]] = []
     for rpm, printed in PRINTED.items():
-        ours = fitted(run_at(rpm, f"paper_{rpm}"))
+        ours = fit_laws(run_at(rpm, f"paper_{rpm}"))
         for name, unit_text, paper, own in (
             ("i", "µm", printed.i, ours.i), ("τ", "s", printed.tau, ours.tau), ("k", "1e-4 µm/s", printed.k, ours.k)
         ):  # fmt: skip

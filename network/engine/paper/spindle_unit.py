@@ -48,7 +48,7 @@ class SpindleUnit:
         if roles.get("beam") == roles["spindle"]:
             raise refuse(spot, f"closed_form: {roles['spindle']} is both spindle and beam", "name two parts")
         spindle, beam = roles["spindle"], roles.get("beam")
-        inside = _joined(machine, spindle, beam)
+        inside = _find_connected(machine, spindle, beam)
         unit = {name: node.is_part for name, node in machine.nodes.items() if name in inside}
         return cls(machine, spindle, beam, *(tuple(n for n in unit if unit[n] is part) for part in (True, False)))
 
@@ -96,7 +96,7 @@ class SpindleUnit:
                 K[:, i, i] -= g
         return K, np.ravel(regime_of)
 
-    def taken_at_reference(self) -> Iterator[str]:
+    def list_linearised(self) -> Iterator[str]:
         """Entries of the unit that are not linear in temperature, and what is taken instead."""
         touched = {*self.parts, *self.junctions}
         for entry, a, b in _pairs(self.machine):
@@ -117,7 +117,7 @@ def _pairs(machine: Machine) -> Iterator[tuple[Link | Stream, str, str]]:
         yield from ((link, a.node, b.node) for a, b in pairwise(link.places) if a.node != b.node)
 
 
-def _joined(machine: Machine, first: str, beam: str | None) -> set[str]:
+def _find_connected(machine: Machine, first: str, beam: str | None) -> set[str]:
     """The nodes that links join to the first one, not passing the beam, a held node or a part in a stream."""
     coolant = {name for entry, a, b in _pairs(machine) if isinstance(entry, Stream) for name in (a, b)}
     nodes = machine.nodes.items()

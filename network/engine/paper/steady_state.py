@@ -32,7 +32,7 @@ class Settled:
         return np.where(self.inside[piece], (self.T_s[piece] + T) / 2, T) - reference
 
 
-def settled(unit: SpindleUnit, schedule: Schedule, edges: Array, first: Mapping[str, float]) -> Settled:
+def solve_steady_state(unit: SpindleUnit, schedule: Schedule, edges: Array, first: Mapping[str, float]) -> Settled:
     """For the inputs in the middle of every piece between edges; `first`: temperatures at the start by node.
 
     Raises Refused where the unit loses its heat to nothing.
@@ -40,7 +40,7 @@ def settled(unit: SpindleUnit, schedule: Schedule, edges: Array, first: Mapping[
     middle = (edges[:-1] + edges[1:]) / 2
     u: Inputs = {"time": middle} | {name: signal.at(middle) for name, signal in schedule.signals.items()}
     nodes = unit.machine.nodes
-    given = np.stack([_given(nodes[name].temperature, first[name], u) for name in nodes], axis=1)
+    given = np.stack([_evaluate_fixed(nodes[name].temperature, first[name], u) for name in nodes], axis=1)
     (matrices, regime_of), q = unit.conductances(u), unit.heats(u)
     result = Settled(*(np.zeros(len(middle), kind) for kind in (float, float, bool, float, float)))
     for r, K in enumerate(matrices):
@@ -51,7 +51,7 @@ def settled(unit: SpindleUnit, schedule: Schedule, edges: Array, first: Mapping[
     return result
 
 
-def _given(held: Any, first: float, u: Inputs) -> Array:
+def _evaluate_fixed(held: Any, first: float, u: Inputs) -> Array:
     """Temperature of a node that the closed form does not compute: held, or as it was at the start."""
     if isinstance(held, str):
         return u[held]

@@ -24,9 +24,10 @@ class PaperTable:
     notes: Sequence[str] = ()
 
     def lines(self) -> Iterator[str]:
-        shown = [[_shown(cell, how) for cell, how in zip(row, self.columns.values(), strict=True)] for row in self.rows]
+        hows = self.columns.values()
+        cells = [[_format_cell(cell, how) for cell, how in zip(row, hows, strict=True)] for row in self.rows]
         yield self.title
-        yield from table(list(self.columns), shown, [name for name, how in self.columns.items() if how])
+        yield from table(list(self.columns), cells, [name for name, how in self.columns.items() if how])
         for note in self.notes:
             yield from wrap(note, WIDTH, initial_indent="  - ", subsequent_indent="    ")
 
@@ -40,7 +41,7 @@ class PaperTable:
         return {"title": self.title, "rows": rows, "notes": list(self.notes)}
 
 
-def _shown(cell: Cell, how: str) -> str:
+def _format_cell(cell: Cell, how: str) -> str:
     """A number in its format, – for none."""
     if cell is None:
         return "–"

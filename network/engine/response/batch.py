@@ -124,7 +124,7 @@ class _Seen:
     def __init__(self, machine: Machine, plan: Plan, draws: Draws, run: Run) -> None:
         self.machine, self.plan, self.run, self.outputs = machine, plan, run, draws.outputs
         off = np.zeros(1)
-        held = plan.held_at(plan.left), plan.held_at(plan.right)
+        held = plan.evaluate_held(plan.left), plan.evaluate_held(plan.right)
         heat = (affine_heat(plan.network, u, off, len(plan.steps)) for u in plan.just_inside)
         self.inputs, self.basis = _least(*(np.hstack(pair) for pair in zip(held, heat, strict=True)))
         self.u = {n: np.append(plan.left[n], plan.right[n][-1]) for n in plan.left}
@@ -175,7 +175,7 @@ def _march(plan: Plan, draws: Draws, inputs: tuple[Array, ...], T0: Array) -> tu
     K, (M, n), outputs = len(plan.steps), draws.decay.shape, draws.outputs
     states = np.array([outputs.start_states(T) if outputs.states else np.empty(0) for T in T0])
     x0 = np.hstack([T0[:, plan.network.free], states])
-    law = _joined_law([net.relays[0] for net in draws.networks])
+    law = _stack_laws([net.relays[0] for net in draws.networks])
     m = np.empty((K + 1, M, n), draws.decay.dtype)
     m[0] = np.matmul(draws.first, x0[:, :, None])[:, :, 0]
     into = draws.into.transpose(2, 0, 1).reshape(-1, M * n)
@@ -195,7 +195,7 @@ def _march(plan: Plan, draws: Draws, inputs: tuple[Array, ...], T0: Array) -> tu
     return m, switches
 
 
-def _joined_law(groups: Sequence[Heats[Relay]]) -> Relay:
+def _stack_laws(groups: Sequence[Heats[Relay]]) -> Relay:
     """One law with the numbers of all draws side by side."""
     first = groups[0].law
     arrays = {n: np.array([float(g.law.__dict__[n][0]) for g in groups])

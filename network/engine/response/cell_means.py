@@ -18,7 +18,7 @@ from network.engine.response.cells import Averages, Samples
 from network.engine.response.linear_run import Course
 from network.engine.response.output_map import Sight
 from network.engine.response.segments import Push, Stretch
-from network.engine.response.series import Cells, cells_of, compiled
+from network.engine.response.series import Cells, cells_of, compile_means
 from network.engine.response.state_jumps import Kicks
 
 Modal = Callable[[Sequence[Push], int, Indices, Array], tuple[list[Array], Array]]
@@ -57,7 +57,7 @@ class Means:
         for s, factors in zip(self.course.stretches, self.factors, strict=True):
             here, W = slice(s.first, s.last), s.modes.W.T
             m0, m1, p0, p1 = (v[here] @ W for v in (self.course.x0, self.course.x1, problem.f0, problem.f1))
-            cells, starts = self.over.touched(s.first, s.last)
+            cells, starts = self.over.find_touched(s.first, s.last)
             rows = sight.over[s.index] @ s.modes.V
             for i, channels in self.over.groups():
                 f, left, right = factors[i], self.over.left[i, here, None], self.over.right[i, here, None]
@@ -69,25 +69,25 @@ class Means:
     def _is_complex(self) -> bool:
         return any(np.iscomplexobj(m.rates) for m in self.course.modes)
 
-    def answered(self, pushes: Sequence[Push], sight: Sight) -> Array:
+    def respond_to(self, pushes: Sequence[Push], sight: Sight) -> Array:
         """Means over cells of what is in sight, for resolved pushes: (pushes, count, cells)."""
         out = np.zeros((len(pushes), sight.count, self.over.cells))
         single = [i for i, push in enumerate(pushes) if push.series == 1]
         many = [i for i, push in enumerate(pushes) if push.series > 1]
-        for heats, modal in ((single, self._series), (many, self._forced)):
+        for heats, modal in ((single, self._series), (many, self._force_pushes)):
             for some in self.course.portions(len(heats)):
                 mine = heats[some]
-                out[_sliced(mine)] = self._by_heat([pushes[i] for i in mine], sight, modal)
+                out[_as_slice(mine)] = self._by_heat([pushes[i] for i in mine], sight, modal)
         kicked = [i for i, push in enumerate(pushes) if push.kicks]
         if kicked:
-            out[_sliced(kicked)] += self._by_kicks([pushes[i] for i in kicked], sight)
+            out[_as_slice(kicked)] += self._by_kicks([pushes[i] for i in kicked], sight)
         return out
 
     def _by_heat(self, pushes: Sequence[Push], sight: Sight, modal: Modal) -> Array:
         out = np.zeros((self.over.cells, len(pushes), sight.count))
         x = np.zeros((len(pushes), self.course.problem.order))
         for index, s in enumerate(self.course.stretches):
-            cells, starts = self.over.touched(s.first, s.last)
+            cells, starts = self.over.find_touched(s.first, s.last)
             rows = (sight.over[s.index] @ s.modes.V).T
             means, end = modal(pushes, index, starts, x @ s.modes.W.T)
             x = np.real(end @ s.modes.V.T)
@@ -101,9 +101,9 @@ class Means:
         """Means of the modes (cells, pushes, n) for each set of samples, and modal states after a stretch, for pushes
         of one series."""
         s = self.course.stretches[index]
-        fast = compiled() if s.modes.is_real else None
+        fast = compile_means() if s.modes.is_real else None
         if fast is None and self.cells[index][0] is None:
-            return self._forced(pushes, index, starts, x)
+            return self._force_pushes(pushes, index, starts, x)
         q0, q1 = (np.hstack([q[s.first : s.last] for q in side]) for side in
                   ([p.q0 for p in pushes], [p.q1 for p in pushes]))  # fmt: skip
         by, means = np.concatenate([push.into(s.heat) for push in pushes]), []
@@ -115,7 +115,7 @@ class Means:
             else:
                 cells = self.cells[index][i]
                 assert cells is not None
-                out, end = cells.followed(q0, q1, by, x)
+                out, end = cells.average_modes(q0, q1, by, x)
             means.append(out)
         return means, end
 
@@ -124,21 +124,21 @@ class Means:
         """Of every stretch, for each set of samples: what the cells do to series."""
         found = []
         for s, factors in zip(self.course.stretches, self.factors, strict=True):
-            starts = self.over.touched(s.first, s.last)[1]
+            starts = self.over.find_touched(s.first, s.last)[1]
             found.append(tuple(cells_of(starts, s.gain, s.c0, s.c1, f.E, f.F0, f.F1) for f in factors))
         return tuple(found)
 
-    def _forced(self, pushes: Sequence[Push], index: int, starts: Indices, x: Array) -> tuple[list[Array], Array]:
+    def _force_pushes(self, pushes: Sequence[Push], index: int, starts: Indices, x: Array) -> tuple[list[Array], Array]:
         """The same for any pushes."""
         s, factors = self.course.stretches[index], self.factors[index]
-        p0, p1 = s.forced(pushes)
-        m, end = s.heated(p0, p1, x)
+        p0, p1 = s.force_modes(pushes)
+        m, end = s.march_forced(p0, p1, x)
         means = []
         for i, f in enumerate(factors):
             is_last = i == len(factors) - 1
-            weighed = _scaled(f.E, m, is_last)
-            weighed += _scaled(f.F0, p0, is_last)
-            weighed += _scaled(f.F1, p1, is_last)
+            weighed = _scale(f.E, m, is_last)
+            weighed += _scale(f.F0, p0, is_last)
+            weighed += _scale(f.F1, p1, is_last)
             means.append(np.add.reduceat(weighed, starts, axis=0))
         return means, end
 
@@ -168,13 +168,13 @@ class Means:
         return kicks.in_order(out).transpose(0, 2, 1)
 
 
-def _sliced(indices: list[int]) -> slice | list[int]:
+def _as_slice(indices: list[int]) -> slice | list[int]:
     """A slice where indices follow each other, which is quicker."""
     follow = indices[-1] - indices[0] == len(indices) - 1
     return slice(indices[0], indices[-1] + 1) if follow else indices
 
 
-def _scaled(factor: Array, values: Array, in_place: bool) -> Array:
+def _scale(factor: Array, values: Array, in_place: bool) -> Array:
     return np.multiply(factor[:, None], values, out=values if in_place else None)
 
 

@@ -72,7 +72,7 @@ class Averages:
             return iter([(0, slice(None))])
         return ((i, np.flatnonzero(self.set_of == i)) for i in range(len(self.samples)))
 
-    def touched(self, first: int, last: int) -> tuple[slice, Indices]:
+    def find_touched(self, first: int, last: int) -> tuple[slice, Indices]:
         """The cells that intervals first to last (excluded) touch, and where they begin among these."""
         begin = int(np.searchsorted(self.starts, first, side="right")) - 1
         end = int(np.searchsorted(self.starts, last))

@@ -48,10 +48,10 @@ def push_of(parameter: Parameter, course: Course, theta: float, known: Found | N
     if not found:
         return None
     parts = [_by_parameter(course, g, members, parameter.attribute) for g, members in found]
-    return _pushed(network, slope, parts)
+    return _build_push(network, slope, parts)
 
 
-def _pushed(network: Network, slope: float, parts: list[tuple[Array, Array]]) -> Push:
+def _build_push(network: Network, slope: float, parts: list[tuple[Array, Array]]) -> Push:
     """One push of some series of heat (2 K, r) times slope, each with what of it goes into which lump (r, N)."""
     heat, spread = np.concatenate([q for q, _ in parts], axis=1), np.concatenate([into for _, into in parts])
     spread = np.where(np.isinf(network.capacity), 0.0, slope * spread)

@@ -20,7 +20,7 @@ def first_from(edges: Array, t: Array) -> Indices:
     return np.asarray(np.searchsorted(edges, t - SAME))
 
 
-def joined_straight(edges: Array, t: Array) -> tuple[Indices, Array]:
+def locate_instants(edges: Array, t: Array) -> tuple[Indices, Array]:
     """Of each instant its interval, and its share of the way through it."""
     k = interval_of(edges, t)
     return k, np.clip((t - edges[k]) / (edges[k + 1] - edges[k]), 0.0, 1.0)

@@ -111,11 +111,11 @@ def _cells(t: Array, jumps: Array, samples: Array) -> Indices:
 def on_knots(schedule: Schedule, knots: Knots) -> Schedule:
     """The schedule at its knots: inputs that run straight between many samples become straight lines between knots,
     by least squares, so that their own noise is averaged and not followed; held inputs are left with their jumps."""
-    signals = {name: _smoothed(signal, knots.t) for name, signal in schedule.signals.items()}
+    signals = {name: _smooth(signal, knots.t) for name, signal in schedule.signals.items()}
     return Schedule(schedule.name, schedule.file, knots.t, signals, schedule.start)
 
 
-def _smoothed(signal: Signal, t: Array) -> Signal:
+def _smooth(signal: Signal, t: Array) -> Signal:
     inside = (signal.t > t[0]) & (signal.t < t[-1])
     if signal.is_held:
         kept = np.append(True, _jumps(signal))

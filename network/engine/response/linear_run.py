@@ -111,13 +111,13 @@ class Course:
         return sight_of(self.problem)
 
     # -- answers ------------------------------------------------------------------------------------------------------
-    def resolved(self, pushes: Sequence[Push], by_guard: Array | None = None) -> Sequence[Push]:
+    def complete_pushes(self, pushes: Sequence[Push], by_guard: Array | None = None) -> Sequence[Push]:
         """Pushes with all that they bring about by the way (moved switchings, heat of bent laws)."""
         return pushes
 
     def answers(self, pushes: Sequence[Push]) -> Array:
         """Changes of rows and sensor states for each push: (pushes, width, 2 K)."""
-        return self.ends(self.resolved(pushes), self.sight)
+        return self.ends(self.complete_pushes(pushes), self.sight)
 
     def ends(self, pushes: Sequence[Push], sight: Sight) -> Array:
         """Changes of what is in sight just after, then just before the edges, for resolved pushes: (pushes, ·, 2 K)."""
@@ -134,7 +134,7 @@ class Course:
     def _ends(self, pushes: Sequence[Push], sight: Sight, answer: Array) -> None:
         K, x = len(self.x0), np.zeros((len(pushes), self.problem.order))
         for s in self.stretches:
-            m, stop, end = s.moved(pushes, x @ s.modes.W.T)
+            m, stop, end = s.march_pushes(pushes, x @ s.modes.W.T)
             over = (sight.over[s.index] @ s.modes.V).T
             for side, values in ((0, m), (K, stop)):
                 answer[:, :, side + s.first : side + s.last] = np.real(values @ over).transpose(1, 2, 0)
@@ -165,7 +165,7 @@ def solve(problem: LinearProblem, known: dict[bytes, Modes] | None = None) -> Co
     for s in course.stretches:
         here, W, V = slice(s.first, s.last), s.modes.W, s.modes.V
         push = s.c0 * (problem.f0[here] @ W.T) + s.c1 * (problem.f1[here] @ W.T)
-        m, end = _marched(s, push, W @ x)
+        m, end = _march(s, push, W @ x)
         course.x0[here] = np.real(m @ V.T)
         x = np.real(V @ end)
         course.x1[s.first : s.last - 1], course.x1[s.last - 1] = course.x0[s.first + 1 : s.last], x
@@ -181,7 +181,7 @@ def separate_modes(regime: Regime, scale: Array) -> Modes:
     return modes_of(replace(regime, A=regime.A + NUDGE * np.abs(np.diag(regime.A))[:, None] * signs), scale)
 
 
-def _marched(s: Stretch, push: Array, start: Array) -> tuple[Array, Array]:
+def _march(s: Stretch, push: Array, start: Array) -> tuple[Array, Array]:
     from network.engine.response.recursion import recur
 
     m, end = recur(s.gain, push[:, None].astype(start.dtype, copy=False), start[None])

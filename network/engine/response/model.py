@@ -17,11 +17,11 @@ from network.engine.response.linear_run import Course, Push, kick
 from network.engine.response.output_jacobian import channels_of
 from network.engine.response.parameters import Parameter, at_values, values_at
 from network.engine.response.prediction import Prediction, Run
-from network.engine.response.switchings import SwitchedCourse, check_followed, switched_course
+from network.engine.response.switchings import SwitchedCourse, build_switched_course, check_followed
 from network.engine.response.warm_start import WarmStart
 from network.engine.response.waveform import course_of
 from network.engine.solvers.modal import Modes
-from network.engine.solvers.plan import Plan, interval_edges, joined, spans
+from network.engine.solvers.plan import Plan, interval_edges, merge_instants, spans
 from network.machine.machine import Machine
 
 __all__ = ["Model", "Prediction", "Run", "channels_of", "edge_pushes", "plan_of", "start_pushes"]
@@ -78,7 +78,7 @@ class Model:
     ) -> Prediction:  # fmt: skip
         run, plan = self.runs[i], self._plan(i, network, start)
         if network.relays:
-            course: Course = switched_course(plan, outputs, known)
+            course: Course = build_switched_course(plan, outputs, known)
         else:
             course = course_of(plan, outputs, self.warm.guess.get(i), known)
             if not network.is_affine():
@@ -115,7 +115,7 @@ class Model:
             by_heat, pushes, guards = self._pushes(theta, prediction)
             slopes = np.empty((len(self.parameters), *prediction.values.shape))
             if by_heat:
-                slopes[by_heat] = prediction.changes(course.ends(course.resolved(pushes, guards), course.sight))
+                slopes[by_heat] = prediction.changes(course.ends(course.complete_pushes(pushes, guards), course.sight))
             for j, values in others.items():
                 slopes[j] = values[r]
             out.append(slopes)
@@ -132,7 +132,7 @@ class Model:
             further = list(also[r]) if also else []
             if guards is not None:
                 guards = np.concatenate([guards, np.zeros((len(further), guards.shape[1]))])
-            answers = prediction.answered([*pushes, *further], guards)
+            answers = prediction.respond_to([*pushes, *further], guards)
             if not others:
                 out.append(answers)
                 continue
@@ -202,7 +202,7 @@ def _onto(moved: Prediction, at: Prediction) -> Array:
 
 def plan_of(network: Network, run: Run, start: Mapping[str, float]) -> Plan:
     """The plan of a run: restarts at every knot and wherever a law says so."""
-    edges = joined(interval_edges(network, run.schedule), run.knots.t)
+    edges = merge_instants(interval_edges(network, run.schedule), run.knots.t)
     left, right = spans(run.schedule, edges)
     T0 = start_of(network, start, left)
     return Plan(network, run.schedule.t, edges, left, right, T0, "modal", "on the knots of a fit")

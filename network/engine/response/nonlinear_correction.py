@@ -88,16 +88,16 @@ class BentCourse(Course):
 
     bends: Bends | None = None
 
-    def resolved(self, pushes: Sequence[Push], by_guard: Array | None = None) -> Sequence[Push]:
+    def complete_pushes(self, pushes: Sequence[Push], by_guard: Array | None = None) -> Sequence[Push]:
         """Pushes with the heat that bent laws add as temperatures answer to it."""
         if self.bends is None or not len(self.bends.spread):
             return pushes
         sight = sight_of(self.problem, self.bends.rows)
         steppings = [_Stepping(s, sight, self.bends) for s in self.stretches]
-        parts = (self._settled(pushes[some], steppings, self.bends) for some in self.portions(len(pushes)))
+        parts = (self._correct(pushes[some], steppings, self.bends) for some in self.portions(len(pushes)))
         return [push for part in parts for push in part]
 
-    def _settled(self, pushes: Sequence[Push], steppings: list[_Stepping], bends: Bends) -> list[Push]:
+    def _correct(self, pushes: Sequence[Push], steppings: list[_Stepping], bends: Bends) -> list[Push]:
         lumps, K = np.flatnonzero(bends.spread.any(axis=0)), len(self.x0)
         h0, h1 = (np.empty((K, len(pushes), len(bends.spread))) for _ in range(2))
         x = np.zeros((len(pushes), self.problem.order))
@@ -105,7 +105,7 @@ class BentCourse(Course):
             here = slice(s.first, s.last)
             end = stepping.along(pushes, x @ s.modes.W.T, h0[here], h1[here])
             x = np.real(end @ s.modes.V.T)
-        return [_joined(p, h0[:, i], h1[:, i], lumps, bends.spread[:, lumps]) for i, p in enumerate(pushes)]
+        return [_append_series(p, h0[:, i], h1[:, i], lumps, bends.spread[:, lumps]) for i, p in enumerate(pushes)]
 
 
 class _Stepping:
@@ -122,7 +122,7 @@ class _Stepping:
 
     def along(self, pushes: Sequence[Push], m: Array, h0: Array, h1: Array) -> Array:
         """Fills the heats just after and before the edges (k, pushes, series); modal states after the last interval."""
-        s, added = self.s, self.s.added(*self.s.forced(pushes))
+        s, added = self.s, self.s.integrate_forcing(*self.s.force_modes(pushes))
         kicks: dict[int, list[tuple[int, Array]]] = {}
         for k, i, jump in s.kicks(pushes):
             kicks.setdefault(k, []).append((i, jump))
@@ -149,7 +149,7 @@ class _Stepping:
         return first, last
 
 
-def _joined(push: Push, h0: Array, h1: Array, lumps: Indices, spread: Array) -> Push:
+def _append_series(push: Push, h0: Array, h1: Array, lumps: Indices, spread: Array) -> Push:
     """A push with further series (K, ·)."""
     both = np.union1d(push.lumps, lumps)
     own = np.eye(len(push.lumps)) if push.spread is None else push.spread

@@ -19,7 +19,7 @@ BEND = 0.15
 MOST_WINDOWS = 60
 
 
-def bent_groups(network: Network) -> list[Group]:
+def find_bent_groups(network: Network) -> list[Group]:
     """The laws whose slopes are not the same in the whole run: bent ones, and those that follow an input."""
     every: list[Group] = [*network.flows, *network.heats]
     found = [g for g in every if not g.law.is_affine() or g.law.needs()]
@@ -79,7 +79,7 @@ def slopes_of_group(group: Group, T: Array, u: Mapping[str, Array]) -> Slopes:
     return tuple(np.broadcast_to(s, (len(T), len(group.entry))) for s in slopes)
 
 
-def touched(network: Network, groups: Sequence[Group]) -> Indices:
+def find_lumps_read(network: Network, groups: Sequence[Group]) -> Indices:
     """The lumps that groups read, but for held ones."""
     read = np.zeros(network.size, bool)
     for group in groups:

@@ -45,7 +45,7 @@ def channels_of(
     machine: Machine, outputs: Readouts, readings: Array, u: Mapping[str, Array], names: Sequence[str]
 ) -> Array:
     """Channels (names, instants) from base readings and sensor states."""
-    rows, count = outputs.named(readings), readings.shape[1]
+    rows, count = outputs.split_by_key(readings), readings.shape[1]
     tcp: dict[str, Array] = {}
     for axis, entries in machine.tcp.items():
         moved = np.zeros(count)
@@ -65,14 +65,14 @@ def slopes_of(
     if any(s.axis is not None and any(e.has_state for e in s.effects) for s in sensors):
         return None
     plain = replace(machine, sensors={n: s.replaced(zero=None) for n, s in zip(names, sensors, strict=True)})
-    here, there = (_moved(plain, outputs, r, u, names) for r in (readings, readings + 1.0))
+    here, there = (_differentiate(plain, outputs, r, u, names) for r in (readings, readings + 1.0))
     straight = bool(np.abs(here - there).max(initial=0.0) <= 1e-5 * np.abs(here).max(initial=1e-12))
     constant = bool(np.ptp(here, axis=2).max(initial=0.0) <= 1e-6 * np.abs(here).max(initial=1e-12))
     zeroed = np.array([s.zero == "start" for s in sensors])
     return Slopes(here.mean(axis=2) if constant else here, zeroed, straight)
 
 
-def _moved(
+def _differentiate(
     machine: Machine, outputs: Readouts, readings: Array, u: Mapping[str, Array], names: Sequence[str]
 ) -> Array:  # fmt: skip
     """Channels' changes by one unit of each reading, (channels, width, instants)."""

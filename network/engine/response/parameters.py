@@ -60,7 +60,7 @@ class Parameter:
         """1σ of the value from 1σ of θ, linearised."""
         return self.slope(self.value(theta)) * spread
 
-    def told(self, theta: float, digits: int = 4) -> str:
+    def format_value(self, theta: float, digits: int = 4) -> str:
         return show(self.value(theta), self.field.unit, digits)
 
     @property

@@ -112,15 +112,15 @@ class Prediction:
         itself are `cells`."""
         return np.asarray(self.averages.of(values).reshape(*values.shape[:-2], -1))
 
-    def answered(self, pushes: Sequence[Push], by_guard: Array | None = None) -> Array:
+    def respond_to(self, pushes: Sequence[Push], by_guard: Array | None = None) -> Array:
         """Changes of the cells' means by pushes: (pushes, channels · cells), as means(changes(answers)) but at once."""
         if not pushes:
             return np.empty((0, len(self.run.present) * self.averages.cells))
-        pushes, slopes, course = self.course.resolved(pushes, by_guard), self.slopes, self.course
+        pushes, slopes, course = self.course.complete_pushes(pushes, by_guard), self.slopes, self.course
         if slopes is None or not slopes.is_constant:
             return self.means(self.changes(course.ends(pushes, course.sight)))
         sight = course.sight.through(slopes.matrix)
-        means = self._means.answered(pushes, sight)
+        means = self._means.respond_to(pushes, sight)
         if slopes.zeroed.any():
             means[:, slopes.zeroed] -= first_seen(course, pushes, sight)[:, slopes.zeroed, None]
         return means.reshape(len(pushes), -1)

@@ -15,7 +15,7 @@ def recur(gain: Array, push: Array, start: Array) -> tuple[Array, Array]:
 
     gain: (K, n); push: (K, pushes, n), overwritten; start: (pushes, n).
     """
-    fast = compiled()
+    fast = compile_recursion()
     if fast is not None and not np.iscomplexobj(push) and not np.iscomplexobj(gain):
         end = np.array(start, float)
         fast(np.ascontiguousarray(gain), push, end)
@@ -24,7 +24,7 @@ def recur(gain: Array, push: Array, start: Array) -> tuple[Array, Array]:
 
 
 @cache
-def compiled() -> Callable[[Array, Array, Array], None] | None:
+def compile_recursion() -> Callable[[Array, Array, Array], None] | None:
     """The recursion as machine code; None without numba."""
     try:
         from numba import njit

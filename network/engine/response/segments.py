@@ -59,10 +59,10 @@ class Stretch:
     c0: Array
     c1: Array
 
-    def moved(self, pushes: Sequence[Push], start: Array) -> tuple[Array, Array, Array]:
+    def march_pushes(self, pushes: Sequence[Push], start: Array) -> tuple[Array, Array, Array]:
         """Modal states of pushes (k, pushes, n) just after the beginnings and just before the ends of the intervals,
         and after the last, from modal states (pushes, n)."""
-        own = self.added(*self.forced(pushes)).astype(start.dtype, copy=False)
+        own = self.integrate_forcing(*self.force_modes(pushes)).astype(start.dtype, copy=False)
         jumps = list(self.kicks(pushes))
         for k, i, jump in jumps:
             if k:
@@ -76,17 +76,17 @@ class Stretch:
                 stop[k - 1, i] -= jump
         return m, stop, end
 
-    def heated(self, p0: Array, p1: Array, start: Array) -> tuple[Array, Array]:
+    def march_forced(self, p0: Array, p1: Array, start: Array) -> tuple[Array, Array]:
         """Modal states at the beginnings, and after the last, under forcings at both ends (k, pushes, n)."""
-        return recur(self.gain, self.added(p0, p1).astype(start.dtype, copy=False), start)
+        return recur(self.gain, self.integrate_forcing(p0, p1).astype(start.dtype, copy=False), start)
 
-    def added(self, p0: Array, p1: Array) -> Array:
+    def integrate_forcing(self, p0: Array, p1: Array) -> Array:
         """What the forcing of every interval adds to its modes: (k, pushes, n)."""
         own = self.c0[:, None] * p0
         own += self.c1[:, None] * p1
         return own
 
-    def forced(self, pushes: Sequence[Push]) -> tuple[Array, Array]:
+    def force_modes(self, pushes: Sequence[Push]) -> tuple[Array, Array]:
         """Forcings of the modes by the heat of pushes, at both ends of every interval: (k, pushes, n) each."""
         here, shape = slice(self.first, self.last), (self.last - self.first, len(pushes), len(self.heat))
         first, last = np.empty(shape, self.heat.dtype), np.empty(shape, self.heat.dtype)

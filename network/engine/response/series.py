@@ -30,7 +30,7 @@ class Cells:
     B: Array
     index: Indices
 
-    def followed(self, q0: Array, q1: Array, by: Array, start: Array) -> tuple[Array, Array]:
+    def average_modes(self, q0: Array, q1: Array, by: Array, start: Array) -> tuple[Array, Array]:
         """Means of the modes (cells, pushes, n), and modal states after the last cell (pushes, n), from series
         (intervals, pushes) that go into the modes by `by` (pushes, n)."""
         padded = [np.vstack([q, np.zeros((1, q.shape[1]))])[self.index] for q in (q0, q1)]
@@ -64,7 +64,7 @@ def cells_of(starts: Indices, gain: Array, c0: Array, c1: Array, E: Array, F0: A
 
 
 @cache
-def compiled() -> Callable[..., None] | None:
+def compile_means() -> Callable[..., None] | None:
     """The same from interval to interval as machine code; None without numba."""
     try:
         from numba import njit

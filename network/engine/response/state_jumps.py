@@ -81,18 +81,18 @@ def states_at(course: Course, pushes: Sequence[Push], intervals: Sequence[int]) 
     out = np.zeros((len(pushes), len(intervals), course.problem.order))
     heats = [i for i, push in enumerate(pushes) if push.is_heat]
     if heats:
-        out[heats] += _heated(course, [pushes[i] for i in heats], np.asarray(intervals))
+        out[heats] += _march_heat(course, [pushes[i] for i in heats], np.asarray(intervals))
     kicked = [i for i, push in enumerate(pushes) if push.kicks]
     if kicked:
         out[kicked] += Kicks(course, [pushes[i] for i in kicked]).states(intervals)
     return out
 
 
-def _heated(course: Course, pushes: Sequence[Push], intervals: Array) -> Array:
+def _march_heat(course: Course, pushes: Sequence[Push], intervals: Array) -> Array:
     n = course.problem.order
     out, x = np.zeros((len(pushes), len(intervals), n)), np.zeros((len(pushes), n))
     for s in course.stretches:
-        m, end = s.heated(*s.forced(pushes), x @ s.modes.W.T)
+        m, end = s.march_forced(*s.force_modes(pushes), x @ s.modes.W.T)
         x = np.real(end @ s.modes.V.T)
         mine = np.flatnonzero((intervals >= s.first) & (intervals < s.last))
         out[:, mine] = np.real(m[intervals[mine] - s.first] @ s.modes.V.T).transpose(1, 0, 2)

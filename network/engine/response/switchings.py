@@ -26,7 +26,7 @@ from network.engine.response.state_jumps import states_at
 from network.engine.solvers import switched
 from network.engine.solvers.linear import reduce
 from network.engine.solvers.modal import Modes
-from network.engine.solvers.plan import Plan, joined
+from network.engine.solvers.plan import Plan, merge_instants
 from network.engine.solvers.switched import with_edges
 from network.platform.refusal import Failed, Spot, refuse
 
@@ -75,7 +75,7 @@ class SwitchedCourse(Course):
 
     events: tuple[Event, ...] = ()
 
-    def resolved(self, pushes: Sequence[Push], by_guard: Array | None = None) -> Sequence[Push]:
+    def complete_pushes(self, pushes: Sequence[Push], by_guard: Array | None = None) -> Sequence[Push]:
         """Pushes with the jumps of the switchings that they move; by_guard[p, e] = ∂g/∂θ at event e, where the
         parameter behind a push moves the guards, too."""
         if not self.events or not pushes:
@@ -182,7 +182,7 @@ def check_followed(network: Network) -> None:
             raise refuse(spot, f"{wrong}, which a fit cannot follow beside a relay", right)
 
 
-def switched_course(plan: Plan, readouts: Readouts, known: dict[bytes, Modes] | None = None) -> SwitchedCourse:
+def build_switched_course(plan: Plan, readouts: Readouts, known: dict[bytes, Modes] | None = None) -> SwitchedCourse:
     """The run of a plan with relays; `known`: modes found before. Raises Failed where they are too much alike."""
     known = {} if known is None else known
     found = switched.find(plan, readouts, known=known, most=round(MOST * len(plan.steps)))
@@ -204,5 +204,5 @@ def switched_course(plan: Plan, readouts: Readouts, known: dict[bytes, Modes] | 
 def _with_crossings(plan: Plan, crossings: Array) -> Plan:
     """The plan with edges at the crossings that come before their switchings."""
     inner = crossings[(crossings > plan.edges[0]) & (crossings < plan.edges[-1])]
-    edges = joined(plan.edges, inner)
+    edges = merge_instants(plan.edges, inner)
     return plan if len(edges) == len(plan.edges) else with_edges(plan, edges)

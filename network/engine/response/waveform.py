@@ -26,12 +26,12 @@ from network.engine.response.nonlinear_laws import (
     Group,
     Slopes,
     among,
-    bent_groups,
+    find_bent_groups,
+    find_lumps_read,
     heat_along,
     heat_of,
     slopes_of_group,
     spread_of,
-    touched,
     windows,
 )
 from network.engine.response.output_map import sight_of
@@ -66,7 +66,7 @@ def course_of(
         rounds = _Rounds(plan, readouts, guess, known, sources_too=True)
         found = rounds.course(TIMES)
     if found is None:
-        rounds = _Rounds(plan, readouts, stepped(plan), known, sources_too=True)
+        rounds = _Rounds(plan, readouts, step_through(plan), known, sources_too=True)
         found = rounds.course(TIMES)
     if found is None:
         off = f"still {rounds.change:.2g} K off"
@@ -74,7 +74,7 @@ def course_of(
     return found
 
 
-def stepped(plan: Plan) -> tuple[Array, Array]:
+def step_through(plan: Plan) -> tuple[Array, Array]:
     """Temperatures at both ends of the intervals from a step by step solution: a guess where none from afar will do.
     Raises Failed where the run does run away."""
     size = plan.network.size
@@ -90,7 +90,7 @@ class _Rounds:
     ) -> None:  # fmt: skip
         self.plan, self.readouts, self.network, self.known = plan, readouts, plan.network, known
         self.u, K = inputs_at_ends(plan), len(plan.steps)
-        self.held = plan.held_at(plan.left), plan.held_at(plan.right)
+        self.held = plan.evaluate_held(plan.left), plan.evaluate_held(plan.right)
         if guess is not None and len(guess[0]) == K:
             self.T = np.concatenate(guess)
         else:
@@ -99,11 +99,11 @@ class _Rounds:
         self.modes = np.zeros((2 * K, sum(r.into.shape[1] for r in self.network.relays)))
         if plan.modes is not None:
             self.modes = np.concatenate([plan.modes] * 2)
-        self.bent = bent_groups(self.network)
+        self.bent = find_bent_groups(self.network)
         out = [] if sources_too else [g for g in self.bent if not isinstance(g, Flows)]
         self.inside = [g for g in self.bent if not any(g is other for other in out)]
         self.straight = replace(self.network, heats=tuple(h for h in self.network.heats if not among(h, out)))
-        self.touched, self.change = touched(self.network, self.bent), np.inf
+        self.touched, self.change = find_lumps_read(self.network, self.bent), np.inf
 
     def course(self, times: int) -> Course | None:
         """The run; None where it does not settle."""

@@ -53,7 +53,7 @@ class Window:
             b[:, slow] = tau * tau * (0.5 - z * (1 / 6 - z * (1 / 24 - z / 120)))
         return a, b
 
-    def forced(self, on: Array) -> tuple[Array, Array, Array]:
+    def force_modes(self, on: Array) -> tuple[Array, Array, Array]:
         """Forcing of the modes at the beginnings of the intervals, its slope, and what both add over an interval."""
         key = on.tobytes()
         if key not in self._forced:
@@ -61,7 +61,7 @@ class Window:
             self._forced[key] = p, r, self.a * p + self.b * r
         return self._forced[key]
 
-    def moved(self, m: Array, v: Array, r: Array, tau: Array) -> Array:
+    def propagate(self, m: Array, v: Array, r: Array, tau: Array) -> Array:
         """Modes that begin at m with slope v, τ later (points, which ascend): (points, modes)."""
         a, b = self.factors(tau[:, None])
         a = a * v
@@ -77,16 +77,16 @@ class Window:
         if is_cut:
             edges = np.append(edges[: int(edges.searchsorted(due))], due)
             j = i + len(edges) - 1
-        p, r, push = self.forced(on)
+        p, r, push = self.force_modes(on)
         v, states = p[i:j].copy(), np.empty((j - i + 1, len(m)), p.dtype)
         v[0] += (t - edges[0]) * r[i] - self.rates * m
         states[0], edges[0] = m, t
-        states[1] = self.moved(m, v[0], r[i], edges[1:2] - t)[0]
+        states[1] = self.propagate(m, v[0], r[i], edges[1:2] - t)[0]
         if j > i + 1:
             states[1:-1], states[-1] = scan(self.gain[i + 1 : j], push[i + 1 : j], states[1])
             v[1:] -= self.rates * states[1:-1]
             if is_cut:
-                states[-1] = self.moved(states[-2], v[-1], r[j - 1], edges[-1:] - edges[-2])[0]
+                states[-1] = self.propagate(states[-2], v[-1], r[j - 1], edges[-1:] - edges[-2])[0]
         return Ahead(self, k, edges, states, v, r[i:j])
 
 
@@ -107,7 +107,7 @@ class Ahead:
 
     def within(self, i: int, tau: Array) -> Array:
         """Modal states at some tau [s], which ascend, in interval i: (points, modes)."""
-        return self.window.moved(self.states[i], self.v[i], self.r[i], tau)
+        return self.window.propagate(self.states[i], self.v[i], self.r[i], tau)
 
     def bends(self, i: int, tau: Array) -> Array:
         """Sizes of the second derivatives at tau in interval i, which are never larger from there on."""

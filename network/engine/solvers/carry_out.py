@@ -58,7 +58,7 @@ def solve_schedule(
         if plan.method == "modal":
             plan = replace(plan, method="expm", why="linear, but its modes are too much alike: matrix exponentials")
         solution = expm.solve(problem, each_interval=wants_heat)
-    return replace(_by_linear(plan, problem, solution, wants_heat), switches=_named(network, switches))
+    return replace(_by_linear(plan, problem, solution, wants_heat), switches=_name_switches(network, switches))
 
 
 def _by_linear(plan: Plan, problem: LinearProblem, solution: LinearSolution, wants_heat: bool) -> Outcome:
@@ -81,7 +81,7 @@ def _by_steps(plan: Plan, outputs: Readouts, rtol: float | None, progress: Progr
     else:
         rtol = rtol or REFERENCE_TOLERANCE
         solution = reference.solve(plan, outputs, plan.method.partition(":")[2], rtol, rtol, progress)
-        switches = _named(plan.network, solution.switches)
+        switches = _name_switches(plan.network, solution.switches)
     account, T0, T1 = solution.account, solution.T_start, solution.T_end
     error = _error_from(account, plan.network, rtol, T1)
     return Outcome(plan, outputs, solution.y, T0, T1, account, error, solution.heat, switches)
@@ -94,7 +94,7 @@ def _error_from(account: EnergyAccount, network: Network, rtol: float, T_end: Ar
     return max(gap / float(network.capacity[network.free].sum()), allowed)
 
 
-def _named(network: Network, switches: Iterable[tuple[float, int, int]]) -> tuple[tuple[float, str, bool], ...]:
+def _name_switches(network: Network, switches: Iterable[tuple[float, int, int]]) -> tuple[tuple[float, str, bool], ...]:
     """Switchings with the names of what switches."""
     names = [network.mechanisms[i] for relays in network.relays for i in relays.entry]
     return tuple((t, names[j].partition(".")[2], bool(mode)) for t, j, mode in switches)

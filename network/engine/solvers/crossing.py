@@ -38,9 +38,9 @@ def first_crossing(guards: Guards, a: float, b: float, curvature: Array) -> floa
     values = guards.values(tau)
     if (values[0] > 0).any():
         return a
-    may, once = _looked_at(values, h * h * curvature)
+    may, once = _bound_guards(values, h * h * curvature)
     if (may & ~once).any():
-        may, once = _looked_at(values, h * h * guards.curvature(tau[:-1]))
+        may, once = _bound_guards(values, h * h * guards.curvature(tau[:-1]))
     for j in np.flatnonzero(may.any(axis=1)).tolist():
         found = None
         if (once[j] | ~may[j]).all() or h <= INSTANT * POINTS:
@@ -53,7 +53,7 @@ def first_crossing(guards: Guards, a: float, b: float, curvature: Array) -> floa
     return None
 
 
-def _looked_at(values: Array, bend: Array) -> tuple[Mask, Mask]:
+def _bound_guards(values: Array, bend: Array) -> tuple[Mask, Mask]:
     """Of all pieces: where a guard may rise above zero, and where it surely does so once; bend: h² c of the pieces."""
     left, right = values[:-1], values[1:]
     return np.maximum(left, right) + bend / 8 > 0, (right > 0) & (right - left > bend / 2)
@@ -64,7 +64,7 @@ def _crossing(guards: Guards, i: int, tau: Array, y: Array) -> float:
     while True:
         j = int((y > 0).argmax()) - 1
         low, high, near = float(tau[j]), float(tau[j + 1]), slice(max(j - 2, 0), j + 4)
-        x, error = _interpolated(tau[near].tolist(), y[near].tolist(), low, high)
+        x, error = _interpolate_root(tau[near].tolist(), y[near].tolist(), low, high)
         if error <= INSTANT:
             return x
         inner = np.concatenate([low + (high - low) * EIGHTHS, x + error * ABOUT])
@@ -73,7 +73,7 @@ def _crossing(guards: Guards, i: int, tau: Array, y: Array) -> float:
         tau = np.concatenate([tau[j : j + 1], inner, tau[j + 1 : j + 2]])
 
 
-def _interpolated(x: list[float], y: list[float], low: float, high: float) -> tuple[float, float]:
+def _interpolate_root(x: list[float], y: list[float], low: float, high: float) -> tuple[float, float]:
     """x at y = 0 on the polynomial x(y), and how far it lies from the one with a point less; the middle of low and
     high where it does not lie between them."""
     found, before = _at_zero(x, y), _at_zero(x[:-1], y[:-1])

@@ -48,13 +48,13 @@ def solve(problem: LinearProblem, each_interval: bool = False) -> LinearSolution
         y[:, here] = outputs[r] @ samples.T
         _, one, two, three = steps[r](h)
         integral[k if each_interval else r] += one @ x + two @ p + three @ slope
-        x = _moved(steps[r], x, p, slope, h)
+        x = _advance(steps[r], x, p, slope, h)
     problem.add_direct(y)
     error = 1e-15 * float(np.abs(problem.x0).max(initial=1.0)) * np.sqrt(len(plan.t) + len(plan.steps))
     return LinearSolution(y, x, integral, each_interval, float(error))
 
 
-def _moved(steps: _Steps, x: Array, p: Array, slope: Array, h: float) -> Array:
+def _advance(steps: _Steps, x: Array, p: Array, slope: Array, h: float) -> Array:
     E, one, two, _ = steps(h)
     return np.asarray(E @ x + one @ p + two @ slope)
 
@@ -64,6 +64,6 @@ def _samples(steps: _Steps, x: Array, p: Array, slope: Array, tau: Array) -> Arr
     states, before = np.empty((len(tau), len(x))), 0.0
     for i, instant in enumerate(tau):
         if instant > before:
-            x, p, before = _moved(steps, x, p, slope, instant - before), p + slope * (instant - before), instant
+            x, p, before = _advance(steps, x, p, slope, instant - before), p + slope * (instant - before), instant
         states[i] = x
     return states

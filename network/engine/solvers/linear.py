@@ -141,7 +141,7 @@ def _forcing(plan: Plan) -> Forcing:
         sum((q @ heats.into.T for q, heats in zip(series, groups, strict=True)), np.zeros((count, network.size)))
         for series in (first, last)
     ]
-    held = plan.held_at(plan.left), plan.held_at(plan.right)
+    held = plan.evaluate_held(plan.left), plan.evaluate_held(plan.right)
     return Forcing(held, (heat[0], heat[1]), tuple(zip(first, last, strict=True)))
 
 

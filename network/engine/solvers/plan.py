@@ -59,7 +59,7 @@ class Plan:
     def _inside(self, share: float) -> dict[str, Array]:
         return {name: (a + share * (self.right[name] - a))[:, None] for name, a in self.left.items()}
 
-    def held_at(self, values: Mapping[str, Array]) -> Array:
+    def evaluate_held(self, values: Mapping[str, Array]) -> Array:
         """Temperatures of the held lumps [°C] for inputs of shape (K,): (K, held)."""
         held, count = self.network.held, len(values["time"])
         sources = [held[int(i)] for i in self.network.bound]
@@ -103,9 +103,9 @@ class Plan:
         share = (self.t - np.repeat(self.edges[:-1], np.diff(self.bounds))) / np.repeat(
             self.steps, np.diff(self.bounds)
         )
-        return {name: self._sampled(name, share) for name in self.left}
+        return {name: self._sample(name, share) for name in self.left}
 
-    def _sampled(self, name: str, share: Array) -> Array:
+    def _sample(self, name: str, share: Array) -> Array:
         counts, left, right = np.diff(self.bounds), self.left[name], self.right[name]
         first = np.repeat(left, counts)
         return (
@@ -125,7 +125,7 @@ def interval_edges(network: Network, schedule: Schedule) -> Array:
     return np.concatenate([[start], inner, [end]])
 
 
-def joined(edges: Array, instants: Array) -> Array:
+def merge_instants(edges: Array, instants: Array) -> Array:
     """Both, with instants that lie on an edge only once."""
     gap = np.abs(edges[np.clip(np.searchsorted(edges, instants), 0, len(edges) - 1)] - instants)
     below = np.abs(edges[np.clip(np.searchsorted(edges, instants) - 1, 0, None)] - instants)
@@ -159,17 +159,17 @@ def make_plan(
     obstacle = why_not_exact(network, left, right)
     if method == "auto" and not (obstacle or network.relays):
         obstacle = too_many(network, left)
-    method, why = _chosen(network, method, obstacle)
+    method, why = _choose_method(network, method, obstacle)
     if method in EXACT:
-        finer = _straightened(network, schedule, edges, left, right)
+        finer = _straighten_ramps(network, schedule, edges, left, right)
         if stop_at_samples:
-            finer = joined(finer, schedule.t)
+            finer = merge_instants(finer, schedule.t)
         if finer is not edges:
             edges, (left, right) = finer, spans(schedule, finer)
     return Plan(network, schedule.t, edges, left, right, T0, method, why)
 
 
-def _chosen(network: Network, method: str, obstacle: str) -> tuple[str, str]:
+def _choose_method(network: Network, method: str, obstacle: str) -> tuple[str, str]:
     """The method and the reason for it; `obstacle` is what keeps the run from the exact paths."""
     obstacle = obstacle or (_switches(network) if method in ("modal", "expm") else "")
     if method in EXACT and obstacle:
@@ -212,7 +212,7 @@ def why_not_exact(network: Network, left: Mapping[str, Array], right: Mapping[st
     return ""
 
 
-def _straightened(
+def _straighten_ramps(
     network: Network, schedule: Schedule, edges: Array, left: Mapping[str, Array], right: Mapping[str, Array]
 ) -> Array:
     """Edges with ramps cut so finely that every source is straight within each piece, to BENDS of its heat."""

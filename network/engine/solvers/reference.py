@@ -17,7 +17,7 @@ from network.catalogue.declaration.declare import Array
 from network.catalogue.mechanisms.base import Inputs
 from network.engine.balance import heat_balance, jacobian, relay_slices
 from network.engine.channels import Readouts
-from network.engine.energy import EnergyAccount, Quadrature, stored_heat
+from network.engine.energy import EnergyAccount, Quadrature, sum_stored_heat
 from network.engine.solvers.plan import Plan
 from network.platform.refusal import Failed
 
@@ -85,7 +85,7 @@ class _Run:
             if progress:
                 progress(float(plan.edges[k + 1]))
         T_end = self.temperatures(len(plan.steps) - 1, float(plan.edges[-1]), x)
-        heat = stored_heat(self.network, heat) - stored_heat(self.network, T0.copy())
+        heat = sum_stored_heat(self.network, heat) - sum_stored_heat(self.network, T0.copy())
         account = self.quadrature.account(T0, T_end)
         return ReferenceSolution(y, T0, T_end, account, self.switches, self.evaluations, heat)
 

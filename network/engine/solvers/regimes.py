@@ -8,7 +8,7 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
 from network.catalogue.mechanisms.base import Mechanism
-from network.engine.balance import driven_conductances
+from network.engine.balance import evaluate_driven_conductances
 from network.engine.network import Network
 
 MOST_NUMBERS = 2_000_000
@@ -32,7 +32,7 @@ def regimes(network: Network, left: Mapping[str, Array]) -> tuple[Indices, Indic
         return np.zeros(1, int), np.zeros(len(left["time"]), int)
     values = np.stack([left[name] for name in keys], axis=1)
     _, first, at = np.unique(values, axis=0, return_index=True, return_inverse=True)
-    G = driven_conductances(network, {name: held[first, None] for name, held in left.items()})
+    G = evaluate_driven_conductances(network, {name: held[first, None] for name, held in left.items()})
     _, again, regime = np.unique(G, axis=0, return_index=True, return_inverse=True)
     return first[again], np.asarray(regime.ravel()[at.ravel()])
 

@@ -18,7 +18,7 @@ from network.catalogue.declaration.declare import Array, Indices
 from network.catalogue.mechanisms.base import Inputs, Mechanism
 from network.engine.balance import affine_heat, affine_matrix, flow_heat, source_heat
 from network.engine.channels import Readouts
-from network.engine.energy import EnergyAccount, Quadrature, stored_heat
+from network.engine.energy import EnergyAccount, Quadrature, sum_stored_heat
 from network.engine.solvers.plan import Plan
 from network.engine.solvers.regimes import matrix_inputs
 from network.platform.refusal import Failed
@@ -88,7 +88,7 @@ class _Heat:
         self.matrices: dict[tuple[float, ...], Array] = {}
         count = len(plan.steps)
         self.q0, self.q1 = (affine_heat(straight, u, np.zeros(0), count) for u in plan.just_inside)
-        self.h0, self.h1 = plan.held_at(plan.left), plan.held_at(plan.right)
+        self.h0, self.h1 = plan.evaluate_held(plan.left), plan.evaluate_held(plan.right)
 
     def _is_straight(self, law: Mechanism) -> bool:
         """Affine, with inputs that hold within every interval: one matrix and one heat each."""
@@ -276,7 +276,7 @@ class _Run:
         T, _ = self._lumps(self.plan.t, step, x)
         r = self.readouts
         y = np.vstack([r.rows @ T.T, x[:, self.n :].T])
-        heat = stored_heat(self.network, T)
+        heat = sum_stored_heat(self.network, T)
         return RosenbrockSolution(y, T[0], T[-1], self._account(T[0], T[-1]), heat - heat[0], len(ends) - 1)
 
     def _account(self, T0: Array, T1: Array) -> EnergyAccount:

@@ -105,7 +105,7 @@ class _Search:
         t = float(s.edges[n] if tau is None else s.edges[i] + tau)
         self._note(s.edges[:n], t)
         if tau is not None:
-            for j in self._crossed(s, i, tau):
+            for j in self._find_crossed(s, i, tau):
                 self.pending[j] = t + float(self.pauses[j])
         self.reach = max(2 * n, LEAST_AHEAD)
         return s.k + n - (0 if t >= self.plan.edges[s.k + n] - SAME_INSTANT else 1), t, m
@@ -130,7 +130,7 @@ class _Search:
         values = self.watch.guards(s, np.concatenate([k, k]), t, both, self.on, self.pending)
         return values[:n], values[n:]
 
-    def _crossed(self, s: Ahead, i: int, tau: float) -> list[int]:
+    def _find_crossed(self, s: Ahead, i: int, tau: float) -> list[int]:
         """The relays whose guards are crossed at tau in interval i."""
         if self.watch.count == 1:
             return [0]

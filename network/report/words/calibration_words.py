@@ -48,12 +48,12 @@ def before(p: Parameter) -> str:
     """The prior as in the file."""
     if p.is_unknown:
         return f"unknown {_bare(p, p.value(p.low))}..{_bare(p, p.value(p.high))}"
-    return f"{p.told(p.centre)} ± {relative(p, p.centre, p.spread)}"
+    return f"{p.format_value(p.centre)} ± {relative(p, p.centre, p.spread)}"
 
 
 def _value(c: Calibration, j: int) -> str:
     p, theta = c.parameters[j], float(c.theta[j])
-    return f"{p.told(theta)} ± {relative(p, theta, float(c.std[j]))}"
+    return f"{p.format_value(theta)} ± {relative(p, theta, float(c.std[j]))}"
 
 
 def _bare(p: Parameter, value: float) -> str:
