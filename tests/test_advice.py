@@ -20,7 +20,7 @@ from network.analysis.diagnosis.experiments.advice import experiments, in_doubt,
 from network.analysis.diagnosis.experiments.programs import HOLDS, driver, programs
 from network.analysis.diagnosis.experiments.separation import Pair, outcome
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
-from network.analysis.diagnosis.isolability import isolability, named
+from network.analysis.diagnosis.isolability import isolability, name_candidate
 from network.analysis.diagnosis.ranking import confidence, distinct, shares
 from network.analysis.diagnosis.result import CLEAR, Experiment
 from network.analysis.diagnosis.screen import Score, screen
@@ -248,7 +248,8 @@ def classes_at(*steps: tuple[float, float]) -> list[set[str]]:
     case = Case(two_blocks(), (recorded(two_blocks(), speeds(*steps), 1),))
     null = fit_hypothesis(case, case.machine)
     known = candidates(null.machine, case.drivers)
-    return [{named(c) for c in group} for group in isolability(screen(null.fit, known, null.values), known).classes]
+    alike = isolability(screen(null.fit, known, null.values), known).classes
+    return [{name_candidate(c) for c in group} for group in alike]
 
 
 def test_what_one_speed_cannot_tell_apart_is_a_class_beforehand() -> None:

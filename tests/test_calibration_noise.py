@@ -7,7 +7,7 @@ import pytest
 from fits import USUAL, problem_of, recorded, speeds, two_blocks
 
 from network.analysis.calibration.noise import Noise, whitener
-from network.analysis.calibration.ornstein_uhlenbeck import sampled_ou
+from network.analysis.calibration.ornstein_uhlenbeck import correlate_cell_means
 
 
 @pytest.mark.parametrize("tau", [3.0, 60.0, 5000.0])
@@ -18,7 +18,7 @@ def test_means_over_cells_of_coloured_noise_have_the_covariance_of_their_samples
     cell[cell == 5] = 6
     average = np.array([(cell == c) / max((cell == c).sum(), 1) for c in range(12)])
     dense = average @ np.exp(-np.abs(t[:, None] - t[None, :]) / tau) @ average.T
-    assert np.abs(sampled_ou(t, cell, 12, tau) - dense).max() < 1e-12
+    assert np.abs(correlate_cell_means(t, cell, 12, tau) - dense).max() < 1e-12
 
 
 def test_channels_are_whitened_one_by_one_as_their_whole_covariance_says():
@@ -27,9 +27,10 @@ def test_channels_are_whitened_one_by_one_as_their_whole_covariance_says():
     known, white = data.known, whitener(data, Noise({name: (0.03, 200.0)}))
     present, own = data.run.present[name], slice(knots.cells, 2 * knots.cells)
     covariance = np.diag(data.variance)
-    covariance[own, own] += 0.03**2 * sampled_ou(knots.samples[present], knots.cell_of[present], knots.cells, 200.0)
+    shape = correlate_cell_means(knots.samples[present], knots.cell_of[present], knots.cells, 200.0)
+    covariance[own, own] += 0.03**2 * shape
     covariance = covariance[np.ix_(known, known)]
     root = white.again(np.eye(known.sum())).T
     np.testing.assert_allclose(root @ covariance @ root.T, np.eye(known.sum()), atol=1e-9)
-    np.testing.assert_allclose(white.undone(white.again(np.eye(known.sum()))), np.eye(known.sum()), atol=1e-9)
+    np.testing.assert_allclose(white.colour(white.again(np.eye(known.sum()))), np.eye(known.sum()), atol=1e-9)
     assert white.log_determinant == pytest.approx(np.linalg.slogdet(covariance)[1], rel=1e-10)

@@ -150,6 +150,6 @@ def test_folding_the_runs_gives_what_the_whole_matrix_gives():
     whole = np.eye(len(rows)) + (at.slopes.T * spread**2) @ at.slopes
     assert np.allclose(whole @ at.project(rows), rows, atol=1e-5)
     projector = Projector(at.slopes, at.precision)
-    moved, fall = projector.adjusted(rows, np.zeros(len(spread)))
+    moved, fall = projector.adjust(rows, np.zeros(len(spread)))
     assert np.allclose(rows - moved @ at.slopes, at.project(rows), atol=1e-8)
     assert projector.misfit(rows) == pytest.approx(rows @ at.project(rows)) == pytest.approx(rows @ rows - fall)

@@ -102,7 +102,7 @@ def test_heat_is_moved_along_its_bar_to_where_it_is() -> None:
     case = Case(plain, tuple(recorded(truth, ladder, i) for i, ladder in enumerate(LADDERS)))
     heats = [c for c in candidates(case.machine, case.drivers) if c.kind.kind == "heat_source"]
     c = next(c for c in heats if c.places == ("column",))
-    off = c.moved("column", "column@0.5..0.75")
+    off = c.move_place("column", "column@0.5..0.75")
     assert off is not None
     before = fit_hypothesis(case, off.machine, (off,), off.own)
     found = place_best(before)
@@ -139,7 +139,7 @@ def test_both_ends_of_a_path_are_moved_together() -> None:
 
 def test_a_path_is_moved_to_where_it_is_much_stronger() -> None:
     case, c = crossed()
-    aside = c.moved("column", "column@0.75..1")
+    aside = c.move_place("column", "column@0.75..1")
     assert aside is not None
     start_from = compact(fit_hypothesis(case, aside.machine, (aside,), aside.own))
     assert start_from.values[c.own[0].path] < 0.6 * 40
@@ -172,7 +172,7 @@ def test_draws_find_a_relay_at_its_part_and_at_no_other() -> None:
     best = {}
     for part in ("housing", "column"):
         judge = judge_of(part, h)
-        view, theta = View(judge.about, 0.3), judge.space.drawn(200, 0)
+        view, theta = View(judge.about, 0.3), judge.space.draw(200, 0)
         misfit = judge.misfits(view, theta, judge.residuals(view, theta))
         some = apart(theta, misfit, judge.space.prior[1], 0.3, 8)
         theta, better = refine_samples(judge, view, theta[some], 4)
@@ -268,7 +268,7 @@ def test_a_case_on_another_recording_knows_nothing_of_its_runs() -> None:
 
 def test_of_stretches_that_are_hardly_apart_the_longest_is_taken() -> None:
     _, c = crossed()
-    long, short = (c.moved("column", f"column@{stretch}") for stretch in ("0.5..0.7", "0.55..0.65"))
+    long, short = (c.move_place("column", f"column@{stretch}") for stretch in ("0.5..0.7", "0.55..0.65"))
     as_it_is, first, second, third = (
         SimpleNamespace(evidence=e, found=(x,)) for e, x in ((0.0, c), (50.0, long), (53.0, short), (60.0, short))
     )

@@ -136,7 +136,7 @@ def test_a_value_is_written_where_its_path_leads() -> None:
 def test_only_places_are_moved() -> None:
     body = {"kind": "windage", "into": {"windage": 0.5, "air": 0.5}, "reads": "windage"}
     patch = Patch({"nodes": {"windage": {"lumps": 2}}, "sources": {"windage": body}, "links": {"windage": None}})
-    moved = patch.moved("windage", "windage@0..0.5")
+    moved = patch.move_place("windage", "windage@0..0.5")
     into = {"windage@0..0.5": 0.5, "air": 0.5}
     assert moved["sources"] == {"windage": {"kind": "windage", "into": into, "reads": "windage@0..0.5"}}
     assert moved["nodes"] == patch["nodes"] and moved["links"] == patch["links"]

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from scipy import signal, stats
 
-from network.analysis.comparison.candidate_drivers import lagged
+from network.analysis.comparison.candidate_drivers import lag_series
 from network.analysis.comparison.channel_residual import ChannelResidual
 from network.analysis.comparison.compare import Comparison, RecordingResidual, compare
 from network.analysis.comparison.cycles import cycles_by_regime
@@ -22,9 +22,9 @@ from network.analysis.comparison.drivers import correlation, probability
 from network.analysis.comparison.examine import ChannelTests
 from network.analysis.comparison.lags import autocorrelations, independent
 from network.analysis.comparison.periodicity import Periodicity, periodicity
-from network.analysis.comparison.resample import Grid, filled
+from network.analysis.comparison.resample import Grid, fill_gaps
 from network.analysis.comparison.sentences import telling
-from network.analysis.comparison.speed_levels import Regimes, clustered
+from network.analysis.comparison.speed_levels import Regimes, cluster
 from network.analysis.comparison.whiteness import Whiteness, cumulative_distance, kolmogorov, ljung_box, whiteness
 from network.engine.simulation import simulate
 from network.engine.trajectory import Trajectory
@@ -57,14 +57,14 @@ def channel(values: np.ndarray[Any, Any], sigma: float = 1.0, unit: str = "K") -
 
 
 def judged(rows: np.ndarray[Any, Any]) -> list[Whiteness]:
-    values, there = filled(rows)
+    values, there = fill_gaps(rows)
     r, pairs = autocorrelations(values, there)
     found = [whiteness(channel(row), values[k], r[k], pairs[k], STEP) for k, row in enumerate(rows)]
     return [w for w in found if w is not None]
 
 
 def periods(rows: np.ndarray[Any, Any], sigma: float = 1.0) -> list[Periodicity | None]:
-    values, there = filled(rows)
+    values, there = fill_gaps(rows)
     return [periodicity("T", "K", sigma, v, mask, STEP) for v, mask in zip(values, there, strict=True)]
 
 
@@ -94,12 +94,12 @@ def test_ljung_box_is_that_of_the_book_without_gaps() -> None:
     x = row - row.mean()
     rho = np.array([x[k:] @ x[: len(x) - k] for k in range(11)]) / (x @ x)
     q = 300 * 302 * sum(rho[k] ** 2 / (300 - k) for k in range(1, 11))
-    r, pairs = autocorrelations(*filled(row[None]))
+    r, pairs = autocorrelations(*fill_gaps(row[None]))
     assert ljung_box(r[0, :11], pairs[0, :11]) == pytest.approx(q, rel=1e-9)
 
 
 def test_autocorrelations_with_gaps_are_those_of_the_pairs() -> None:
-    values, there = filled(holes(autoregressive(0.8, (1, 600))))
+    values, there = fill_gaps(holes(autoregressive(0.8, (1, 600))))
     r, pairs = autocorrelations(values, there)
     for lag in (1, 7, 100):
         both = (there[0, lag:] * there[0, :-lag]).astype(bool)
@@ -129,8 +129,8 @@ def test_coloured_noise_is_not_white_and_lasts(rho: float) -> None:
 
 def test_white_noise_that_is_not_as_declared_says_so() -> None:
     values = 2 * white((1, 800))[0] + 5
-    r, pairs = autocorrelations(*filled(values[None]))
-    found = whiteness(channel(values, 0.05), filled(values[None])[0][0], r[0], pairs[0], STEP)
+    r, pairs = autocorrelations(*fill_gaps(values[None]))
+    found = whiteness(channel(values, 0.05), fill_gaps(values[None])[0][0], r[0], pairs[0], STEP)
     assert found is not None
     assert found.sentence.startswith("T: residuals look like white noise of 0.09") or "of 0.10" in found.sentence
     assert "instead of 0.0500 K around +0.2" in found.sentence
@@ -201,7 +201,7 @@ def test_a_period_that_stays_is_told_once() -> None:
 @pytest.mark.parametrize("rho", [0.0, 0.9, 0.99, 0.999])
 def test_strangers_are_called_related_no_more_often_than_said(rho: float) -> None:
     x, z = autoregressive(rho, (40, 1081), 1), autoregressive(rho, (40, 1081), 2)
-    (v, v_there), (w, w_there) = filled(x), filled(z)
+    (v, v_there), (w, w_there) = fill_gaps(x), fill_gaps(z)
     r, pairs = correlation(v, v_there, w, w_there)
     worth = independent(autocorrelations(v, v_there)[0], autocorrelations(w, w_there)[0], pairs)
     chance = probability(r, worth)
@@ -210,7 +210,7 @@ def test_strangers_are_called_related_no_more_often_than_said(rho: float) -> Non
 
 def test_independent_samples_are_bartletts() -> None:
     """n (1 − ρ²)/(1 + ρ²) for two AR(1) series of the same ρ."""
-    v, there = filled(autoregressive(0.9, (40, 4000)))
+    v, there = fill_gaps(autoregressive(0.9, (40, 4000)))
     r, _ = autocorrelations(v, there)
     worth = independent(r, r, np.full((40, 40), 4000.0))
     assert np.median(worth) == pytest.approx(4000 * (1 - 0.81) / (1 + 0.81), rel=0.1)
@@ -219,7 +219,7 @@ def test_independent_samples_are_bartletts() -> None:
 def test_correlations_with_gaps_are_those_of_common_samples() -> None:
     a, b = holes(white((1, 500), 3)), holes(white((1, 500), 4))[:, ::-1] + np.nan_to_num(a_part := white((1, 500), 3))
     both = np.isfinite(a[0]) & np.isfinite(b[0])
-    (v, v_there), (w, w_there) = filled(a), filled(b)
+    (v, v_there), (w, w_there) = fill_gaps(a), fill_gaps(b)
     r, pairs = correlation(v, v_there, w, w_there)
     assert pairs[0, 0] == both.sum() and a_part.shape == (1, 500)
     assert r[0, 0] == pytest.approx(np.corrcoef(a[0, both], b[0, both])[0, 1], abs=0.02)
@@ -227,7 +227,7 @@ def test_correlations_with_gaps_are_those_of_common_samples() -> None:
 
 def test_a_lag_is_that_of_a_first_order_filter() -> None:
     x = np.repeat([0.0, 5.0, 1.0], 400)
-    (y,) = lagged(x, STEP, [600.0])
+    (y,) = lag_series(x, STEP, [600.0])
     decay = np.exp(-STEP / 600)
     exact = signal.lfilter([1 - decay], [1, -decay], x)
     np.testing.assert_allclose(y[5:-5], exact[5:-5], atol=0.06)
@@ -236,15 +236,15 @@ def test_a_lag_is_that_of_a_first_order_filter() -> None:
 # -- levels of the speed --------------------------------------------------------------------------------------------
 def test_speeds_are_clustered_into_standing_still_and_levels() -> None:
     speed = np.repeat([0.0, 3000, 3010, 8000, 12000], [100, 200, 200, 300, 50])
-    levels, which = clustered(speed)
+    levels, which = cluster(speed)
     assert levels == pytest.approx((0.0, 3005, 8000, 12000))
     assert np.bincount(which).tolist() == [100, 400, 300, 50]
 
 
 def test_a_speed_that_never_rests_gets_six_levels_at_most() -> None:
-    levels, _ = clustered(np.concatenate([np.zeros(400), np.linspace(500, 9000, 5000)]))
+    levels, _ = cluster(np.concatenate([np.zeros(400), np.linspace(500, 9000, 5000)]))
     assert 5 <= len(levels) <= 7 and levels[0] == 0 and list(levels) == sorted(levels)
-    assert clustered(np.repeat([0.0, 5000, 8000], [1000, 5, 1000]))[1].min() == -1, "too short to count"
+    assert cluster(np.repeat([0.0, 5000, 8000], [1000, 5, 1000]))[1].min() == -1, "too short to count"
 
 
 def test_uneven_samples_are_laid_on_even_steps() -> None:
@@ -333,7 +333,7 @@ def test_a_relay_is_told_with_its_period_and_company(run: Trajectory) -> None:
 
 
 def test_the_speed_as_a_driver_is_told_and_no_period(run: Trajectory) -> None:
-    (warm,) = lagged(run.inputs["speed"], 10.0, [900.0])
+    (warm,) = lag_series(run.inputs["speed"], 10.0, [900.0])
     residual = laid_beside(run, {"T_bed": 0.002 * warm})
     tests = residual.tests["T_bed"]
     driver = tests.drivers[0]
@@ -408,7 +408,7 @@ def test_json_carries_the_tests_beside_the_contract(run: Trajectory) -> None:
 
 
 def test_sentences_are_few_and_end_with_a_stop(run: Trajectory) -> None:
-    (warm,) = lagged(run.inputs["speed"], 10.0, [900.0])
+    (warm,) = lag_series(run.inputs["speed"], 10.0, [900.0])
     added = {
         name: 0.002 * warm + np.sin(2 * np.pi * run.t / p)
         for name, p in zip(run.sensors, (600, 900, 1300), strict=True)

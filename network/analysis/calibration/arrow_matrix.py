@@ -85,7 +85,7 @@ class Folded:
     def _offsets(self) -> Array:
         return np.asarray(cholesky(self.shared[self.free :, self.free :], lower=True, check_finite=False))
 
-    def solved(self, ahead: Array, own: Sequence[Array]) -> tuple[Array, float, Array, Array]:
+    def solve(self, ahead: Array, own: Sequence[Array]) -> tuple[Array, float, Array, Array]:
         """Most probable nuisances at a fixed θ (offsets, then run by run), by how much they lower J, and the precision
         and −½ gradient of J in θ with the nuisances following; ahead, own: −½ gradient by θ and offsets, by own."""
         n = self.free
@@ -108,7 +108,7 @@ def _backward(root: Array, right: Array) -> Array:
     return np.asarray(solve_triangular(root, right, lower=True, trans=1, check_finite=False))
 
 
-def folded(free: int, parts: Sequence[Part], weights: Array) -> Folded:
+def fold_nuisances(free: int, parts: Sequence[Part], weights: Array) -> Folded:
     """The precision with priors of weights 1/σ² on θ, offsets, and the runs' own nuisances in turn."""
     k = free + len(parts[0].by_offset) if parts else free
     shared, roots, ways, first = np.diag(weights[:k]), [], [], k

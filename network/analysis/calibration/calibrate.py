@@ -12,7 +12,7 @@ import numpy as np
 
 from network.analysis.calibration.calibrated_patch import with_fitted_numbers
 from network.analysis.calibration.gauss_newton import make_problem
-from network.analysis.calibration.identifiability_report import sentences, shift, told_holdout, told_starts
+from network.analysis.calibration.identifiability_report import describe_holdout, describe_starts, sentences, shift
 from network.analysis.calibration.initial_temperatures import compare_all_from_start
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.multistart import best_start, rms
@@ -22,7 +22,7 @@ from network.analysis.calibration.robust_fit import Fit, fit_robustly
 from network.analysis.calibration.tcp_bands import Band, bands
 from network.analysis.calibration.uncertainty import Uncertainty, uncertainty
 from network.analysis.calibration.unit_mistakes import misread
-from network.analysis.comparison.channel_residual import pooled
+from network.analysis.comparison.channel_residual import pool_residuals
 from network.analysis.comparison.compare import Comparison, compare
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import Parameter, at_values, centres, free_parameters, values_at
@@ -147,8 +147,8 @@ def _calibrate(
     after, after_holdout = compare(result, train, start=start), _compare_runs(result, held_out, start)
     own, misfit = (result, machine, parameters, fit.at.theta), max(1.0, rms(fit.at.left))
     started, started_holdout = (compare_all_from_start(*own, some, start, misfit) for some in (train, held_out))
-    told = [*told_holdout(before_holdout, after_holdout, after), *sentences(found, fit, known)]
-    told += told_starts(after, started)
+    told = [*describe_holdout(before_holdout, after_holdout, after), *sentences(found, fit, known)]
+    told += describe_starts(after, started)
     return Calibration(
         result, machine, parameters, fit, known, before, after, before_holdout, after_holdout, started,
         started_holdout, areas, (*overheard(machine, train, held_out), *let_in.warnings),
@@ -165,7 +165,7 @@ def _check_units(found: Iterable[Any]) -> None:
     complaints.raise_if_any()
 
 
-def pooled_channels(comparison: Comparison) -> Mapping[str, dict[str, Any]]:
+def pool_channels(comparison: Comparison) -> Mapping[str, dict[str, Any]]:
     """Residuals of each channel over all recordings."""
     out = {}
     for name in dict.fromkeys(n for r in comparison.recordings for n in r.channels):
@@ -178,7 +178,7 @@ def pooled_channels(comparison: Comparison) -> Mapping[str, dict[str, Any]]:
             out[name] = {
                 "rmse": rmse,
                 "unit": told[0]["unit"],
-                "rmse_in_noise": pooled(several),
+                "rmse_in_noise": pool_residuals(several),
                 "max": largest,
                 "n": n,
             }

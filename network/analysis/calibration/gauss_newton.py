@@ -60,7 +60,7 @@ def chi_of(at: Linearised) -> float:
 def _temper_priors(at: Linearised, free: bool = False) -> Linearised:
     """The same point with priors narrowed by the misfit that is left; those of θ only far off."""
     chi = max(1.0, chi_of(at))
-    return at.tempered(chi if chi > FAR and not free else 1.0, chi)
+    return at.temper(chi if chi > FAR and not free else 1.0, chi)
 
 
 def _improve(at: Linearised, damping: float, low: Array, high: Array) -> tuple[Linearised, float, float]:

@@ -9,7 +9,7 @@ import numpy as np
 from network.analysis.calibration.multistart import ADEQUATE, Found, rms
 from network.analysis.calibration.robust_fit import Fit
 from network.analysis.calibration.uncertainty import CLOSELY, Uncertainty
-from network.analysis.comparison.amounts import amount, joined
+from network.analysis.comparison.amounts import amount, join_names
 from network.analysis.comparison.compare import Comparison
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import Parameter, centres
@@ -32,8 +32,8 @@ def shift(parameters: Sequence[Parameter], theta: Array) -> Array:
     return np.asarray((theta - centres(parameters)) / spread)
 
 
-def named(names: Sequence[str]) -> str:
-    return joined([*names[:MOST_NAMED], *([f"{len(names) - MOST_NAMED} more"] if len(names) > MOST_NAMED else [])])
+def list_names(names: Sequence[str]) -> str:
+    return join_names([*names[:MOST_NAMED], *([f"{len(names) - MOST_NAMED} more"] if len(names) > MOST_NAMED else [])])
 
 
 def relative(p: Parameter, theta: float, spread: float) -> str:
@@ -45,7 +45,7 @@ def relative(p: Parameter, theta: float, spread: float) -> str:
     )
 
 
-def told_holdout(before: Comparison | None, after: Comparison | None, train: Comparison) -> list[str]:
+def describe_holdout(before: Comparison | None, after: Comparison | None, train: Comparison) -> list[str]:
     """Whether what was learned carries over to recordings that were held out."""
     if before is None or after is None:
         return []
@@ -61,7 +61,7 @@ def told_holdout(before: Comparison | None, after: Comparison | None, train: Com
     return []
 
 
-def told_starts(after: Comparison, begun: Comparison | None) -> list[str]:
+def describe_starts(after: Comparison, begun: Comparison | None) -> list[str]:
     """Where it matters that parts began elsewhere than first readings tell."""
     if begun is None or begun.rmse_in_noise > BEGUN * after.rmse_in_noise:
         return []
@@ -73,8 +73,8 @@ def told_starts(after: Comparison, begun: Comparison | None) -> list[str]:
 
 def sentences(found: Found, fit: Fit, known: Uncertainty) -> list[str]:
     """All that is to be said of a fit, the gravest first."""
-    return [*_misfit(fit), *_bounds(known), *_moved(known), *_prior_only(known), *_tied(known), *_well(known),
-            *_rivals(found), *_noise(fit)]  # fmt: skip
+    return [*_misfit(fit), *_bounds(known), *_describe_moves(known), *_prior_only(known), *_describe_ties(known),
+            *_well(known), *_rivals(found), *_noise(fit)]  # fmt: skip
 
 
 def _misfit(fit: Fit) -> Iterator[str]:
@@ -98,14 +98,14 @@ def _bounds(known: Uncertainty) -> Iterator[str]:
         yield f"{p.path} is at its bound, {p.format_value(theta[j])}{from_}: its uncertainty there means nothing"
 
 
-def _moved(known: Uncertainty) -> Iterator[str]:
+def _describe_moves(known: Uncertainty) -> Iterator[str]:
     parameters, theta = known.at.problem.parameters, known.at.theta
     moved = shift(parameters, theta)
     far = [
         j for j in np.argsort(-np.abs(np.nan_to_num(moved))) if abs(moved[j]) > FAR_MOVED and j not in known.at_bound
     ]
     if far:
-        told = named([f"{parameters[j].path} ({moved[j]:+.1f} σ)" for j in far])
+        told = list_names([f"{parameters[j].path} ({moved[j]:+.1f} σ)" for j in far])
         yield f"Further than 2 prior σ moved {told}: the classic sign of something missing from the machine"
 
 
@@ -113,10 +113,10 @@ def _prior_only(known: Uncertainty) -> Iterator[str]:
     parameters = known.at.problem.parameters
     nothing = [parameters[j].path for j in known.prior_only if j not in known.at_bound]
     if nothing:
-        yield f"Nothing in these recordings tells {named(nothing)}: what stands there is the prior only"
+        yield f"Nothing in these recordings tells {list_names(nothing)}: what stands there is the prior only"
 
 
-def _tied(known: Uncertainty) -> Iterator[str]:
+def _describe_ties(known: Uncertainty) -> Iterator[str]:
     parameters = known.at.problem.parameters
     pairs = [pair for pair in known.pairs(CLOSELY) if not {pair[0], pair[1]} & {*known.at_bound}]
     for i, j, r in pairs[:MOST_PAIRS]:
@@ -165,12 +165,12 @@ def _noise(fit: Fit) -> Iterator[str]:
         told = [_offset(n.name, x, units[n.name]) for n, x in zip(fit.at.problem.offsets, fit.at.eta, strict=False)
                 if abs(x) > n.spread]  # fmt: skip
         if told:
-            yield f"Sensors read off by a constant: {named(told)}"
+            yield f"Sensors read off by a constant: {list_names(told)}"
     elif fit.refused:
         yield "Constant errors of the sensors were not let into the fit: they would have covered up what is missing"
     coloured = [f"{n} ({amount(s, units[n])} over {span(tau)})" for n, (s, tau) in fit.noise.coloured.items()]
     if coloured:
-        yield f"Residuals last longer than white noise would, and every ± allows for it: {named(coloured)}"
+        yield f"Residuals last longer than white noise would, and every ± allows for it: {list_names(coloured)}"
     if fit.weighted:
         yield f"Means of readings that lie far off count less ({fit.weighted} of {len(fit.at.left)})"
 

@@ -41,7 +41,7 @@ def beginning(
 
 def _about(machine: Machine, data: Measured, misfit: float, start: Mapping[str, float]) -> Problem:
     """The run about other temperatures at its start."""
-    problem = make_problem(machine, (), [data.started(start)], Noise())
+    problem = make_problem(machine, (), [data.with_start(start)], Noise())
     return replace(problem, offsets=(), firm_eta=misfit)
 
 
@@ -58,7 +58,7 @@ def _settle_start(
         data = fit.problem.data[0]
         if fit.cost > best - CLOSE:
             break
-        best, found = fit.cost, data.start_moved(fit.eta[: len(data.starts)])
+        best, found = fit.cost, data.move_start(fit.eta[: len(data.starts)])
         start = found
     return best, found
 

@@ -59,7 +59,7 @@ class Linearised:
     @property
     def folded(self) -> Folded:
         """The precision with the runs' own nuisances folded in."""
-        return self.rows.slopes.folded(self.problem.prior[1])
+        return self.rows.slopes.fold(self.problem.prior[1])
 
     def project(self, rows: Array) -> Array:
         """What of whitened rows (…, rows) parameters and nuisances cannot take up, given their priors."""
@@ -76,7 +76,7 @@ class Linearised:
     @cached_property
     def _solved(self) -> tuple[Array, float, Array, Array]:
         slopes = self.rows.slopes
-        return self.folded.solved(self.gradient[: slopes.shared], [self.gradient[own] for _, own in slopes.blocks])
+        return self.folded.solve(self.gradient[: slopes.shared], [self.gradient[own] for _, own in slopes.blocks])
 
     @property
     def reduced(self) -> tuple[Array, Array]:
@@ -96,7 +96,7 @@ class Linearised:
     @cached_property
     def left(self) -> Array:
         """Whitened residual with the nuisances at their most probable."""
-        return np.asarray(self.residual - self.rows.slopes.moved_by(self.eta))
+        return np.asarray(self.residual - self.rows.slopes.apply(self.eta))
 
     @cached_property
     def cost(self) -> float:
@@ -111,7 +111,7 @@ class Linearised:
         at = np.concatenate([self.theta, self.eta])
         return max(self.cost - float(np.sum(((at - mean) / spread) ** 2)), 0.0)
 
-    def tempered(self, firm_theta: float, firm_eta: float) -> Linearised:
+    def temper(self, firm_theta: float, firm_eta: float) -> Linearised:
         """The same with the widths of the priors narrowed by other factors."""
         return replace(self, problem=replace(self.problem, firm_theta=firm_theta, firm_eta=firm_eta))
 

@@ -65,11 +65,11 @@ class Measured:
     def known(self) -> Array:
         return np.asarray(self.counts > 0)
 
-    def start_moved(self, by: Array) -> dict[str, float]:
+    def move_start(self, by: Array) -> dict[str, float]:
         """Temperatures of the parts at the start, moved by as much as a fit says [K]."""
         return {n.name: self.run.start[n.name] + float(x) for n, x in zip(self.starts, by, strict=True)}
 
-    def started(self, start: Mapping[str, float]) -> Measured:
+    def with_start(self, start: Mapping[str, float]) -> Measured:
         """The same about other temperatures of the parts at the start, of which as much is supposed as before."""
         own = {n.name: self.run.start[n.name] for n in self.starts}
         moved = {n: start.get(n, t) for n, t in own.items()}
@@ -108,7 +108,7 @@ def weigh_recording(
     T0 = start_temperatures(network, schedule, recording)
     parts = {name: float(T0[part].mean()) for name, part in network.parts.items()}
     names = [n for n in machine.sensors if n in recording.columns]
-    looked = {n: _looked_at(recording, n, machine.sensors[n].sigma) for n in names}
+    looked = {n: _look_at_column(recording, n, machine.sensors[n].sigma) for n in names}
     looked = {n: c for n, c in looked.items() if c.used.any()}
     run = Run(recording.name, on_knots(schedule, knots), knots, parts, {n: c.used for n, c in looked.items()})
     means, counts = zip(*(_means(run, c) for c in looked.values()), strict=True)
@@ -121,7 +121,7 @@ def weigh_recording(
 
 
 @lru_cache(maxsize=LOOKED)
-def _looked_at(recording: Recording, name: str, declared: float) -> Channel:
+def _look_at_column(recording: Recording, name: str, declared: float) -> Channel:
     return look_at(name, recording.columns[name].values, declared)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 
 from network.analysis.calibration.measured_means import Measured
-from network.analysis.calibration.ornstein_uhlenbeck import sampled_ou
+from network.analysis.calibration.ornstein_uhlenbeck import correlate_cell_means
 from network.catalogue.declaration.declare import Array, Indices
 
 REMEMBERED = 64
@@ -58,10 +58,10 @@ class Whitener:
         """L⁻¹ applied to values over the cells that hold samples (…, known cells)."""
         out = np.empty(own.shape)
         for rows, root in self.blocks:
-            out[..., rows] = own[..., rows] / root if root.ndim == 1 else _solved(root, own[..., rows])
+            out[..., rows] = own[..., rows] / root if root.ndim == 1 else _solve_lower(root, own[..., rows])
         return out
 
-    def undone(self, values: Array) -> Array:
+    def colour(self, values: Array) -> Array:
         """L applied to whitened values (…, known cells)."""
         out = np.empty(values.shape)
         for rows, root in self.blocks:
@@ -69,7 +69,7 @@ class Whitener:
         return out
 
 
-def _solved(root: Array, values: Array) -> Array:
+def _solve_lower(root: Array, values: Array) -> Array:
     flat = values.reshape(-1, values.shape[-1])
     return np.asarray(solve_triangular(root, flat.T, lower=True, check_finite=False).T.reshape(values.shape))
 
@@ -88,14 +88,14 @@ def _root_of(data: Measured, noise: Noise, i: int) -> Array:
         return np.asarray(np.sqrt(variance))
     t, cell = _samples(data, name)
     known = data.known[own]
-    return _coloured_root(s, tau, t.tobytes(), cell.tobytes(), known.tobytes(), variance.tobytes())
+    return _factor(s, tau, t.tobytes(), cell.tobytes(), known.tobytes(), variance.tobytes())
 
 
 @lru_cache(maxsize=REMEMBERED)
-def _coloured_root(s: float, tau: float, t: bytes, cell: bytes, known: bytes, variance: bytes) -> Array:
+def _factor(s: float, tau: float, t: bytes, cell: bytes, known: bytes, variance: bytes) -> Array:
     """The same from what it depends on, which many fits of one case share."""
     of = np.frombuffer(known, bool)
-    shape = sampled_ou(np.frombuffer(t), np.frombuffer(cell, int), len(of), tau)
+    shape = correlate_cell_means(np.frombuffer(t), np.frombuffer(cell, int), len(of), tau)
     return np.asarray(cholesky(np.diag(np.frombuffer(variance)) + s * s * shape[np.ix_(of, of)], lower=True))
 
 
@@ -111,7 +111,7 @@ def cell_widths(data: Measured) -> Array:
     return np.diff(np.concatenate([data.run.knots.t[:1], ends]))
 
 
-def averaged_ou(t: Array, width: Array, tau: float) -> Array:
+def correlate_averages(t: Array, width: Array, tau: float) -> Array:
     """Correlation of means over intervals of some widths about t of an OU process with correlation time τ.
 
     Exact for intervals that do not overlap: ∫∫ e^(−|s − s'|/τ) ds ds'/(w w').

@@ -11,7 +11,7 @@ import numpy as np
 from network.catalogue.declaration.declare import Array, Indices
 
 
-def sampled_ou(t: Array, cell: Indices, cells: int, tau: float) -> Array:
+def correlate_cell_means(t: Array, cell: Indices, cells: int, tau: float) -> Array:
     """Correlations of the means over cells of the samples at t [s], increasing; rows of cells without any are zero."""
     known, starts = np.unique(cell, return_index=True)
     stops = np.append(starts[1:], len(t)) - 1

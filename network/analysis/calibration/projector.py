@@ -29,7 +29,7 @@ class Projector:
         g = self.slopes @ rows
         return float(rows @ rows - g @ np.linalg.solve(self.precision, g))
 
-    def adjusted(self, rows: Array, gradient: Array) -> tuple[Array, Array]:
+    def adjust(self, rows: Array, gradient: Array) -> tuple[Array, Array]:
         """The refit to rows (…, rows) where the priors pull with a `gradient`: by how much parameters and nuisances
         move, and by how much the misfit falls."""
         half = np.linalg.solve(self.root, (rows @ self.slopes.T + gradient).T)

@@ -16,7 +16,7 @@ from network.analysis.calibration.data_quality import NORMAL
 from network.analysis.calibration.gauss_newton import Linearised, Problem, minimise
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.multistart import ADEQUATE, rms
-from network.analysis.calibration.noise import Noise, averaged_ou, cell_widths, whitener
+from network.analysis.calibration.noise import Noise, cell_widths, correlate_averages, whitener
 from network.catalogue.declaration.declare import Array
 
 OFFSETS_FAR = 3.0
@@ -61,7 +61,7 @@ def fit_robustly(problem: Problem, at: Linearised) -> Fit:
     fit = _with_offsets(problem, _with_sensor_colours(Fit(at, Noise(), False, False, 0)))
     fit = _weigh_readings(fit)
     for _ in range(ROUNDS):
-        noise = coloured_noise(fit)
+        noise = estimate_noise(fit)
         if noise is None:
             break
         fit = _with_noise(fit, noise)
@@ -129,30 +129,30 @@ def _weigh_readings(fit: Fit) -> Fit:
 
 def in_white(at: Linearised) -> float:
     """rms of what is left, in units of white noise only."""
-    z = [r / np.sqrt(d.variance) for r, d in zip(left_si(at), at.problem.data, strict=True)]
+    z = [r / np.sqrt(d.variance) for r, d in zip(residuals_to_si(at), at.problem.data, strict=True)]
     whole = np.concatenate(z)
     return rms(whole[np.isfinite(whole)])
 
 
 # -- colour -----------------------------------------------------------------------------------------------------------
-def left_si(at: Linearised) -> list[Array]:
+def residuals_to_si(at: Linearised) -> list[Array]:
     """Of each run: what is left of its cells in SI, NaN where there is none."""
     out, first = [], 0
     for d, w in zip(at.problem.data, at.problem.whiteners, strict=True):
         known = np.flatnonzero(d.known)
         own = at.left[first : first + len(known)]
         values = np.full(len(d.means), np.nan)
-        values[known] = w.undone(own)
+        values[known] = w.colour(own)
         out.append(values)
         first += len(known)
     return out
 
 
-def coloured_noise(fit: Fit) -> Noise | None:
+def estimate_noise(fit: Fit) -> Noise | None:
     """Each channel's (σ, τ) where its residuals ask for it; None where none does, or where the fit is too bad."""
     if rms(fit.at.left) > COLOURABLE:
         return None
-    left = left_si(fit.at)
+    left = residuals_to_si(fit.at)
     names = dict.fromkeys(n for d in fit.at.problem.data for n in d.run.channels)
     found = {name: best for name in names if (best := _colour(fit.at.problem.data, left, name))}
     return Noise(coloured=found) if found and found != fit.noise.coloured else None
@@ -170,7 +170,7 @@ def _colour(data: Sequence[Measured], left: Sequence[Array], name: str) -> tuple
     none = sum(_log_likelihood(r, np.diag(v)) for r, v, _, _ in pieces)
     best, at = none + GAIN, None
     for tau in TIMES[longest > LONG * TIMES]:
-        shapes = [averaged_ou(t, width, tau) for _, _, t, width in pieces]
+        shapes = [correlate_averages(t, width, tau) for _, _, t, width in pieces]
         for s in SHARES * size:
             found = sum(
                 _log_likelihood(r, np.diag(v) + s * s * K) for (r, v, _, _), K in zip(pieces, shapes, strict=True)

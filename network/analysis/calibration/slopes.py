@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from network.analysis.calibration.arrow_matrix import Folded, Part, folded
+from network.analysis.calibration.arrow_matrix import Folded, Part, fold_nuisances
 from network.catalogue.declaration.declare import Array
 
 
@@ -33,11 +33,11 @@ class Slopes:
             self.precisions[key] = np.asarray(self.normal + np.diag(spread**-2.0))
         return self.precisions[key]
 
-    def folded(self, spread: Array) -> Folded:
+    def fold(self, spread: Array) -> Folded:
         """The same with the runs' own nuisances folded in."""
         key = spread.tobytes()
         if key not in self.foldings:
-            self.foldings[key] = folded(self.free, self.parts, spread**-2.0)
+            self.foldings[key] = fold_nuisances(self.free, self.parts, spread**-2.0)
         return self.foldings[key]
 
     @cached_property
@@ -81,7 +81,7 @@ class Slopes:
             total[own] = part.by_own @ values[rows]
         return total
 
-    def moved_by(self, eta: Array) -> Array:
+    def apply(self, eta: Array) -> Array:
         """Whitened rows that nuisances bring."""
         total, offsets = np.empty(self.rows), self.shared - self.free
         for (rows, own), part in zip(self.blocks, self.parts, strict=True):
@@ -101,7 +101,7 @@ class Rows:
     @cached_property
     def at_mean(self) -> Array:
         """The residual with the nuisances at their prior means."""
-        return np.asarray(self.residual - self.slopes.moved_by(self.mean))
+        return np.asarray(self.residual - self.slopes.apply(self.mean))
 
     @cached_property
     def toward(self) -> Array:

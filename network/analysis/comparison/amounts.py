@@ -10,10 +10,10 @@ from network.platform.quantities.units import difference, unit
 def amount(value: float, unit_text: str, most: int = 3) -> str:
     """A difference, given in SI: 0.41 K, 6.0 µm."""
     given = unit(unit_text)
-    return f"{digits(abs(shown(value, unit_text)), most)} {'K' if given.is_temperature else pretty(unit_text)}"
+    return f"{digits(abs(to_unit(value, unit_text)), most)} {'K' if given.is_temperature else pretty(unit_text)}"
 
 
-def shown(value: float, unit_text: str) -> float:
+def to_unit(value: float, unit_text: str) -> float:
     """A difference, given in SI, in the unit of the channel."""
     return value / difference(unit(unit_text)).scale
 
@@ -26,6 +26,6 @@ def level_words(value: float, unit_text: str) -> str:
     return "at " + number(given.from_si(value), given.text)
 
 
-def joined(names: list[str]) -> str:
+def join_names(names: list[str]) -> str:
     """a; a and b; a, b and c."""
     return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)

@@ -26,7 +26,7 @@ def background(power: Array, n: int) -> Array:
     middle = (first + (sizes + 1) / 2) / n
     red = np.stack([_red(middle, corner) for corner in corners])
     shapes = (shares[:, None, None] + (1 - shares)[:, None, None] * red).reshape(-1, len(first))
-    best, scale = _fit(_levelled(grouped), sizes, shapes)
+    best, scale = _fit(_smooth_by_medians(grouped), sizes, shapes)
     best, scale = _fit(np.minimum(grouped, CLIPPED * scale * shapes[best]), sizes, shapes)
     share, corner = shares[best // CORNERS], corners[best % CORNERS]
     return np.asarray(scale * (share + (1 - share) * _red(np.arange(1, len(power) + 1) / n, corner)))
@@ -54,7 +54,7 @@ def _typical(power: Array, first: Indices, sizes: Indices) -> Array:
     return np.array([np.median(g) / (np.log(2) + 0.5 / len(g)) if len(g) >= 5 else g.mean() for g in groups])
 
 
-def _levelled(grouped: Array) -> Array:
+def _smooth_by_medians(grouped: Array) -> Array:
     """Medians over a few groups on either side: a first guess that no peak raises."""
     padded = np.pad(grouped, BESIDE, constant_values=np.nan)
     around = np.lib.stride_tricks.sliding_window_view(padded, 2 * BESIDE + 1)

@@ -42,12 +42,12 @@ def forms(name: str, values: Array, is_input: bool, grid: Grid) -> Iterator[Cand
     whole = values if there.all() else np.interp(steps, steps[there], values[there])
     rows = [("value", 0.0, whole), ("rate", 0.0, np.gradient(whole) / grid.step)]
     usable = [lag for lag in LAGS if 3 * grid.step < lag < grid.n * grid.step / 4]
-    rows += [("lagged", lag, row) for lag, row in zip(usable, lagged(whole, grid.step, usable), strict=True)]
+    rows += [("lagged", lag, row) for lag, row in zip(usable, lag_series(whole, grid.step, usable), strict=True)]
     for form, lag, row in rows:
         yield Candidate(name, form, lag, is_input, np.where(there, row, np.nan))
 
 
-def lagged(values: Array, step: float, lags: list[float]) -> list[Array]:
+def lag_series(values: Array, step: float, lags: list[float]) -> list[Array]:
     """y with lag dy/dt = x − y, at rest at the start; the Fourier transform of x times 1/(1 + iω lag)."""
     n = len(values)
     length = quick_length(2 * n)
@@ -60,7 +60,7 @@ def without(rows: Array, candidates: list[Array], there: Array) -> Array:
     """Rows (0 in gaps) less what a straight line and the candidates explain of them, by least squares over what is
     there: what repeats although nothing drives it stays."""
     n = rows.shape[1]
-    basis = np.stack([np.ones(n), np.linspace(-1, 1, n), *(scaled(row) for row in candidates)])
+    basis = np.stack([np.ones(n), np.linspace(-1, 1, n), *(normalise(row) for row in candidates)])
     left = np.empty_like(rows)
     for k, (row, mask) in enumerate(zip(rows, there, strict=True)):
         seen = basis if mask.all() else basis * mask
@@ -69,5 +69,5 @@ def without(rows: Array, candidates: list[Array], there: Array) -> Array:
     return left
 
 
-def scaled(row: Array) -> Array:
+def normalise(row: Array) -> Array:
     return np.asarray((row - row.mean()) / (row.std() or 1.0))

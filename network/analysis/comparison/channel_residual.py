@@ -55,7 +55,7 @@ class ChannelResidual:
         }  # fmt: skip
 
 
-def pooled(channels: Iterable[ChannelResidual]) -> float:
+def pool_residuals(channels: Iterable[ChannelResidual]) -> float:
     """√mean of all finite residuals in units of noise."""
     return rms(np.concatenate([channel.in_noise for channel in channels]))
 

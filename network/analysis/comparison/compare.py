@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from network.analysis.comparison.channel_residual import ChannelResidual, pooled
+from network.analysis.comparison.channel_residual import ChannelResidual, pool_residuals
 from network.catalogue.declaration.entry_path import displacement
 from network.engine.simulation import schedule_for, simulate
 from network.engine.solvers.carry_out import Progress
@@ -36,7 +36,7 @@ class RecordingResidual:
 
     @property
     def rmse_in_noise(self) -> float:
-        return pooled(self.channels.values())
+        return pool_residuals(self.channels.values())
 
     @cached_property
     def tests(self) -> Mapping[str, ChannelTests]:
@@ -61,7 +61,7 @@ class Comparison:
     @property
     def rmse_in_noise(self) -> float:
         """√mean((residual/noise)²) over all finite samples, channels and recordings."""
-        return pooled(channel for r in self.recordings for channel in r.channels.values())
+        return pool_residuals(channel for r in self.recordings for channel in r.channels.values())
 
     def summary(self) -> dict[str, Any]:
         """What `compare --json` prints."""
@@ -81,7 +81,7 @@ def compare(
     that does not fit.
     """
     several = [recordings] if isinstance(recordings, Recording) else recordings
-    return Comparison(machine, tuple(_compared(machine, r, start, method, progress) for r in several))
+    return Comparison(machine, tuple(_compare_one(machine, r, start, method, progress) for r in several))
 
 
 def check_fit(machine: Machine, source: Scenario | Recording) -> None:
@@ -102,7 +102,7 @@ def _channels(machine: Machine, recording: Recording) -> list[str]:
     return names
 
 
-def _compared(
+def _compare_one(
     machine: Machine, recording: Recording, start: Start | None, method: str, progress: Progress | None
 ) -> RecordingResidual:
     names = _channels(machine, recording)

@@ -38,7 +38,7 @@ class Driver:
     @property
     def sentence(self) -> str:
         verb = "follows" if self.r > 0 else "runs against"
-        return f"{self.name} {verb} {self.words} {_told(self.r, self.independent)}"
+        return f"{self.name} {verb} {self.words} {_format_correlation(self.r, self.independent)}"
 
     @property
     def weight(self) -> float:
@@ -65,7 +65,7 @@ class Companion:
     @property
     def sentence(self) -> str:
         way = "together" if self.r > 0 else "in opposite directions"
-        return f"{self.name} and {self.other} are off {way} {_told(self.r, self.independent)}"
+        return f"{self.name} and {self.other} are off {way} {_format_correlation(self.r, self.independent)}"
 
     @property
     def weight(self) -> float:
@@ -75,7 +75,7 @@ class Companion:
         return {"channel": self.other, "r": self.r, "independent": self.independent, "p": self.p}
 
 
-def _told(r: float, independent: float) -> str:
+def _format_correlation(r: float, independent: float) -> str:
     return f"(r = {r:.2f}, {independent:.0f} independent samples)".replace("-", "−")
 
 

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from network.analysis.comparison.amounts import shown
-from network.analysis.comparison.candidate_drivers import Candidate, forms, scaled, without
+from network.analysis.comparison.amounts import to_unit
+from network.analysis.comparison.candidate_drivers import Candidate, forms, normalise, without
 from network.analysis.comparison.cycles import CLEAR, cycles_by_regime
 from network.analysis.comparison.drivers import Companion, Driver, companions, correlation, drivers
 from network.analysis.comparison.lags import autocorrelations, independent
 from network.analysis.comparison.periodicity import Periodicity, periodicity
-from network.analysis.comparison.resample import Grid, filled, reading_step
+from network.analysis.comparison.resample import Grid, fill_gaps, reading_step
 from network.analysis.comparison.speed_levels import ByRegime, Regimes, by_regime, regimes_of
-from network.analysis.comparison.spikes import Spikes, calmed
+from network.analysis.comparison.spikes import Spikes, calm_spikes
 from network.analysis.comparison.whiteness import Whiteness, whiteness
 from network.analysis.comparison.window import worst_window
 from network.catalogue.declaration.declare import Array
@@ -37,7 +37,7 @@ class Window:
     unit: str
 
     def summary(self) -> dict[str, Any]:
-        return {"from": self.first, "to": self.last, "mean": shown(self.mean, self.unit)}
+        return {"from": self.first, "to": self.last, "mean": to_unit(self.mean, self.unit)}
 
 
 @dataclass(frozen=True)
@@ -92,13 +92,13 @@ def examine(
     residuals: Mapping[str, ChannelResidual], run: Trajectory, columns: Mapping[str, Column], unused: Sequence[str]
 ) -> Mapping[str, ChannelTests]:
     """Tests of every channel of a recording that has readings, without those that lie far apart."""
-    calm = [calmed(channel) for channel in residuals.values() if channel.n]
+    calm = [calm_spikes(channel) for channel in residuals.values() if channel.n]
     channels = [channel for channel, _ in calm]
     grid = Grid.of(run.t)
     rows = rows_of(channels, grid)
     candidates = candidates_of(run, columns, unused, grid)
     regimes = regimes_of(run, grid)
-    driven = _driven(rows, candidates)
+    driven = _find_drivers(rows, candidates)
     together = _together(rows)
     periods = _periods(rows, candidates, regimes)
     return {
@@ -116,7 +116,7 @@ def examine(
 
 def rows_of(channels: Sequence[ChannelResidual], grid: Grid) -> Rows:
     si = np.stack([grid.put(channel.residual) for channel in channels])
-    values, there = filled(si / np.array([[channel.sigma] for channel in channels]))
+    values, there = fill_gaps(si / np.array([[channel.sigma] for channel in channels]))
     return Rows(channels, grid, si, values, there, *autocorrelations(values, there))
 
 
@@ -132,10 +132,10 @@ def candidates_of(
     return found
 
 
-def _driven(rows: Rows, candidates: Sequence[Candidate]) -> list[tuple[Driver, ...]]:
+def _find_drivers(rows: Rows, candidates: Sequence[Candidate]) -> list[tuple[Driver, ...]]:
     if not candidates:
         return [()] * len(rows.channels)
-    z, z_there = filled(np.stack([candidate.values for candidate in candidates]))
+    z, z_there = fill_gaps(np.stack([candidate.values for candidate in candidates]))
     r, pairs = correlation(rows.values, rows.there, z, z_there)
     worth = independent(rows.r, autocorrelations(z, z_there)[0], pairs)
     named = [channel.name for channel in rows.channels]
@@ -152,7 +152,7 @@ def _together(rows: Rows) -> list[tuple[Companion, ...]]:
 def _periods(rows: Rows, candidates: Sequence[Candidate], regimes: Regimes | None) -> list[Periodicity | None]:
     """Periods of what the inputs do not explain, with their change from level to level."""
     inputs = [candidate.values for candidate in candidates if candidate.is_input]
-    inputs += [values**2 for values in map(scaled, inputs)]
+    inputs += [values**2 for values in map(normalise, inputs)]
     free = without(rows.values, inputs, rows.there)
     found: list[Periodicity | None] = []
     for k, channel in enumerate(rows.channels):

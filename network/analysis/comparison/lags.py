@@ -19,17 +19,17 @@ def autocorrelations(values: Array, there: Array) -> tuple[Array, Array]:
     """
     n = values.shape[-1]
     lags = max(int(n * SHARE), min(n - 1, 21))
-    pairs = _lagged(there, lags).round()
+    pairs = _sum_lagged_products(there, lags).round()
     if there.all():
         pairs = np.broadcast_to(n - np.arange(lags + 1.0), pairs.shape)
-    mean = _lagged(values, lags) / np.maximum(pairs, 1.0)
+    mean = _sum_lagged_products(values, lags) / np.maximum(pairs, 1.0)
     scale = mean[:, :1]
     r = np.where((pairs > 0) & (scale > 0), mean / np.where(scale > 0, scale, 1.0), 0.0)
     r[:, 0] = 1.0
     return np.clip(r, -1.0, 1.0), np.asarray(pairs)
 
 
-def _lagged(rows: Array, lags: int) -> Array:
+def _sum_lagged_products(rows: Array, lags: int) -> Array:
     """Σ_i x_i x_{i+k} for k = 0 … lags, by the Fourier transform."""
     length = quick_length(rows.shape[-1] + lags)
     power = np.abs(np.fft.rfft(rows, length)) ** 2

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from network.analysis.comparison.amounts import amount, shown
+from network.analysis.comparison.amounts import amount, to_unit
 from network.analysis.comparison.background import background
 from network.analysis.comparison.cycles import Cycles, cycles_sentence
 from network.catalogue.declaration.declare import Array
@@ -56,7 +56,7 @@ class Periodicity:
     def summary(self) -> dict[str, Any]:
         regimes = [cycles.summary() for cycles in self.by_regime]
         return {
-            "seconds": self.period, "amplitude": shown(self.amplitude, self.unit), "in_noise": self.in_noise,
+            "seconds": self.period, "amplitude": to_unit(self.amplitude, self.unit), "in_noise": self.in_noise,
             "p": self.p, "by_regime": regimes,
         }  # fmt: skip
 

@@ -66,7 +66,7 @@ def reading_step(values: Array) -> float:
     return float(apart[apart > 1e-9 * apart.sum()].min(initial=np.inf)) if len(apart) else 0.0
 
 
-def filled(rows: Array) -> tuple[Array, Array]:
+def fill_gaps(rows: Array) -> tuple[Array, Array]:
     """(values less their mean with 0 in gaps, 1 where there is a value else 0), row by row."""
     there = np.isfinite(rows)
     count = np.maximum(there.sum(axis=-1, keepdims=True), 1)

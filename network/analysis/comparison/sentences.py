@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from network.analysis.comparison.amounts import joined
+from network.analysis.comparison.amounts import join_names
 from network.analysis.comparison.examine import ChannelTests
 from network.analysis.comparison.periodicity import Periodicity
 from network.analysis.comparison.whiteness import WHITE, Whiteness
@@ -47,7 +47,7 @@ def _periods(tests: Mapping[str, ChannelTests]) -> Iterator[Told]:
 
 
 def _also(like: Sequence[Periodicity]) -> str:
-    return f"; so do{'es' if len(like) == 1 else ''} {joined([p.name for p in like])}" if like else ""
+    return f"; so do{'es' if len(like) == 1 else ''} {join_names([p.name for p in like])}" if like else ""
 
 
 def _drivers(tests: Mapping[str, ChannelTests]) -> Iterator[Told]:
@@ -56,7 +56,7 @@ def _drivers(tests: Mapping[str, ChannelTests]) -> Iterator[Told]:
     for name in dict.fromkeys(driver.of for driver in found):
         strongest = max((driver for driver in found if driver.of == name), key=lambda driver: driver.weight)
         others = [d.name for d in found if d.of == name and d is not strongest and d.r * strongest.r > 0]
-        also = f"; so do{'es' if len(others) == 1 else ''} {joined(others)}" if others else ""
+        also = f"; so do{'es' if len(others) == 1 else ''} {join_names(others)}" if others else ""
         yield strongest.weight, strongest.sentence + also
 
 
@@ -79,7 +79,7 @@ def _white(found: Sequence[Whiteness]) -> list[str]:
     if len(plain) == len(found) > 1:
         return ["All " + WHITE]
     if plain:
-        told.append(f"{joined(plain)}: {WHITE}")
+        told.append(f"{join_names(plain)}: {WHITE}")
     return told[:2]
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from network.analysis.comparison.amounts import amount, level_words, shown
+from network.analysis.comparison.amounts import amount, level_words, to_unit
 from network.analysis.comparison.lags import until_dead
 from network.analysis.comparison.resample import Grid
 from network.catalogue.declaration.declare import Array, Indices
@@ -84,7 +84,7 @@ class ByRegime:
     def summary(self) -> dict[str, Any]:
         given = unit(self.input_unit)
         levels = [
-            {"level": given.from_si(level.level), "rms": shown(level.rms, self.unit), "n": level.n}
+            {"level": given.from_si(level.level), "rms": to_unit(level.rms, self.unit), "n": level.n}
             for level in self.levels
         ]
         return {"input": self.input_name, "unit": self.input_unit, "differs": self.differs, "levels": levels}
@@ -97,11 +97,11 @@ def regimes_of(run: Trajectory, grid: Grid) -> Regimes | None:
     name = "speed" if changes.get("speed") else max(changes, key=lambda n: changes[n], default="")
     if not changes.get(name):
         return None
-    levels, which = clustered(values[name])
+    levels, which = cluster(values[name])
     return Regimes(name, run.schedule.signals[name].unit, levels, which) if len(levels) > 1 else None
 
 
-def clustered(values: Array) -> tuple[tuple[float, ...], Indices]:
+def cluster(values: Array) -> tuple[tuple[float, ...], Indices]:
     """(levels, index of the level of each value): standing still and at most MOST others, neighbours merged."""
     top = float(values.max())
     means, where = np.unique(np.rint(values / top / STILL), return_inverse=True)

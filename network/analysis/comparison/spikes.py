@@ -39,7 +39,7 @@ class Spikes:
         return f"{self.name}: {self.count} readings lie up to {size} apart from the rest, which is judged without them"
 
 
-def calmed(channel: ChannelResidual) -> tuple[ChannelResidual, Spikes | None]:
+def calm_spikes(channel: ChannelResidual) -> tuple[ChannelResidual, Spikes | None]:
     """A channel without its spikes, and what they were."""
     away = np.zeros(len(channel.t))
     away[channel.finite] = _away(channel.residual[channel.finite])

@@ -19,7 +19,7 @@ def worst_window(channel: ChannelResidual) -> tuple[float, float, float]:
     """(from, to [s], mean residual in SI) of the stretch around the largest smoothed residual in which it keeps its
     sign and at least half of that size."""
     t, r = channel.t[channel.finite], channel.residual[channel.finite]
-    smooth = _smoothed(r, max(len(r) // SMOOTHING, 1) // 2)
+    smooth = _smooth(r, max(len(r) // SMOOTHING, 1) // 2)
     peak = int(np.argmax(np.abs(smooth)))
     outside = np.flatnonzero(smooth * np.sign(smooth[peak]) < abs(smooth[peak]) / 2)
     first = int(outside[outside < peak].max(initial=-1)) + 1
@@ -27,7 +27,7 @@ def worst_window(channel: ChannelResidual) -> tuple[float, float, float]:
     return float(t[first]), float(t[last]), float(r[first : last + 1].mean())
 
 
-def _smoothed(values: Array, half: int) -> Array:
+def _smooth(values: Array, half: int) -> Array:
     """Means over `half` neighbours on either side, as many as there are."""
     total, k = np.concatenate([[0.0], np.cumsum(values)]), np.arange(len(values))
     first, last = np.maximum(k - half, 0), np.minimum(k + half + 1, len(values))

@@ -54,13 +54,13 @@ def _together(
     data: Sequence[Measured], predictions: Sequence[Prediction], tried: Sequence[tuple[Candidate, Mapping[str, float]]]
 ) -> list[Array | None]:  # fmt: skip
     """The same of a few, whose heats are answered at once."""
-    known = [_known(c, values, data, predictions) for c, values in tried]
+    known = [_respond_directly(c, values, data, predictions) for c, values in tried]
     answers = [_answers([h[r] for h in known if isinstance(h, list)], p) for r, p in enumerate(predictions)]
     heats = iter(np.hstack(answers))
     return [next(heats) if isinstance(h, list) else h for h in known]
 
 
-def _known(
+def _respond_directly(
     candidate: Candidate, values: Mapping[str, float], data: Sequence[Measured], predictions: Sequence[Prediction]
 ) -> list[Heat] | Array | None:
     """The further heat of every run, where that is all; the change itself, where it is not."""
@@ -105,7 +105,7 @@ def _heats(
         return None
     reads = any(path.section not in UNREAD for path in paths)
     seen = machine if reads else None
-    return [(_further(now, changed, p), _seen(seen, now, p)) for p in predictions]
+    return [(_further(now, changed, p), _change_readings(seen, now, p)) for p in predictions]
 
 
 def _is_alike(network: Network, prediction: Prediction) -> bool:
@@ -120,7 +120,7 @@ def _further(now: Network, changed: Sequence[str], prediction: Prediction) -> Pu
     """The heat of the changed entries that flows now and did not before; None where that is none."""
     course = prediction.course
     own, K = course.problem.plan.network, len(course.x0)
-    T = np.hstack([course.T_ends, _held_beside(now, own, course)])
+    T = np.hstack([course.T_ends, _stack_new_held(now, own, course)])
     into = heat_balance(now, T, course.inputs, np.zeros((2 * K, 0))).into[:, : own.size]
     heat = into - _heat_before(course, changed)
     lumps = np.flatnonzero(np.abs(heat).max(axis=0) > NOTHING)
@@ -128,7 +128,7 @@ def _further(now: Network, changed: Sequence[str], prediction: Prediction) -> Pu
     return Push(lumps, heat[:K, lumps], heat[K:, lumps]) if len(lumps) else None
 
 
-def _held_beside(now: Network, own: Network, course: Course) -> Array:
+def _stack_new_held(now: Network, own: Network, course: Course) -> Array:
     """Temperatures of held nodes that were not there before (2 K, ·)."""
     sources = [source for i, source in now.held.items() if i >= own.size]
     columns = [course.inputs[s] if isinstance(s, str) else np.full((2 * len(course.x0), 1), s) for s in sources]
@@ -150,7 +150,7 @@ def _heat_before(course: Course, entries: Sequence[str]) -> Array:
     return total
 
 
-def _seen(machine: Machine | None, network: Network, prediction: Prediction) -> Array:
+def _change_readings(machine: Machine | None, network: Network, prediction: Prediction) -> Array:
     """Changes of the cells' means because the same temperatures are read otherwise; none without a machine."""
     if machine is None:
         return np.zeros_like(prediction.cells)

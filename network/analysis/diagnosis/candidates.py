@@ -54,9 +54,9 @@ class Candidate:
     own: tuple[Parameter, ...]
     proposed: Patch | None = None
 
-    def moved(self, place: str, other: str) -> Candidate | None:
+    def move_place(self, place: str, other: str) -> Candidate | None:
         """The candidate at another place of a bar that it names; None where it does not fit there."""
-        there = candidate(self.base, self.kind, self.patch.moved(place, other))
+        there = candidate(self.base, self.kind, self.patch.move_place(place, other))
         return there and replace(there, proposed=self.proposed or self.patch)
 
     @property
@@ -93,7 +93,7 @@ class Candidate:
     def stretches(self) -> tuple[Candidate, ...]:
         """The same at stretches of the bars that it names as a whole, one bar after the other: where along a bar heat
         enters counts as soon as the bar has lumps."""
-        moved = (self.moved(name, str(Place(name, *ends))) for name in self.bars for ends in STRETCHES)
+        moved = (self.move_place(name, str(Place(name, *ends))) for name in self.bars for ends in STRETCHES)
         return tuple(c for c in moved if c is not None and c.places == self.places)
 
     @property

@@ -120,7 +120,7 @@ def _select_next(
     likely explains little, and last, where much is left."""
     sway = partial(_search_switching, seen, located, seed, jobs)
     trials = start_trials(seen.before, seen.proposed, _worth_fitting(seen), jobs, tell, _is_near(seen))
-    smooth = trials.ranked(jobs)
+    smooth = trials.rank(jobs)
     early = sway() if trials.is_poor(smooth) else None
     if not seen.before.found:
         is_told = early is None or bool(early and early[0].chi <= trials.little)
@@ -141,9 +141,9 @@ def _fit_wider(trials: TrialFits, ranked: list[Hypothesis], is_told: bool, jobs:
     """Explanations, and more of them where these leave much; then what else sits where the best of them does."""
     if not is_told:
         wider = trials.wider(jobs)
-        trials, ranked = wider, best_first(*ranked, *wider.ranked(jobs))
+        trials, ranked = wider, best_first(*ranked, *wider.rank(jobs))
     if ranked and ranked[0].chi > FULL:
-        ranked = best_first(*ranked, *trials.around(ranked[0], jobs).ranked(jobs))
+        ranked = best_first(*ranked, *trials.around(ranked[0], jobs).rank(jobs))
     return ranked
 
 

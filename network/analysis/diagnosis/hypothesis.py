@@ -89,7 +89,7 @@ class Case:
         if self.lacking:
             told = [replace(d, means=d.means - lack.at(d)) for d, lack in zip(told, self.lacking, strict=True)]
         if self.began:
-            told = [d.started(start) for d, start in zip(told, self.began, strict=True)]
+            told = [d.with_start(start) for d, start in zip(told, self.began, strict=True)]
         return tuple(told)
 
     def _usable(self, recording: Recording) -> list[str]:
@@ -260,7 +260,7 @@ def start_from(case: Case, hypothesis: Hypothesis) -> Case:
     """The case about the starts that a hypothesis finds: where relays switch, the way there is not a straight one."""
     fit, first, starts = hypothesis.fit, len(hypothesis.fit.problem.offsets), list[Mapping[str, float]]()
     for d in fit.problem.data:
-        starts.append(d.start_moved(fit.eta[first : first + len(d.starts)]))
+        starts.append(d.move_start(fit.eta[first : first + len(d.starts)]))
         first += len(d.starts) + len(d.edges)
     return replace(case, began=tuple(starts))
 
@@ -270,5 +270,5 @@ def reweight(case: Case, hypothesis: Hypothesis) -> Hypothesis:
     case = replace(case, began=hypothesis.case.began or case.began)
     problem = case.problem(hypothesis.machine, hypothesis.fit.problem.parameters)
     fit = linearise(problem, hypothesis.fit.theta)
-    fit = fit.tempered(fit.problem.firm_theta, max(1.0, chi_of(fit)))
+    fit = fit.temper(fit.problem.firm_theta, max(1.0, chi_of(fit)))
     return replace(hypothesis, case=case, fit=fit)

@@ -58,16 +58,16 @@ class Isolability:
 
     def _details(self) -> Iterator[str]:
         if self.unseen:
-            yield f"too small at their usual size: {counted([(c,) for c in self.unseen])}"
+            yield f"too small at their usual size: {count_kinds([(c,) for c in self.unseen])}"
         if self.classes:
-            yield f"alike: {counted(self.classes)}"
+            yield f"alike: {count_kinds(self.classes)}"
 
 
 def _be(count: int) -> str:
     return "is" if count == 1 else "are"
 
 
-def counted(groups: Iterable[Sequence[Candidate]]) -> str:
+def count_kinds(groups: Iterable[Sequence[Candidate]]) -> str:
     """The kinds in each group, the most frequent first, with how often."""
     counts = Counter(_kinds(group) for group in groups).most_common()
     rest = sum(count for _, count in counts[SHOWN:])
@@ -80,7 +80,7 @@ def _kinds(group: Sequence[Candidate]) -> str:
     return f"{kinds[0]} at several places" if len(kinds) == 1 < len(group) else " or ".join(kinds)
 
 
-def named(c: Candidate) -> str:
+def name_candidate(c: Candidate) -> str:
     """Kind and places, as a reader says it."""
     return c.kind.kind.replace("_", " ") + c.name.removeprefix(c.kind.kind)
 
@@ -104,7 +104,7 @@ def _classes(shown: Sequence[Score]) -> Iterator[tuple[Candidate, ...]]:
         if left[i]:
             own = left & (cosine[i] > SAME)
             left &= ~own
-            group = {named(s.candidate): s.candidate for s, is_own in zip(shown, own, strict=True) if is_own}
+            group = {name_candidate(s.candidate): s.candidate for s, is_own in zip(shown, own, strict=True) if is_own}
             if len(group) > 1:
                 yield tuple(group.values())
 

@@ -43,7 +43,7 @@ class _Place:
 def locate(fit: Linearised, machine: Machine) -> tuple[UnknownHeat, ...]:
     """All places, the most probable first."""
     knots = [heat_knots(d, KNOTS) for d in fit.problem.data]
-    found = [_explained(fit, place, knots) for place in _places(fit, machine, knots)]
+    found = [_explain_place(fit, place, knots) for place in _places(fit, machine, knots)]
     gains = np.array([u.gain for u in found])
     share = np.exp(FLATTER * (gains - gains.max()))
     share /= share.sum()
@@ -96,7 +96,7 @@ def _block(fit: Linearised, rows: list[Array]) -> Array:
     return total
 
 
-def _explained(fit: Linearised, place: _Place, knots: list[Array]) -> UnknownHeat:
+def _explain_place(fit: Linearised, place: _Place, knots: list[Array]) -> UnknownHeat:
     """The unknown heat of one place at its best size and correlation time."""
     G = place.answers
     M_G = np.stack([fit.project(row) for row in G])

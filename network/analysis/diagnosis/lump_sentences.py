@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from network.analysis.comparison.amounts import joined
+from network.analysis.comparison.amounts import join_names
 from network.platform.wording import sentence
 
 
@@ -27,4 +27,4 @@ def _cuts(nodes: Mapping[str, Any]) -> Iterator[str]:
         if len(names) == 1:
             yield f"{names[0]} needs {count} lumps along its length"
         else:
-            yield f"{joined(names)} need {count} lumps each along their length"
+            yield f"{join_names(names)} need {count} lumps each along their length"

@@ -103,7 +103,7 @@ def _aside(c: Candidate, step: float) -> Iterator[Candidate]:
 
 def _move_to(c: Candidate, bar: Place, to: tuple[float, float]) -> Candidate | None:
     there = Place(bar.node, *to)
-    return c if there == bar else c.moved(str(bar), str(there))
+    return c if there == bar else c.move_place(str(bar), str(there))
 
 
 def _step_along(first: float, last: float, step: float) -> Iterator[tuple[float, float]]:

@@ -50,7 +50,7 @@ def linearise_at_priors(fit: Linearised) -> Linearised:
     """The problem about the priors' centres, with priors narrowed by the misfit there."""
     at = linearise(fit.problem, centres(fit.problem.parameters))
     chi = max(1.0, chi_of(at))
-    return at.tempered(chi, chi)
+    return at.temper(chi, chi)
 
 
 def shortlist(scores: Sequence[Score], about_file: Sequence[Score], most: int = SHORTLIST) -> list[Score]:
@@ -125,7 +125,7 @@ class TrialFits:
         here = [s for s in self.rest if s.candidate.parts == best.found[-1].parts]
         return replace(self, fits=tuple(_fit_all(self.begin, here[:AROUND], jobs)))
 
-    def ranked(self, jobs: int) -> list[Hypothesis]:
+    def rank(self, jobs: int) -> list[Hypothesis]:
         """The best of them fitted further and to the end, the best evidence first."""
         likely, others = _part_likely(self.current, self.fits, KEPT, CONTINUED)
         further = partial(_continue_trial, self.current)

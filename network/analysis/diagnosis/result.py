@@ -145,10 +145,10 @@ class Fits:
 def _fit(comparison: Comparison | None) -> dict[str, Any]:
     if comparison is None:
         return {}
-    from network.analysis.comparison.channel_residual import pooled
+    from network.analysis.comparison.channel_residual import pool_residuals
 
     names = dict.fromkeys(n for r in comparison.recordings for n in r.channels)
-    by_name = {n: pooled(r.channels[n] for r in comparison.recordings if n in r.channels) for n in names}
+    by_name = {n: pool_residuals(r.channels[n] for r in comparison.recordings if n in r.channels) for n in names}
     return {"rmse_in_noise": comparison.rmse_in_noise, "channels": by_name}
 
 

@@ -140,8 +140,10 @@ def _correct_readings(search: Search, after: Machine, holdout: Sequence[Recordin
     if fault is None:
         return holdout
     raw = [_compare_run([(search.best, after)], (0, r)) for r in holdout]
-    return [fault.found_in(r.recording, r.channels[fault.channel]) if fault.channel in r.channels else r.recording
-            for r in raw]  # fmt: skip
+    name = fault.channel
+    return [
+        fault.correct_by_jumps(r.recording, r.channels[name]) if name in r.channels else r.recording for r in raw
+    ]
 
 
 def _compare_run(fitted: Sequence[tuple[Hypothesis, Machine]], of: tuple[int, Recording]) -> RecordingResidual:

@@ -9,7 +9,7 @@ from statistics import median
 
 import numpy as np
 
-from network.analysis.comparison.channel_residual import ChannelResidual, pooled
+from network.analysis.comparison.channel_residual import ChannelResidual, pool_residuals
 from network.analysis.comparison.compare import check_fit
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.sections import section
@@ -103,7 +103,7 @@ def run_level(job: Job, level: str) -> LevelRun:
     if level == PAPER:
         return _run_paper(job)
     sensed = any(sensor.place is not None for sensor in machine.sensors.values())
-    runs = list(_repeated(job, machine, parts=not sensed))
+    runs = list(_repeat(job, machine, parts=not sensed))
     run, seconds = runs[0], median(run.solve_seconds for run in runs)
     shown = {n: v for n, v in run.sensors.items() if machine.sensors[n].place is not None}
     if not sensed:
@@ -111,7 +111,7 @@ def run_level(job: Job, level: str) -> LevelRun:
     return LevelRun(level, machine.lumps, run.t, run.tcp, shown, *_in_noise(job, run.sensors), seconds, run.method)
 
 
-def _repeated(job: Job, machine: Machine, parts: bool) -> Iterator[Trajectory]:
+def _repeat(job: Job, machine: Machine, parts: bool) -> Iterator[Trajectory]:
     for _ in range(REPEATS):
         run = simulate(machine, job.source, start=job.start, method=job.method, parts=parts)
         yield run
@@ -142,7 +142,7 @@ def _in_noise(job: Job, simulated: Mapping[str, Array]) -> tuple[float, float]:
         if name in columns
     ]
     moved = [residual for residual in residuals if sensors[residual.name].axis is not None]
-    everything, displacement = (pooled(some) if some else float("nan") for some in (residuals, moved))
+    everything, displacement = (pool_residuals(some) if some else float("nan") for some in (residuals, moved))
     return everything, displacement
 
 

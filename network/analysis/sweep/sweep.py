@@ -94,7 +94,7 @@ def sweep(
     job = Job(machine, source, start, method)
     variations = tuple(parse_variation(text) for text in vary)
     names = tuple(dict.fromkeys(str(level).strip() for level in levels))
-    allowed = _checked(job, names, variations, tolerance)
+    allowed = _check(job, names, variations, tolerance)
     result = Sweep(machine, source.name, variations=variations, tolerance=allowed)
     if variations:
         check_grid(machine, variations)
@@ -107,7 +107,7 @@ def sweep(
     return replace(result, levels=tuple(run_all(partial(run_level, job), names, jobs, progress, cluster)))
 
 
-def _checked(
+def _check(
     job: Job, levels: Sequence[str], variations: Sequence[Variation], tolerance: str | None
 ) -> Tolerance | None:
     """The tolerance. Raises Refused for what no sweep can do."""

@@ -83,14 +83,14 @@ def check_grid(machine: Machine, variations: Sequence[Variation]) -> None:
 def _fault(machine: Machine, variation: Variation, value: float) -> tuple[Refusal, ...]:
     """What is wrong with one value alone."""
     try:
-        varied(machine, [variation], [value])
+        vary(machine, [variation], [value])
     except Refused as refused:
         spot = Spot(f"--vary {variation.path}")
         return tuple(replace(fault, spot=spot) for fault in refused.refusals)
     return ()
 
 
-def varied(machine: Machine, variations: Sequence[Variation], values: Sequence[float]) -> Machine:
+def vary(machine: Machine, variations: Sequence[Variation], values: Sequence[float]) -> Machine:
     """The machine with these values. Raises Refused."""
     tree = machine.tree
     for variation, value in zip(variations, values, strict=True):
@@ -148,7 +148,7 @@ def run_varied(shared: GridJob, values: tuple[float, ...]) -> VariedRun:
     """One point of the grid. Raises Refused, or Failed with the point's values."""
     job = shared.job
     try:
-        machine = varied(job.machine, shared.variations, values)
+        machine = vary(job.machine, shared.variations, values)
         run = simulate(machine, job.source, start=job.start, method=job.method, parts=False)
     except Failed as failed:
         settings = zip(shared.variations, values, strict=True)

@@ -96,7 +96,7 @@ class Patch(Mapping[str, Any]):
         """The patch with one more value in an entry that it gives."""
         return Patch(_put(self.sections, number.keys, text))
 
-    def moved(self, place: str, to: str) -> Patch:
+    def move_place(self, place: str, to: str) -> Patch:
         """The patch whose entries, but for nodes and sensors, say another place in the stead of one."""
         moved = {s: own if s in KEPT else _move(own, place, to) for s, own in self.sections.items()}
         return Patch(moved)

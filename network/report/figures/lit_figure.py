@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from network.analysis.comparison.amounts import joined
+from network.analysis.comparison.amounts import join_names
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.entry_path import EntryPath, axis_of
 from network.report.figures.canvas import PALETTE, literal
@@ -72,7 +72,7 @@ def lit_figure(d: Diagnosis) -> Figure:
     seats = [path.name for path in lit if path.section == "nodes"]
     also = [seat for f in d.findings for seat in (*f.places, *f.channels) if seat not in d.after.nodes]
     lit_up = [*seats, *(seat for seat in also if not (seats and axis_of(seat)))]
-    where = joined(list(dict.fromkeys(lit_up))) or "nothing"
+    where = join_names(list(dict.fromkeys(lit_up))) or "nothing"
     own = [path.name for f in d.findings for path, _ in f.patch.entries() if path.section in DRAWN]
     picture = LitPicture(d.after, lit, own, moves_of(d))
     figure = drawn(picture, f"{d.machine.name}: what was found, and where", f"lit in orange: {where}")
@@ -108,7 +108,7 @@ def moves_of(d: Diagnosis) -> dict[str, str]:
     for finding in d.findings:
         for name in (n for n in finding.places if n in d.after.nodes):
             axes.setdefault(name, []).extend(_axes(finding))
-    return {name: f"↕ moves {joined(list(dict.fromkeys(own)))}" for name, own in axes.items() if own}
+    return {name: f"↕ moves {join_names(list(dict.fromkeys(own)))}" for name, own in axes.items() if own}
 
 
 def _axes(finding: Finding) -> list[str]:
@@ -119,5 +119,5 @@ def _name_axes(d: Diagnosis, figure: Figure) -> None:
     """Axes of the tool centre point that a finding moves by no part: they are not in the network."""
     axes = [p for f in d.findings for p in _axes(f) if not any(n in d.after.nodes for n in f.places)]
     if axes:
-        told = f"moves {joined(list(dict.fromkeys(axes)))}"
+        told = f"moves {join_names(list(dict.fromkeys(axes)))}"
         figure.text(0.985, 0.975, literal(told), ha="right", va="top", fontsize=9, color=PALETTE[1], bbox=BACKING)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from network.analysis.calibration.calibrated_patch import FILE, patch_text
-from network.analysis.comparison.amounts import joined
+from network.analysis.comparison.amounts import join_names
 from network.catalogue.declaration.entry_path import displacement
 from network.report.files.result_files import as_json, put_in_place
 
@@ -46,7 +46,7 @@ def write_calibration(c: Calibration, where: Path, pictures: bool = True) -> lis
 
 
 def remark(c: Calibration) -> str:
-    names = joined([Path(r.recording.file).name for r in c.after.recordings])
+    names = join_names([Path(r.recording.file).name for r in c.after.recordings])
     return f"calibrated by lptn on {names}: value ± standard error"
 
 

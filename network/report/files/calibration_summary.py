@@ -95,11 +95,11 @@ def _before_after(
 
 
 def _residuals(comparison: Comparison) -> dict[str, Any]:
-    from network.analysis.calibration.calibrate import pooled_channels
+    from network.analysis.calibration.calibrate import pool_channels
 
     each = [{"file": r.recording.file, "rmse_in_noise": r.rmse_in_noise} for r in comparison.recordings]
     return {
         "rmse_in_noise": comparison.rmse_in_noise,
-        "channels": dict(pooled_channels(comparison)),
+        "channels": dict(pool_channels(comparison)),
         "recordings": each,
     }

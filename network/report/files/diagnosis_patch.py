@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from network.analysis.comparison.amounts import joined
+from network.analysis.comparison.amounts import join_names
 from network.catalogue.declaration.patch import Patch
 from network.catalogue.declaration.proposals import fresh
 from network.catalogue.declaration.sections import depth
@@ -34,7 +34,7 @@ def patch_text(d: Diagnosis, where: Path) -> str:
 
 def _remarks(d: Diagnosis) -> Iterator[str]:
     """Comment lines: what was found, and on what."""
-    names = joined([called(d, r) for r in d.fits.train_after.recordings])
+    names = join_names([called(d, r) for r in d.fits.train_after.recordings])
     told = [f.whole_sentence for f in d.findings] or ["Nothing is missing that these recordings would show."]
     for sentence in (*told, f"Diagnosed by lptn on {names}: value ± standard error."):
         yield from commented(sentence)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from network.analysis.comparison.amounts import joined
+from network.analysis.comparison.amounts import join_names
 from network.platform.quantities.text_table import signed, span
 from network.recordings.start_rule import ESTIMATED
 from network.report.files.diagnosis_patch import FILE
@@ -92,10 +92,10 @@ def _tables(d: Diagnosis) -> dict[str, Any]:
 
 def basis(d: Diagnosis) -> str:
     """On what it rests: which recordings, which seed, how long it took."""
-    fitted = joined([called(d, r) for r in d.fits.train_after.recordings])
+    fitted = join_names([called(d, r) for r in d.fits.train_after.recordings])
     told = f"Fitted on {fitted}"
     if d.fits.holdout_after is not None:
-        told += f"; judged on {joined([called(d, r) for r in d.fits.holdout_after.recordings])}"
+        told += f"; judged on {join_names([called(d, r) for r in d.fits.holdout_after.recordings])}"
     return f"{told}. Machine file {Path(d.machine.file).name}, seed {d.seed}, {span(d.seconds)}."
 
 

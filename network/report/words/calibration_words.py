@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from network.analysis.calibration.identifiability_report import relative
-from network.analysis.comparison.amounts import joined
+from network.analysis.comparison.amounts import join_names
 from network.engine.response.parameters import Parameter
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits, signed, span, table
@@ -68,12 +68,12 @@ def _remark(c: Calibration, j: int) -> str:
 
 
 def _residuals(c: Calibration) -> Iterator[str]:
-    from network.analysis.calibration.calibrate import pooled_channels
+    from network.analysis.calibration.calibrate import pool_channels
 
     columns = [("calibrated on", c.before, c.after), ("held out", c.before_holdout, c.after_holdout)]
     pairs = [(name, b, a) for name, b, a in columns if b is not None and a is not None]
     header = ["rmse [σ]", *(f"{name}: {side}" for name, _, _ in pairs for side in ("before", "after"))]
-    each = [[pooled_channels(x) for x in pair[1:]] for pair in pairs]
+    each = [[pool_channels(x) for x in pair[1:]] for pair in pairs]
     names = dict.fromkeys(n for pair in each for side in pair for n in side)
     rows = [
         [n, *(digits(side[n]["rmse_in_noise"], 3) if n in side else "–" for pair in each for side in pair)]
@@ -92,9 +92,10 @@ def _bands(c: Calibration) -> Iterator[str]:
         for band in own:
             if band.largest >= largest.get(band.axis, (-1.0, ""))[0]:
                 largest[band.axis] = band.largest, band.unit
-    told = [f"{axis} to ±{digits(value, 2)} {pretty(unit_text)}" for axis, (value, unit_text) in largest.items()]
-    if told and c.known.misfit > 1:
-        yield f"By their own uncertainty these numbers leave the tool centre point along {joined(told)} at worst (1σ);"
+    axes = [f"{axis} to ±{digits(value, 2)} {pretty(unit_text)}" for axis, (value, unit_text) in largest.items()]
+    if axes and c.known.misfit > 1:
+        along = join_names(axes)
+        yield f"By their own uncertainty these numbers leave the tool centre point along {along} at worst (1σ);"
         yield "what is missing from the machine comes on top."
-    elif told:
-        yield f"These numbers tell the tool centre point along {joined(told)} at worst (1σ)."
+    elif axes:
+        yield f"These numbers tell the tool centre point along {join_names(axes)} at worst (1σ)."

@@ -99,9 +99,9 @@ def is_unchanged(d: Diagnosis) -> bool:
 
 def by_channel(comparison: Comparison) -> dict[str, float]:
     """Rms residual of every channel over all recordings, in noise units."""
-    from network.analysis.calibration.calibrate import pooled_channels
+    from network.analysis.calibration.calibrate import pool_channels
 
-    return {name: told["rmse_in_noise"] for name, told in pooled_channels(comparison).items()}
+    return {name: told["rmse_in_noise"] for name, told in pool_channels(comparison).items()}
 
 
 def _sigma(value: float | None) -> str:

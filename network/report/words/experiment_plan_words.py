@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from network.analysis.calibration.identifiability_report import named, relative, tie
+from network.analysis.calibration.identifiability_report import list_names, relative, tie
 from network.analysis.calibration.uncertainty import PRIOR_ONLY
-from network.analysis.comparison.amounts import joined
+from network.analysis.comparison.amounts import join_names
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits, table
 from network.platform.quantities.units import difference, unit
@@ -50,7 +50,7 @@ def _numbers(f: Foresight) -> Iterator[str]:
     count = len(f.parameters)
     yield f"This schedule with these sensors determines {count - len(nothing)} of {count} numbers"
     if nothing:
-        yield f"It says nothing about {named(nothing)}"
+        yield f"It says nothing about {list_names(nothing)}"
 
 
 def _pairs(f: Foresight) -> Iterator[str]:
@@ -65,7 +65,7 @@ def _bands(f: Foresight) -> Iterator[str]:
     told = [f"{a.axis} from ±{digits(b.largest, 2)} to ±{digits(a.largest, 2)} {pretty(a.unit)}"
             for b, a in zip(f.bands_before, f.bands, strict=True)]  # fmt: skip
     if told:
-        yield f"The tool centre point would be known along {joined(told)} (1σ, at worst)"
+        yield f"The tool centre point would be known along {join_names(told)} (1σ, at worst)"
 
 
 def _sensors(f: Foresight) -> Iterator[str]:
@@ -83,7 +83,7 @@ def helped(f: Foresight, c: Candidate) -> str:
               for j in order if c.ratio[j] < HALVED][:3]  # fmt: skip
     tcp = [f"tcp {b.axis} to ±{digits(c.bands[b.axis], 2)} {pretty(b.unit)}" for b in f.bands
            if c.bands[b.axis] < 0.9 * b.largest]  # fmt: skip
-    return joined([*better, *tcp]) if better or tcp else "a little of everything"
+    return join_names([*better, *tcp]) if better or tcp else "a little of everything"
 
 
 def summary(f: Foresight) -> dict[str, Any]:

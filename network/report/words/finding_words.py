@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from network.analysis.comparison.amounts import joined
+from network.analysis.comparison.amounts import join_names
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits
 from network.platform.quantities.units import difference, show, unit
@@ -69,8 +69,8 @@ def sure_words(finding: Finding) -> str:
     if not alike:
         return f"{sure_word(p)}, {percent(p)}"
     if all(abs(p - r.confidence) < EVEN for r in alike):
-        return f"{percent(p)}: as likely as {joined([rival_name(r) for r in alike])}"
-    return f"{percent(p)}, beside {joined([f'{percent(r.confidence)} for {rival_name(r)}' for r in alike])}"
+        return f"{percent(p)}: as likely as {join_names([rival_name(r) for r in alike])}"
+    return f"{percent(p)}, beside {join_names([f'{percent(r.confidence)} for {rival_name(r)}' for r in alike])}"
 
 
 def evidence_words(finding: Finding) -> str:
@@ -99,7 +99,7 @@ def windows_words(d: Diagnosis, finding: Finding) -> str:
         return ""
     words = [text[:1].lower() + text[1:] for text in told]
     short = [text.removesuffix(f" of {name}") for text in words[:-1]] + words[-1:]
-    return f"It showed most {joined(short)}{', and at other times' if len(finding.windows) > MOST_WINDOWS else ''}."
+    return f"It showed most {join_names(short)}{', and at other times' if len(finding.windows) > MOST_WINDOWS else ''}."
 
 
 def rival_name(rival: Rival) -> str:
@@ -123,4 +123,4 @@ def percent(share: float) -> str:
 def alike_words(finding: Finding) -> str:
     """What these recordings cannot tell it from."""
     names = [rival_name(rival) for rival in finding.indistinguishable]
-    return f"These recordings cannot tell it from {joined(names)}." if names else ""
+    return f"These recordings cannot tell it from {join_names(names)}." if names else ""

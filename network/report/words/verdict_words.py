@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from network.analysis.comparison.amounts import joined
+from network.analysis.comparison.amounts import join_names
 from network.catalogue.declaration.entry_path import axis_of
 from network.platform.quantities.text_table import digits
 from network.report.words.recording_names import called
@@ -47,7 +47,7 @@ def verdict_words(d: Diagnosis) -> str:
     told = {
         "machine": d.machine.name, "left": f"{digits(d.fits.train_after.rmse_in_noise, 3)} σ", "falls": falls(d),
         "where": _where(d), "count": _count(d), "it": "it" if len(d.findings) < 2 else "them",
-        "channels": joined(list(dict.fromkeys(n for f in d.findings for n in f.channels))) or "a channel",
+        "channels": join_names(list(dict.fromkeys(n for f in d.findings for n in f.channels))) or "a channel",
     }  # fmt: skip
     return MEANING[d.verdict].format_map(told) + _but(d)
 
@@ -82,7 +82,7 @@ def _falls(before: float, after: float) -> str:
 
 def _held_out(d: Diagnosis) -> str:
     assert d.fits.holdout_after is not None
-    return joined([called(d, r) for r in d.fits.holdout_after.recordings])
+    return join_names([called(d, r) for r in d.fits.holdout_after.recordings])
 
 
 def _count(d: Diagnosis) -> str:
@@ -95,7 +95,7 @@ def _where(d: Diagnosis) -> str:
     if not (seats and all(seats)):
         return ""
     told = [f"one at {seat}" for seat in seats] if len(seats) > 1 else [f"at {seats[0]}"]
-    return f"{', ' if len(seats) > 1 else ' '}{joined(told)}"
+    return f"{', ' if len(seats) > 1 else ' '}{join_names(told)}"
 
 
 def seat_words(d: Diagnosis, finding: Finding) -> str:
@@ -104,8 +104,9 @@ def seat_words(d: Diagnosis, finding: Finding) -> str:
     axes = [axis for seat in seats if (axis := axis_of(seat))]
     parts = [seat for seat in seats if not axis_of(seat)]
     if not axes:
-        return joined(parts)
-    return f"{joined(parts)} (movement along {joined(axes)})" if parts else f"the tool centre point ({joined(axes)})"
+        return join_names(parts)
+    along = join_names(axes)
+    return f"{join_names(parts)} (movement along {along})" if parts else f"the tool centre point ({along})"
 
 
 def seats_of(d: Diagnosis, finding: Finding) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from network.analysis.comparison.sentences import telling
-from network.analysis.comparison.spikes import calmed
+from network.analysis.comparison.spikes import calm_spikes
 from network.analysis.comparison.window import worst_window
 from network.catalogue.declaration.declare import Array
 from network.platform.quantities.number_format import pretty
@@ -126,7 +126,7 @@ def _row(channel: ChannelResidual) -> list[str]:
 def tell_worst(residual: RecordingResidual) -> str:
     """The sentence about the worst channel: how far off it is simulated, which way, and between which times; single
     readings that lie far apart do not count."""
-    read = [calmed(channel)[0] for channel in residual.channels.values() if channel.n]
+    read = [calm_spikes(channel)[0] for channel in residual.channels.values() if channel.n]
     worst = max(read, key=lambda channel: channel.rmse_in_noise)
     if worst.rmse_in_noise <= GOOD:
         return f"Every channel agrees within its noise (worst: {worst.name}, {digits(worst.rmse_in_noise, 3)} σ)."

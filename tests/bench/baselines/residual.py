@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from network import Recording
 from network.analysis.calibration.initial_temperatures import estimate_start
-from network.analysis.comparison.channel_residual import ChannelResidual, pooled
+from network.analysis.comparison.channel_residual import ChannelResidual, pool_residuals
 from network.catalogue.declaration.declare import Array
 
 FITS = 1.5
@@ -24,7 +24,7 @@ def largest_residual(given: Given) -> dict[str, Any]:
     """Too warm only while running: windage; too cold then: a fan. Too warm always: a source; too cold: a loss."""
     told = estimate_start(given.calibrated.numbers, given.recordings).recordings
     known = set.intersection(*({*r.channels} for r in told))
-    misfit = {name: pooled(r.channels[name] for r in told) for name in known}
+    misfit = {name: pool_residuals(r.channels[name] for r in told) for name in known}
     worst = max(misfit, key=lambda name: misfit[name])
     if misfit[worst] < FITS:
         return nothing()

@@ -12,7 +12,7 @@ from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.experiments.programs import Program, programs
 from network.analysis.diagnosis.experiments.separation import Outcome, Pair, about, outcome
 from network.analysis.diagnosis.hypothesis import Hypothesis
-from network.analysis.diagnosis.isolability import counted, named
+from network.analysis.diagnosis.isolability import count_kinds, name_candidate
 from network.analysis.diagnosis.ranking import ALIKE, best_first, distinct, shares
 from network.analysis.diagnosis.result import CLEAR, FAINT, Experiment
 from network.analysis.diagnosis.screen import screen
@@ -71,7 +71,7 @@ def revealing(null: Hypothesis, unseen: Sequence[Candidate]) -> Iterator[Experim
     if any(seen for _, seen in found):
         program, seen = max(found, key=lambda each: len(each[1]))
         told = f"{len(seen)} of {len(unseen)} effects that these recordings could not show would be seen"
-        kinds = counted([(s.candidate,) for s in seen])
+        kinds = count_kinds([(s.candidate,) for s in seen])
         sigma = float(np.median([s.detectable for s in seen]))
         yield Experiment(f"{program.text}: {told} ({kinds})", (), sigma, program.hours)
 
@@ -102,23 +102,23 @@ def _programs(pair: Pair) -> list[Program]:
 
 def experiment(pair: Pair, program: Program) -> Experiment | None:
     """How far a program would tell a pair apart; None where it cannot be computed."""
-    found = _tried(pair, program)
-    return None if found is None else _told(pair, program, program.text, found.sigma())
+    found = _try_program(pair, program)
+    return None if found is None else _describe_experiment(pair, program, program.text, found.sigma())
 
 
 def with_sensor(pair: Pair, program: Program) -> Experiment | None:
     """The program with one more sensor where that helps most."""
-    parts = _unsensed(pair)[:MOST_SENSORS]
-    found = _tried(pair, program, parts) if parts else None
+    parts = _list_unsensed(pair)[:MOST_SENSORS]
+    found = _try_program(pair, program, parts) if parts else None
     if found is None:
         return None
     part = max(parts, key=lambda p: found.sigma((p,)))
     sensed = {s.place.node for s in pair.rival.machine.sensors.values() if s.place}
     which = "another temperature sensor" if part in sensed else "a temperature sensor"
-    return _told(pair, program, f"Put {which} on {part}. {program.text}", found.sigma((part,)))
+    return _describe_experiment(pair, program, f"Put {which} on {part}. {program.text}", found.sigma((part,)))
 
 
-def _unsensed(pair: Pair) -> list[str]:
+def _list_unsensed(pair: Pair) -> list[str]:
     """Parts where a further sensor may help: those behind a channel in doubt, those named, the others."""
     sensors = pair.rival.machine.sensors
     last = [h.found[-1] for h in (pair.holds, pair.rival)]
@@ -129,13 +129,13 @@ def _unsensed(pair: Pair) -> list[str]:
     return [*dict.fromkeys([*doubted, *sorted(parts, key=lambda n: n not in named)])]
 
 
-def _tried(pair: Pair, program: Program, parts: list[str] | None = None) -> Outcome | None:
+def _try_program(pair: Pair, program: Program, parts: list[str] | None = None) -> Outcome | None:
     try:
         return outcome(pair, program, parts or ())
     except (Failed, Refused, np.linalg.LinAlgError, FloatingPointError):
         return None
 
 
-def _told(pair: Pair, program: Program, text: str, sigma: float) -> Experiment | None:
-    names = named(pair.holds.found[-1]), named(pair.rival.found[-1])
+def _describe_experiment(pair: Pair, program: Program, text: str, sigma: float) -> Experiment | None:
+    names = name_candidate(pair.holds.found[-1]), name_candidate(pair.rival.found[-1])
     return Experiment(text, names, sigma, program.hours) if np.isfinite(sigma) else None

@@ -42,7 +42,7 @@ class Driver:
     high: float
     is_switch: bool
 
-    def told(self, value: float) -> str:
+    def format_value(self, value: float) -> str:
         return show(value, self.unit, 6)
 
     def level(self, share: float) -> float:
@@ -121,10 +121,11 @@ def _library(drivers: Sequence[Driver], hours: float) -> Iterator[tuple[str, lis
     half = _span(hours / 2)
     for d in drivers:
         soaked = _steps(d, [(0.0, 1.0), (0.5, 0.0)], hours)
-        yield f"Run {d.name} at {d.told(d.high)} for {half}, then at {d.told(d.rest)} for {half}", [soaked, *others[d]]
+        high, rest = d.format_value(d.high), d.format_value(d.rest)
+        yield f"Run {d.name} at {high} for {half}, then at {rest} for {half}", [soaked, *others[d]]
     yield from _ladder([d for d in drivers if not d.is_switch], others, hours)
     yield _alternation(drivers, hours)
-    off = " and ".join(f"{d.name} at {d.told(d.rest)}" for d in drivers)
+    off = " and ".join(f"{d.name} at {d.format_value(d.rest)}" for d in drivers)
     yield f"Leave {off} for {_span(hours)}", [_steps(d, [(0.0, 0.0)], hours) for d in drivers]
 
 
@@ -134,22 +135,23 @@ def _ladder(
     """Up in four steps, then to rest, for the first input that knows steps."""
     for d in drivers[:1]:
         shares = (0.25, 0.5, 0.75, 1.0, 0.0)
-        told = ", ".join(d.told(d.level(s)) for s in shares[:-1])
+        told = ", ".join(d.format_value(d.level(s)) for s in shares[:-1])
         steps = [(i / len(shares), s) for i, s in enumerate(shares)]
-        text = f"Run {d.name} at {told} and {d.told(d.rest)}, {_span(hours / len(shares))} each"
+        text = f"Run {d.name} at {told} and {d.format_value(d.rest)}, {_span(hours / len(shares))} each"
         yield text, [_steps(d, steps, hours), *others[d]]
 
 
 def _alternation(drivers: Sequence[Driver], hours: float) -> tuple[str, list[Signal]]:
     """Between rest and high with holds of many lengths; a second input does so in another order."""
-    told, signals = [], []
+    texts, signals = [], []
     for i, d in enumerate(drivers):
         holds = np.roll(HOLDS, -4 * i)
         begins = np.concatenate([[0], np.cumsum(holds)[:-1]]) / sum(HOLDS)
         signals.append(_steps(d, [(float(b), float(k % 2 == 0)) for k, b in enumerate(begins)], hours))
         minutes = ", ".join(f"{60 * hours * h / sum(HOLDS):.3g}" for h in holds)
-        told.append(f"{d.name} between {d.told(d.high)} and {d.told(d.rest)}, held for {minutes} min in turn")
-    return f"Switch {', and '.join(told)}", signals
+        high, rest = d.format_value(d.high), d.format_value(d.rest)
+        texts.append(f"{d.name} between {high} and {rest}, held for {minutes} min in turn")
+    return f"Switch {', and '.join(texts)}", signals
 
 
 def _steps(d: Driver, steps: Sequence[tuple[float, float]], hours: float) -> Signal:

@@ -71,7 +71,7 @@ def outcome(pair: Pair, program: Program, parts: Sequence[str] = ()) -> Outcome:
     """Both explanations on a program, with further sensors supposed at some parts. Raises Failed or LinAlgError."""
     holds, rival = pair.holds, pair.rival
     extra = {part: fresh(f"T_{part} beside", rival.machine.sensors) for part in parts}
-    one, other = (_sensed(h.machine, extra) for h in (holds, rival))
+    one, other = (_add_sensors(h.machine, extra) for h in (holds, rival))
     case = _on(program, rival, other, [*extra.values()])
     at = linearise(case.problem(other, rival.fit.problem.parameters), rival.fit.theta)
     (data,) = case.lay_out(one)
@@ -103,7 +103,7 @@ def _on(program: Program, h: Hypothesis, machine: Machine, extra: Sequence[str])
     return h.case.on((run,))
 
 
-def _sensed(machine: Machine, extra: dict[str, str]) -> Machine:
+def _add_sensors(machine: Machine, extra: dict[str, str]) -> Machine:
     """The machine with further sensors as good as those it has."""
     if not extra:
         return machine

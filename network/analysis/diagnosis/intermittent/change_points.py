@@ -73,7 +73,7 @@ class Steps:
             moved = np.array([best[1] + back[k], best[0] + there[k]])
             came[k] = moved > best
             best = np.maximum(best, moved)
-        return self._traced(came, int(best.argmax()))
+        return self._trace(came, int(best.argmax()))
 
     def _worth(self, jump: Array) -> Array:
         """Nats by which every step is more likely with a jump than without, where others may happen too."""
@@ -81,7 +81,7 @@ class Steps:
         scatter2 = self.scatter**2 + (BLURRED * jump) ** 2
         return np.asarray(without - np.minimum((self.size - jump) ** 2 / (2 * scatter2), 2 * MOST) - COST)
 
-    def _traced(self, came: Mask, state: int) -> Windows:
+    def _trace(self, came: Mask, state: int) -> Windows:
         """Windows from the switches on the best path, from its end on."""
         found, end = list[tuple[float, float]](), self.end
         for k in range(len(came) - 1, -1, -1):

@@ -73,7 +73,7 @@ class IntermittentFault:
     def effect(self) -> SensorEffect:
         return effect_of(self.machine, self.candidate)
 
-    def undone(self, recording: Recording, windows: Windows, sets_right: bool = True) -> Recording:
+    def correct_windows(self, recording: Recording, windows: Windows, sets_right: bool = True) -> Recording:
         """A recording with the readings of the windows set right, and none about their ends."""
         column, t = recording.columns[self.channel], recording.t
         truth = self.effect.truth(column.values, _inputs(self.effect, recording))
@@ -83,12 +83,12 @@ class IntermittentFault:
         columns = {**recording.columns, self.channel: replace(column, values=values)}
         return replace(recording, columns=columns)
 
-    def found_in(self, recording: Recording, channel: ChannelResidual) -> Recording:
+    def correct_by_jumps(self, recording: Recording, channel: ChannelResidual) -> Recording:
         """A recording of which only the residual is known, set right where that jumps by the same share."""
         full = effect_of(_at_share(self.candidate, 1.0), self.candidate)
         change = change_of(full, recording, channel.simulated)
         steps = find_steps(recording.t, channel.residual, change)
-        return recording if steps is None else self.undone(recording, steps.windows(self.loose.share))
+        return recording if steps is None else self.correct_windows(recording, steps.windows(self.loose.share))
 
 
 def find_intermittent_fault(h: Hypothesis) -> tuple[IntermittentFault, Hypothesis] | None:
@@ -109,7 +109,7 @@ def _list_faults(h: Hypothesis) -> Iterator[IntermittentFault]:
     """Faults that jumps of the residuals show."""
     come_and_go = [kind for kind in kinds() if issubclass(kind, SensorEffect) and kind.comes_and_goes]
     for c in candidates(h.machine, h.case.drivers, among=come_and_go):
-        seen = [steps for run in _seen(h, c, h.case.recordings) if (steps := find_steps(*run)) is not None]
+        seen = [steps for run in _list_residuals(h, c, h.case.recordings) if (steps := find_steps(*run)) is not None]
         loose = find_loose_contact(seen) if len(seen) == len(h.predictions) else None
         if loose is not None:
             yield IntermittentFault(c, loose, h.case.recordings)
@@ -117,7 +117,7 @@ def _list_faults(h: Hypothesis) -> Iterator[IntermittentFault]:
 
 def _update_fault(h: Hypothesis, e: IntermittentFault, about: Hypothesis) -> IntermittentFault:
     """A fault with its share told by all readings in its windows, and its windows by that share, about a better fit."""
-    runs, windows = _seen(about, e.candidate, h.case.recordings), e.loose.windows
+    runs, windows = _list_residuals(about, e.candidate, h.case.recordings), e.loose.windows
     inside = [_inside(t, own) for (t, _, _), own in zip(runs, windows, strict=True)]
     r = np.concatenate([residual[i] for (_, residual, _), i in zip(runs, inside, strict=True)])
     full = np.concatenate([change[i] for (_, _, change), i in zip(runs, inside, strict=True)])
@@ -142,7 +142,7 @@ def _confirm_fault(h: Hypothesis, e: IntermittentFault) -> tuple[IntermittentFau
 
 def _with(case: Case, e: IntermittentFault, sets_right: bool) -> Case:
     runs = zip(case.recordings, e.loose.windows, strict=True)
-    return replace(case, recordings=tuple(e.undone(r, windows, sets_right) for r, windows in runs))
+    return replace(case, recordings=tuple(e.correct_windows(r, windows, sets_right) for r, windows in runs))
 
 
 def effect_of(machine: Machine, c: Candidate) -> SensorEffect:
@@ -155,7 +155,7 @@ def change_of(full: SensorEffect, recording: Recording, truth: Array) -> Array:
     return np.asarray(full.reading(truth, np.zeros_like(truth), _inputs(full, recording)) - truth)
 
 
-def _seen(h: Hypothesis, c: Candidate, recordings: Sequence[Recording]) -> list[tuple[Array, Array, Array]]:
+def _list_residuals(h: Hypothesis, c: Candidate, recordings: Sequence[Recording]) -> list[tuple[Array, Array, Array]]:
     """Of a channel in every run that has it: times, residual, and change at full strength."""
     full = effect_of(_at_share(c, 1.0), c)
     pairs = zip(h.predictions, recordings, strict=True)

@@ -64,7 +64,7 @@ class Space:
         centre, spread, low, high = np.array(rows, float).T
         return centre, spread, low, high
 
-    def drawn(self, count: int, seed: int) -> Array:
+    def draw(self, count: int, seed: int) -> Array:
         """Draws from the prior (count, numbers)."""
         centre, spread, low, high = self.prior
         rng = np.random.default_rng(seed)
@@ -120,15 +120,15 @@ class View:
         measured = np.concatenate([d.means for d in self.about.problem.data])
         return whiten(self.about, np.where(self.cells, measured - means, 0.0))
 
-    def taken(self, residual: Array) -> tuple[Array, Array]:
+    def take_up(self, residual: Array) -> tuple[Array, Array]:
         """What parameters take up of residuals (…, rows): their adjustment, and by how much the misfit falls."""
-        return self.projector.adjusted(residual, self.off)
+        return self.projector.adjust(residual, self.off)
 
     @cached_property
     def misfit(self) -> float:
         """What the fit leaves, its numbers adjusted linearly to the share."""
         residual = self.white(np.concatenate([p.cells for p in self.about.predictions]))
-        return float(residual @ residual - self.taken(residual)[1])
+        return float(residual @ residual - self.take_up(residual)[1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +149,7 @@ class Judge:
         """Misfits of draws (draws, numbers) with these residuals, their priors and the adjusted parameters in it."""
         centre, spread, _, _ = self.space.prior
         strain = np.sum(((theta - centre) / spread) ** 2, axis=1)
-        misfit = np.einsum("ij,ij->i", residual, residual) - view.taken(residual)[1] + strain
+        misfit = np.einsum("ij,ij->i", residual, residual) - view.take_up(residual)[1] + strain
         return np.where(np.isfinite(misfit), misfit, np.inf)
 
     def residuals(self, view: View, theta: Array) -> Array:

@@ -59,7 +59,7 @@ def _step(judge: Judge, view: View, at: _At, damped: float) -> Array:
     """(draws, numbers); none where a draw or its neighbours cannot be run."""
     centre, spread, _, _ = judge.space.prior
     others = view.projector
-    adjusted, _ = view.taken(at.residual)
+    adjusted, _ = view.take_up(at.residual)
     left = at.residual - adjusted @ others.slopes
     right = np.einsum("dnr,dr->dn", at.slopes, left) - (at.theta - centre) / spread**2
     beside = np.linalg.solve(others.root, np.einsum("dnr,pr->dpn", at.slopes, others.slopes))

@@ -109,7 +109,7 @@ def _draw_samples(abouts: Sequence[Linearised], switched: Sequence[Candidate], s
 
 def _first(seed: int, of: tuple[Judge, float]) -> tuple[Array, Array]:
     """The best draws from the prior, polished over the beginning of the runs, and their misfits over more of it."""
-    (judge, share), theta = of, of[0].space.drawn(DRAWS, seed)
+    (judge, share), theta = of, of[0].space.draw(DRAWS, seed)
     view, further = View(judge.about, share), View(judge.about, THEN[0][0])
     try:
         misfit = judge.misfits(view, theta, judge.residuals(view, theta))
