@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from fits import recorded
 
-from network import Machine, calibrate, registry
+from network import Machine, calibrate
 from network.analysis.diagnosis.candidates import kinds as searched
+from network.catalogue.declaration import registry
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import param, place
 from network.catalogue.mechanisms.base import Inputs, Link, Relay, State, Stream, beyond
