@@ -101,7 +101,7 @@ def test_fits_on_cells_of_one_sample_have_the_likelihood_of_the_filter(monkeypat
     data, prediction = sampled(monkeypatch, machine, hours=1.0, beside=0.01)
     white = whitener(data, NOISE)
     offsets = np.array([np.repeat(data.run.channels, data.run.knots.cells) == n for n in OFFSETS], float)
-    columns = np.concatenate([prediction.answered(data.pushes(prediction.course))[: len(data.starts)], offsets])
+    columns = np.concatenate([prediction.respond_to(data.pushes(prediction.course))[: len(data.starts)], offsets])
     spreads = np.array([*(s.spread for s in data.starts), *OFFSETS.values()])
     N, r = white(columns * spreads[:, None]), white(data.means - prediction.cells)
     inner = np.eye(len(N)) + N @ N.T

@@ -62,7 +62,7 @@ def test_answers_to_another_start_are_those_of_runs_that_start_so(name):
     problem = problem_of(machine, recorded(machine, speeds(*USUAL), None))
     theta, run = centres(problem.parameters), problem.data[0].run
     at = problem.model.predict(theta)[0]
-    column = at.answered(start_pushes(at.course, ["body"]))[0]
+    column = at.respond_to(start_pushes(at.course, ["body"]))[0]
     step = 1e-4
     there, back = (problem.model.predict(theta, [{**run.start, "body": run.start["body"] + s}])[0].cells
                    for s in (step, -step))  # fmt: skip
@@ -74,7 +74,7 @@ def test_answers_to_a_later_jump_are_those_of_runs_that_jump_later():
     steps = [(t + (late / 3600 if 0 < t < 1 else 0.0), rpm) for t, rpm in USUAL]
     problem = problem_of(machine, recorded(machine, speeds(*USUAL), None))
     at, data = problem.model.predict(centres(problem.parameters))[0], problem.data[0]
-    column = at.answered(edge_pushes(at.course, data.run.knots.jumps))[0]
+    column = at.respond_to(edge_pushes(at.course, data.run.knots.jumps))[0]
     there = recorded(machine, speeds(*steps), None)
     here = recorded(machine, speeds(*USUAL), None)
     cells, counts = data.run.knots.cell_of, np.bincount(data.run.knots.cell_of)

@@ -51,24 +51,24 @@ class Melting(Declared):
     over = param("K", 0, 200, "width of the melting range", positive=True, typical=2)
     latent_heat = param("J", 0, 1e10, "latent heat", positive=True, typical=1e5)
 
-    def absorbed(self, T: Array) -> Array:
+    def compute_latent_heat(self, T: Array) -> Array:
         """Latent heat taken up at T [J]."""
         x = np.clip((T - self.at) / self.over, -0.5, 0.5)
         heat: Array = self.latent_heat * (0.5 + x + np.sin(2 * np.pi * x) / (2 * np.pi))
         return heat
 
     def apparent_capacity(self, T: Array) -> Array:
-        """Derivative of `absorbed` [J/K]."""
+        """Derivative of `compute_latent_heat` [J/K]."""
         x = (T - self.at) / self.over
         capacity: Array = self.latent_heat / self.over * (1 + np.cos(2 * np.pi * x)) * (np.abs(x) < 0.5)
         return capacity
 
     def temperature(self, apparent: Array, capacity: float) -> Array:
-        """T from the heat in the part over its heat capacity, T + absorbed(T)/capacity [°C]; bisection, 1e-13 K."""
+        """T from the heat in the part over its heat capacity, T + latent heat(T)/capacity [°C]; bisection, 1e-13 K."""
         low, high = apparent - self.latent_heat / capacity, apparent.copy()
         for _ in range(BISECTIONS):
             middle = (low + high) / 2
-            too_hot = middle + self.absorbed(middle) / capacity > apparent
+            too_hot = middle + self.compute_latent_heat(middle) / capacity > apparent
             low, high = np.where(too_hot, low, middle), np.where(too_hot, middle, high)
         return np.asarray((low + high) / 2)
 
@@ -92,7 +92,7 @@ class Node(Declared):
     melts: Melting | None = nested("a melting range", lambda: Melting)
     stuff: Material | None = None
 
-    def resolved(self, machine: MachineLike) -> Self:
+    def resolve(self, machine: MachineLike) -> Self:
         return self.replaced(stuff=machine.material(self.material) if self.material else None)
 
     @property

@@ -18,16 +18,16 @@ EXCESS = 10.0
 """K over the reference at which a loss is taken."""
 
 
-def sized_body(cls: type[Declared], machine: MachineLike, **given: Any) -> dict[str, Any]:
+def size_body(cls: type[Declared], machine: MachineLike, **given: Any) -> dict[str, Any]:
     """The YAML of a typical entry, heats, conductances and areas in proportion to what this machine loses."""
     body = typical_body(cls)
     for name, field in cls.params().items():
         if field.unit in SCALED and field.key in body:
-            body[field.key] = field.write(sized_value(cls, name, machine))
+            body[field.key] = field.write(size_value(cls, name, machine))
     return body | given
 
 
-def sized_value(cls: type[Declared], name: str, machine: MachineLike) -> float:
+def size_value(cls: type[Declared], name: str, machine: MachineLike) -> float:
     """The typical value of a parameter in SI, in proportion to what this machine loses."""
     field = cls.params()[name]
     return min(float(f"{field.proposal() * size_of(machine):.2g}"), field.high)

@@ -81,7 +81,7 @@ def sum_stored_heat(network: Network, T: Array) -> Array:
         part, melting = network.parts[name], network.machine.nodes[name].melts
         assert melting is not None
         share = 1 / (part.stop - part.start)
-        heat[..., part] += share * melting.absorbed(T[..., part])
+        heat[..., part] += share * melting.compute_latent_heat(T[..., part])
     if network.states:
         heat[..., network.is_state] = 0.0
     return np.asarray(heat)

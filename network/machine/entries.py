@@ -55,7 +55,7 @@ class Entries(ABC):
         """How many there are, in all parts."""
         return sum(node.lumps for node in self.nodes.values() if node.is_part)
 
-    def joined_parts(self) -> Iterator[tuple[str, str]]:
+    def list_joined_parts(self) -> Iterator[tuple[str, str]]:
         """Pairs of different parts that some link joins, each pair once."""
         seen = set()
         for link in self.links.values():
@@ -75,7 +75,7 @@ class Entries(ABC):
         for path, entry in self._by_name():
             yield path, entry
             if path.section in NESTED:
-                yield from path.held_by(entry.__dict__)
+                yield from path.list_inner(entry.__dict__)
 
     def _by_name(self) -> Iterator[tuple[EntryPath, Declared]]:
         own = {name: stuff for name, stuff in self.materials.items() if stuff is not BUILT_IN.get(name)}

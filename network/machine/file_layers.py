@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from network.catalogue.declaration.patch import Patch, merged
+from network.catalogue.declaration.patch import Patch, overlay
 from network.catalogue.declaration.sections import as_meant, check_sections
 from network.platform.refusal import Complaints, Refused, refuse, short
 from network.platform.yaml.document import Branch, Leaf, Tree, load
@@ -29,7 +29,7 @@ def load_tree(path: Path, complaints: Complaints | None = None) -> Branch:
     layers = [as_meant(layer, own) for layer in layers]
     tree = layers.pop()
     while layers:
-        tree = merged(tree, layers.pop(), own)
+        tree = overlay(tree, layers.pop(), own)
     if complaints is None:
         own.raise_if_any()
     return tree

@@ -13,7 +13,7 @@ import numpy as np
 from network.catalogue.declaration.declare import Array, Declared
 from network.catalogue.declaration.entry_path import EntryPath
 from network.catalogue.declaration.fields import Place, PlacesField, SharesField
-from network.catalogue.declaration.patch import Patch, merged
+from network.catalogue.declaration.patch import Patch, overlay
 from network.catalogue.declaration.sections import section
 from network.catalogue.expansions.base import Expansion
 from network.catalogue.nodes import CAPACITIES, Node
@@ -51,7 +51,7 @@ def level_patch(machine: Entries, name: str) -> Branch:
         known = [other for other, patch in levels.items.items() if isinstance(patch, Branch)]
         raise refuse(Spot(machine.file), f"there is no level '{short(name)}'", likely(name, known))
     patch = Branch({k: v for k, v in level.items.items() if k not in ("lumps", "merge")}, level.spot, level.keys)
-    tree = _merged_nodes(machine, merged(machine.tree, patch), level)
+    tree = _merged_nodes(machine, overlay(machine.tree, patch), level)
     for wish, spot in _lump_wishes(level):
         tree = set_lumps(tree, wish, spot)
     return tree
@@ -121,7 +121,7 @@ def _merge_entries(machine: Entries, new: str, members: list[str]) -> Iterator[t
     for path, entry in machine.by_path.items():
         if not path.inner and _touches(entry, members):
             body = _followed(entry, new, members)
-            yield path, body and body | entry.kept_when_merged() if isinstance(entry, Expansion) else body
+            yield path, body and body | entry.keep_in_merge() if isinstance(entry, Expansion) else body
 
 
 def _one_lump(nodes: list[Node]) -> dict[str, Any]:

@@ -177,7 +177,7 @@ class MachineReader:
         for (section_name, axis), holder in holders.items():
             for name, entry in list(holder.items()):
                 if self._finds_all(machine, EntryPath(section_name, axis, name), entry):
-                    holder[name] = entry.resolved(machine)
+                    holder[name] = entry.resolve(machine)
                 else:
                     del holder[name]
 

@@ -13,7 +13,7 @@ from itertools import groupby
 from operator import itemgetter
 from typing import Any
 
-from network.catalogue.declaration.declare import Effect, registered
+from network.catalogue.declaration.declare import Effect, list_kinds
 from network.catalogue.declaration.discovery import open_rooms
 from network.catalogue.declaration.entry_path import NumberPath, displacement
 from network.catalogue.declaration.number_fields import ParamField
@@ -144,7 +144,7 @@ def kinds() -> Iterator[type[Effect]]:
     """Every kind that can be missing and is looked for."""
     open_rooms()
     for section in sections():
-        for kind in registered(section).values():
+        for kind in list_kinds(section).values():
             if issubclass(kind, Effect) and kind.strength and kind.is_searched():
                 yield kind
 

@@ -55,7 +55,7 @@ def _places(fit: Linearised, machine: Machine, knots: list[Array]) -> Iterator[_
     for name, node in machine.nodes.items():
         if node.is_part:
             yield _Place(Location((name,)), _answers(fit, knots, lambda p, n=name: part_spread(p, n)))
-    for a, b in machine.joined_parts():
+    for a, b in machine.list_joined_parts():
         answers = _answers(fit, knots, lambda p, a=a, b=b: part_spread(p, b) - part_spread(p, a))
         yield _Place(Location((a, b)), answers)
     for name in dict.fromkeys(n for d in fit.problem.data for n in d.run.channels):

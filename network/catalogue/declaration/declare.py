@@ -26,12 +26,12 @@ from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.number_fields import ParamField
 from network.catalogue.declaration.patch import Patch
 from network.catalogue.declaration.positions import Along
-from network.catalogue.declaration.registry import enter, registered
+from network.catalogue.declaration.registry import enter, list_kinds
 from network.platform.quantities.units import Number
 from network.platform.refusal import Complaints, Spot
 from network.platform.yaml.tree import Branch, Tree
 
-__all__ = ["Advice", "Array", "Declared", "Effect", "registered", "typical_body"]
+__all__ = ["Advice", "Array", "Declared", "Effect", "list_kinds", "typical_body"]
 
 Array: TypeAlias = NDArray[np.float64]
 Indices: TypeAlias = NDArray[np.integer[Any]]
@@ -103,7 +103,7 @@ class Declared(ABC):
         spots: Mapping[str, Spot] = self.__dict__["_spots"]
         return spots.get(field, self.spot)
 
-    def given(self, field: str) -> bool:
+    def is_given(self, field: str) -> bool:
         return self.__dict__[field] is not None
 
     def uncertain(self) -> Mapping[str, Number]:
@@ -162,7 +162,7 @@ class Declared(ABC):
         """Entries of one class with equal structure can be stacked: the same forms and words, other numbers."""
         return (type(self), *(field.structure(self.__dict__[name]) for name, field in self.fields.items()))
 
-    def resolved(self, machine: MachineLike) -> Self:
+    def resolve(self, machine: MachineLike) -> Self:
         """The entry with what only the whole machine knows: the reference, a material's expansion, a length."""
         return self
 

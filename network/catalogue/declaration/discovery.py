@@ -6,7 +6,7 @@ import pkgutil
 from functools import lru_cache
 from importlib import import_module
 
-from network.catalogue.declaration.declare import Declared, registered
+from network.catalogue.declaration.declare import Declared, list_kinds
 
 ROOMS = ("mechanisms", "expansions", "sensors", "suspects")
 
@@ -22,4 +22,4 @@ def open_rooms() -> None:
 def kinds(section: str) -> dict[str, type[Declared]]:
     """Every kind of one section (links, sources, tcp, sensors, suspects), by name."""
     open_rooms()
-    return dict(registered(section))
+    return dict(list_kinds(section))

@@ -55,7 +55,7 @@ class EntryPath:
         """The entry that has a name: itself, or the one it stands in."""
         return replace(self, inner=()) if self.inner else self
 
-    def held_by(self, entry: Mapping[str, Any]) -> Iterator[tuple[EntryPath, Any]]:
+    def list_inner(self, entry: Mapping[str, Any]) -> Iterator[tuple[EntryPath, Any]]:
         """What an entry holds (its YAML, or its values by name), each with its path."""
         for key, many in NESTED.get(self.section, {}).items():
             held = entry.get(key)

@@ -79,7 +79,7 @@ def read_values(cls: type[Entry], where: str, tree: Tree, complaints: Complaints
         complaints.refuse(tree.spot, f"{where} is {_shape(tree)}", hint)
         return None
     before = len(complaints.refusals)
-    values = dict(_given(cls, where, tree, complaints))
+    values = dict(_read_given(cls, where, tree, complaints))
     _check_missing(cls, where, tree, complaints)
     _check_forms(cls, where, tree, complaints)
     return values if len(complaints.refusals) == before else None
@@ -91,7 +91,7 @@ def _shape(tree: Tree) -> str:
     return "a list"
 
 
-def _given(cls: type[Entry], where: str, tree: Branch, complaints: Complaints) -> Iterator[tuple[str, Any]]:
+def _read_given(cls: type[Entry], where: str, tree: Branch, complaints: Complaints) -> Iterator[tuple[str, Any]]:
     keys = {field.key: field for field in cls.fields.values()}
     for key, child in tree.items.items():
         if key in keys:

@@ -67,13 +67,13 @@ class ParamField(Field):
 
     def parse(self, tree: Tree) -> Number:
         text = word_of(tree, f"a number{self.example}")
-        number = parse_number(text, self._wanted(text), self.may_be_negative, (self.low, self.high))
+        number = parse_number(text, self._choose_unit(text), self.may_be_negative, (self.low, self.high))
         ends = (number.low, number.high) if number.prior == "unknown" else (number.value,)
         for value in ends:
             self._check_bounds(value, text)
         return number
 
-    def _wanted(self, text: str) -> str:
+    def _choose_unit(self, text: str) -> str:
         """The unit asked for; some coefficients come per any power of one dimension (W/(m² K^1.25), W/(m² K^1.33))."""
         if not self.any_power_of:
             return self.unit
@@ -161,9 +161,9 @@ class AmountField(Field):
         if "±" in text:
             raise BadNumber(f"'{short(text)}' has a spread", "give the number without ±")
         number, unit_text = split_number(text)
-        return self._amount(text, number, self._known(text, unit_text))
+        return self._amount(text, number, self._check_unit(text, unit_text))
 
-    def _known(self, text: str, unit_text: str) -> Unit:
+    def _check_unit(self, text: str, unit_text: str) -> Unit:
         try:
             return unit(unit_text)
         except BadNumber as error:

@@ -74,7 +74,7 @@ class Patch(Mapping[str, Any]):
             if isinstance(body, Mapping):
                 yield path, body
                 if path.section in NESTED:
-                    yield from path.held_by(body)
+                    yield from path.list_inner(body)
 
     def numbers(self) -> Iterator[tuple[NumberPath, Any]]:
         """Every single value of its entries, numbers and words, as it is written."""
@@ -110,7 +110,7 @@ class Patch(Mapping[str, Any]):
         """A tree with the patch laid over it; `spot` stands in messages. Raises Refused."""
         laid = tree_of(self.sections, spot)
         assert isinstance(laid, Branch)
-        return merged(tree, laid)
+        return overlay(tree, laid)
 
 
 def _find_changes(old: Mapping[str, Any], new: Mapping[str, Any], below: int) -> dict[str, Any]:
@@ -152,7 +152,7 @@ def exchange_value(tree: Tree, keys: Keys, text: str) -> Tree:
     return Branch({**tree.items, head: exchange_value(tree.items[head], rest, text)}, tree.spot, tree.keys)
 
 
-def merged(base: Branch, patch: Branch, complaints: Complaints | None = None) -> Branch:
+def overlay(base: Branch, patch: Branch, complaints: Complaints | None = None) -> Branch:
     """base with patch laid over it. Raises Refused where the patch removes what is not there."""
     own = complaints or Complaints()
     items, keys = dict(base.items), dict(base.keys)

@@ -110,13 +110,13 @@ def metres(where: Any, u: Mapping[str, Any], length: Any) -> NDArray[np.float64]
     return cast(NDArray[np.float64], found)
 
 
-def limited(x: Any, low: Any, high: Any) -> NDArray[np.float64]:
+def clip(x: Any, low: Any, high: Any) -> NDArray[np.float64]:
     """x, not below low and not above high; a complex step passes through."""
     below, above = np.real(x) < np.real(low), np.real(x) > np.real(high)
     return cast(NDArray[np.float64], np.where(below, low, np.where(above, high, x)))
 
 
-def followed(*places: Any) -> dict[str, str]:
+def list_inputs(*places: Any) -> dict[str, str]:
     """The inputs that such places follow."""
     return {name: wanted for where in places if isinstance(where, Along) for name, wanted in where.needs.items()}
 

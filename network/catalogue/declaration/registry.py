@@ -12,7 +12,7 @@ def enter(cls: type[Any]) -> None:
     _REGISTRY.setdefault(cls.section, {})[cls.kind] = cls
 
 
-def registered(section: str) -> Mapping[str, type[Any]]:
+def list_kinds(section: str) -> Mapping[str, type[Any]]:
     """The kinds of one section of a machine file, sorted by name. The rooms must be loaded (see discovery)."""
     return dict(sorted(_REGISTRY.get(section, {}).items()))
 

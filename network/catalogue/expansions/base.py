@@ -18,7 +18,7 @@ from network.catalogue.declaration.declare import Array, Effect, typical_body
 from network.catalogue.declaration.fields import Place, whole
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.proposals import fresh
-from network.catalogue.mechanisms.base import STEP, Inputs, Link, stepped
+from network.catalogue.mechanisms.base import STEP, Inputs, Link, add_imaginary_step
 
 LINEAR_AXES = ("x", "y", "z")
 ANGULAR_AXES = ("a", "b", "c")
@@ -56,10 +56,10 @@ class Expansion(Effect):
     def slopes(self, u: Inputs, *readings: Array) -> tuple[Array, ...]:
         """∂displacement/∂reading, by complex step."""
         rows = np.eye(len(readings)) * STEP * 1j
-        moved = (self.movement(u, *(stepped(r, s) for r, s in zip(readings, row, strict=True))) for row in rows)
-        return tuple(np.imag(displacement) / STEP for displacement in moved)
+        stepped = (map(add_imaginary_step, readings, row) for row in rows)
+        return tuple(np.imag(self.movement(u, *own)) / STEP for own in stepped)
 
-    def kept_when_merged(self) -> dict[str, Any]:
+    def keep_in_merge(self) -> dict[str, Any]:
         """The YAML keys that keep this entry what it is when its part loses length and material in a merge."""
         return {}
 
@@ -83,7 +83,7 @@ class Expansion(Effect):
         """What it could act on to move that axis: a label and the YAML keys that say so."""
 
 
-def chosen(given: Array | None, own: Array | None) -> Array:
+def choose(given: Array | None, own: Array | None) -> Array:
     """What the entry gives, else what its part has."""
     value = given if given is not None else own
     assert value is not None
@@ -105,7 +105,7 @@ def own_expansion(machine: MachineLike, place: Place) -> float | None:
 def neighbours(machine: MachineLike) -> Iterator[tuple[str, str]]:
     """Pairs of parts that a link joins, directly or over one massless node, each once."""
     pairs: dict[frozenset[str], tuple[str, str]] = {}
-    for a, b in (*machine.joined_parts(), *_over_joints(machine)):
+    for a, b in (*machine.list_joined_parts(), *_over_joints(machine)):
         pairs.setdefault(frozenset((a, b)), (a, b))
     yield from pairs.values()
 

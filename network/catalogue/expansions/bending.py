@@ -13,7 +13,7 @@ from network.catalogue.expansions.base import (
     LINEAR_AXES,
     Expansion,
     Reading,
-    chosen,
+    choose,
     neighbours,
     own_expansion,
     steel_unless_known,
@@ -50,7 +50,7 @@ class Bending(Expansion, kind="bending"):
     def host(self) -> Place:
         return self.of if self.of is not None else self.between[0]
 
-    def resolved(self, machine: MachineLike) -> Self:
+    def resolve(self, machine: MachineLike) -> Self:
         node = machine.nodes[self.host.node]
         height = float(node.length) * self.host.share if node.length is not None else None
         alpha = own_expansion(machine, self.host)
@@ -72,7 +72,7 @@ class Bending(Expansion, kind="bending"):
         return (Reading(self.of, "heat" if self.method == "paper" else "gradient"),)
 
     def movement(self, u: Inputs, *readings: Array) -> Array:
-        theta = chosen(self.expansion, self.alpha) * self.length * self._curvature_per_alpha(*readings) / 2
+        theta = choose(self.expansion, self.alpha) * self.length * self._curvature_per_alpha(*readings) / 2
         sagitta = self.length / 2 * np.tan(theta / 2)
         d: Array = self.direction * (sagitta if self.axis in LINEAR_AXES else theta)
         return d
@@ -80,7 +80,7 @@ class Bending(Expansion, kind="bending"):
     def _curvature_per_alpha(self, *readings: Array) -> Array:
         """s [K/m]."""
         if self.method == "paper":
-            return np.asarray(2 * readings[0] / (self.capacity * chosen(self.height, None)))
+            return np.asarray(2 * readings[0] / (self.capacity * choose(self.height, None)))
         return readings[0] if self.of is not None else np.asarray((readings[0] - readings[1]) / self.distance)
 
     @classmethod

@@ -9,8 +9,8 @@ import numpy as np
 from network.catalogue.declaration.declare import Advice, Array
 from network.catalogue.declaration.fields import Place, along, param, place, word
 from network.catalogue.declaration.machine_protocol import MachineLike
-from network.catalogue.declaration.positions import beyond, followed, limited, metres
-from network.catalogue.expansions.base import Expansion, Reading, chosen, own_expansion, own_length, steel_unless_known
+from network.catalogue.declaration.positions import beyond, clip, list_inputs, metres
+from network.catalogue.expansions.base import Expansion, Reading, choose, own_expansion, own_length, steel_unless_known
 from network.catalogue.mechanisms.base import Inputs
 from network.platform.quantities.units import show
 
@@ -45,19 +45,19 @@ class Stretching(Expansion, kind="stretching"):
     lumps: int = 1
     sentence = "{of} grows over {grows_over} and moves the tool centre point along {way}"
 
-    def resolved(self, machine: MachineLike) -> Self:
+    def resolve(self, machine: MachineLike) -> Self:
         node = machine.nodes[self.of.node]
         alpha, bar = own_expansion(machine, self.of), own_length(machine, self.of)
         share = (self.of.share or 1 / node.lumps) if self.fixed is None else 1 / node.lumps
         return self.replaced(alpha=alpha, bar=bar, capacity=node.capacity * share, lumps=node.lumps)
 
     def needs(self) -> Mapping[str, str]:
-        return followed(self.fixed, self.at)
+        return list_inputs(self.fixed, self.at)
 
     @property
     def grown(self) -> Array:
         """The length that grows [m]."""
-        return chosen(self.length, self.bar)
+        return choose(self.length, self.bar)
 
     @property
     def grows_over(self) -> str:
@@ -68,7 +68,7 @@ class Stretching(Expansion, kind="stretching"):
         return f"{length} (held at {fixed}, as far as {at})"
 
     def faults(self) -> Iterator[Advice]:
-        points = [name for name in ("fixed", "at") if self.given(name)]
+        points = [name for name in ("fixed", "at") if self.is_given(name)]
         if len(points) == 1:
             right = "give `fixed`, where the part is held, and `at`, the point whose movement counts"
             yield points[0], f"has `{points[0]}` alone", right
@@ -97,7 +97,7 @@ class Stretching(Expansion, kind="stretching"):
     def movement(self, u: Inputs, *readings: Array) -> Array:
         rises = [reading / self.capacity if self.method == "heat" else reading for reading in readings]
         stretched = self.grown * rises[0] if self.fixed is None else self._between(u, rises)
-        d: Array = self.direction * chosen(self.expansion, self.alpha) * stretched
+        d: Array = self.direction * choose(self.expansion, self.alpha) * stretched
         return d
 
     def _between(self, u: Inputs, rises: Sequence[Array]) -> Array:
@@ -105,10 +105,10 @@ class Stretching(Expansion, kind="stretching"):
         fixed, at = (metres(where, u, self.grown) for where in (self.fixed, self.at))
         edges = [self.grown * i / len(rises) for i in range(len(rises) + 1)]
         pieces = zip(rises, pairwise(edges), strict=True)
-        return np.asarray(sum(rise * (limited(at, *ends) - limited(fixed, *ends)) for rise, ends in pieces))
+        return np.asarray(sum(rise * (clip(at, *ends) - clip(fixed, *ends)) for rise, ends in pieces))
 
-    def kept_when_merged(self) -> dict[str, Any]:
-        alpha = float(chosen(self.expansion, self.alpha))
+    def keep_in_merge(self) -> dict[str, Any]:
+        alpha = float(choose(self.expansion, self.alpha))
         length = show(float(self.grown), "m", 17)
         return {"length": length, "expansion": show(alpha, "1/K", 17), "method": "temperature"}
 

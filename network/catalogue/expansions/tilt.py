@@ -11,7 +11,7 @@ from network.catalogue.expansions.base import (
     LINEAR_AXES,
     Expansion,
     Reading,
-    chosen,
+    choose,
     neighbours,
     own_expansion,
     own_length,
@@ -42,7 +42,7 @@ class Tilt(Expansion, kind="tilt"):
     length_b: Array | None
     sentence = "{between[0]} grows more than {between[1]}: the tilt moves the tool centre point along {way}"
 
-    def resolved(self, machine: MachineLike) -> Self:
+    def resolve(self, machine: MachineLike) -> Self:
         a, b = self.between
         return self.replaced(
             alpha_a=own_expansion(machine, a), alpha_b=own_expansion(machine, b),
@@ -66,8 +66,8 @@ class Tilt(Expansion, kind="tilt"):
     @property
     def growths(self) -> tuple[Array, Array]:
         """Growth of each support for each kelvin [m/K]."""
-        g_a: Array = chosen(self.expansion, self.alpha_a) * chosen(self.length, self.length_a)
-        g_b: Array = chosen(self.expansion, self.alpha_b) * chosen(self.length, self.length_b)
+        g_a: Array = choose(self.expansion, self.alpha_a) * choose(self.length, self.length_a)
+        g_b: Array = choose(self.expansion, self.alpha_b) * choose(self.length, self.length_b)
         return g_a, g_b
 
     def movement(self, u: Inputs, *readings: Array) -> Array:
@@ -76,7 +76,7 @@ class Tilt(Expansion, kind="tilt"):
         d: Array = self.direction * angle * (self.arm if self.axis in LINEAR_AXES else 1.0)
         return d
 
-    def kept_when_merged(self) -> dict[str, Any]:
+    def keep_in_merge(self) -> dict[str, Any]:
         """Only where both supports grow alike can numbers stand for two materials and lengths."""
         g_a, g_b = map(float, self.growths)
         return {"length": "1 m", "expansion": show(g_a, "1/K", 17)} if g_a == g_b else {}

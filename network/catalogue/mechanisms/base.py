@@ -18,7 +18,7 @@ from network.catalogue.declaration.declare import Array, Effect, typical_body
 from network.catalogue.declaration.fields import Place, PlaceField, places, shares
 from network.catalogue.declaration.machine_protocol import EntryLike, MachineLike, NodeLike
 from network.catalogue.declaration.proposals import fresh
-from network.catalogue.typical_values import sized_body
+from network.catalogue.typical_values import size_body
 
 Inputs: TypeAlias = Mapping[str, Array]
 """Input channels by name at one instant, in SI (speed in rad/s); `time` in s is among them."""
@@ -29,7 +29,7 @@ ZERO_CELSIUS = 273.15
 STEP = 1e-30
 
 
-def stepped(x: Array, step: complex | Array) -> Array:
+def add_imaginary_step(x: Array, step: complex | Array) -> Array:
     """x with an imaginary step, for a complex-step derivative; typed as the real array it stands for."""
     return cast(Array, x + step)
 
@@ -39,7 +39,7 @@ def magnitude(x: Array) -> Array:
     return np.where(np.real(x) < 0, -x, x)
 
 
-def raised(x: Array, exponent: Array) -> Array:
+def raise_to_power(x: Array, exponent: Array) -> Array:
     """x^p for x ≥ 0, and 0 at x = 0 also where a complex step is in x or p."""
     there = np.real(x) > 0
     return np.where(there, np.where(there, x, 1.0) ** exponent, 0.0)
@@ -65,7 +65,7 @@ def beyond(mode: Array, T: Array, middle: Array, half_width: Array) -> Array:
 
 def complex_steps(f: Callable[..., Array], *x: Array) -> tuple[Array, ...]:
     """∂f/∂x for each argument."""
-    values = (f(*x[:i], stepped(x[i], 1j * STEP), *x[i + 1 :]) for i in range(len(x)))
+    values = (f(*x[:i], add_imaginary_step(x[i], 1j * STEP), *x[i + 1 :]) for i in range(len(x)))
     return tuple(np.imag(value) / STEP for value in values)
 
 
@@ -135,7 +135,7 @@ class Mechanism(Effect):
     def in_place_of(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
         """The patch that puts it in the place of an entry, keeping its places and the numbers that `replaces` names;
         None where it cannot stand there."""
-        given = cls.taken_from(entry, machine)
+        given = cls.take_over(entry, machine)
         if given is None:
             return None
         kept, numbers = entry.to_plain(), cls.replaces[entry.kind]
@@ -144,7 +144,7 @@ class Mechanism(Effect):
         return {entry.section: {entry.name: {**typical_body(cls), **own, **where, **given}}}
 
     @classmethod
-    def taken_from(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
+    def take_over(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
         """What else it takes from an entry that it could replace; None where it could not."""
         return {}
 
@@ -202,7 +202,7 @@ class Link(Flow):
     def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """Between every pair of nodes where it could be missing."""
         for a, b in cls.candidates(machine):
-            body = sized_body(cls, machine, between=[a, b], **cls.reading(a))
+            body = size_body(cls, machine, between=[a, b], **cls.reading(a))
             yield {"links": {fresh(f"{cls.kind} {a} {b}", machine.links): body}}
 
     @classmethod
@@ -251,7 +251,7 @@ class Source(Mechanism):
     def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """Into every part that has a heat capacity."""
         for name in cls.hosts(machine):
-            body = sized_body(cls, machine, into={name: 1}, **cls.reading(name))
+            body = size_body(cls, machine, into={name: 1}, **cls.reading(name))
             yield {"sources": {fresh(f"{cls.kind} {name}", machine.sources): body}}
 
     @classmethod
@@ -280,4 +280,4 @@ class Stream(Flow):
         for held in (n for n, node in machine.nodes.items() if node.is_held):
             for part in (n for n, node in machine.nodes.items() if node.is_part and n not in passed):
                 name = fresh(f"{cls.kind} {held} {part}", machine.links)
-                yield {"links": {name: sized_body(cls, machine, through=[held, part], **cls.reading(part))}}
+                yield {"links": {name: size_body(cls, machine, through=[held, part], **cls.reading(part))}}

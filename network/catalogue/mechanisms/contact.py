@@ -33,7 +33,7 @@ class Contact(Link, kind="contact"):
         """The slope in words."""
         return per_kelvin(float(self.slope))
 
-    def resolved(self, machine: MachineLike) -> Self:
+    def resolve(self, machine: MachineLike) -> Self:
         return self.replaced(cold=machine.reference)
 
     def _closure(self, T_a: Array, T_b: Array) -> Array:
@@ -51,7 +51,7 @@ class Contact(Link, kind="contact"):
         return by_mean + G, by_mean - G
 
     @classmethod
-    def taken_from(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
+    def take_over(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
         """Nothing more; it stands between parts only."""
         between_parts = isinstance(entry, Conduction) and not any(machine.nodes[p.node].is_held for p in entry.places)
         return {} if between_parts else None

@@ -37,7 +37,7 @@ class CopperTemperature(Source, kind="copper_temperature"):
         """The slope in words."""
         return per_kelvin(float(self.slope))
 
-    def resolved(self, machine: MachineLike) -> Self:
+    def resolve(self, machine: MachineLike) -> Self:
         reads = self.reads if self.reads is not None else self.into[0][0]
         return self.replaced(reads=reads, cold=machine.reference)
 
@@ -50,7 +50,7 @@ class CopperTemperature(Source, kind="copper_temperature"):
         return (slope * np.ones_like(T[0]),)
 
     @classmethod
-    def taken_from(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
+    def take_over(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
         """Of copper loss, and of constant heat while the spindle runs."""
         if isinstance(entry, MotorLoss):
             return {} if entry.copper > 0 else None

@@ -8,7 +8,7 @@ import numpy as np
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import param
 from network.catalogue.declaration.machine_protocol import EntryLike, MachineLike
-from network.catalogue.mechanisms.base import SPINDLE, Inputs, SurfaceLink, raised
+from network.catalogue.mechanisms.base import SPINDLE, Inputs, SurfaceLink, raise_to_power
 from network.catalogue.mechanisms.convection import Convection
 from network.catalogue.typical_values import usual_speed
 
@@ -37,7 +37,8 @@ class ForcedConvection(SurfaceLink, kind="forced_convection"):
         return f"{1 + float(self.gain):.2g}"
 
     def _conductance(self, u: Inputs) -> Array:
-        G: Array = self.conductance * (1 + self.gain * raised(np.abs(u["speed"]) / self.reference_speed, self.exponent))
+        speed = np.abs(u["speed"]) / self.reference_speed
+        G: Array = self.conductance * (1 + self.gain * raise_to_power(speed, self.exponent))
         return G
 
     def heat_flow(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> Array:
@@ -49,7 +50,7 @@ class ForcedConvection(SurfaceLink, kind="forced_convection"):
         return G, -G
 
     @classmethod
-    def taken_from(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
+    def take_over(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
         """Of a constant coefficient: its conductance, whatever form it has."""
         if not isinstance(entry, Convection) or (total := entry.total) is None:
             return None

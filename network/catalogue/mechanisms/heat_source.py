@@ -10,7 +10,7 @@ from network.catalogue.declaration.fields import amount, param, word
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.proposals import fresh
 from network.catalogue.mechanisms.base import SPINDLE, Inputs, Source
-from network.catalogue.typical_values import sized_body
+from network.catalogue.typical_values import size_body
 
 
 class HeatSource(Source, kind="heat_source"):
@@ -40,7 +40,7 @@ class HeatSource(Source, kind="heat_source"):
             return {}
         return SPINDLE if self.driver == "running" else {self.driver: self.at.unit}
 
-    def resolved(self, machine: MachineLike) -> Self:
+    def resolve(self, machine: MachineLike) -> Self:
         return self.replaced(full=self.at.value if self.at is not None else None)
 
     def faults(self) -> Iterator[Advice]:
@@ -64,5 +64,5 @@ class HeatSource(Source, kind="heat_source"):
         """Into every part: always, and while the spindle runs if the machine knows its speed."""
         for driver in ("always", "running") if "speed" in machine.inputs else ("always",):
             for name in cls.hosts(machine):
-                body = sized_body(cls, machine, into={name: 1}, **{"with": driver})
+                body = size_body(cls, machine, into={name: 1}, **{"with": driver})
                 yield {"sources": {fresh(f"{cls.kind} {driver} {name}", machine.sources): body}}

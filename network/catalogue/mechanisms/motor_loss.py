@@ -9,8 +9,8 @@ from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import param
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.proposals import fresh
-from network.catalogue.mechanisms.base import SPINDLE, Inputs, Source, raised
-from network.catalogue.typical_values import sized_body, usual_speed
+from network.catalogue.mechanisms.base import SPINDLE, Inputs, Source, raise_to_power
+from network.catalogue.typical_values import size_body, usual_speed
 
 
 class MotorLoss(Source, kind="motor_loss"):
@@ -31,12 +31,12 @@ class MotorLoss(Source, kind="motor_loss"):
 
     def heat(self, u: Inputs, *T: Array) -> Array:
         n = np.abs(u["speed"])
-        q: Array = self.copper * (n > 0) + self.iron * raised(n / self.reference_speed, self.iron_exponent)
+        q: Array = self.copper * (n > 0) + self.iron * raise_to_power(n / self.reference_speed, self.iron_exponent)
         return q
 
     @classmethod
     def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """Iron loss in every part that has a heat capacity."""
         for name in cls.hosts(machine):
-            body = sized_body(cls, machine, into={name: 1}, **usual_speed(machine))
+            body = size_body(cls, machine, into={name: 1}, **usual_speed(machine))
             yield {"sources": {fresh(f"{cls.kind} {name}", machine.sources): body}}

@@ -8,10 +8,10 @@ import numpy as np
 from network.catalogue.declaration.declare import Advice, Array
 from network.catalogue.declaration.fields import along, param
 from network.catalogue.declaration.machine_protocol import MachineLike
-from network.catalogue.declaration.positions import Along, beyond, followed, limited, metres
+from network.catalogue.declaration.positions import Along, beyond, clip, list_inputs, metres
 from network.catalogue.declaration.proposals import fresh
 from network.catalogue.mechanisms.base import Inputs, Link
-from network.catalogue.typical_values import sized_body
+from network.catalogue.typical_values import size_body
 
 
 class MovingContact(Link, kind="moving_contact"):
@@ -35,14 +35,14 @@ class MovingContact(Link, kind="moving_contact"):
     stop: Array
     sentence = "{between[0]} exchanges heat with {between[1]} at {at} by {conductance} over {width}"
 
-    def resolved(self, machine: MachineLike) -> Self:
+    def resolve(self, machine: MachineLike) -> Self:
         return self.replaced(span=machine.nodes[self.between[1].node].length, start=0.0, stop=1.0)
 
     def over(self, start: float, stop: float) -> Self:
         return self.replaced(start=start, stop=stop)
 
     def needs(self) -> Mapping[str, str]:
-        return followed(self.at)
+        return list_inputs(self.at)
 
     def faults(self) -> Iterator[Advice]:
         bar = self.between[1]
@@ -61,9 +61,9 @@ class MovingContact(Link, kind="moving_contact"):
         """What of the joint lies over the piece from `start` to `stop`."""
         if self.span is None:
             return np.ones_like(self.conductance)
-        width = limited(self.width, 0.0, self.span)
-        first = limited(metres(self.at, u, self.span), width / 2, self.span - width / 2) - width / 2
-        begin, end = (limited((x * self.span - first) / width, 0.0, 1.0) for x in (self.start, self.stop))
+        width = clip(self.width, 0.0, self.span)
+        first = clip(metres(self.at, u, self.span), width / 2, self.span - width / 2) - width / 2
+        begin, end = (clip((x * self.span - first) / width, 0.0, 1.0) for x in (self.start, self.stop))
         return np.asarray(end - begin)
 
     def heat_flow(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> Array:
@@ -81,7 +81,7 @@ class MovingContact(Link, kind="moving_contact"):
         for pair in cls.candidates(machine):
             for a, bar in (pair, pair[::-1]):
                 if bar in known:
-                    body = sized_body(cls, machine, between=[a, bar], at=known[bar])
+                    body = size_body(cls, machine, between=[a, bar], at=known[bar])
                     yield {"links": {fresh(f"{cls.kind} {a} {bar}", machine.links): body}}
 
 

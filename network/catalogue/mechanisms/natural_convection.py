@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import param
-from network.catalogue.mechanisms.base import Inputs, SurfaceLink, magnitude, raised
+from network.catalogue.mechanisms.base import Inputs, SurfaceLink, magnitude, raise_to_power
 
 
 class NaturalConvection(SurfaceLink, kind="natural_convection"):
@@ -21,7 +21,7 @@ class NaturalConvection(SurfaceLink, kind="natural_convection"):
     sentence = "{between[0]} loses heat to {between[1]} by natural convection, {coefficient} over {area}"
 
     def _conductance(self, T_a: Array, T_b: Array) -> Array:
-        G: Array = self.coefficient * self.area * raised(magnitude(T_a - T_b), self.exponent)
+        G: Array = self.coefficient * self.area * raise_to_power(magnitude(T_a - T_b), self.exponent)
         return G
 
     def heat_flow(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> Array:

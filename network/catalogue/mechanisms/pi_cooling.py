@@ -29,7 +29,7 @@ class PiCooling(Source, kind="pi_cooling"):
     def is_affine(self) -> bool:
         return self.limit is None
 
-    def _given(self, *own: Array) -> Array:
+    def _compute_heat(self, *own: Array) -> Array:
         """What the chiller gives, over its gain [K]."""
         asked: Array = own[0] - self.set + own[1]
         if self.limit is None:
@@ -38,8 +38,8 @@ class PiCooling(Source, kind="pi_cooling"):
         return np.where(np.real(asked) > np.real(most), most, np.where(np.real(asked) > 0, asked, 0.0))
 
     def heat(self, u: Inputs, *own: Array) -> Array:
-        q: Array = -self.gain * self._given(*own)
+        q: Array = -self.gain * self._compute_heat(*own)
         return q
 
     def rate(self, u: Inputs, *own: Array) -> tuple[Array, ...]:
-        return ((self._given(*own) - own[1]) / self.reset_time,)
+        return ((self._compute_heat(*own) - own[1]) / self.reset_time,)

@@ -47,7 +47,7 @@ class PreloadFriction(Friction, kind="preload_friction"):
         return slope, -slope
 
     @classmethod
-    def taken_from(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
+    def take_over(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
         """Of a constant torque whose two rings can be told: where they are."""
         rings = _rings(entry, machine) if isinstance(entry, BearingFriction) and entry.is_constant else None
         return dict(zip(("inner", "outer"), map(str, rings), strict=True)) if rings else None
@@ -57,7 +57,7 @@ def _rings(entry: BearingFriction, machine: MachineLike) -> tuple[Place, Place] 
     """Inner and outer ring: the two parts that the bearing heats, or that one and a part linked to it; the one that
     turns is inside."""
     first = entry.into[0][0]
-    neighbours = (Place(b if a == first.node else a) for a, b in machine.joined_parts() if first.node in (a, b))
+    neighbours = (Place(b if a == first.node else a) for a, b in machine.list_joined_parts() if first.node in (a, b))
     others = [p for p, _ in entry.into if p.node != first.node] or list(neighbours)
     if not others:
         return None

@@ -10,7 +10,7 @@ from network.catalogue.declaration.fields import param, place
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.proposals import fresh
 from network.catalogue.mechanisms.base import Inputs, Relay, Source, beyond
-from network.catalogue.typical_values import sized_body
+from network.catalogue.typical_values import size_body
 from network.platform.quantities.units import show
 
 
@@ -46,5 +46,5 @@ class ThermostatCooling(Source, Relay, kind="thermostat_cooling"):
         """Into and watching every part, set to the reference: off until it is the half width warmer."""
         for name in cls.hosts(machine):
             around = show(machine.reference, "degC", 17)
-            body = sized_body(cls, machine, into={name: 1}, watches=name, set=around)
+            body = size_body(cls, machine, into={name: 1}, watches=name, set=around)
             yield {"sources": {fresh(f"{cls.kind} {name}", machine.sources): body}}

@@ -44,11 +44,11 @@ class ViscousFriction(Friction, kind="viscous_friction"):
     def slopes(self, u: Inputs, *T: Array) -> tuple[Array, ...]:
         return (-self.thinning * self.heat(u, *T),)
 
-    def resolved(self, machine: MachineLike) -> Self:
+    def resolve(self, machine: MachineLike) -> Self:
         return self.replaced(cold=machine.reference)
 
     @classmethod
-    def taken_from(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
+    def take_over(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
         """Of a constant torque: it reads where the heat goes first."""
         if isinstance(entry, BearingFriction) and entry.is_constant:
             return {"reads": str(entry.into[0][0])}

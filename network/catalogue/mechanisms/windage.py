@@ -9,9 +9,9 @@ from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import param
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.proposals import fresh
-from network.catalogue.mechanisms.base import SPINDLE, Inputs, Source, raised
+from network.catalogue.mechanisms.base import SPINDLE, Inputs, Source, raise_to_power
 from network.catalogue.mechanisms.friction import turning
-from network.catalogue.typical_values import sized_body, usual_speed
+from network.catalogue.typical_values import size_body, usual_speed
 
 
 class Windage(Source, kind="windage"):
@@ -29,12 +29,12 @@ class Windage(Source, kind="windage"):
     sentence = "windage heats {into} with {power} at {reference_speed}"
 
     def heat(self, u: Inputs, *T: Array) -> Array:
-        q: Array = self.power * raised(np.abs(u["speed"]) / self.reference_speed, self.exponent)
+        q: Array = self.power * raise_to_power(np.abs(u["speed"]) / self.reference_speed, self.exponent)
         return q
 
     @classmethod
     def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """At every part that turns."""
         for name in turning(machine):
-            body = sized_body(cls, machine, into={name: 1}, **usual_speed(machine))
+            body = size_body(cls, machine, into={name: 1}, **usual_speed(machine))
             yield {"sources": {fresh(f"{cls.kind} {name}", machine.sources): body}}

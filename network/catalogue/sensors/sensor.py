@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, cast
 
-from network.catalogue.declaration.declare import Advice, Declared, registered
+from network.catalogue.declaration.declare import Advice, Declared, list_kinds
 from network.catalogue.declaration.entry_path import axis_of
 from network.catalogue.declaration.fields import Amount, AmountField, Field, Place, nested, parse_place, word, word_of
 from network.catalogue.declaration.places import PATTERN
@@ -56,7 +56,7 @@ class Sensor(Declared):
     noise: Amount = cast(Amount, NoiseField("1σ of one sample, like 0.05 K or 0.25 um"))
     zero = word("where the channel reads zero: at the reference, or at the start", "start", default=None)
     effects: tuple[SensorEffect, ...] = nested(
-        "what the sensor does to the truth", lambda: registered("effects"), many=True
+        "what the sensor does to the truth", lambda: list_kinds("effects"), many=True
     )
 
     @property

@@ -40,7 +40,7 @@ class Suspect(Effect):
         """One with typical numbers where none are given."""
         return cls(**{name: field.proposal() for name, field in cls.params().items()} | given)
 
-    def written(self, *names: str) -> dict[str, Any]:
+    def write_numbers(self, *names: str) -> dict[str, Any]:
         """Some of its numbers as they stand in a patch."""
         return {self.fields[name].key: self.fields[name].write(self.__dict__[name]) for name in names}
 
@@ -51,10 +51,10 @@ class Suspect(Effect):
 
     @classmethod
     def told(cls, machine: MachineLike, patch: Mapping[str, Any]) -> str:
-        return cls.found(machine, patch).said()
+        return cls.from_patch(machine, patch).said()
 
     @classmethod
-    def found(cls, machine: MachineLike, patch: Mapping[str, Any]) -> Self:
+    def from_patch(cls, machine: MachineLike, patch: Mapping[str, Any]) -> Self:
         """The suspect that a patch holds, with the numbers of the machine the patch was laid over."""
         return cls(**{name: cls._read_back(field, machine.by_path, patch) for name, field in cls.fields.items()})
 

@@ -8,7 +8,7 @@ from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.proposals import fresh
 from network.catalogue.mechanisms.base import Stream
 from network.catalogue.suspects.base import Suspect
-from network.catalogue.typical_values import links_to, sized_value, usual_surroundings
+from network.catalogue.typical_values import links_to, size_value, usual_surroundings
 
 
 class CoolantTank(Suspect, kind="thermostat_cooling"):
@@ -32,13 +32,13 @@ class CoolantTank(Suspect, kind="thermostat_cooling"):
     def patch(self, machine: MachineLike) -> Mapping[str, Any]:
         tank = self.host.node
         cooler = {"kind": "thermostat_cooling", "into": {tank: 1}, "watches": tank}
-        cooler |= self.written("set", "hysteresis", "power")
+        cooler |= self.write_numbers("set", "hysteresis", "power")
         between = [tank, usual_surroundings(machine, besides=tank)]
-        around = {"kind": "convection", "between": between, **self.written("conductance")}
+        around = {"kind": "convection", "between": between, **self.write_numbers("conductance")}
         links = {fresh(f"{tank} to surroundings", machine.links): around}
         return {
-            "nodes": {tank: self.written("heat_capacity")},
-            "links": {**links, **_closed_streams(machine, tank)},
+            "nodes": {tank: self.write_numbers("heat_capacity")},
+            "links": {**links, **_close_streams(machine, tank)},
             "sources": {fresh(f"{tank} cooler", machine.sources): cooler},
         }
 
@@ -49,11 +49,11 @@ class CoolantTank(Suspect, kind="thermostat_cooling"):
         for name in held:
             constant = not isinstance(machine.nodes[name].temperature, str)
             if constant and len(held) > 1 and links_to(machine, name):
-                sized = {key: sized_value(cls, key, machine) for key in ("heat_capacity", "power", "conductance")}
+                sized = {key: size_value(cls, key, machine) for key in ("heat_capacity", "power", "conductance")}
                 yield cls.typical(host=Place(name), set=float(machine.nodes[name].temperature), **sized)
 
 
-def _closed_streams(machine: MachineLike, tank: str) -> dict[str, Any]:
+def _close_streams(machine: MachineLike, tank: str) -> dict[str, Any]:
     """Streams that came from the held coolant, led back into the tank: now it loses what they bring."""
     streams = {name: link for name, link in machine.links.items() if isinstance(link, Stream)}
     return {

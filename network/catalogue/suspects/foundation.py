@@ -29,9 +29,9 @@ class Foundation(Suspect, kind="foundation"):
 
     def patch(self, machine: MachineLike) -> Mapping[str, Any]:
         floor = fresh("foundation", machine.nodes)
-        link = {"kind": "conduction", "between": [str(self.host), floor], **self.written("conductance")}
+        link = {"kind": "conduction", "between": [str(self.host), floor], **self.write_numbers("conductance")}
         name = fresh(f"foundation of {self.host.node}", machine.links)
-        return {"nodes": {floor: self.written("temperature")}, "links": {name: link}}
+        return {"nodes": {floor: self.write_numbers("temperature")}, "links": {name: link}}
 
     @classmethod
     def suspected(cls, machine: MachineLike) -> Iterator[Self]:

@@ -30,8 +30,8 @@ class HiddenMass(Suspect, kind="hidden_mass"):
 
     def patch(self, machine: MachineLike) -> Mapping[str, Any]:
         name = fresh(f"hidden mass at {self.host.node}", {*machine.nodes, *machine.links})
-        link = {"kind": "conduction", "between": [str(self.host), name], **self.written("conductance")}
-        return {"nodes": {name: self.written("heat_capacity")}, "links": {name: link}}
+        link = {"kind": "conduction", "between": [str(self.host), name], **self.write_numbers("conductance")}
+        return {"nodes": {name: self.write_numbers("heat_capacity")}, "links": {name: link}}
 
     @classmethod
     def suspected(cls, machine: MachineLike) -> Iterator[Self]:

@@ -143,7 +143,7 @@ def _resolve_again(machine: Machine, held: Mapping[tuple[str, str], dict[str, An
     """Nodes take what materials give now, and expansions what nodes are, in the entries that a new machine holds."""
     for (section, _), entries in held.items():
         if section in ("nodes", TCP):
-            entries.update({name: entry.resolved(machine) for name, entry in entries.items()})
+            entries.update({name: entry.resolve(machine) for name, entry in entries.items()})
 
 
 def centres(parameters: Sequence[Parameter]) -> Array:

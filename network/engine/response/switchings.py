@@ -16,7 +16,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from network.catalogue.declaration.declare import Array, Indices
-from network.catalogue.mechanisms.base import STEP, Inputs, Relay, stepped
+from network.catalogue.mechanisms.base import STEP, Inputs, Relay, add_imaginary_step
 from network.engine.balance import relay_slices
 from network.engine.channels import Readouts
 from network.engine.network import Guards, Heats, Network, Rates
@@ -65,7 +65,7 @@ class Seen:
 
     def by_reading(self, i: int) -> Array:
         """∂guard/∂(reading i) at the events."""
-        own = [stepped(T, 1j * STEP) if n == i else T for n, T in enumerate(self.readings)]
+        own = [add_imaginary_step(T, 1j * STEP) if n == i else T for n, T in enumerate(self.readings)]
         return self.slope(self.group.law, own)
 
 

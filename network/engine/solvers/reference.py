@@ -146,7 +146,7 @@ class _Run:
     def _start(self) -> Array:
         theta = self.plan.T0.copy()
         for part, melting, capacity in self.melting:
-            theta[part] += melting.absorbed(theta[part]) / capacity
+            theta[part] += melting.compute_latent_heat(theta[part]) / capacity
         x = np.concatenate([theta[self.network.free], np.zeros(self.readouts.states)])
         T = self.temperatures(0, float(self.plan.edges[0]), x)
         for j, guard in enumerate(self._guards(0, float(self.plan.edges[0]), x)):
