@@ -124,8 +124,8 @@ def _needs(entry: Declared) -> Mapping[str, str]:
 
 # -- who is connected with whom -------------------------------------------------------------------------------------
 def _check_connections(machine: Entries, complaints: Complaints) -> None:
-    linked = _mentioned(section(machine.tree, "links"))
-    heated = _mentioned(section(machine.tree, "sources"))
+    linked = _list_mentioned(section(machine.tree, "links"))
+    heated = _list_mentioned(section(machine.tree, "sources"))
     for name in machine.nodes:
         if name not in linked and "@" not in name:
             _check_unlinked(machine, name, name in heated, complaints)
@@ -138,7 +138,7 @@ def _check_connections(machine: Entries, complaints: Complaints) -> None:
             complaints.warn(machine.nodes[parts[0]].spot, wrong, "it never settles; link it to ambient")
 
 
-def _mentioned(branch: Branch) -> set[str]:
+def _list_mentioned(branch: Branch) -> set[str]:
     """Every text before an @ in a section: the nodes that its entries name, faulty entries too."""
     return {text.partition("@")[0].strip() for entry in branch.items.values() for text in _texts(entry)}
 

@@ -45,10 +45,10 @@ def _chain(path: Path, complaints: Complaints) -> Iterator[Branch]:
         base = tree.items.get("extends")
         if base is None:
             return
-        path = _extended(path, base, above)
+        path = _find_base(path, base, above)
 
 
-def _extended(path: Path, base: Tree, above: list[Path]) -> Path:
+def _find_base(path: Path, base: Tree, above: list[Path]) -> Path:
     if not isinstance(base, Leaf) or base.is_null:
         raise refuse(base.spot, "extends is not a file name", "write `extends: other.yaml`")
     below = path.parent / base.text

@@ -51,7 +51,7 @@ def level_patch(machine: Entries, name: str) -> Branch:
         known = [other for other, patch in levels.items.items() if isinstance(patch, Branch)]
         raise refuse(Spot(machine.file), f"there is no level '{short(name)}'", likely(name, known))
     patch = Branch({k: v for k, v in level.items.items() if k not in ("lumps", "merge")}, level.spot, level.keys)
-    tree = _merged_nodes(machine, overlay(machine.tree, patch), level)
+    tree = _merge_nodes(machine, overlay(machine.tree, patch), level)
     for wish, spot in _lump_wishes(level):
         tree = set_lumps(tree, wish, spot)
     return tree
@@ -76,7 +76,7 @@ def _lump_wishes(level: Branch) -> Iterator[tuple[str, Spot]]:
         yield str(plain(lumps)), lumps.spot
 
 
-def _merged_nodes(machine: Entries, tree: Branch, level: Branch) -> Branch:
+def _merge_nodes(machine: Entries, tree: Branch, level: Branch) -> Branch:
     groups = level.items.get("merge")
     if groups is None:
         return tree
@@ -120,7 +120,7 @@ def _merge_entries(machine: Entries, new: str, members: list[str]) -> Iterator[t
     yield EntryPath("nodes", "", new), _one_lump([machine.nodes[name] for name in members])
     for path, entry in machine.by_path.items():
         if not path.inner and _touches(entry, members):
-            body = _followed(entry, new, members)
+            body = _move_places(entry, new, members)
             yield path, body and body | entry.keep_in_merge() if isinstance(entry, Expansion) else body
 
 
@@ -147,7 +147,7 @@ def _touches(entry: Declared, members: Iterable[str]) -> bool:
     return any(place.node in members for _, place in places_of(entry))
 
 
-def _followed(entry: Declared, new: str, members: list[str]) -> Any:
+def _move_places(entry: Declared, new: str, members: list[str]) -> Any:
     """The entry's YAML with its places moved to the merged node; None for a link, a tilt or a bending that joined only
     members: it is zero in one lump."""
     body = entry.to_plain()
@@ -161,11 +161,11 @@ def _followed(entry: Declared, new: str, members: list[str]) -> Any:
             if len(body[field.key]) == 1:
                 return None
         elif value is not None and isinstance(field, SharesField):
-            body[field.key] = _moved_shares(value, new, members)
+            body[field.key] = _move_shares(value, new, members)
     return body
 
 
-def _moved_shares(shares: Iterable[tuple[Place, float]], new: str, members: list[str]) -> Mapping[str, float]:
+def _move_shares(shares: Iterable[tuple[Place, float]], new: str, members: list[str]) -> Mapping[str, float]:
     total: dict[str, float] = {}
     for place, share in shares:
         key = new if place.node in members else str(place)

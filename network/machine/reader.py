@@ -52,7 +52,7 @@ class MachineReader:
         sources = cast("dict[str, Source]", self._kinds("sources"))
         machine = cls(
             name=self._name(), reference=self._reference(), nodes=nodes, links=links, sources=sources, tcp=tcp,
-            sensors=sensors, materials=stuffs, closed_form=self._closed_form(), tree=self.tree, file=self.file,
+            sensors=sensors, materials=stuffs, closed_form=self._read_closed_form(), tree=self.tree, file=self.file,
         )  # fmt: skip
         axes = {(TCP, axis): entries for axis, entries in tcp.items()}
         self._resolve(machine, {("nodes", ""): nodes, ("links", ""): links, ("sources", ""): sources, **axes,
@@ -86,7 +86,7 @@ class MachineReader:
             self.complaints.refuse(self.tree.items["reference"].spot, f"reference {error.wrong}", error.right)
             return 20.0
 
-    def _closed_form(self) -> dict[str, str]:
+    def _read_closed_form(self) -> dict[str, str]:
         branch, result = section(self.tree, "closed_form"), {}
         nodes = section(self.tree, "nodes")
         for role, child in branch.items.items():

@@ -32,7 +32,7 @@ def schema() -> Schema:
     return {
         "$schema": DIALECT,
         "title": "Machine file of lptn",
-        **_object(top | {"levels": _named({"$ref": "#/$defs/level"})}),
+        **_object(top | {"levels": _describe_entries({"$ref": "#/$defs/level"})}),
         "anyOf": [{"required": ["machine", "reference", "nodes"]}, {"required": ["extends"]}],
         "$defs": {**_definitions(), "level": _object({**single, **patch, **_level_keys()})},
     }
@@ -40,11 +40,11 @@ def schema() -> Schema:
 
 def _sections() -> Schema:
     """Every section of entries, as it may stand in a file, a level or a patch."""
-    axis = _named(_one_of_kinds("tcp"))
+    axis = _describe_entries(_one_of_kinds("tcp"))
     return {
         "closed_form": _object(dict.fromkeys(ROLES, _text("the part that plays this role in the closed formulas"))),
-        **{cls.section: _named(_entry(cls)) for cls in (Material, Node, Sensor)},
-        **{section: _named(_one_of_kinds(section)) for section in ("links", "sources")},
+        **{cls.section: _describe_entries(_entry(cls)) for cls in (Material, Node, Sensor)},
+        **{section: _describe_entries(_one_of_kinds(section)) for section in ("links", "sources")},
         "tcp": _object(dict.fromkeys(AXES, axis)),
     }
 
@@ -68,7 +68,7 @@ def _one_of_kinds(section: str) -> Schema:
     return {"oneOf": [_reference(cls) for cls in kinds(section).values()]}
 
 
-def _named(entry: Schema) -> Schema:
+def _describe_entries(entry: Schema) -> Schema:
     """Entries by name; null takes one out of what is extended."""
     return {"type": ["object", "null"], "additionalProperties": {"oneOf": [entry, {"type": "null"}]}}
 
@@ -99,10 +99,10 @@ def _form(cls: type[Declared], form: tuple[str, ...], in_forms: set[str]) -> Sch
 
 def _field(field: Field) -> Schema:
     default = {} if field.initial in (None, ()) else {"default": field.write(field.initial)}
-    return {"description": meaning(field), **_nested(field), **default}
+    return {"description": meaning(field), **_describe_nested(field), **default}
 
 
-def _nested(field: Field) -> Schema:
+def _describe_nested(field: Field) -> Schema:
     if not isinstance(field, Nested):
         return field.schema()
     if not field.many:
