@@ -10,7 +10,7 @@ import numpy as np
 from network import Machine
 from network.platform.refusal import Spot
 from network.platform.yaml.document import Branch, tree_of
-from network.recordings.inputs import Schedule, Signal, held
+from network.recordings.inputs import Schedule, Signal, hold
 
 RPM = 2 * np.pi / 60
 
@@ -29,4 +29,4 @@ def schedule(t: Any, *signals: Signal, start: Any = None) -> Schedule:
 def position(*steps: tuple[float, float]) -> Signal:
     """Held at each value [mm] from each instant [s]."""
     t, x = np.array(steps).T
-    return held("position", "mm", t, x * 1e-3)
+    return hold("position", "mm", t, x * 1e-3)

@@ -14,7 +14,7 @@ from network.analysis.calibration.measured_means import weigh_recording
 from network.engine.response.parameters import free_parameters
 from network.engine.simulation import simulate
 from network.recordings.columns import Column
-from network.recordings.inputs import Schedule, Signal, Start, constant, held
+from network.recordings.inputs import Schedule, Signal, Start, constant, hold
 from network.recordings.recording import Recording
 
 GROWS = {"kind": "stretching", "of": "body", "length": "300 mm", "expansion": "1.1e-5 1/K", "direction": 1}
@@ -53,7 +53,7 @@ def two_blocks(**sections: Mapping[str, Any]) -> Machine:
 def speeds(*steps: tuple[float, float], hours: float = 4, every: float = 10.0, **more: Signal) -> Schedule:
     """Held speeds [h, rpm], 20 °C of air unless `ambient` is among `more`."""
     t, rpm = np.array(steps).T
-    signals = [held("speed", "rpm", t * 3600, rpm * small.RPM), *more.values()]
+    signals = [hold("speed", "rpm", t * 3600, rpm * small.RPM), *more.values()]
     if "ambient" not in more:
         signals.append(constant("ambient", "degC", 20.0))
     return small.schedule(np.arange(0.0, hours * 3600 + 1, every), *signals)

@@ -25,7 +25,7 @@ from network.analysis.diagnosis.ranking import confidence, distinct, shares
 from network.analysis.diagnosis.result import CLEAR, Experiment
 from network.analysis.diagnosis.screen import Score, screen
 from network.recordings.columns import Column
-from network.recordings.inputs import constant, held
+from network.recordings.inputs import constant, hold
 from network.recordings.recording import Recording
 from network.report.words.diagnosis_words import advice_words
 
@@ -201,7 +201,7 @@ def test_what_was_never_varied_and_temperatures_are_no_drivers() -> None:
 
 def test_a_constant_of_a_mapping_counts_as_recorded() -> None:
     t = np.arange(0.0, 4 * 3600 + 1, 10.0)
-    signals = {"speed": held("speed", "rpm", np.array([0.0, 7200.0]), np.array([0.0, 5000 * RPM])),
+    signals = {"speed": hold("speed", "rpm", np.array([0.0, 7200.0]), np.array([0.0, 5000 * RPM])),
                "ambient": constant("ambient", "degC", 19.0)}  # fmt: skip
     made = programs([two_blocks()], [Recording("made", "made.csv", t, {}, signals)])
     assert made[0].start == 19 and "5000 rpm" in made[0].text

@@ -11,13 +11,13 @@ from build import RPM, machine, schedule
 
 from network import Machine, Refused, Scenario, simulate
 from network.engine.paper.closed_form import closed_form
-from network.recordings.inputs import Start, constant, held, linear
+from network.recordings.inputs import Start, constant, hold, linear
 
 ROOT = Path(__file__).parent.parent
 C, G_AIR, G_COOLANT, G_BEAM, POWER = 50e3, 4.0, 10.0, 6.0, 120.0
 L, ALPHA, C_BEAM = 0.4, 1.1e-5, 2e6
 T = np.arange(0, 7201, 30.0)
-RUN = held("speed", "rpm", np.array([0, 3600.0]), np.array([6000 * RPM, 0.0]))
+RUN = hold("speed", "rpm", np.array([0, 3600.0]), np.array([6000 * RPM, 0.0]))
 
 
 def spindle_and_beam(**changes: Any) -> Machine:
@@ -99,7 +99,7 @@ def test_equals_the_network_where_the_beam_gives_nothing_back(speed: int) -> Non
 def test_state_goes_from_step_to_step() -> None:
     """Over a schedule of steps, and from a warm start, T̄ still is that of the network."""
     built, steps = without_beam(), np.array([0, 700.0, 2000, 3333, 5000])
-    speed = held("speed", "rpm", steps, np.array([1.0, 0, 2, 0, 1]))
+    speed = hold("speed", "rpm", steps, np.array([1.0, 0, 2, 0, 1]))
     driven = schedule(T, speed, start=Start(nodes={"spindle": 31.0}, others=22.0))
     form, run = closed_form(built, driven), simulate(built, driven)
     assert run.parts["spindle"] == pytest.approx(form.T, rel=1e-12)

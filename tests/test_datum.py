@@ -12,7 +12,7 @@ from build import machine, position, schedule
 from network import Machine, simulate
 from network.machine.lumps import level_patch
 from network.platform.refusal import Refused
-from network.recordings.inputs import Start, held, linear
+from network.recordings.inputs import Start, hold, linear
 from network.recordings.scenario import Scenario
 
 ALPHA, L, MM = 1.13e-5, 2.0, 1e-3
@@ -92,7 +92,7 @@ def test_the_tool_sits_where_the_axis_is(method: str, ramped: bool) -> None:
     """A position that jumps, or runs, at every sample: the growth is exact at each of them."""
     t = np.arange(0, 3601, 60.0)
     x = 900 * MM * (1 + np.sin(t / 500))
-    signal = linear("position", "mm", t, x) if ramped else held("position", "mm", t, x)
+    signal = linear("position", "mm", t, x) if ramped else hold("position", "mm", t, x)
     run = simulate(beam(fixed=0.1, at="100 mm + position"), schedule(t, signal), method=method)
     T = np.array([run.sensors[f"T{i}"] for i in range(10)])
     assert run.tcp["x"] == pytest.approx(by_hand(T, 0.2, 0.1 + x), rel=1e-11, abs=1e-16)
@@ -104,9 +104,9 @@ def test_the_three_ways_to_name_a_moving_place() -> None:
     t = np.array([0.0, 1800.0, 3600.0])
     x = position((0, 200), (1800, 1500))
     forward = simulate(beam(fixed=0, at="position"), schedule(t, x)).tcp["x"]
-    back = held("position", "mm", t, 2 - x.at(t))
+    back = hold("position", "mm", t, 2 - x.at(t))
     assert simulate(beam(fixed=0, at="2 m - position"), schedule(t, back)).tcp["x"] == pytest.approx(forward)
-    share = held("position", "1", t, x.at(t) / 2 - 0.05)
+    share = hold("position", "1", t, x.at(t) / 2 - 0.05)
     assert simulate(beam(fixed=0, at="0.05 + position"), schedule(t, share)).tcp["x"] == pytest.approx(forward)
     assert beam(fixed="position", at=1).inputs["position"] == "m"
     assert beam(fixed=0, at="0 + position").inputs["position"] == "1"

@@ -18,7 +18,7 @@ from network.analysis.diagnosis.result import Diagnosis
 from network.engine.simulation import simulate
 from network.machine.machine import Machine
 from network.recordings.columns import Column
-from network.recordings.inputs import Schedule, Start, held, linear
+from network.recordings.inputs import Schedule, Start, hold, linear
 from network.recordings.recording import Recording
 
 NODES = {
@@ -48,7 +48,7 @@ def recorded(truth: Machine, speeds: tuple[float, ...], seed: int, start: float 
     t = np.arange(0, MINUTES * 60.0 + 1, 20.0)
     steps = np.linspace(0, t[-1], len(speeds) + 1)[:-1] // 20 * 20
     ambient = 20 + np.sin(2 * np.pi * t / 9000)
-    signals = [held("speed", "rpm", steps, np.array(speeds) * RPM), linear("ambient", "degC", t, ambient)]
+    signals = [hold("speed", "rpm", steps, np.array(speeds) * RPM), linear("ambient", "degC", t, ambient)]
     schedule = Schedule("made", "made", t, {s.name: s for s in signals}, Start(others=start))
     run = simulate(truth, schedule, noise_seed=seed)
     columns = {n: Column(n, "degC", v) for n, v in run.sensors.items()}
@@ -95,9 +95,9 @@ def test_the_concealed_effect_is_named_at_its_place(name: str, kind: str, where:
     assert d.verdict == verdict
     assert d.findings[0].kind == kind and where in (*d.findings[0].places, *d.findings[0].channels)
     assert d.findings[0].gain > d.findings[0].threshold
-    held = d.fits.holdout_before, d.fits.holdout_after
-    assert held[0] is not None and held[1] is not None
-    assert held[1].rmse_in_noise < 1.1 < held[0].rmse_in_noise
+    hold = d.fits.holdout_before, d.fits.holdout_after
+    assert hold[0] is not None and hold[1] is not None
+    assert hold[1].rmse_in_noise < 1.1 < hold[0].rmse_in_noise
 
 
 def test_a_sensor_that_is_far_off_strains_the_fit() -> None:

@@ -27,7 +27,7 @@ from network.platform.quantities.units import unit
 from network.platform.refusal import Refused, Spot
 from network.platform.yaml.document import Branch, tree_of
 from network.recordings.columns import Column
-from network.recordings.inputs import held, linear
+from network.recordings.inputs import hold, linear
 from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
 from network.report.figures.all_figures import comparison_figure, contributions_figure, network_figure, run_figure, save
@@ -185,7 +185,7 @@ def test_thinned_goes_by_time_where_samples_crowd() -> None:
 
 def test_an_outline_has_upright_jumps_and_no_idle_points() -> None:
     times, values = outline(
-        held("speed", "rpm", np.array([0.0, 60, 120, 180]), np.array([1.0, 1, 4, 2])), np.array([0.0, 200])
+        hold("speed", "rpm", np.array([0.0, 60, 120, 180]), np.array([1.0, 1, 4, 2])), np.array([0.0, 200])
     )
     assert list(zip(times, values, strict=True)) == [(0, 1), (120, 1), (120, 4), (180, 4), (180, 2), (200, 2)]
     times, values = outline(

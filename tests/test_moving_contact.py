@@ -16,7 +16,7 @@ from network.engine.network import build
 from network.engine.solvers.linear import reduce
 from network.engine.solvers.plan import make_plan
 from network.platform.refusal import Refused
-from network.recordings.inputs import Start, held, linear
+from network.recordings.inputs import Start, hold, linear
 from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
 
@@ -76,7 +76,7 @@ def test_a_thousand_positions_are_as_many_regimes_as_there_are_patterns() -> Non
     """Two lumps and a joint inside one or the other: two sets of conductances, whatever the position."""
     built, t = joint(), np.arange(0, 1001.0)
     x = np.where(np.arange(1001) % 7 < 3, 0.1, 0.6) + 0.3 * (t / 1000)
-    driver = schedule(t, held("position", "mm", t, x))
+    driver = schedule(t, hold("position", "mm", t, x))
     network = build(built)
     plan = make_plan(network, driver, np.array([20.0, 20.0, 40.0]))
     assert plan.method == "modal" and len(reduce(plan, readouts(network)).regimes) == 2
@@ -87,7 +87,7 @@ def test_a_thousand_positions_are_as_many_regimes_as_there_are_patterns() -> Non
 def test_too_many_regimes_take_the_general_path() -> None:
     """On 100 lumps, 300 positions astride of them: 300 sets of conductances, 3 million numbers."""
     built, t = joint(100), np.arange(0, 301.0)
-    driver = schedule(t, held("position", "mm", t, 0.1 + 0.0017 * (t % 300)))
+    driver = schedule(t, hold("position", "mm", t, 0.1 + 0.0017 * (t % 300)))
     run = simulate(built, driver)
     assert run.method not in EXACT and "'position' makes 300 sets of conductances" in run.why
     assert run.sensors["T30"] == pytest.approx(simulate(built, driver, method="modal").sensors["T30"], abs=1e-6)

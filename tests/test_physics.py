@@ -9,7 +9,7 @@ from build import RPM, machine, schedule
 from network import simulate
 from network.engine.network import build
 from network.engine.start import steady_state
-from network.recordings.inputs import Start, constant, held
+from network.recordings.inputs import Start, constant, hold
 
 METHODS = ("modal", "expm", "solve_ivp:LSODA", "solve_ivp:BDF", "solve_ivp:Radau", "solve_ivp:RK45")
 EXACT = ("modal", "expm")
@@ -46,7 +46,7 @@ def test_no_pulse_is_skipped(method: str) -> None:
         sources={"pulse": {"kind": "heat_source", "into": {"block": 1}, "power": f"{P} W", "with": "on", "at": "1"}},
         sensors={"T": {"measures": "block", "noise": "0.1 K"}},
     )
-    pulse = held("on", "1", np.array([0.0, begin, begin + length]), np.array([0.0, 1.0, 0.0]))
+    pulse = hold("on", "1", np.array([0.0, begin, begin + length]), np.array([0.0, 1.0, 0.0]))
     run = simulate(block, schedule(np.arange(0, day + 1, 200.0), pulse), method=method)
     expected = 20 + P / G * (1 - np.exp(-G * length / C))
     assert run.sensors["T"].max() == pytest.approx(expected, abs=1e-9 if method in EXACT else 1e-4)
@@ -77,7 +77,7 @@ HOT = np.array([0.0, 3600.0, 7200.0])
 
 
 def spindle_inputs(rpm: tuple[float, float, float] = (6000, 0, 8000)):
-    return held("speed", "rpm", HOT, np.array(rpm) * RPM), constant("ambient", "degC", 20.0)
+    return hold("speed", "rpm", HOT, np.array(rpm) * RPM), constant("ambient", "degC", 20.0)
 
 
 def test_steady_state_is_the_linear_solve() -> None:

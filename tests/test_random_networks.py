@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from network import Machine, simulate
-from network.recordings.inputs import held, linear
+from network.recordings.inputs import hold, linear
 
 conductances = st.floats(0.5, 80).map(lambda G: f"{G:.4f} W/K")
 capacities = st.floats(800, 60_000).map(lambda C: f"{C:.3f} J/K")
@@ -55,7 +55,7 @@ def inputs(draw: Any) -> Any:
     ambient = np.array([draw(st.floats(15, 28)) for _ in range(len(knots))])
     t = np.linspace(0, float(knots[-1]), draw(st.integers(2, 40)))
     return schedule(
-        t, held("speed", "rpm", knots - knots[0], speeds), linear("ambient", "degC", knots - knots[0], ambient)
+        t, hold("speed", "rpm", knots - knots[0], speeds), linear("ambient", "degC", knots - knots[0], ambient)
     )
 
 

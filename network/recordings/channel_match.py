@@ -14,15 +14,15 @@ from network.recordings.recording_checks import doubtful_units
 
 def overheard(machine: Machine, recordings: Sequence[Recording], holdout: Sequence[Recording]) -> list[str]:
     """Sentences on columns that may be meant for a sensor, sensors without any reading, and units that may be wrong."""
-    told = [*_misnamed(machine, (*recordings, *holdout)), *_unread(machine, recordings, holdout)]
+    told = [*_find_misnamed(machine, (*recordings, *holdout)), *_unread(machine, recordings, holdout)]
     return told + [sentence for one in (*recordings, *holdout) for sentence in doubtful_units(machine, one)]
 
 
-def _misnamed(machine: Machine, recordings: Sequence[Recording]) -> Iterator[str]:
+def _find_misnamed(machine: Machine, recordings: Sequence[Recording]) -> Iterator[str]:
     """Columns that nothing reads, and whose names are like those of sensors that lack one; files alike together."""
     files: dict[str, list[str]] = {}
     for recording in recordings:
-        meant = _meant(machine, recording)
+        meant = _guess_sensors(machine, recording)
         if meant:
             are = "are no sensors" if len(meant) > 1 else "is no sensor"
             question = f"did you mean {', '.join(dict.fromkeys(meant.values()))}?"
@@ -31,7 +31,7 @@ def _misnamed(machine: Machine, recordings: Sequence[Recording]) -> Iterator[str
     yield from (f"{', '.join(names)}: {told}" for told, names in files.items())
 
 
-def _meant(machine: Machine, recording: Recording) -> dict[str, str]:
+def _guess_sensors(machine: Machine, recording: Recording) -> dict[str, str]:
     """The sensor that a column may be meant for."""
     known = {*machine.sensors, *machine.inputs}
     lacking = [name for name in machine.sensors if name not in recording.columns]

@@ -52,7 +52,7 @@ class Signal:
         return bool(np.array_equal(self.start, self.end))
 
 
-def held(name: str, unit_text: str, t: Array, values: Array) -> Signal:
+def hold(name: str, unit_text: str, t: Array, values: Array) -> Signal:
     """Each value holds until the next knot."""
     return Signal(name, unit_text, t, values, values)
 
@@ -63,7 +63,7 @@ def linear(name: str, unit_text: str, t: Array, values: Array) -> Signal:
 
 
 def constant(name: str, unit_text: str, value: float) -> Signal:
-    return held(name, unit_text, np.zeros(1), np.array([value]))
+    return hold(name, unit_text, np.zeros(1), np.array([value]))
 
 
 def is_slow(of: Unit) -> bool:

@@ -18,7 +18,7 @@ from network.platform.yaml.document import Branch, Tree
 from network.recordings.columns import Column, channels
 from network.recordings.csv_table import Choose, Heading, read_heading, refuse_twice, table
 from network.recordings.inputs import Signal, Start, constant
-from network.recordings.yaml_values import check_keys, parse_start, quantity, read_keys, seconds, shift, told
+from network.recordings.yaml_values import check_keys, collecting, parse_start, quantity, read_keys, seconds, shift
 
 _MAPPING = {"recording": "name", "file": "recording.csv", "columns": '{theirs: "ours [unit]"}'}
 
@@ -62,7 +62,7 @@ def load_mapping(path: Path) -> Mapped:
         _check_mapping(tree, values, complaints)
     t, columns = np.empty(0), dict[str, Column]()
     if {"file", "columns"} <= values.keys():
-        with told(complaints, tree.key_spot("file"), "file"):
+        with collecting(complaints, tree.key_spot("file"), "file"):
             headings, cells = table(values["file"], _chooser(tree, values["columns"]), complaints)
             t, columns = channels(headings, cells, str(values["file"]), values["interval"], complaints)
     complaints.raise_if_any()
@@ -112,7 +112,7 @@ def _each(tree: Tree, where: str, read: Callable[[Tree], Any]) -> dict[str, Any]
         raise BadNumber("is not a mapping of names", f"write `{where}: {{name: …}}`")
     complaints, values = Complaints(), {}
     for key, child in tree.items.items():
-        with told(complaints, tree.key_spot(key), f"{where}.{key}"):
+        with collecting(complaints, tree.key_spot(key), f"{where}.{key}"):
             values[key] = read(child)
     complaints.raise_if_any()
     return values

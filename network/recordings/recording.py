@@ -13,9 +13,9 @@ from network.platform.quantities.units import unit
 from network.platform.refusal import Complaints, Spot, likely, refuse
 from network.recordings.columns import Column, channels
 from network.recordings.csv_table import USUAL_UNITS, Heading, read_heading, refuse_twice, table
-from network.recordings.inputs import Schedule, Signal, Start, held, is_slow, linear
+from network.recordings.inputs import Schedule, Signal, Start, hold, is_slow, linear
 from network.recordings.mapping import load_mapping
-from network.recordings.yaml_values import told
+from network.recordings.yaml_values import collecting
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,13 +65,13 @@ class Recording:
             return self.constants[name]
         column = self._column(name, spot or Spot(self.file))
         how = self.between.get(name) or ("linear" if is_slow(unit(column.unit)) else "held")
-        return (linear if how == "linear" else held)(name, column.unit, self.t, self._without_gaps(column))
+        return (linear if how == "linear" else hold)(name, column.unit, self.t, self._without_gaps(column))
 
     def schedule(self, input_names: Iterable[str]) -> Schedule:
         """The inputs a machine needs, at the times of the recording. Raises Refused with every one that is missing."""
         complaints, signals, known = Complaints(), dict[str, Signal](), [*self.columns, *self.constants]
         for name in input_names:
-            with told(complaints, Spot(self.file), name):
+            with collecting(complaints, Spot(self.file), name):
                 if name not in known:
                     raise self._lacks(name, known)
                 signals[name] = self.signal(name)
@@ -113,7 +113,7 @@ def _load_csv(path: Path) -> Recording:
     def choose(header: list[str], complaints: Complaints) -> list[Heading]:
         headings = []
         for index, text in enumerate(header):
-            with told(complaints, spot, f"column '{text}'" if text else f"column {index + 1}"):
+            with collecting(complaints, spot, f"column '{text}'" if text else f"column {index + 1}"):
                 headings.append(replace(read_heading(text), index=index))
         refuse_twice([heading.name for heading in headings], spot, complaints)
         if not any(text.partition("[")[0].strip() == "time" for text in header):

@@ -18,7 +18,7 @@ from network.platform.yaml import document
 from network.platform.yaml.document import Branch, Tree
 from network.recordings.inputs import Schedule
 from network.recordings.scenario_inputs import MOST_SAMPLES, signals
-from network.recordings.yaml_values import check_keys, parse_start, read_keys, seconds, told
+from network.recordings.yaml_values import check_keys, collecting, parse_start, read_keys, seconds
 
 _DAY = 86400.0
 USUAL_OUTPUT = 10.0
@@ -78,7 +78,7 @@ def _read(tree: Branch, folder: Path) -> Scenario:
     values: dict[str, Any] = {"output": None, "start": None, "inputs": {}}
     read_keys(tree, readers, values, complaints)
     if "duration" in values:
-        with told(complaints, tree.key_spot("output"), "output"):
+        with collecting(complaints, tree.key_spot("output"), "output"):
             values["output"] = values["output"] or min(USUAL_OUTPUT, values["duration"] / 100)
             values["t"] = _instants(values["duration"], values["output"])
     complaints.raise_if_any()

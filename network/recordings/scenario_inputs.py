@@ -15,7 +15,7 @@ from network.platform.refusal import Complaints, likely
 from network.platform.yaml.document import Branch, Items, Leaf, Tree
 from network.recordings.inputs import Signal, constant, linear
 from network.recordings.recording import Recording
-from network.recordings.yaml_values import check_keys, quantity, seconds, shift, told
+from network.recordings.yaml_values import check_keys, collecting, quantity, seconds, shift
 
 MOST_SAMPLES = 20_000_000
 LINES_PER_PERIOD = 2000
@@ -33,7 +33,7 @@ def signals(tree: Tree, duration: float, folder: Path) -> dict[str, Signal]:
         raise BadNumber("is not a mapping", "write `{speed: 8000 rpm, ambient: 22 degC}`")
     complaints, signals = Complaints(), dict[str, Signal]()
     for name, child in tree.items.items():
-        with told(complaints, tree.key_spot(name), f"inputs.{name}"):
+        with collecting(complaints, tree.key_spot(name), f"inputs.{name}"):
             signals[name] = _Input(name, duration, folder).read(child)
     complaints.raise_if_any()
     return signals
@@ -147,7 +147,7 @@ class _Input:
         self, tree: Branch, where: str, key: str, read: Callable[[Tree], float], default: float = math.nan
     ) -> float:
         if key in tree.items:
-            with told(self.complaints, tree.key_spot(key), f"{where}, {key}"):
+            with collecting(self.complaints, tree.key_spot(key), f"{where}, {key}"):
                 return read(tree.items[key])
             return math.nan
         return default

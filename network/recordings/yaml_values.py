@@ -24,7 +24,7 @@ _BARE = "that one has no unit, write all values with their unit"
 
 
 @contextmanager
-def told(complaints: Complaints, spot: Spot, what: str) -> Iterator[None]:
+def collecting(complaints: Complaints, spot: Spot, what: str) -> Iterator[None]:
     """Turns a bad number or a refusal into complaints about `what`, and goes on."""
     try:
         yield
@@ -52,7 +52,7 @@ def read_keys(
 ) -> None:
     """Reads the keys that are there into `values`, in the order of `readers`; a faulty one is left out."""
     for key in [key for key in readers if key in tree.items]:
-        with told(complaints, tree.key_spot(key), key):
+        with collecting(complaints, tree.key_spot(key), key):
             values[key] = readers[key](tree.items[key])
 
 
@@ -106,7 +106,7 @@ def parse_start(tree: Tree) -> Start:
     temperatures = {}
     for node, child in children.items():
         where = f"start.{node}" if isinstance(tree, Branch) else "start"
-        with told(complaints, tree.key_spot(node) if isinstance(tree, Branch) else tree.spot, where):
+        with collecting(complaints, tree.key_spot(node) if isinstance(tree, Branch) else tree.spot, where):
             temperatures[node] = _temperature(child)
     complaints.raise_if_any()
     others = temperatures.pop("others", None)

@@ -7,7 +7,7 @@ import numpy as np
 from network import Machine
 from network.platform.refusal import Spot
 from network.platform.yaml.document import Branch, tree_of
-from network.recordings.inputs import Schedule, constant, held
+from network.recordings.inputs import Schedule, constant, hold
 
 GROWS = {"length": "400 mm", "expansion": "1.1e-5 1/K", "direction": 1}
 RPM = 2 * np.pi / 60
@@ -74,7 +74,7 @@ def speed_steps(steps: int = 60, hours: float = HOURS, output: float = 1.0, seed
     speeds = draw.choice([0, 2000, 4000, 6000, 8000, 10000], steps) * RPM
     t = np.arange(0.0, hours * 3600 + output / 2, output)
     signals = {
-        "speed": held("speed", "rpm", np.append(0.0, edges), speeds),
+        "speed": hold("speed", "rpm", np.append(0.0, edges), speeds),
         "ambient": constant("ambient", "degC", 21.5),
     }
     return Schedule(f"{steps} speed steps", "bench", t, signals)

@@ -15,7 +15,7 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices, Mask
 from network.engine.response.intervals import first_from, interval_of
-from network.recordings.inputs import Schedule, Signal, held, linear
+from network.recordings.inputs import Schedule, Signal, hold, linear
 
 GROWTH = 0.2
 """Distance of knots over the time since the last jump."""
@@ -119,7 +119,7 @@ def _smooth(signal: Signal, t: Array) -> Signal:
     inside = (signal.t > t[0]) & (signal.t < t[-1])
     if signal.is_held:
         kept = np.append(True, _jumps(signal))
-        return held(signal.name, signal.unit, signal.t[kept], signal.start[kept])
+        return hold(signal.name, signal.unit, signal.t[kept], signal.start[kept])
     if inside.sum() <= len(t):
         return signal
     x = np.concatenate([t[:1], signal.t[inside], t[-1:]])

@@ -15,7 +15,7 @@ from network.catalogue.declaration.declare import Array
 from network.machine.machine import Machine
 from network.platform.quantities.units import show, unit
 from network.recordings.columns import Column
-from network.recordings.inputs import Signal, Start, constant, held
+from network.recordings.inputs import Signal, Start, constant, hold
 from network.recordings.recording import Recording
 
 RANGE = (0.02, 0.98)
@@ -158,7 +158,7 @@ def _steps(d: Driver, steps: Sequence[tuple[float, float]], hours: float) -> Sig
     """Held levels: (begin as a share of the hours, share of the range)."""
     begins, shares = zip(*steps, strict=True)
     levels = [d.rest if s == 0 else d.level(s) for s in shares]
-    return held(d.name, d.unit, 3600 * hours * np.array(begins), np.array(levels))
+    return hold(d.name, d.unit, 3600 * hours * np.array(begins), np.array(levels))
 
 
 def _span(hours: float) -> str:
