@@ -95,9 +95,9 @@ def test_the_concealed_effect_is_named_at_its_place(name: str, kind: str, where:
     assert d.verdict == verdict
     assert d.findings[0].kind == kind and where in (*d.findings[0].places, *d.findings[0].channels)
     assert d.findings[0].gain > d.findings[0].threshold
-    hold = d.fits.holdout_before, d.fits.holdout_after
-    assert hold[0] is not None and hold[1] is not None
-    assert hold[1].rmse_in_noise < 1.1 < hold[0].rmse_in_noise
+    held = d.fits.holdout_before, d.fits.holdout_after
+    assert held[0] is not None and held[1] is not None
+    assert held[1].rmse_in_noise < 1.1 < held[0].rmse_in_noise
 
 
 def test_a_sensor_that_is_far_off_strains_the_fit() -> None:

@@ -11,8 +11,17 @@ from hypothesis import strategies as st
 
 from network.catalogue.declaration.discovery import kinds
 from network.catalogue.declaration.number_fields import ParamField
-from network.platform.quantities.number_format import per_kelvin, spoken
-from network.platform.quantities.units import BadNumber, Number, difference, in_unit, parse_number, show, unit, written
+from network.platform.quantities.number_format import format_amount, per_kelvin
+from network.platform.quantities.units import (
+    BadNumber,
+    Number,
+    difference,
+    format_exactly,
+    in_unit,
+    parse_number,
+    show,
+    unit,
+)
 from network.platform.refusal import Spot
 from network.platform.yaml.tree import Leaf
 
@@ -237,9 +246,9 @@ NUMBERS = st.floats(-1e9, 1e9, allow_nan=False).filter(lambda x: x == 0 or abs(x
 @given(NUMBERS, UNITS)
 def test_a_value_written_reads_back_the_same(number: float, text: str) -> None:
     value = (difference(unit(text)) if text == "K" else unit(text)).to_si(number)
-    again = in_unit(written(value, text), text)
+    again = in_unit(format_exactly(value, text), text)
     assert again == pytest.approx(value, rel=4e-16, abs=1e-13)
-    assert len(written(value, text)) <= len(repr(number)) + 20
+    assert len(format_exactly(value, text)) <= len(repr(number)) + 20
     assert in_unit(show(value, text), text) == pytest.approx(value, rel=1e-3, abs=0.15 if text == "degC" else 1e-13)
 
 
@@ -279,7 +288,7 @@ def test_a_parameter_written_reads_back_the_same(name: str, data: st.DataObject)
     (-0.00012, "1/K", "−0.00012 1/K"), (0.0, "W", "0 W"), (562.7, "s", "563 s"), (207908.0, "J/K", "207\u00a0900 J/K"),
 ])  # fmt: skip
 def test_a_number_of_a_sentence_is_short(value: float, unit_text: str, told: str) -> None:
-    assert spoken(value, unit_text) == told
+    assert format_amount(value, unit_text) == told
 
 
 def test_a_relative_slope_is_told_in_percent() -> None:

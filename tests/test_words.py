@@ -18,7 +18,7 @@ from network.engine.simulation import simulate
 from network.engine.time_constants import time_constants
 from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
-from network.platform.quantities.text_table import MOST_ROWS, digits, signed, span, table
+from network.platform.quantities.text_table import MOST_ROWS, digits, format_shift, span, table
 from network.platform.refusal import Spot
 from network.platform.yaml.document import tree_of
 from network.recordings.columns import Column
@@ -218,7 +218,8 @@ def test_a_run_tells_method_temperatures_and_movement(run: Trajectory) -> None:
     ends = [float(cell.replace("−", "-")) for cell in cells[2:5]]
     np.testing.assert_allclose(ends, [z.max(), z.min(), z[-1]], atol=0.006)
     peak = int(np.abs(z).argmax())
-    assert line_of(text, "z [µm]").endswith(f"bed grows ({signed(float(z[peak]), 2)} at {run.t[peak] / 60:.0f} min)")
+    shift = format_shift(float(z[peak]), 2)
+    assert line_of(text, "z [µm]").endswith(f"bed grows ({shift} at {run.t[peak] / 60:.0f} min)")
 
 
 def test_a_run_tells_its_energy(run: Trajectory) -> None:
@@ -322,4 +323,4 @@ def test_shared_cases_can_be_told(case: str) -> None:
 def test_a_table_has_true_minus_signs_and_no_negative_nothing() -> None:
     lines = table(["name", "shift"], [["a-b", "-4.1"], ["-c", "-0.0"]], ["shift"])
     assert [line.split() for line in lines[1:]] == [["a-b", "−4.1"], ["-c", "0.0"]]
-    assert [signed(x) for x in (-4.12, -0.04, 2.0)] == ["−4.1", "+0.0", "+2.0"]
+    assert [format_shift(x) for x in (-4.12, -0.04, 2.0)] == ["−4.1", "+0.0", "+2.0"]

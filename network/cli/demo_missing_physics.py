@@ -10,7 +10,7 @@ from network.analysis.comparison.compare import Comparison, RecordingResidual
 from network.analysis.diagnosis.diagnose import diagnose
 from network.analysis.diagnosis.result import Diagnosis, Fits
 from network.machine.machine import Machine
-from network.platform.package_data import shipped
+from network.platform.package_data import find_shipped
 from network.recordings.recording import Recording
 from network.report.files.diagnosis_files import write_diagnosis
 from network.report.progress import share_bar
@@ -22,8 +22,8 @@ TRAIN = ("flagship_6000rpm.csv", "flagship_8000rpm.csv")
 
 def tell_missing(where: Path) -> Iterator[str]:
     """The diagnosis in words; its files go into a folder of their own."""
-    machine = Machine.load(shipped("machines", MACHINE))
-    runs = [Recording.load(shipped("scenarios", name)) for name in (*TRAIN, HELD_OUT)]
+    machine = Machine.load(find_shipped("machines", MACHINE))
+    runs = [Recording.load(find_shipped("scenarios", name)) for name in (*TRAIN, HELD_OUT)]
     yield f"{machine.name}: {machine.file}, and recordings of"
     yield f"the machine as it really is: {', '.join(TRAIN)}; {HELD_OUT} is held out."
     with share_bar("diagnosing") as tell:

@@ -15,7 +15,7 @@ from network.cli.demo_missing_physics import tell_missing
 from network.engine.simulation import simulate
 from network.engine.trajectory import Trajectory, axis_unit, in_difference_unit
 from network.machine.machine import Machine
-from network.platform.package_data import shipped
+from network.platform.package_data import find_shipped
 from network.platform.quantities.number_format import pretty
 from network.recordings.csv_table import write_csv
 from network.recordings.recording import Recording
@@ -35,8 +35,8 @@ TRUTH = ("links.coolant jacket.conductance=20 W/K", "sources.front friction.torq
 def tell_demo(output: str | Path) -> Iterator[str]:
     """Lines of the story; the results are in the folder when the last one is told."""
     where = folder(output)
-    machine_file = shipped("machines", "gantry_spindle.yaml")
-    machine, scenario = Machine.load(machine_file), Scenario.load(shipped("scenarios", "warm_up_and_stop.yaml"))
+    machine_file = find_shipped("machines", "gantry_spindle.yaml")
+    machine, scenario = Machine.load(machine_file), Scenario.load(find_shipped("scenarios", "warm_up_and_stop.yaml"))
     yield from _simulation(machine, scenario, where)
     yield from _simplification(machine, scenario, where)
     yield from _heat_quantity()
@@ -76,9 +76,9 @@ def _simplification(machine: Machine, scenario: Scenario, where: Path) -> Iterat
 
 def _heat_quantity() -> Iterator[str]:
     yield from _chapter("3  Heat quantity: growth does not ask where the heat went in")
-    told, hours = [], Scenario.load(shipped("scenarios", "heat_20_hours.yaml"))
+    told, hours = [], Scenario.load(find_shipped("scenarios", "heat_20_hours.yaml"))
     for level, how in (("heat", "at its end"), ("middle", "in its middle")):
-        run = simulate(Machine.load(shipped("machines", "specimen_bar.yaml"), level=level), hours)
+        run = simulate(Machine.load(find_shipped("machines", "specimen_bar.yaml"), level=level), hours)
         spread, grown = float(np.ptp(run.T_end[run.network.parts["bar"]])), float(run.tcp["z"][-1]) * 1e6
         told.append(f"heated {how} it grows by {grown:.2f} µm while its temperatures differ by {spread:.1f} K")
     yield from _wrapped(

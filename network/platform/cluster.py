@@ -30,7 +30,7 @@ def on_cluster(
         raise refuse(spot, f"no scheduler answers there ({error})", "start one with `dask scheduler`") from None
     with client:
         everywhere = client.scatter(work, broadcast=True, hash=False)
-        futures = [client.submit(_worked, everywhere, item, pure=False) for item in items]
+        futures = [client.submit(_work_on, everywhere, item, pure=False) for item in items]
         try:
             for done, future in enumerate(as_finished(futures), 1):
                 future.result()
@@ -40,5 +40,5 @@ def on_cluster(
             client.cancel(futures)
 
 
-def _worked(work: Callable[[Item], Result], item: Item) -> Result:
+def _work_on(work: Callable[[Item], Result], item: Item) -> Result:
     return work(item)

@@ -9,9 +9,9 @@ from network.platform.refusal import Failed
 _PACKAGE = Path(__file__).parents[1]
 
 
-def shipped(folder: str, name: str) -> Path:
-    """Path of a shipped file: shipped('machines', 'gantry_spindle.yaml')."""
-    found = _found(folder, name)
+def find_shipped(folder: str, name: str) -> Path:
+    """Path of a shipped file: find_shipped('machines', 'gantry_spindle.yaml')."""
+    found = _find(folder, name)
     if found is not None:
         return found
     raise Failed(f"{folder}/{name} did not come with this installation; install lptn again")
@@ -19,10 +19,10 @@ def shipped(folder: str, name: str) -> Path:
 
 def hint(path: Path) -> str:
     """What to add where a file is not there, and one of its name comes with lptn."""
-    found = next((p for folder in ("machines", "scenarios") if (p := _found(folder, path.name))), None)
+    found = next((p for folder in ("machines", "scenarios") if (p := _find(folder, path.name))), None)
     return f" (one of that name comes with lptn: {found})" if found else ""
 
 
-def _found(folder: str, name: str) -> Path | None:
+def _find(folder: str, name: str) -> Path | None:
     paths = (home / folder / name for home in (_PACKAGE.parent, _PACKAGE))
     return next((path for path in paths if path.is_file()), None)

@@ -42,8 +42,8 @@ def run_all(
     if jobs == 1 or len(items) < 2:
         return list(_one_by_one(work, items, say))
     begun = _OPEN.get()
-    with nullcontext(begun) if begun else pool_of(min(jobs, len(items))) as pool, pool.shelved(work) as shelf:
-        return _Shared(pool, shelf, items, say).done_with(work)
+    with nullcontext(begun) if begun else pool_of(min(jobs, len(items))) as pool, pool.shelve(work) as shelf:
+        return _Shared(pool, shelf, items, say).run(work)
 
 
 @contextmanager
@@ -78,7 +78,7 @@ class _Shared:
         self.left, self.lock, self.told = iter(range(len(items))), threading.Lock(), 0
         self.there: dict[int, Future[Any]] = {}
 
-    def done_with(self, work: Callable[[Any], Any]) -> list[Any]:
+    def run(self, work: Callable[[Any], Any]) -> list[Any]:
         """Raises at the first that failed."""
         here: dict[int, Any] = {}
         try:
@@ -86,8 +86,8 @@ class _Shared:
                 self.send()
             while (i := self.take()) is not None:
                 here[i] = work(self.items[i])
-                self.tell(len(here) + sum(future.done() for future in self.sent()))
-            for done, future in enumerate(as_completed(self.sent()), len(here) + 1):
+                self.tell(len(here) + sum(future.done() for future in self.list_sent()))
+            for done, future in enumerate(as_completed(self.list_sent()), len(here) + 1):
                 future.result()
                 self.tell(done)
         finally:
@@ -109,7 +109,7 @@ class _Shared:
         if i is not None:
             self.there[i].add_done_callback(self.send)
 
-    def sent(self) -> list[Future[Any]]:
+    def list_sent(self) -> list[Future[Any]]:
         with self.lock:
             return list(self.there.values())
 

@@ -40,11 +40,11 @@ class Groups:
         jobs: int = 1,
     ) -> Ended:  # fmt: skip
         """How it ended. limit: s for each of its `jobs` processors, so that what runs beside it costs it nothing."""
-        with self._started(command, where, log, environment) as process:
-            return _waited(process, limit, jobs) if process else Ended(None, 0.0, 0.0)
+        with self._start(command, where, log, environment) as process:
+            return _wait(process, limit, jobs) if process else Ended(None, 0.0, 0.0)
 
     @contextmanager
-    def _started(
+    def _start(
         self, command: Sequence[str], where: Path, log: IO[str], environment: Mapping[str, str]
     ) -> Iterator[subprocess.Popen[bytes] | None]:
         with self._lock:
@@ -71,17 +71,17 @@ class Groups:
                 _end(process)
 
 
-def _waited(process: subprocess.Popen[bytes], limit: float, jobs: int) -> Ended:
+def _wait(process: subprocess.Popen[bytes], limit: float, jobs: int) -> Ended:
     """Waits for it, until processors have worked for it for too long, or it has waited for them for too long."""
     began = time.monotonic()
     while (passed := time.monotonic() - began) < PATIENCE * limit and _busy(process.pid, passed) < limit * jobs:
-        if (used := _reaped(process)) is not None:
+        if (used := _reap(process)) is not None:
             return Ended(process.returncode, used, time.monotonic() - began)
         time.sleep(LOOK)
     return Ended(None, _busy(process.pid, passed), passed)
 
 
-def _reaped(process: subprocess.Popen[bytes]) -> float | None:
+def _reap(process: subprocess.Popen[bytes]) -> float | None:
     """Seconds of processors that an ended process and its children took; None while it runs."""
     try:
         pid, status, used = os.wait4(process.pid, os.WNOHANG)

@@ -43,7 +43,7 @@ class Pool:
             self.executor.submit(import_module, module)
 
     @contextmanager
-    def shelved(self, work: Callable[[Any], Any]) -> Iterator[Path]:
+    def shelve(self, work: Callable[[Any], Any]) -> Iterator[Path]:
         """Where the processes find it."""
         shelf = self.folder / str(next(self._names))
         shelf.write_bytes(pickle.dumps(work, pickle.HIGHEST_PROTOCOL))
@@ -53,7 +53,7 @@ class Pool:
             shelf.unlink(missing_ok=True)
 
     def submit(self, shelf: Path, item: Any) -> Future[Any]:
-        return self.executor.submit(_worked, str(shelf), item)
+        return self.executor.submit(_work_on, str(shelf), item)
 
     def end(self) -> None:
         for process in self.context.started:
@@ -122,7 +122,7 @@ def _end_with_parent() -> None:
 
 
 @on_one_thread
-def _worked(shelf: str, item: Any) -> Any:
+def _work_on(shelf: str, item: Any) -> Any:
     if shelf not in _LAST:
         _LAST.clear()
         _LAST[shelf] = pickle.loads(Path(shelf).read_bytes())

@@ -43,7 +43,7 @@ def stoppable() -> Iterator[None]:
         return
     asked = threading.Event()
     _told.clear()
-    with _heard(asked):
+    with _hear_signals(asked):
         try:
             yield
         except BaseException:
@@ -53,7 +53,7 @@ def stoppable() -> Iterator[None]:
 
 
 @contextmanager
-def _heard(asked: threading.Event) -> Iterator[None]:
+def _hear_signals(asked: threading.Event) -> Iterator[None]:
     """The signals raise KeyboardInterrupt here and wake a thread; one that is ignored from the start stays so."""
     ear, mouth = socket.socketpair()
     mouth.setblocking(False)

@@ -15,7 +15,7 @@ from network.analysis.diagnosis.result import UNKNOWN, Finding, Quantity, Rival,
 from network.catalogue.declaration.patch import Patch
 from network.engine.response.parameters import Parameter
 from network.machine.machine import Machine
-from network.platform.quantities.number_format import spoken
+from network.platform.quantities.number_format import format_amount
 from network.platform.wording import sentence
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ def _sentence(h: Hypothesis, c: Candidate, after: Machine) -> str:
     first = c.own[0]
     spread = float(np.sqrt(np.diag(h.fit.covariance))[index[first.path]]) * max(1.0, h.chi)
     unit = "K" if first.field.unit == "degC" else first.field.unit
-    std = spoken(first.std(float(h.fit.theta[index[first.path]]), spread), unit, 2)
+    std = format_amount(first.std(float(h.fit.theta[index[first.path]]), spread), unit, 2)
     return f"{sentence(c.kind.told(after, c.patch))} ({first.field.key.replace('_', ' ')} ± {std})."
 
 

@@ -7,17 +7,17 @@ from dataclasses import dataclass
 from typing import Any
 
 from network.catalogue.declaration.field import Field, word_of
-from network.platform.quantities.number_format import spoken
+from network.platform.quantities.number_format import format_amount
 from network.platform.quantities.units import (
     NUMBER,
     BadNumber,
     Number,
     Unit,
+    format_exactly,
     parse_number,
     show,
     split_number,
     unit,
-    written,
 )
 from network.platform.refusal import short
 from network.platform.yaml.tree import Tree
@@ -110,9 +110,9 @@ class ParamField(Field):
     def write(self, value: Any) -> Any:
         number = value if isinstance(value, Number) else Number(float(value))
         if number.prior == "unknown":
-            low = written(number.low, self.unit).partition(" ")[0]
-            return f"unknown {low}..{written(number.high, self.unit)}"
-        text = written(number.value, self.unit)
+            low = format_exactly(number.low, self.unit).partition(" ")[0]
+            return f"unknown {low}..{format_exactly(number.high, self.unit)}"
+        text = format_exactly(number.value, self.unit)
         if number.prior == "log":
             return f"{text} ± {number.spread * 100:.12g} %"
         if number.prior == "normal":
@@ -120,7 +120,7 @@ class ParamField(Field):
         return text
 
     def tell(self, value: Any) -> str:
-        return spoken(float(value), self.unit)
+        return format_amount(float(value), self.unit)
 
     @property
     def sample(self) -> Any:
@@ -150,7 +150,7 @@ class Amount:
     unit: str
 
     def __str__(self) -> str:
-        return written(self.value, self.unit)
+        return format_exactly(self.value, self.unit)
 
 
 class AmountField(Field):

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from network.catalogue.declaration.field import word_of
 from network.catalogue.declaration.number_fields import ParamField
-from network.platform.quantities.units import BadNumber, show, split_number, unit, written
+from network.platform.quantities.units import BadNumber, format_exactly, show, split_number, unit
 from network.platform.refusal import short
 from network.platform.yaml.tree import Tree
 
@@ -38,7 +38,7 @@ class Along:
     def __str__(self) -> str:
         if self.input and not self.origin and self.sign > 0 and not self.is_share:
             return self.input
-        origin = written(self.origin, self.unit)
+        origin = format_exactly(self.origin, self.unit)
         return f"{origin} {'+' if self.sign > 0 else '-'} {self.input}" if self.input else origin
 
     @property

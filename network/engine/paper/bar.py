@@ -13,7 +13,7 @@ from network.engine.paper.table import Cell, PaperTable
 from network.engine.simulation import simulate
 from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
-from network.platform.package_data import shipped
+from network.platform.package_data import find_shipped
 from network.recordings.scenario import Scenario
 
 TABLE_2 = {
@@ -31,13 +31,13 @@ TERMS = 400
 def bar(place: str, method: str = "temperature", lumps: int | None = None) -> Machine:
     """The specimen heated at a place, its growth computed from temperature or from heat."""
     counts = [] if lumps is None else [lumps]
-    file = shipped("machines", "specimen_bar.yaml")
+    file = find_shipped("machines", "specimen_bar.yaml")
     return Machine.load(file, level=PLACES[place], lumps=counts, sets=[f"tcp.z.bar grows.method={method}"])
 
 
 @cache
 def heating() -> Scenario:
-    return Scenario.load(shipped("scenarios", "heat_20_hours.yaml"))
+    return Scenario.load(find_shipped("scenarios", "heat_20_hours.yaml"))
 
 
 def table_2() -> PaperTable:

@@ -12,7 +12,7 @@ from network.engine.network import build
 from network.engine.paper.table import Cell, PaperTable
 from network.engine.simulation import simulate
 from network.machine.machine import Machine
-from network.platform.package_data import shipped
+from network.platform.package_data import find_shipped
 from network.recordings.scenario import Scenario
 
 BY = {"first moment": None, "faces": "faces", "eq. 9": "heat"}
@@ -25,7 +25,7 @@ MINUTES = (10, 60, 120, 240)
 
 def table_machine(by: str, lumps: int | None = None) -> Machine:
     counts = [] if lumps is None else [lumps]
-    return Machine.load(shipped("machines", "table_bending.yaml"), level=BY[by], lumps=counts)
+    return Machine.load(find_shipped("machines", "table_bending.yaml"), level=BY[by], lumps=counts)
 
 
 def bend_table(by: str, rise: Array) -> float:
@@ -68,7 +68,7 @@ def bending_profiles() -> PaperTable:
 
 def bending_run() -> PaperTable:
     """The table under cutting heat: lift of its middle by the three."""
-    scenario = Scenario.load(shipped("scenarios", "table_under_cutting.yaml"))
+    scenario = Scenario.load(find_shipped("scenarios", "table_under_cutting.yaml"))
     runs = {by: simulate(table_machine(by, RUN_LUMPS), scenario) for by in BY}
     run = runs["eq. 9"]
     at = [int(np.argmin(np.abs(run.t - minutes * 60))) for minutes in MINUTES]

@@ -16,7 +16,7 @@ from network.engine.paper.table import Cell, PaperTable
 from network.engine.simulation import simulate
 from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
-from network.platform.package_data import shipped
+from network.platform.package_data import find_shipped
 from network.recordings.scenario import Scenario
 
 TAU = 3400.0
@@ -45,8 +45,8 @@ PRINTED = {6000: Fit(-14.04, 14.05, TAU, -5.44, 0.29), 8000: Fit(-8.39, 6.02, TA
 
 @cache
 def run_at(rpm: int, machine: str) -> Trajectory:
-    scenario = Scenario.load(shipped("scenarios", f"constant_{rpm}.yaml"))
-    return simulate(Machine.load(shipped("machines", f"{machine}.yaml")), scenario)
+    scenario = Scenario.load(find_shipped("scenarios", f"constant_{rpm}.yaml"))
+    return simulate(Machine.load(find_shipped("machines", f"{machine}.yaml")), scenario)
 
 
 def fit_laws(run: Trajectory) -> Fit:

@@ -18,7 +18,7 @@ def pretty(unit_text: str) -> str:
     return _PRETTY.get(unit_text, unit_text)
 
 
-def spoken(value: float, unit_text: str, most: int = 3) -> str:
+def format_amount(value: float, unit_text: str, most: int = 3) -> str:
     """A value inside (SI, °C) in a unit, of so many digits (three: one more for temperatures and thousands), without
     exponent where it reads so: 5.57 W/K, 21.62 °C, 10 000 rpm."""
     given = (difference(unit(unit_text)) if unit_text == "K" else unit(unit_text)).from_si(value)

@@ -10,7 +10,7 @@ MOST_ROWS = 40
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[str] = ()) -> list[str]:
     """Lines of a table, indented by two; the columns named in `numbers` stand to the right. Long tables are cut."""
-    shown = [header, *([_signed(c) if n in numbers else c for n, c in zip(header, row, strict=True)]
+    shown = [header, *([_write_minus(c) if n in numbers else c for n, c in zip(header, row, strict=True)]
                        for row in rows[:MOST_ROWS])]  # fmt: skip
     widths = [max(len(row[k]) for row in shown) for k in range(len(header))]
     lines = []
@@ -24,14 +24,14 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequenc
     return [*lines, f"  … and {more} more"] if more > 0 else lines
 
 
-def _signed(cell: str) -> str:
+def _write_minus(cell: str) -> str:
     """A cell with a true minus, and none before nothing."""
     if not cell.startswith("-"):
         return cell
     return f"−{cell[1:]}" if cell.strip("-0.") else cell[1:]
 
 
-def signed(value: float, places: int = 1) -> str:
+def format_shift(value: float, places: int = 1) -> str:
     """A shift with its sign: +2.5, −0.1; nothing is +0.0."""
     return f"{round(value, places) + 0.0:+.{places}f}".replace("-", "−")
 

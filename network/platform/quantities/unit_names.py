@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 
-from network.platform.quantities.unit_table import NAME, known, registry
+from network.platform.quantities.unit_table import NAME, find_spelling, registry
 from network.platform.refusal import Spot
 
 LONGEST = 60
@@ -78,7 +78,7 @@ def _factor_and_dimension(text: str) -> tuple[Fraction, str]:
     """'g/cm^3' → (1000, '[length]^-3 [mass]'). Raises BadNumber for what is not a unit."""
     if len(text) > LONGEST:
         raise BadNumber(f"unreadable unit '{text[:20]}…' ({len(text)} characters)", AS_IN)
-    spelled = _spelled(text)
+    spelled = _spell(text)
     units = registry()
     try:
         parsed = units.parse_units(spelled)
@@ -92,7 +92,7 @@ def _factor_and_dimension(text: str) -> tuple[Fraction, str]:
     return factor, " ".join(terms) or "dimensionless"
 
 
-def _spelled(text: str) -> str:
+def _spell(text: str) -> str:
     """The expression as pint reads it: one way to write products, powers and temperatures, only known names."""
     spelled = text
     for theirs, ours in _SPELLINGS:
@@ -102,11 +102,11 @@ def _spelled(text: str) -> str:
     odd = re.search(rf"[^\s()/^.+\-\d{NAME[1:-2]}]", spelled)
     if odd or re.search(r"\^\s*\(?\s*[+-]?\d{3}|[\^/]\s*$|\^[^A-Za-z(]*\^|\)\s*\^.*\^", spelled):
         raise BadNumber(f"unreadable unit '{text}'", AS_IN)
-    return re.sub(NAME, lambda match: _known(match[0]), spelled)
+    return re.sub(NAME, lambda match: _check_name(match[0]), spelled)
 
 
-def _known(name: str) -> str:
-    spelling = known(name)
+def _check_name(name: str) -> str:
+    spelling = find_spelling(name)
     if spelling is None:
         raise BadNumber(f"unknown unit '{name}'", AS_IN)
     return spelling

@@ -73,7 +73,7 @@ def registry() -> Any:
 
 
 @lru_cache(maxsize=256)
-def known(name: str) -> str | None:
+def find_spelling(name: str) -> str | None:
     """The name as the registry spells it (a capital is forgiven: Kelvin), None where it has none."""
     for spelling in (name, name.lower() if name.istitle() and len(name) > 3 else name):
         found = [(prefix, base) for prefix, base, _ in registry().parse_unit_name(spelling)]
@@ -85,7 +85,7 @@ def known(name: str) -> str | None:
 def likely_unit(text: str) -> str | None:
     """The name that was probably meant by the first unknown one in it."""
     for name in re.findall(NAME, text):
-        if known(name) is None:
-            names = [n for n in re.findall(NAME, _DEFINITIONS) if len(n) > 1 and known(n)]
+        if find_spelling(name) is None:
+            names = [n for n in re.findall(NAME, _DEFINITIONS) if len(n) > 1 and find_spelling(n)]
             return _HINTS.get(name) or next(iter(get_close_matches(name.lower(), names, n=1, cutoff=0.66)), None)
     return None

@@ -13,8 +13,8 @@ from network.platform.quantities.unit_table import likely_unit
 from network.platform.refusal import short
 
 __all__ = [
-    "BadNumber", "Number", "Prior", "Unit", "difference", "in_unit", "parse_number", "show", "split_number",
-    "unit", "written",
+    "BadNumber", "Number", "Prior", "Unit", "difference", "format_exactly", "in_unit", "parse_number", "show",
+    "split_number", "unit",
 ]  # fmt: skip
 
 Prior = Literal["known", "log", "normal", "unknown"]
@@ -64,7 +64,7 @@ def in_unit(text: str, wanted: str) -> float:
     target = unit(wanted)
     if unit_text == "" and target.dimension != "dimensionless":
         raise _no_unit(text, wanted)
-    given = _known_unit(text, unit_text, wanted)
+    given = _check_unit(text, unit_text, wanted)
     if given.dimension != target.dimension:
         if wanted == "1":
             raise BadNumber(f"'{short(text)}' has a unit", "a bare number is needed")
@@ -77,7 +77,7 @@ def _no_unit(text: str, wanted: str) -> BadNumber:
     return BadNumber(f"'{read}' has no unit", f"a unit like {wanted} is needed, as in `{read} {wanted}`")
 
 
-def _known_unit(text: str, unit_text: str, wanted: str) -> Unit:
+def _check_unit(text: str, unit_text: str, wanted: str) -> Unit:
     try:
         return unit(unit_text)
     except BadNumber as error:
@@ -164,13 +164,13 @@ def show(value: float, unit_text: str, digits: int = 4) -> str:
     With 16 digits or more it reads back as the same value.
     """
     if digits >= 16:
-        return written(value, unit_text)
-    return _with_unit(f"{_shown_in(unit_text).from_si(value):.{digits}g}", unit_text)
+        return format_exactly(value, unit_text)
+    return _with_unit(f"{_unit_of_output(unit_text).from_si(value):.{digits}g}", unit_text)
 
 
-def written(value: float, unit_text: str) -> str:
+def format_exactly(value: float, unit_text: str) -> str:
     """A value as text in the given unit, with as many digits as it takes to read back as the same value."""
-    given = _shown_in(unit_text)
+    given = _unit_of_output(unit_text)
     number = given.from_si(value)
     rounded = (float(f"{number:.{digits}g}") for digits in range(4, 17))
     exact = next((short for short in rounded if given.to_si(short) == value), number)
@@ -181,5 +181,5 @@ def _with_unit(number: str, unit_text: str) -> str:
     return number if unit_text in ("", "1") else f"{number} {unit_text}"
 
 
-def _shown_in(unit_text: str) -> Unit:
+def _unit_of_output(unit_text: str) -> Unit:
     return difference(unit(unit_text)) if unit_text == "K" else unit(unit_text)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from network.analysis.comparison.amounts import join_names
-from network.platform.quantities.text_table import signed, span
+from network.platform.quantities.text_table import format_shift, span
 from network.recordings.start_rule import ESTIMATED
 from network.report.files.diagnosis_patch import FILE
 from network.report.words.diagnosis_words import advice_words, fit_rows, is_unchanged, where_lines
@@ -55,7 +55,7 @@ def page(d: Diagnosis, pictures: Sequence[Shown], patch: str, where: Path) -> st
     loader = PackageLoader("network.report")
     rooms = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     told = _verdict(d) | _tables(d) | {"patch": patch, "patch_name": FILE, "commands": commands(d, where)}
-    return rooms.get_template(TEMPLATE).render(told, pictures=pictures, shown=shown, signed=signed)
+    return rooms.get_template(TEMPLATE).render(told, pictures=pictures, shown=shown, signed=format_shift)
 
 
 def shown(picture: Shown) -> Markup:

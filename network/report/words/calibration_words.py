@@ -11,7 +11,7 @@ from network.analysis.calibration.identifiability_report import relative
 from network.analysis.comparison.amounts import join_names
 from network.engine.response.parameters import Parameter
 from network.platform.quantities.number_format import pretty
-from network.platform.quantities.text_table import digits, signed, span, table
+from network.platform.quantities.text_table import digits, format_shift, span, table
 from network.platform.quantities.units import difference, unit
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def _numbers(c: Calibration) -> str:
     rows = []
     for j, p in enumerate(c.parameters):
         low, high = (_bare(p, p.value(x)) for x in c.known.interval(j))
-        moved = signed(float(c.shift[j])) if np.isfinite(c.shift[j]) else "–"
+        moved = format_shift(float(c.shift[j])) if np.isfinite(c.shift[j]) else "–"
         rows.append([p.path, before(p), _value(c, j), f"{low} … {high}", moved, _remark(c, j)])
     return "\n".join(table(header, rows, ["moved [σ]"]))
 

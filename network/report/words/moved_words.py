@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from network.analysis.comparison.amounts import join_names
 from network.engine.response.parameters import Parameter, free_parameters
-from network.platform.quantities.text_table import signed
+from network.platform.quantities.text_table import format_shift
 from network.platform.quantities.units import show
 
 if TYPE_CHECKING:
@@ -75,14 +75,14 @@ def moved_words(d: Diagnosis) -> Iterator[str]:
     numbers = moved(d)
     back = [m for m in numbers if m.came_back] if d.findings else []
     if back:
-        told = [f"{m.path} from {signed(m.shift_before)} to {signed(m.shift_after)}" for m in back[:MOST]]
+        told = [f"{m.path} from {format_shift(m.shift_before)} to {format_shift(m.shift_after)}" for m in back[:MOST]]
         more = [f"{len(back) - MOST} more"] if len(back) > MOST else []
         bent = "Numbers that calibration alone had bent come back to the file (shifts in units of their ±)"
         yield f"{bent}: {join_names([*told, *more])}."
     elif d.verdict == "parameters_only":
-        told = [f"{m.path} ({m.file} → {m.after}, {signed(m.shift_after)} times its ±)" for m in numbers[:MOST]]
+        told = [f"{m.path} ({m.file} → {m.after}, {format_shift(m.shift_after)} times its ±)" for m in numbers[:MOST]]
         yield f"Numbers that moved most from the file (in units of their ±): {join_names(told)}."
         return
-    far = [f"{m.path} ({m.file} → {m.after}, {signed(m.shift_after)} times its ±)" for m in numbers if m.is_far]
+    far = [f"{m.path} ({m.file} → {m.after}, {format_shift(m.shift_after)} times its ±)" for m in numbers if m.is_far]
     if far:
         yield f"Still far from the file: {join_names(far[:MOST])}{' …' if len(far) > MOST else ''}."

@@ -12,7 +12,7 @@ from network.analysis.comparison.spikes import calm_spikes
 from network.analysis.comparison.window import worst_window
 from network.catalogue.declaration.declare import Array
 from network.platform.quantities.number_format import pretty
-from network.platform.quantities.text_table import digits, signed, span, table
+from network.platform.quantities.text_table import digits, format_shift, span, table
 from network.platform.quantities.units import Unit, difference, unit
 from network.report.words.describe import describe
 
@@ -68,7 +68,7 @@ def _main_contributor(run: Trajectory, axis: str, shown: Unit) -> str:
     name = max(mine, key=lambda n: abs(float(mine[n][peak])), default=None)
     if name is None:
         return "nothing"
-    return f"{name} ({signed(shown.from_si(float(mine[name][peak])), 2)} at {run.t[peak] / 60:.0f} min)"
+    return f"{name} ({format_shift(shown.from_si(float(mine[name][peak])), 2)} at {run.t[peak] / 60:.0f} min)"
 
 
 def _energy(run: Trajectory) -> list[str]:
