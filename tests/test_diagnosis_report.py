@@ -34,7 +34,7 @@ from network.report.files.page import basis, is_tall
 from network.report.words.diagnosis_words import fit_rows
 from network.report.words.finding_words import plus_minus, sure_word, sure_words
 from network.report.words.heat_words import course
-from network.report.words.moved_words import moved
+from network.report.words.moved_words import list_moved
 from network.report.words.verdict_words import MEANING
 
 ROOT = Path(__file__).parent.parent
@@ -202,9 +202,9 @@ def test_a_size_is_told_to_two_digits_of_its_error(quantity: Quantity, told: str
 
 
 def test_numbers_that_the_findings_replace_are_left_out_of_the_shifts(found: Diagnosis) -> None:
-    assert next(m.path for m in moved(found)) == "links.skin.conductance"
+    assert next(m.path for m in list_moved(found)) == "links.skin.conductance"
     gone = replace(found, after=found.after.patched({"links": {"skin": None}}))
-    assert "links.skin.conductance" not in [m.path for m in moved(gone)]
+    assert "links.skin.conductance" not in [m.path for m in list_moved(gone)]
 
 
 def test_recordings_of_one_file_name_are_told_with_their_folder(tmp_path: Path) -> None:

@@ -31,9 +31,9 @@ from network.recordings.inputs import hold, linear
 from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
 from network.report.figures.all_figures import comparison_figure, contributions_figure, network_figure, run_figure, save
-from network.report.figures.canvas import PALETTE, gap_unit, in_unit, look, shortened
+from network.report.figures.canvas import PALETTE, gap_unit, in_unit, look, shorten
 from network.report.figures.labels import spread
-from network.report.figures.lines import MOST_POINTS, alone, outline, thinned, time_ticks, with_gaps
+from network.report.figures.lines import MOST_POINTS, alone, outline, thin, time_ticks, with_gaps
 from network.report.figures.symbols import examples
 
 SHARED = Path(__file__).parents[2] / "shared" / "cases"
@@ -169,7 +169,7 @@ def test_thinned_keeps_every_spike_and_the_first_gap() -> None:
     values = np.sin(t / 3000)
     values[[7001, 21_113]] = 5.0, -7.0
     values[12_000] = np.nan
-    few, seen = thinned(t, values)
+    few, seen = thin(t, values)
     assert len(few) <= MOST_POINTS and (few[0], few[-1]) == (t[0], t[-1])
     assert {7001.0, 21_113.0, 12_000.0} <= set(few) and np.isnan(seen[few == 12_000]).all()
     np.testing.assert_allclose(np.interp(9000.5, few, seen), np.sin(9000.5 / 3000), atol=0.02)
@@ -177,10 +177,10 @@ def test_thinned_keeps_every_spike_and_the_first_gap() -> None:
 
 def test_thinned_goes_by_time_where_samples_crowd() -> None:
     t = np.concatenate([np.linspace(0, 1, 20_000), np.linspace(2, 1000, 1500)])
-    few, _seen = thinned(t, np.sin(t))
+    few, _seen = thin(t, np.sin(t))
     assert len(few) <= MOST_POINTS and (few > 1).sum() > 1000
-    assert thinned(t[:100], t[:100])[0] is not None and len(thinned(t[:100], t[:100])[0]) == 100
-    assert np.isnan(thinned(t, np.full(len(t), np.nan))[1]).all()
+    assert thin(t[:100], t[:100])[0] is not None and len(thin(t[:100], t[:100])[0]) == 100
+    assert np.isnan(thin(t, np.full(len(t), np.nan))[1]).all()
 
 
 def test_an_outline_has_upright_jumps_and_no_idle_points() -> None:
@@ -229,7 +229,7 @@ def test_numbers_and_names() -> None:
         and number(float("nan"), "K") == "no value"
         and number(0.5, "1") == "0.5000"
     )
-    assert shortened("a very long name of a front bearing", 20) == "a very long n…earing"
+    assert shorten("a very long name of a front bearing", 20) == "a very long n…earing"
     assert gap_unit("degC").from_si(0.05) == 0.05 and gap_unit("um").from_si(1e-6) == pytest.approx(1)
 
 

@@ -17,7 +17,7 @@ from typing import Any
 from network.platform.process_groups import Ended, Groups
 from network.platform.refusal import Spot, refuse
 from network.platform.stopping import on_stop
-from network.report.files.result_files import as_json, checked, not_there, remove_empty, write_text
+from network.report.files.result_files import as_json, check_folder, not_there, remove_empty, write_text
 
 TESTS = Path(__file__).resolve().parents[2] / "tests"
 LIMIT = 150.0
@@ -69,7 +69,7 @@ def prove(
     """
     cases, score = _module("cases"), _module("score")
     command, answers = _ablated(ablate) if ablate else (COMMAND, "out")
-    folder = checked(Path(folder)).resolve()
+    folder = check_folder(Path(folder)).resolve()
     count, seed = _asked(folder, count, seed) if resume else (count or CASES, seed or SEED)
     _check_own(folder)
     if not resume:

@@ -23,12 +23,12 @@ from network.report.figures.canvas import (
     label_y,
     name_text,
     new_figure,
-    stacked_panels,
+    stack_panels,
     text_size,
     write_title,
 )
 from network.report.figures.comparison_figure import draw_measured
-from network.report.figures.lines import clock, kept_together, set_clock
+from network.report.figures.lines import clock, decimate_together, set_clock
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -103,11 +103,11 @@ def band_figure(t: Array, centre: Array, std: Array, measured: Array | None, uni
 
     t: [s]; centre, std, measured: in SI (°C), NaN in gaps; unit: what they are shown in, um for the tool centre point.
     """
-    figure, (values, apart) = stacked_panels((2.6, 1.5), right=0.3)
+    figure, (values, apart) = stack_panels((2.6, 1.5), right=0.3)
     scale = gap_unit(unit).scale
-    middle, width = _shown(centre, unit), 2 * std / scale
+    middle, width = _convert(centre, unit), 2 * std / scale
     if measured is not None:
-        draw_measured(values, t, _shown(measured, unit), GREY, 0.9, clock(t)[1])
+        draw_measured(values, t, _convert(measured, unit), GREY, 0.9, clock(t)[1])
         draw_measured(apart, t, (measured - centre) / scale, GREY, 0.7, clock(t)[1])
     _draw_band(values, t, middle, width)
     _draw_band(apart, t, np.zeros(len(t)), width)
@@ -119,12 +119,12 @@ def band_figure(t: Array, centre: Array, std: Array, measured: Array | None, uni
     return figure
 
 
-def _shown(values: Array, unit_text: str) -> Array:
+def _convert(values: Array, unit_text: str) -> Array:
     return in_unit(values, unit(unit_text))
 
 
 def _draw_band(axes: Axes, t: Array, middle: Array, width: Array) -> None:
-    index = kept_together(t, [middle - width, middle + width], POINTS)
+    index = decimate_together(t, [middle - width, middle + width], POINTS)
     times = t[index] / clock(t)[1]
     low, high = (middle - width)[index], (middle + width)[index]
     axes.fill_between(times, low, high, color=MOVED, alpha=0.25, linewidth=0, zorder=1.5)

@@ -39,7 +39,7 @@ def look(i: int) -> tuple[str, Dashes]:
     return PALETTE[i % len(PALETTE)], DASHES[(i + i // 12) % len(DASHES)]
 
 
-def shortened(name: str, most: int = 28) -> str:
+def shorten(name: str, most: int = 28) -> str:
     """A name on one line, its middle left out where it is long: both ends tell names apart."""
     line = " ".join(name.split())
     if len(line) <= most:
@@ -54,7 +54,7 @@ def literal(text: str) -> str:
 
 
 def name_text(name: str, most: int = 28) -> str:
-    return literal(shortened(name, most))
+    return literal(shorten(name, most))
 
 
 def in_unit(values: Array, given: Unit) -> Array:
@@ -120,9 +120,9 @@ def write_title(figure: Figure, title: str, below: str = "", left: float = 0.15)
 
 def _cut_to(text: str, size: float, bold: bool, points: float) -> str:
     length = len(text)
-    while text_size(shortened(text, length), size, bold)[0] > points and length > 20:
+    while text_size(shorten(text, length), size, bold)[0] > points and length > 20:
         length -= 4
-    return shortened(text, length)
+    return shorten(text, length)
 
 
 def size_of(axes: Axes) -> tuple[float, float]:
@@ -160,7 +160,7 @@ def save(figure: Figure, path: str | Path) -> Path:
     return path
 
 
-def stacked_panels(heights: Sequence[float], right: float = 1.7, gap: float = 0.16) -> tuple[Figure, list[Axes]]:
+def stack_panels(heights: Sequence[float], right: float = 1.7, gap: float = 0.16) -> tuple[Figure, list[Axes]]:
     """Panels of these heights [in] under one another, with room for a title above and labels on the right [in]."""
     left, top, bottom = 0.8, 0.75, 0.5
     figure = new_figure(top + sum(heights) + gap * (len(heights) - 1) + bottom)

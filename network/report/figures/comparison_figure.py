@@ -24,7 +24,7 @@ from network.report.figures.canvas import (
     new_figure,
     write_title,
 )
-from network.report.figures.lines import alone, clock, outline, set_clock, thinned, with_gaps
+from network.report.figures.lines import alone, clock, outline, set_clock, thin, with_gaps
 from network.report.figures.run_figure import is_speed
 
 if TYPE_CHECKING:
@@ -91,14 +91,14 @@ def draw_driver(axes: Axes, signal: Signal, t: Array) -> None:
 def _draw_values(axes: Axes, channel: ChannelResidual, t: Array) -> None:
     given = unit(channel.unit)
     draw_measured(axes, channel.t, in_unit(channel.measured, given), GREY, 0.9, clock(t)[1])
-    times, values = thinned(channel.t, in_unit(channel.simulated, given), POINTS)
+    times, values = thin(channel.t, in_unit(channel.simulated, given), POINTS)
     axes.plot(times / clock(t)[1], values, color=SIMULATED, linewidth=1.3)
     axes.margins(y=0.08)
-    headline(axes, _told(channel))
+    headline(axes, _describe_misfit(channel))
     label_y(axes, "", channel.unit)
 
 
-def _told(channel: ChannelResidual) -> str:
+def _describe_misfit(channel: ChannelResidual) -> str:
     name = name_text(channel.name)
     if not channel.n:
         return f"{name}: no readings"
@@ -111,11 +111,11 @@ def draw_measured(axes: Axes, t: Array, values: Array, colour: str, width: float
     times, readings = with_gaps(t, values)
     single = alone(readings)
     if single.any():
-        points = thinned(times[single], readings[single], POINTS)
+        points = thin(times[single], readings[single], POINTS)
         dots: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 1.8, "markeredgewidth": 0}
         axes.plot(points[0] / length, points[1], color=colour, **dots)
     if (np.isfinite(readings) & ~single).any():
-        times, readings = thinned(times, readings, POINTS)
+        times, readings = thin(times, readings, POINTS)
         axes.plot(times / length, readings, color=colour, linewidth=width)
 
 

@@ -11,9 +11,9 @@ from network.catalogue.declaration.declare import Array
 from network.engine.trajectory import Trajectory, axis_unit
 from network.platform.quantities.number_format import number
 from network.platform.quantities.units import unit
-from network.report.figures.canvas import GREY, PALETTE, in_unit, label_y, name_text, stacked_panels, write_title
+from network.report.figures.canvas import GREY, PALETTE, in_unit, label_y, name_text, stack_panels, write_title
 from network.report.figures.labels import EndLabel, label_ends
-from network.report.figures.lines import clock, kept_together, set_clock
+from network.report.figures.lines import clock, decimate_together, set_clock
 from network.report.figures.panels import beside, room_for
 from network.report.figures.run_figure import title, without_panels
 
@@ -33,7 +33,7 @@ def contributions_figure(run: Trajectory) -> Figure:
     stacks = {axis: _Stack(run, axis) for axis in run.tcp}
     heights = [max(2.3, room_for(len(stack.rows) + 1)) for stack in stacks.values()]
     labels = [label for stack in stacks.values() for label in stack.labels()]
-    figure, panels = stacked_panels(heights, right=beside(labels))
+    figure, panels = stack_panels(heights, right=beside(labels))
     for (axis, stack), axes in zip(stacks.items(), panels, strict=True):
         stack.draw(axes)
         label_y(axes, f"TCP {axis}", axis_unit(axis))
@@ -81,7 +81,7 @@ class _Stack:
         return [(PALETTE[i % len(PALETTE)], i >= len(PALETTE)) for i in range(len(self.rows))]
 
     def draw(self, axes: Axes) -> None:
-        at = kept_together(self.t, [*self.rows.values(), self.total])
+        at = decimate_together(self.t, [*self.rows.values(), self.total])
         t, looks = self.t[at] / clock(self.t)[1], dict(zip(self.rows, self.looks(), strict=True))
         for name, edge, other in self.bands():
             colour, hatched = looks[name]

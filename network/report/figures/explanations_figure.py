@@ -42,7 +42,7 @@ LEAVES, GAP, RIGHT = 2.1, 0.75, 0.55
 def candidates_figure(d: Diagnosis) -> Figure:
     """Left: log evidence over nothing missing [nats], with what chance reaches; right: the misfit, relative to that of
     what was found. What was found is blue."""
-    rivals = sorted(anchored(d), key=lambda r: -r.gain)[:MOST]
+    rivals = sorted(rescale_gains(d), key=lambda r: -r.gain)[:MOST]
     names = [name_text(rival_name(r), LONGEST) for r in rivals]
     left = 0.3 + max((text_size(name, FONT)[0] for name in names), default=0.0) / 72
     height = max(len(rivals), 1) * LINE
@@ -52,7 +52,7 @@ def candidates_figure(d: Diagnosis) -> Figure:
     leaves = add_axes(figure, left + width + GAP, 0.6, LEAVES, height)
     colours = [FOUND if was_found(d, r) else OTHER for r in rivals]
     _draw_gains(gains, rivals, colours, _threshold(d))
-    _draw_misfits(leaves, np.array([r.chi for r in rivals]) / _found_chi(d), colours)
+    _draw_misfits(leaves, np.array([r.chi for r in rivals]) / _chi_of_findings(d), colours)
     _finish(gains, leaves, names)
     write_title(figure, f"{d.machine.name}: what was tried", _below(d))
     return figure
@@ -65,7 +65,7 @@ def _below(d: Diagnosis) -> str:
     return "; ".join(["blue: what was found", *chance, *first, *cut])
 
 
-def anchored(d: Diagnosis) -> tuple[Rival, ...]:
+def rescale_gains(d: Diagnosis) -> tuple[Rival, ...]:
     """What was tried. A single finding is judged at the end once more, under the noise that it leaves, which makes the
     evidence of all larger or smaller by the same factor."""
     gains = [r.gain for r in d.tried if was_found(d, r)]
@@ -74,7 +74,7 @@ def anchored(d: Diagnosis) -> tuple[Rival, ...]:
     return tuple(replace(r, gain=r.gain * d.findings[0].gain / gains[0]) for r in d.tried)
 
 
-def _found_chi(d: Diagnosis) -> float:
+def _chi_of_findings(d: Diagnosis) -> float:
     """The misfit of what was found; of the best where that is not among what was tried."""
     return next((r.chi for r in d.tried if was_found(d, r)), min((r.chi for r in d.tried), default=1.0)) or 1.0
 

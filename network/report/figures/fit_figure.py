@@ -26,7 +26,7 @@ from network.report.figures.canvas import (
     write_title,
 )
 from network.report.figures.comparison_figure import draw_driver, draw_measured, driver_of
-from network.report.figures.lines import clock, set_clock, thinned
+from network.report.figures.lines import clock, set_clock, thin
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -64,7 +64,7 @@ def fit_figure(before: RecordingResidual, after: RecordingResidual, title: str, 
             panels.append(add_axes(figure, left, high - DRIVER - GAP * 0.7, width, DRIVER))
             draw_driver(panels[-1], driver, t)
     set_clock(panels, t, panels[-2:])
-    write_title(figure, title, _told(before, after))
+    write_title(figure, title, _describe_misfits(before, after))
     return figure
 
 
@@ -80,7 +80,7 @@ def _height(place: int) -> float:
     return HEIGHTS[min(place // 2, len(HEIGHTS) - 1)]
 
 
-def _told(before: RecordingResidual, after: RecordingResidual) -> str:
+def _describe_misfits(before: RecordingResidual, after: RecordingResidual) -> str:
     rmse = f"all channels: rmse {_two(before.rmse_in_noise, after.rmse_in_noise)} σ"
     lines = "blue" if is_same(before, after) else "before orange, after blue"
     return f"{rmse}; measured grey, simulated {lines}; ±2 σ of noise shaded"
@@ -111,7 +111,7 @@ def _draw_values(axes: Axes, pair: tuple[ChannelResidual, ChannelResidual], leng
     given = unit(pair[1].unit)
     draw_measured(axes, pair[1].t, in_unit(pair[1].measured, given), GREY, 0.9, length)
     for channel, colour, dashes, width in _lines(pair):
-        times, values = thinned(channel.t, in_unit(channel.simulated, given), POINTS)
+        times, values = thin(channel.t, in_unit(channel.simulated, given), POINTS)
         axes.plot(times / length, values, color=colour, linestyle=dashes, linewidth=width)
     axes.margins(y=0.08)
     headline(axes, _change(*pair))

@@ -11,7 +11,7 @@ from network.analysis.sweep.variations import Variation, VariedRun
 from network.catalogue.declaration.declare import Array
 from network.engine.trajectory import axis_unit
 from network.platform.quantities.number_format import pretty
-from network.report.figures.canvas import FONT, GREY, label_y, look, name_text, stacked_panels, write_title
+from network.report.figures.canvas import FONT, GREY, label_y, look, name_text, stack_panels, write_title
 from network.report.figures.labels import label_ends
 from network.report.figures.panels import Curve, Panel, beside, room_for
 from network.report.figures.sweep_figure import draw_curves
@@ -33,7 +33,7 @@ def grid_figure(sweep: Sweep) -> Figure:
     across = max(sweep.variations, key=lambda variation: len(variation.values))
     panels = list(_alone(sweep) if len(sweep.variations) == 1 else _together(sweep, across))
     heights = [max(panel.height, room_for(len(panel.labels))) for panel in panels]
-    figure, drawn = stacked_panels(heights, right=beside([label for panel in panels for label in panel.labels]))
+    figure, drawn = stack_panels(heights, right=beside([label for panel in panels for label in panel.labels]))
     for panel, axes in zip(panels, drawn, strict=True):
         draw_curves(axes, panel.curves, marker="o" if len(across.values) <= MANY_POINTS else "")
         if len(across.values) > 1:
@@ -41,14 +41,14 @@ def grid_figure(sweep: Sweep) -> Figure:
         label_ends(axes, panel.labels)
         label_y(axes, panel.quantity, panel.unit)
         axes.tick_params(labelbottom=axes is drawn[-1])
-    drawn[-1].set_xlabel(_named(across), fontsize=FONT, labelpad=2)
-    others = ", ".join(_named(variation) for variation in sweep.variations if variation is not across)
+    drawn[-1].set_xlabel(_name_variation(across), fontsize=FONT, labelpad=2)
+    others = ", ".join(_name_variation(variation) for variation in sweep.variations if variation is not across)
     told = f"curves: {others}" if others else f"{len(sweep.runs)} runs"
     write_title(figure, f"{sweep.machine.name}: {sweep.source}", told)
     return figure
 
 
-def _named(variation: Variation) -> str:
+def _name_variation(variation: Variation) -> str:
     return name_text(variation.path, 60) + (f" [{pretty(variation.unit)}]" if variation.unit else "")
 
 

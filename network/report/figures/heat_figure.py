@@ -32,7 +32,7 @@ from network.report.figures.lines import clock, outline, set_clock
 from network.report.figures.run_figure import is_speed
 from network.report.words.finding_words import percent
 from network.report.words.heat_words import suspects_of, unit_of
-from network.report.words.recording_names import called
+from network.report.words.recording_names import name_recording
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -51,7 +51,7 @@ LEFT, TOP, BOTTOM = 0.8, 0.82, 0.3
 def heat_figure(d: Diagnosis) -> Figure:
     """One column for each recording: the heat that the most probable places would need (±2 standard deviations), and
     below it the inputs that vary."""
-    places, runs = suspects_of(d, MOST_PLACES), shown_runs(d)
+    places, runs = suspects_of(d, MOST_PLACES), choose_runs(d)
     recordings = [d.fits.train_before.recordings[i] for i in runs]
     inputs = varying(recordings)
     rows = [ROW] * len(places) + [INPUT] * len(inputs)
@@ -63,10 +63,10 @@ def heat_figure(d: Diagnosis) -> Figure:
     for row in range(len(rows)):
         _share_scale([column[row] for column in panels])
     for row, place in enumerate(places):
-        headline(panels[0][row], _told(d, place))
+        headline(panels[0][row], _describe_heat(d, place))
         label_y(panels[0][row], "offset" if place.is_offset else "heat", _unit(d, place))
-    told = "what each place would need to agree with the recordings, nothing added"
-    write_title(figure, f"{d.machine.name}: {_kinds(places)}", f"{told}; shaded ±2 σ; {_resolved(d, places)}")
+    below = "what each place would need to agree with the recordings, nothing added; shaded ±2 σ"
+    write_title(figure, f"{d.machine.name}: {_kinds(places)}", f"{below}; {_describe_resolution(d, places)}")
     return figure
 
 
@@ -76,7 +76,7 @@ def _kinds(places: Sequence[UnknownHeat]) -> str:
     return f"unknown {' or '.join(sorted(what))}"
 
 
-def _resolved(d: Diagnosis, places: Sequence[UnknownHeat]) -> str:
+def _describe_resolution(d: Diagnosis, places: Sequence[UnknownHeat]) -> str:
     """How far apart its values lie, and what of the findings is too quick for that."""
     step = max((float(np.median(np.diff(t))) for place in places for t in place.t if len(t) > 1), default=0.0)
     periods = [f.parameters["period"].value for f in d.findings if "period" in f.parameters]
@@ -84,7 +84,7 @@ def _resolved(d: Diagnosis, places: Sequence[UnknownHeat]) -> str:
     return f"a value every {span(step)}" + (f", too coarse for a period of {quick[0]}" if quick else "")
 
 
-def shown_runs(d: Diagnosis) -> list[int]:
+def choose_runs(d: Diagnosis) -> list[int]:
     """The recordings in which most is unaccounted for, in their order."""
     count = len(d.fits.train_before.recordings)
     size = [sum(float(np.sum(u.heat[i] ** 2)) * u.probability for u in d.located) for i in range(count)]
@@ -126,7 +126,7 @@ def _fill(
         if name in signals:
             _draw_input(axes, signals[name], t, length, first=axes.get_position().x0 < 0.1)
     above = 1 + 0.24 / size_of(column[0])[1]
-    name = name_text(called(d, recording))
+    name = name_text(name_recording(d, recording))
     column[0].text(0, above, name, transform=column[0].transAxes, fontsize=FONT, fontweight="bold", color=GREY)
     set_clock(column, t, unit_of=longest)
 
@@ -155,7 +155,7 @@ def _share_scale(row: Sequence[Axes]) -> None:
         axes.tick_params(axis="y", labelleft=axes is row[0])
 
 
-def _told(d: Diagnosis, u: UnknownHeat) -> str:
+def _describe_heat(d: Diagnosis, u: UnknownHeat) -> str:
     what = {"node": "heat into", "link": "heat from", "channel": "offset of"}[u.at.kind]
     size = u.rms / gap_unit(_unit(d, u)).scale
     told = f"{what} {name_text(str(u.at))}: rms {size:.3g} {pretty(gap_unit(_unit(d, u)).text)}"

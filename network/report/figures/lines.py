@@ -20,7 +20,7 @@ BREAK = 10.0
 """A step of time this many times the usual one is a gap."""
 
 
-def kept(t: Array, values: Array, most: int = MOST_POINTS) -> Indices:
+def decimate(t: Array, values: Array, most: int = MOST_POINTS) -> Indices:
     """Indices of at most `most` samples that draw the same line: the lowest, the highest and the first gap of every
     stretch of time, and the ends."""
     if len(t) <= most:
@@ -42,17 +42,17 @@ def _first_in(bucket: Indices, true: NDArray[np.bool_]) -> Indices:
     return where[np.unique(bucket[where], return_index=True)[1]]
 
 
-def thinned(t: Array, values: Array, most: int = MOST_POINTS) -> tuple[Array, Array]:
+def thin(t: Array, values: Array, most: int = MOST_POINTS) -> tuple[Array, Array]:
     """At most `most` points of a line that look the same."""
-    index = kept(t, values, most)
+    index = decimate(t, values, most)
     return t[index], values[index]
 
 
-def kept_together(t: Array, rows: Sequence[Array], most: int = MOST_POINTS) -> Indices:
+def decimate_together(t: Array, rows: Sequence[Array], most: int = MOST_POINTS) -> Indices:
     """Indices for several lines that share their times."""
     if len(t) <= most:
         return np.arange(len(t))
-    return np.unique(np.concatenate([kept(t, row, most // len(rows)) for row in rows]))
+    return np.unique(np.concatenate([decimate(t, row, most // len(rows)) for row in rows]))
 
 
 def outline(signal: Signal, t: Array) -> tuple[Array, Array]:
@@ -64,7 +64,7 @@ def outline(signal: Signal, t: Array) -> tuple[Array, Array]:
     values = np.column_stack([after, before]).ravel()
     level = np.zeros(len(values), bool)
     level[1:-1] = (values[1:-1] == values[:-2]) & (values[1:-1] == values[2:])
-    return thinned(times[~level], values[~level])
+    return thin(times[~level], values[~level])
 
 
 def with_gaps(t: Array, values: Array) -> tuple[Array, Array]:

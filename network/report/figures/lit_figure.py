@@ -11,7 +11,7 @@ from network.analysis.comparison.amounts import join_names
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.entry_path import EntryPath, axis_of
 from network.report.figures.canvas import PALETTE, literal
-from network.report.figures.network_figure import Picture, drawn
+from network.report.figures.network_figure import Picture, draw_picture
 from network.report.figures.strokes import Stroke
 from network.report.figures.symbols import BACKING, owner
 
@@ -75,7 +75,7 @@ def lit_figure(d: Diagnosis) -> Figure:
     where = join_names(list(dict.fromkeys(lit_up))) or "nothing"
     own = [path.name for f in d.findings for path, _ in f.patch.entries() if path.section in DRAWN]
     picture = LitPicture(d.after, lit, own, moves_of(d))
-    figure = drawn(picture, f"{d.machine.name}: what was found, and where", f"lit in orange: {where}")
+    figure = draw_picture(picture, f"{d.machine.name}: what was found, and where", f"lit in orange: {where}")
     _name_axes(d, figure)
     return figure
 
@@ -85,7 +85,7 @@ def lit_paths(d: Diagnosis) -> list[EntryPath]:
     nodes = d.after.nodes
     paths: list[EntryPath] = []
     for finding in d.findings:
-        own = [n for n in (*finding.places, *_sensed(d, finding.channels)) if n in nodes]
+        own = [n for n in (*finding.places, *_list_measured_nodes(d, finding.channels)) if n in nodes]
         own = [n for n in own if not nodes[n].is_held] or own
         new = [path for path, _ in finding.patch.by_name() if _is_new(d, path)]
         paths += [EntryPath("nodes", "", n) for n in own] + new
@@ -97,7 +97,7 @@ def _is_new(d: Diagnosis, path: EntryPath) -> bool:
     return path.section == "links" or (path.section == "nodes" and path.name not in d.machine.nodes)
 
 
-def _sensed(d: Diagnosis, channels: Collection[str]) -> list[str]:
+def _list_measured_nodes(d: Diagnosis, channels: Collection[str]) -> list[str]:
     places = [d.after.sensors[name].place for name in channels if name in d.after.sensors]
     return [place.node for place in places if place is not None]
 

@@ -44,10 +44,10 @@ STREAM = 0.3
 def network_figure(machine: Machine, trajectory: Trajectory | None = None) -> Figure:
     """Parts as circles, held nodes as squares at the rim, junctions as dots; links as wide as their conductance or,
     with a trajectory, as their mean heat flow, with its direction and its number."""
-    return drawn(Picture(machine, trajectory), *_headings(machine, trajectory))
+    return draw_picture(Picture(machine, trajectory), *_headings(machine, trajectory))
 
 
-def drawn(picture: Picture, title: str, below: str) -> Figure:
+def draw_picture(picture: Picture, title: str, below: str) -> Figure:
     """The figure of a picture, with its title."""
     left, right, bottom, top = picture.extent()
     figure = new_figure((top - bottom + HEAD + FOOT) / 72)
@@ -87,9 +87,9 @@ class Picture:
         rim = {name: self.blocks[name] for name, node in machine.nodes.items() if node.is_held}
         edges = [(stroke.a, stroke.b) for stroke in self.strokes]
         self.placing: Placing = place(inner, rim, edges, WIDTH * 72)
-        drawn = [(symbol, self.blocks[owner(symbol)]) for symbol in self.placing.at]
-        self.boxes = [box_of(self.placing, symbol, block) for symbol, block in drawn]
-        self.around = Obstacles([box for symbol, block in drawn for box in boxes_of(self.placing, symbol, block)])
+        placed = [(symbol, self.blocks[owner(symbol)]) for symbol in self.placing.at]
+        self.boxes = [box_of(self.placing, symbol, block) for symbol, block in placed]
+        self.around = Obstacles([box for symbol, block in placed for box in boxes_of(self.placing, symbol, block)])
         self.curves = [self._route(stroke) for stroke in self.strokes]
 
     def _text(self, name: str) -> Iterator[tuple[str, str, bool]]:

@@ -10,9 +10,9 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array
 from network.platform.quantities.number_format import number
-from network.report.figures.canvas import GREY, SMALL, Dashes, label_y, look, name_text, stacked_panels, text_size
+from network.report.figures.canvas import GREY, SMALL, Dashes, label_y, look, name_text, stack_panels, text_size
 from network.report.figures.labels import LINE, ROOM, EndLabel, label_ends
-from network.report.figures.lines import clock, set_clock, thinned
+from network.report.figures.lines import clock, set_clock, thin
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -58,8 +58,8 @@ def panel_of(quantity: str, unit_text: str, height: float, rows: Mapping[str, Ar
     """Rows over t in the panel's unit: those that move most by name, the others grey."""
     moved = {name: _extent(values) for name, values in rows.items()}
     named = set(sorted(moved, key=lambda name: -moved[name])[:MOST_NAMED])
-    quiet = [Curve(*thinned(t, v, 1000), GREY, "solid", 0.4) for name, v in rows.items() if name not in named]
-    curves = {name: Curve(*thinned(t, rows[name]), *look(i)) for i, name in enumerate(n for n in rows if n in named)}
+    quiet = [Curve(*thin(t, v, 1000), GREY, "solid", 0.4) for name, v in rows.items() if name not in named]
+    curves = {name: Curve(*thin(t, rows[name]), *look(i)) for i, name in enumerate(n for n in rows if n in named)}
     labels = [curve.label(name, unit_text) for name, curve in curves.items()]
     if quiet:
         labels.append(EndLabel(float("nan"), f"{len(quiet)} more that move less", GREY, "solid", 0.4))
@@ -74,7 +74,7 @@ def _extent(values: Array) -> float:
 def draw_panels(panels: Sequence[Panel], t: Array) -> tuple[Figure, list[Axes]]:
     """The figure with all panels, their labels and the time axis."""
     heights = [max(panel.height, room_for(len(panel.labels))) for panel in panels]
-    figure, drawn = stacked_panels(heights, right=beside([label for panel in panels for label in panel.labels]))
+    figure, drawn = stack_panels(heights, right=beside([label for panel in panels for label in panel.labels]))
     for panel, axes in zip(panels, drawn, strict=True):
         for curve in panel.curves:
             style: dict[str, Any] = {"color": curve.colour, "linestyle": curve.dashes, "linewidth": curve.width}

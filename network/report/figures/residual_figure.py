@@ -22,7 +22,7 @@ from network.report.figures.canvas import (
     new_figure,
     write_title,
 )
-from network.report.figures.lines import thinned
+from network.report.figures.lines import thin
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -66,7 +66,7 @@ def _draw_row(lags: Axes, powers: Axes, pair: tuple[ChannelResidual, ChannelResi
     lag = np.arange(rows.r.shape[1], dtype=np.float64) * grid.step / length
     lags.fill_between(lag, -band, band, color=BAND, alpha=0.2, linewidth=0)
     for r, style in zip(rows.r, STYLES, strict=True):
-        lags.plot(*thinned(lag, r, 1500), **style)
+        lags.plot(*thin(lag, r, 1500), **style)
     for values, there, style in zip(rows.values, rows.there, STYLES, strict=True):
         _draw_power(powers, values, there, grid, style)
     _finish_lags(lags, pair[1].name, name, last)

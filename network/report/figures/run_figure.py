@@ -20,7 +20,7 @@ from network.report.figures.canvas import (  # fmt: skip
     in_unit,
     look,
     new_figure,
-    shortened,
+    shorten,
     write_title,
 )
 from network.report.figures.lines import clock, outline
@@ -42,7 +42,7 @@ def run_figure(run: Trajectory) -> Figure:
         return without_panels(run, "nothing to show: no temperatures, no tool centre point, no inputs")
     figure, axes = draw_panels(panels, run.t)
     _mark_switches(axes, run)
-    below = [*_constants(run), *_switched(run)] or [f"{len(run.t)} instants, method {run.method}"]
+    below = [*_constants(run), *_describe_switches(run)] or [f"{len(run.t)} instants, method {run.method}"]
     write_title(figure, title(run), "; ".join(below))
     return figure
 
@@ -106,7 +106,7 @@ def input_panel(signals: Sequence[Signal], shown: str, t: Array) -> Panel:
         times, values = outline(signal, t)
         style = (INK, "solid") if len(signals) == 1 else look(i)
         curves[signal.name] = Curve(times, in_unit(values, unit(shown)), *style, 1.0)
-    quantity = shortened(signals[0].name, 14) if len(signals) == 1 else "inputs"
+    quantity = shorten(signals[0].name, 14) if len(signals) == 1 else "inputs"
     labels = [curve.label(name, shown) for name, curve in curves.items()]
     return Panel(quantity, shown, 1.0, [*curves.values()], labels, from_zero=shown == "rpm")
 
@@ -115,14 +115,14 @@ def _constants(run: Trajectory) -> Iterator[str]:
     for name, values in run.inputs.items():
         signal = run.schedule.signals[name]
         if not is_speed(signal) and _is_level(values) and len(values):
-            yield f"{shortened(name)} {number(unit(signal.unit).from_si(float(values[0])), signal.unit)} throughout"
+            yield f"{shorten(name)} {number(unit(signal.unit).from_si(float(values[0])), signal.unit)} throughout"
 
 
 # -- relays ---------------------------------------------------------------------------------------------------------
-def _switched(run: Trajectory) -> Iterator[str]:
+def _describe_switches(run: Trajectory) -> Iterator[str]:
     for name in dict.fromkeys(name for _, name, _ in run.switches):
         count = sum(1 for _, source, _ in run.switches if source == name)
-        yield f"{shortened(name)} switches {'once' if count == 1 else f'{count} times'} (marks: on blue, off grey)"
+        yield f"{shorten(name)} switches {'once' if count == 1 else f'{count} times'} (marks: on blue, off grey)"
 
 
 def _mark_switches(panels: Sequence[Axes], run: Trajectory) -> None:

@@ -13,7 +13,7 @@ from network.catalogue.declaration.fields import Place
 from network.catalogue.mechanisms.base import Link, Relay, Stream
 from network.machine.machine import Machine
 from network.platform.quantities.number_format import number
-from network.report.figures.canvas import shortened
+from network.report.figures.canvas import shorten
 
 if TYPE_CHECKING:
     from network.engine.trajectory import Trajectory
@@ -98,7 +98,7 @@ def notes(machine: Machine, run: Trajectory | None, whole: Collection[str] = ())
             )
     for name, sensor in machine.sensors.items():
         if sensor.place is not None:
-            found[sensor.place.node].append(Note("sensor", shortened(name, 20)))
+            found[sensor.place.node].append(Note("sensor", shorten(name, 20)))
     return found
 
 
@@ -111,7 +111,7 @@ def _shares(into: tuple[tuple[Place, float], ...]) -> Mapping[str, float]:
 
 def cut(name: str, whole: Collection[str], most: int = 20) -> str:
     """A name, its middle left out where it is long and not to be told whole."""
-    return name if name in whole else shortened(name, most)
+    return name if name in whole else shorten(name, most)
 
 
 def _heat(name: str, share: float, heat: float | None) -> str:
@@ -132,4 +132,4 @@ def capacity_text(machine: Machine, name: str) -> str:
         return number(node.capacity / 1e3, "kJ/K", 3) if node.is_part else ""
     if not isinstance(node.temperature, str):
         return number(float(node.temperature), "degC", 3)
-    return "" if node.temperature == name else shortened(node.temperature, 20)
+    return "" if node.temperature == name else shorten(node.temperature, 20)

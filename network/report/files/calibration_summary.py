@@ -36,7 +36,7 @@ def _all(c: Calibration) -> list[Any]:
     return [*c.after.recordings, *(c.after_holdout.recordings if c.after_holdout else ())]
 
 
-def shown(p: Parameter, value: float) -> float:
+def convert_value(p: Parameter, value: float) -> float:
     given = unit(p.field.unit)
     return (difference(given) if p.field.unit == "K" else given).from_si(value)
 
@@ -44,10 +44,10 @@ def shown(p: Parameter, value: float) -> float:
 def _parameter(c: Calibration, j: int) -> dict[str, Any]:
     p, theta = c.parameters[j], float(c.theta[j])
     scale = difference(unit(p.field.unit)).scale
-    low, high = (shown(p, p.value(x)) for x in c.known.interval(j))
+    low, high = (convert_value(p, p.value(x)) for x in c.known.interval(j))
     moved = float(c.shift[j])
     return {
-        "path": p.path, "value": shown(p, p.value(theta)), "std": p.std(theta, float(c.std[j])) / scale,
+        "path": p.path, "value": convert_value(p, p.value(theta)), "std": p.std(theta, float(c.std[j])) / scale,
         "unit": p.field.unit, "interval95": [low, high], "prior": prior(p),
         "shift": moved if np.isfinite(moved) else None,
         "at_bound": j in c.known.at_bound, "prior_only": j in c.known.prior_only,
@@ -58,9 +58,9 @@ def prior(p: Parameter) -> dict[str, Any]:
     """kind: log (std is that of the logarithm), normal, unknown (low, high)."""
     kind = "log" if p.is_log else "normal"
     if p.is_unknown:
-        return {"kind": "unknown", "low": shown(p, p.value(p.low)), "high": shown(p, p.value(p.high))}
+        return {"kind": "unknown", "low": convert_value(p, p.value(p.low)), "high": convert_value(p, p.value(p.high))}
     std = p.spread if p.is_log else p.spread / difference(unit(p.field.unit)).scale
-    return {"kind": kind, "value": shown(p, p.value(p.centre)), "std": std}
+    return {"kind": kind, "value": convert_value(p, p.value(p.centre)), "std": std}
 
 
 def noise_summary(c: Calibration) -> dict[str, Any]:

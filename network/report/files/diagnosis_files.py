@@ -50,14 +50,14 @@ def write_diagnosis(d: Diagnosis, where: Path, pictures: bool = True) -> list[Pa
 
 def _fill(d: Diagnosis, beside: Path, where: Path, pictures: bool) -> None:
     """Makes every file; `where` is where they are going to stand."""
-    drawn = [_drawn(picture, beside) for picture in pictures_of(d)] if pictures else []
+    drawn = [_draw(picture, beside) for picture in pictures_of(d)] if pictures else []
     patch = patch_text(d, where)
     texts = {FILE: patch, "diagnosis.json": as_json(tidy(d.summary())), "report.html": page(d, drawn, patch, where)}
     for name, content in texts.items():
         (beside / name).write_text(content, encoding="utf-8", newline="\n")
 
 
-def _drawn(picture: Picture, beside: Path) -> Shown:
+def _draw(picture: Picture, beside: Path) -> Shown:
     from network.report.figures.canvas import save
 
     path = save(picture.draw(), beside / picture.name)

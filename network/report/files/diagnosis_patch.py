@@ -13,7 +13,7 @@ from network.catalogue.declaration.proposals import fresh
 from network.catalogue.declaration.sections import depth
 from network.machine.file_layers import patch_from
 from network.platform.yaml.document import dump
-from network.report.words.recording_names import called
+from network.report.words.recording_names import name_recording
 
 if TYPE_CHECKING:
     from network.analysis.diagnosis.result import Diagnosis
@@ -34,13 +34,13 @@ def patch_text(d: Diagnosis, where: Path) -> str:
 
 def _remarks(d: Diagnosis) -> Iterator[str]:
     """Comment lines: what was found, and on what."""
-    names = join_names([called(d, r) for r in d.fits.train_after.recordings])
+    names = join_names([name_recording(d, r) for r in d.fits.train_after.recordings])
     told = [f.whole_sentence for f in d.findings] or ["Nothing is missing that these recordings would show."]
     for sentence in (*told, f"Diagnosed by lptn on {names}: value ± standard error."):
-        yield from commented(sentence)
+        yield from comment(sentence)
 
 
-def commented(sentence: str) -> list[str]:
+def comment(sentence: str) -> list[str]:
     return textwrap.wrap(" ".join(sentence.split()), WIDTH, initial_indent="# ", subsequent_indent="#   ")
 
 

@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from network.report.files.calibration_files import stems_of
-from network.report.words.recording_names import called
+from network.report.words.recording_names import name_recording
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -34,7 +34,7 @@ def pictures_of(d: Diagnosis) -> Iterator[Picture]:
     if d.findings:
         yield Picture("network.png", "found", LIT, partial(_lit, d))
     if d.tried:
-        yield Picture("candidates.png", "found", RANKED, partial(_ranked, d))
+        yield Picture("candidates.png", "found", RANKED, partial(_draw_ranking, d))
     if d.located and d.findings:
         yield Picture("heat.png", "where", HEAT, partial(_heat, d))
     if d.fits.holdout_before is not None and d.fits.holdout_after is not None:
@@ -46,7 +46,7 @@ def _fits(d: Diagnosis, prefix: str, what: str, before: Comparison, after: Compa
     from network.report.figures.fit_figure import fit_figure
 
     for stem, b, a in zip(stems_of(after), before.recordings, after.recordings, strict=True):
-        name = called(d, a)
+        name = name_recording(d, a)
         title = f"{d.machine.name}: {name}, {what}"
         caption = f"{name}, {what}: measured, and simulated before and after."
         draw = partial(fit_figure, b, a, title, large=bool(prefix))
@@ -59,7 +59,7 @@ def _lit(d: Diagnosis) -> Figure:
     return lit_figure(d)
 
 
-def _ranked(d: Diagnosis) -> Figure:
+def _draw_ranking(d: Diagnosis) -> Figure:
     from network.report.figures.explanations_figure import candidates_figure
 
     return candidates_figure(d)

@@ -24,8 +24,8 @@ from network.report.words.finding_words import (
     sure_words,
     windows_words,
 )
-from network.report.words.moved_words import moved, moved_words
-from network.report.words.recording_names import called
+from network.report.words.moved_words import describe_moved, list_moved
+from network.report.words.recording_names import name_recording
 from network.report.words.verdict_words import next_words, seat_words, verdict_words
 
 if TYPE_CHECKING:
@@ -55,10 +55,10 @@ def page(d: Diagnosis, pictures: Sequence[Shown], patch: str, where: Path) -> st
     loader = PackageLoader("network.report")
     rooms = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     told = _verdict(d) | _tables(d) | {"patch": patch, "patch_name": FILE, "commands": commands(d, where)}
-    return rooms.get_template(TEMPLATE).render(told, pictures=pictures, shown=shown, signed=format_shift)
+    return rooms.get_template(TEMPLATE).render(told, pictures=pictures, shown=embed, signed=format_shift)
 
 
-def shown(picture: Shown) -> Markup:
+def embed(picture: Shown) -> Markup:
     """The picture inside the page: no file beside it is needed."""
     from markupsafe import Markup
 
@@ -85,17 +85,17 @@ def _tables(d: Diagnosis) -> dict[str, Any]:
     header, rows = fit_rows(d)
     return {
         "unchanged": is_unchanged(d), "fit_header": header, "fit_rows": rows,
-        "numbers": moved(d), "moved": list(moved_words(d)),
+        "numbers": list_moved(d), "moved": list(describe_moved(d)),
         "notes": d.notes, "advice": [advice_words(e) for e in d.advice],
     }  # fmt: skip
 
 
 def basis(d: Diagnosis) -> str:
     """On what it rests: which recordings, which seed, how long it took."""
-    fitted = join_names([called(d, r) for r in d.fits.train_after.recordings])
+    fitted = join_names([name_recording(d, r) for r in d.fits.train_after.recordings])
     told = f"Fitted on {fitted}"
     if d.fits.holdout_after is not None:
-        told += f"; judged on {join_names([called(d, r) for r in d.fits.holdout_after.recordings])}"
+        told += f"; judged on {join_names([name_recording(d, r) for r in d.fits.holdout_after.recordings])}"
     return f"{told}. Machine file {Path(d.machine.file).name}, seed {d.seed}, {span(d.seconds)}."
 
 

@@ -50,7 +50,7 @@ def remove_empty(folders: Iterable[Path]) -> None:
             each.rmdir()
 
 
-def checked(path: str | Path) -> Path:
+def check_folder(path: str | Path) -> Path:
     """A folder that can be made and written to, before anything is computed; it is not left there. Raises Refused."""
     path = Path(path)
     new = not_there(path)
@@ -64,7 +64,7 @@ def checked(path: str | Path) -> Path:
 def results_in(path: str | Path) -> Iterator[None]:
     """Around the work whose results go into a folder: one that cannot be had is refused first; however the work
     ends, nothing half-written stays in the folder, and none that was made stays empty."""
-    where, new = checked(path), not_there(Path(path))
+    where, new = check_folder(path), not_there(Path(path))
     before = {*_half_written(where)}
 
     def take_away() -> None:

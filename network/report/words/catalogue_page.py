@@ -60,9 +60,9 @@ def _page(cls: type[Declared]) -> str:
     parts = [
         f"{cls.kind} ({HEADINGS.get(cls.section, cls.section)})",
         inspect.cleandoc(cls.__doc__ or ""),
-        _listed("Places", [(f.key, f.meaning + _default(cls, f)) for f in cls.fields.values() if _is_place(f)]),
-        _listed("Parameters", [_parameter(cls, f) for f in cls.fields.values() if not _is_place(f)]),
-        _listed("States of its own", list(_states(cls))),
+        _list_rows("Places", [(f.key, f.meaning + _default(cls, f)) for f in cls.fields.values() if _is_place(f)]),
+        _list_rows("Parameters", [_parameter(cls, f) for f in cls.fields.values() if not _is_place(f)]),
+        _list_rows("States of its own", list(_states(cls))),
         _choice(cls),
         "\n".join(_remarks(cls)),
         f"Example\n  name: {example_line(cls)}" if cls.section != "suspects" else "",
@@ -116,7 +116,7 @@ def _remarks(cls: type[Declared]) -> Iterator[str]:
         yield f"Can take the place of: {', '.join(cls.replaces)}."
 
 
-def _listed(title: str, rows: list[tuple[str, str]]) -> str:
+def _list_rows(title: str, rows: list[tuple[str, str]]) -> str:
     return "\n".join([title, *_columns(rows)]) if rows else ""
 
 

@@ -18,7 +18,7 @@ from network.report.words.finding_words import (
     windows_words,
 )
 from network.report.words.heat_words import POINTS, heat_words, is_found_at, seats_in, suspects_of, where_words
-from network.report.words.moved_words import moved_words
+from network.report.words.moved_words import describe_moved
 from network.report.words.verdict_words import next_words, verdict_words
 
 if TYPE_CHECKING:
@@ -35,8 +35,8 @@ def tell_diagnosis(d: Diagnosis) -> str:
     fits = [*table(header, rows, header[1:]), *([] if is_unchanged(d) else [BEFORE])]
     blocks = [
         _verdict(d), *(_finding(d, i, f) for i, f in enumerate(d.findings, 1)), _paragraphs(where_lines(d)),
-        _paragraphs(moved_words(d)), "\n".join(fits),
-        _paragraphs(map(shortened_note, d.notes)), _paragraphs(map(_next_experiment, d.advice)),
+        _paragraphs(describe_moved(d)), "\n".join(fits),
+        _paragraphs(map(shorten_note, d.notes)), _paragraphs(map(_next_experiment, d.advice)),
         _paragraphs([next_words(d)]),
     ]  # fmt: skip
     return "\n\n".join(block for block in blocks if block)
@@ -81,13 +81,13 @@ def fit_rows(d: Diagnosis) -> tuple[list[str], list[list[str]]]:
 
 
 def _columns(d: Diagnosis) -> Iterator[tuple[str, Comparison]]:
-    sides = (("fitted", d.fits.train_before, d.fits.train_after), ("held out", *held_out(d)))
+    sides = (("fitted", d.fits.train_before, d.fits.train_after), ("held out", *holdout_of(d)))
     for name, before, after in sides:
         if before is not None and after is not None:
             yield from ((name, after),) if is_unchanged(d) else ((f"{name}, before", before), (f"{name}, after", after))
 
 
-def held_out(d: Diagnosis) -> tuple[Comparison | None, Comparison | None]:
+def holdout_of(d: Diagnosis) -> tuple[Comparison | None, Comparison | None]:
     return d.fits.holdout_before, d.fits.holdout_after
 
 
@@ -124,7 +124,7 @@ def advice_words(experiment: Experiment) -> str:
     return f"{text}. It would tell {' from '.join(experiment.separates)} by {apart}."
 
 
-def shortened_note(note: str) -> str:
+def shorten_note(note: str) -> str:
     """A note without what only the report goes into."""
     return note.partition(f" {DETAILS}")[0]
 

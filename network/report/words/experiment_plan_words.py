@@ -73,10 +73,11 @@ def _sensors(f: Foresight) -> Iterator[str]:
     if f.candidates and not worth:
         yield "No further sensor would tell much more"
     for k, c in enumerate(worth):
-        yield f"{'A sensor that would buy most' if k == 0 else 'Next'}: {c.measures} (noise {c.noise}), {helped(f, c)}"
+        order = "Next" if k else "A sensor that would buy most"
+        yield f"{order}: {c.measures} (noise {c.noise}), {describe_help(f, c)}"
 
 
-def helped(f: Foresight, c: Candidate) -> str:
+def describe_help(f: Foresight, c: Candidate) -> str:
     """What a further sensor would sharpen: numbers, and the tool centre point."""
     order = sorted(range(len(f.parameters)), key=lambda j: c.ratio[j])
     better = [f"{f.parameters[j].path} to ± {relative(f.parameters[j], 0.0, float(f.std[j] * c.ratio[j]))}"

@@ -11,7 +11,7 @@ from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits
 from network.platform.quantities.units import difference, show, unit
 from network.report.words.heat_words import THROUGHOUT, when
-from network.report.words.recording_names import called
+from network.report.words.recording_names import name_recording
 
 if TYPE_CHECKING:
     from network.analysis.diagnosis.result import Diagnosis, Finding, Quantity, Rival
@@ -30,15 +30,15 @@ def plus_minus(q: Quantity) -> str:
     std = q.std / difference(unit(q.unit)).scale
     value = float(show(q.value, q.unit, 12).partition(" ")[0])
     if not (math.isfinite(std) and std > 0):
-        return f"{digits(value, 4)} {shown_unit(q.unit)}".rstrip()
+        return f"{digits(value, 4)} {format_unit(q.unit)}".rstrip()
     prefix, scale = _prefix(max(abs(value), std), q.unit)
     value, std = value / scale, std / scale
     places = 1 - int(f"{std:.1e}".partition("e")[2])
     low, near = (f"{round(x, places) + 0.0:.{max(places, 0)}f}".replace("-", "−") for x in (value, std))
-    return f"{low} ± {near} {prefix}{shown_unit(q.unit)}".rstrip()
+    return f"{low} ± {near} {prefix}{format_unit(q.unit)}".rstrip()
 
 
-def shown_unit(unit_text: str) -> str:
+def format_unit(unit_text: str) -> str:
     return pretty(unit_text).replace("–", "")
 
 
@@ -93,7 +93,7 @@ def windows_words(d: Diagnosis, finding: Finding) -> str:
     if finding.windows in [f.windows for f in earlier]:
         return ""
     longest = sorted(finding.windows, key=lambda w: w[0] - w[1])[:MOST_WINDOWS]
-    t, name = d.fits.train_before.recordings[0].trajectory.t, called(d, d.fits.train_before.recordings[0])
+    t, name = d.fits.train_before.recordings[0].trajectory.t, name_recording(d, d.fits.train_before.recordings[0])
     told = [when(first, last, t, name) for first, last in sorted(longest)]
     if not told or any(text.startswith(THROUGHOUT) for text in told):
         return ""

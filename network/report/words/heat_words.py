@@ -14,7 +14,7 @@ from network.catalogue.declaration.entry_path import axis_of, displacement
 from network.engine.trajectory import axis_unit
 from network.platform.quantities.text_table import digits
 from network.report.figures.lines import clock
-from network.report.words.recording_names import called
+from network.report.words.recording_names import name_recording
 
 if TYPE_CHECKING:
     from network.analysis.diagnosis.result import Diagnosis, UnknownHeat
@@ -83,7 +83,7 @@ def heat_words(d: Diagnosis, u: UnknownHeat) -> str:
     seen = course(u.t[at], u.heat[at], u.std[at])
     if seen is None:
         return ""
-    name = called(d, d.fits.train_before.recordings[at])
+    name = name_recording(d, d.fits.train_before.recordings[at])
     return f"{when(seen.first, seen.last, u.t[at], name)} {_what(d, u, seen)}{_in_bursts(d, u, seen)}."
 
 

@@ -41,7 +41,7 @@ class Moved:
         return abs(self.shift_after) > FAR
 
 
-def moved(d: Diagnosis) -> list[Moved]:
+def list_moved(d: Diagnosis) -> list[Moved]:
     """All uncertain numbers with a prior that both machines still have, the most bent first."""
     return sorted(_all(d), key=lambda m: -max(abs(m.shift_before), abs(m.shift_after)))
 
@@ -70,9 +70,9 @@ def _shift(p: Parameter, value: float) -> float:
     return ((math.log(value) if p.is_log else value) - p.centre) / p.spread
 
 
-def moved_words(d: Diagnosis) -> Iterator[str]:
+def describe_moved(d: Diagnosis) -> Iterator[str]:
     """What came back to the file, and what still lies far from it."""
-    numbers = moved(d)
+    numbers = list_moved(d)
     back = [m for m in numbers if m.came_back] if d.findings else []
     if back:
         told = [f"{m.path} from {format_shift(m.shift_before)} to {format_shift(m.shift_after)}" for m in back[:MOST]]

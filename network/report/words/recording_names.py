@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from network.analysis.diagnosis.result import Diagnosis
 
 
-def called(d: Diagnosis, residual: RecordingResidual) -> str:
+def name_recording(d: Diagnosis, residual: RecordingResidual) -> str:
     """The name of a recording among all of a diagnosis: results.csv, or one/results.csv beside two/results.csv."""
     sides = (d.fits.train_after, d.fits.holdout_after)
     files = [r.recording.file for side in sides if side is not None for r in side.recordings]

@@ -30,7 +30,7 @@ def tell_sweep(sweep: Sweep) -> str:
 # -- levels ---------------------------------------------------------------------------------------------------------
 def _tell_levels(sweep: Sweep) -> Iterator[str]:
     finest = sweep.finest
-    told = f"{len(sweep.levels)} levels; Δ is the difference to {_named(finest)} ({finest.lumps} lumps in all)"
+    told = f"{len(sweep.levels)} levels; Δ is the difference to {_name_run(finest)} ({finest.lumps} lumps in all)"
     yield f"{sweep.machine.name}: {sweep.source}, {told}"
     columns, rows = level_table(sweep)
     header = [column.shown for column in columns]
@@ -65,12 +65,12 @@ def level_table(sweep: Sweep) -> tuple[list[Heading], list[list[str | int | floa
     for axis in sweep.finest.tcp:
         headings += [Heading(f"Δ{axis} {what}", axis_unit(axis)) for what in ("max", "rms")]
     headings += [Heading("ΔT max", "K"), Heading("rmse", "σ"), Heading("TCP rmse", "σ"), Heading("solve", "ms")]
-    rows = [[run.level, run.lumps, *_moved(sweep, run), *_others(sweep, run)] for run in sweep.levels]
+    rows = [[run.level, run.lumps, *_list_gaps(sweep, run), *_others(sweep, run)] for run in sweep.levels]
     kept = [k for k in range(len(headings)) if any(row[k] is not None for row in rows)]
     return [headings[k] for k in kept], [[row[k] for k in kept] for row in rows]
 
 
-def _moved(sweep: Sweep, run: LevelRun) -> Iterator[float | None]:
+def _list_gaps(sweep: Sweep, run: LevelRun) -> Iterator[float | None]:
     for axis in sweep.finest.tcp:
         gap, scale = sweep.gap(run, axis), unit(axis_unit(axis)).scale
         yield from (gap.largest / scale, gap.rms / scale) if gap else (None, None)
@@ -88,7 +88,7 @@ def _cell(value: str | int | float | None) -> str:
     return "–" if value is None else str(value)
 
 
-def _named(run: LevelRun) -> str:
+def _name_run(run: LevelRun) -> str:
     if run.level == PAPER:
         return "the paper's closed form"
     return f"{lumps_of(run.level)} in every bar" if run.level.isdigit() else f"'{run.level}'"
@@ -113,7 +113,7 @@ def tell_tolerance(sweep: Sweep) -> str:
 def _short(run: LevelRun, after: LevelRun | None = None) -> str:
     """4 lumps; bare where a level with lumps was named just before."""
     if run.level == PAPER or not run.level.isdigit():
-        return _named(run)
+        return _name_run(run)
     return run.level if after is not None and after.level.isdigit() else lumps_of(run.level)
 
 
@@ -164,17 +164,17 @@ def _tell_closed_form(form: ClosedForm) -> Iterator[str]:
 def _tell_law(law: Law) -> Iterator[str]:
     """The law of each axis in µm and s, t counted from its beginning."""
     for axis, (i, j) in law.exponential.items():
-        yield f"δ{axis} = {_signed(i * 1e6)} e^(−t/{law.tau:.0f}) {_term(j * 1e6)} µm"
+        yield f"δ{axis} = {_format_coefficient(i * 1e6)} e^(−t/{law.tau:.0f}) {_term(j * 1e6)} µm"
     for axis, (slope, start) in law.linear.items():
-        yield f"δ{axis} = {_signed(slope * 1e6)} t {_term(start * 1e6)} µm"
+        yield f"δ{axis} = {_format_coefficient(slope * 1e6)} t {_term(start * 1e6)} µm"
 
 
-def _signed(value: float) -> str:
+def _format_coefficient(value: float) -> str:
     return (digits(value, 3) if abs(value) > 1e-9 else "0").replace("-", "−")
 
 
 def _term(value: float) -> str:
-    return f"{'−' if value < -1e-9 else '+'} {_signed(abs(value))}"
+    return f"{'−' if value < -1e-9 else '+'} {_format_coefficient(abs(value))}"
 
 
 # -- values ---------------------------------------------------------------------------------------------------------

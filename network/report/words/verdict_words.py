@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from network.analysis.comparison.amounts import join_names
 from network.catalogue.declaration.entry_path import axis_of
 from network.platform.quantities.text_table import digits
-from network.report.words.recording_names import called
+from network.report.words.recording_names import name_recording
 
 if TYPE_CHECKING:
     from network.analysis.diagnosis.result import Diagnosis, Finding
@@ -58,7 +58,7 @@ def _but(d: Diagnosis) -> str:
     if d.verdict not in CLEAN or held is None or held.rmse_in_noise < UNTOLD * max(1.0, train):
         return ""
     left, apart = digits(held.rmse_in_noise, 3), "differs from the others in something they do not show"
-    return f" But it leaves {left} σ of {_held_out(d)}, never used in a fit: that run {apart}."
+    return f" But it leaves {left} σ of {_name_holdout(d)}, never used in a fit: that run {apart}."
 
 
 def next_words(d: Diagnosis) -> str:
@@ -72,7 +72,7 @@ def falls(d: Diagnosis) -> str:
     if d.fits.holdout_before is None or d.fits.holdout_after is None:
         return told
     before, after = d.fits.holdout_before.rmse_in_noise, d.fits.holdout_after.rmse_in_noise
-    return f"{told}, and {_falls(before, after)} on {_held_out(d)}, never used in a fit"
+    return f"{told}, and {_falls(before, after)} on {_name_holdout(d)}, never used in a fit"
 
 
 def _falls(before: float, after: float) -> str:
@@ -80,9 +80,9 @@ def _falls(before: float, after: float) -> str:
     return f"stays at {high}" if low == high else f"{'falls' if after < before else 'rises'} from {low} to {high}"
 
 
-def _held_out(d: Diagnosis) -> str:
+def _name_holdout(d: Diagnosis) -> str:
     assert d.fits.holdout_after is not None
-    return join_names([called(d, r) for r in d.fits.holdout_after.recordings])
+    return join_names([name_recording(d, r) for r in d.fits.holdout_after.recordings])
 
 
 def _count(d: Diagnosis) -> str:
