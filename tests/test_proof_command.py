@@ -205,14 +205,14 @@ def test_a_stage_that_is_none_is_refused_with_those_there_are(tmp_path: Path) ->
 def test_an_ablation_answers_beside_the_full_diagnosis(where: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     prove(1, 5, 1, where, resume=True)
     command = (*proof.COMMAND,)
-    monkeypatch.setattr(proof, "_ablated", lambda stage: (command, f"out-{stage}"))
+    monkeypatch.setattr(proof, "_leave_out", lambda stage: (command, f"out-{stage}"))
     total = prove(1, 5, 1, where, resume=True, ablate="as-written")
     assert total.answers == "out-as-written" and total.judgements[0].answered
     assert (where / "case-001" / "out" / "run.json").is_file()
 
 
 def test_an_ablation_goes_through_its_wrapper() -> None:
-    command, answers = proof._ablated("file-noise")
+    command, answers = proof._leave_out("file-noise")
     assert command == (sys.executable, "-m", "bench.ablated", "file-noise") and answers == "out-file-noise"
 
 

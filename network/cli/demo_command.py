@@ -15,7 +15,7 @@ from network.report.progress import share_bar
 def demo(output: str) -> None:
     """The main job on machines that come with lptn: simulate a schedule, see the tool centre point move, find out how
     simple the machine may be, compare it with recordings, and find and add the physics that it lacks."""
-    lines = _told_lines(output)
+    lines = _tell_lines(output)
     while True:
         with share_bar("working on the demonstration"):
             line = next(lines, None)
@@ -24,7 +24,7 @@ def demo(output: str) -> None:
         click.echo(line)
 
 
-def _told_lines(output: str) -> Iterator[str]:
+def _tell_lines(output: str) -> Iterator[str]:
     """Nothing is loaded before the first line is asked for."""
     from network.cli.demo_story import tell_demo
 

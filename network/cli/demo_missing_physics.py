@@ -29,7 +29,8 @@ def tell_missing(where: Path) -> Iterator[str]:
     with share_bar("diagnosing") as tell:
         found = diagnose(machine, runs[:-1], runs[-1:], jobs=os.cpu_count() or 1, progress=tell)
     yield "Calibrated, the file as written still leaves:"
-    yield from (f"  {r.recording.file.rpartition('/')[2]}: {_left(r)}" for r in found.fits.train_before.recordings)
+    for r in found.fits.train_before.recordings:
+        yield f"  {r.recording.file.rpartition('/')[2]}: {_tell_residual(r)}"
     yield ""
     yield from str(found).splitlines()[1:]
     yield from _one_for_all(found)
@@ -37,7 +38,7 @@ def tell_missing(where: Path) -> Iterator[str]:
     yield f"Look at {where / 'found' / 'report.html'}: the whole case on one page"
 
 
-def _left(residual: RecordingResidual) -> str:
+def _tell_residual(residual: RecordingResidual) -> str:
     """The clearest swing and the worst window of a run."""
     swings = [t.period for t in residual.tests.values() if t.period is not None]
     clearest = max(swings, key=lambda s: s.in_noise, default=None)

@@ -61,7 +61,7 @@ def _simulation(machine: Machine, scenario: Scenario, where: Path) -> Iterator[s
     for axis in run.tcp:
         yield from _movement(run, axis)
     yield from _heat(run)
-    yield from _told_files([*write_run(run, where), *draw_run(run, where)])
+    yield from _tell_files([*write_run(run, where), *draw_run(run, where)])
 
 
 def _simplification(machine: Machine, scenario: Scenario, where: Path) -> Iterator[str]:
@@ -71,7 +71,7 @@ def _simplification(machine: Machine, scenario: Scenario, where: Path) -> Iterat
     yield from str(found).splitlines()[1 : 2 + len(ROUGHER_LEVELS)]
     yield tell_tolerance(found)
     save(levels_figure(found), where / "levels.png")
-    yield from _told_files([where / "levels.png"])
+    yield from _tell_files([where / "levels.png"])
 
 
 def _heat_quantity() -> Iterator[str]:
@@ -81,7 +81,7 @@ def _heat_quantity() -> Iterator[str]:
         run = simulate(Machine.load(find_shipped("machines", "specimen_bar.yaml"), level=level), hours)
         spread, grown = float(np.ptp(run.T_end[run.network.parts["bar"]])), float(run.tcp["z"][-1]) * 1e6
         told.append(f"heated {how} it grows by {grown:.2f} µm while its temperatures differ by {spread:.1f} K")
-    yield from _wrapped(
+    yield from _wrap(
         f"720 kJ go into a steel bar of 1 m: {told[0]}; {told[1]}. The first is integrated from heat flows, the second "
         "read from temperatures; the paper's eq. 5 says 276.68 µm. `lptn paper` prints all its tables with ours beside."
     )
@@ -94,19 +94,19 @@ def _recording(machine_file: Path, scenario: Scenario, where: Path) -> Iterator[
     columns = {name: (unit_text, values) for name, unit_text, values in made.columns() if not axis_of(name)}
     write_csv(where / "recording.csv", made.t, columns)
     compared = compare(Machine.load(machine_file), [Recording.load(where / "recording.csv")])
-    yield from _wrapped(
+    yield from _wrap(
         f"No real recording travels with lptn, so one is made: the same machine with {' and '.join(TRUTH)}, and every "
         "sensor's noise. What the file as written leaves of it:"
     )
     yield from str(compared).splitlines()[1:]
-    yield from _told_files(draw_comparison(compared, where))
+    yield from _tell_files(draw_comparison(compared, where))
 
 
-def _wrapped(text: str) -> list[str]:
+def _wrap(text: str) -> list[str]:
     return wrap(text, 110)
 
 
-def _told_files(paths: list[Path]) -> Iterator[str]:
+def _tell_files(paths: list[Path]) -> Iterator[str]:
     yield "Look at"
     yield from (f"  {path}: {_MEANING[path.name]}" for path in paths if path.name in _MEANING)
 

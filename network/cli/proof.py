@@ -68,9 +68,9 @@ def prove(
     folder holds something other than an earlier proof, and for a stage that is none.
     """
     cases, score = _module("cases"), _module("score")
-    command, answers = _ablated(ablate) if ablate else (COMMAND, "out")
+    command, answers = _leave_out(ablate) if ablate else (COMMAND, "out")
     folder = check_folder(Path(folder)).resolve()
-    count, seed = _asked(folder, count, seed) if resume else (count or CASES, seed or SEED)
+    count, seed = _read_request(folder, count, seed) if resume else (count or CASES, seed or SEED)
     _check_own(folder)
     if not resume:
         _empty(folder)
@@ -81,12 +81,12 @@ def prove(
     with nullcontext() if resume else _all_or_nothing(folder), _ending() as runs:
         names = cases.make_cases(folder, count, seed, jobs)
         each = [folder / name for name in names]
-        _diagnosed(each, way, jobs, runs, progress)
-        _diagnosed(each[:timed], way.on_two(), 1, runs, progress)
+        _diagnose(each, way, jobs, runs, progress)
+        _diagnose(each[:timed], way.on_two(), 1, runs, progress)
     return score.score(folder, names, answers)
 
 
-def _diagnosed(cases: Sequence[Path], way: Way, jobs: int, runs: Runs, progress: Progress | None) -> None:
+def _diagnose(cases: Sequence[Path], way: Way, jobs: int, runs: Runs, progress: Progress | None) -> None:
     """Diagnoses those that were not yet. Whatever ends it early, no case begins any more."""
     left = [case for case in cases if not (case / way.answers / RECORD).is_file()]
     pool = ThreadPoolExecutor(max(1, jobs))
@@ -115,16 +115,16 @@ def diagnose(case: Path, way: Way, runs: Runs, limit: float = LIMIT) -> tuple[fl
     if ended.code != 0:
         (where / "diagnosis.json").unlink(missing_ok=True)
     seconds = ended.busy if way.jobs == 1 else ended.passed
-    told = {"seconds": seconds, "passed": ended.passed, "how": _told(ended.code), "jobs": way.jobs}
+    told = {"seconds": seconds, "passed": ended.passed, "how": _describe_status(ended.code), "jobs": way.jobs}
     if ended.code == 0 and about["holdout"]:
-        told["file_runs"] = _simulated(case, way, runs, about["holdout"])
+        told["file_runs"] = _simulate_holdout(case, way, runs, about["holdout"])
     if not runs.is_over:
         where.mkdir(exist_ok=True)
         write_text(where / RECORD, as_json(told))
-    return seconds, _told(ended.code)
+    return seconds, _describe_status(ended.code)
 
 
-def _simulated(case: Path, way: Way, runs: Runs, holdout: Sequence[str]) -> bool:
+def _simulate_holdout(case: Path, way: Way, runs: Runs, holdout: Sequence[str]) -> bool:
     """Whether the machine that was written simulates the held-out recordings; held_out.json says what it leaves."""
     machine, left = f"{way.answers}/machine.diagnosed.yaml", f"{way.answers}/held_out.json"
     words = ("compare", machine, *holdout, "--start", "estimated", "--json", left)
@@ -149,7 +149,7 @@ def _read(path: Path) -> dict[str, Any]:
     return dict(json.loads(path.read_text(encoding="utf-8"))) if path.is_file() else {}
 
 
-def _told(code: int | None) -> str:
+def _describe_status(code: int | None) -> str:
     if code is None:
         return "no answer in time"
     return "answered" if code == 0 else f"failed with status {code}"
@@ -190,7 +190,7 @@ def _module(name: str, package: str = "proof") -> Any:
     return importlib.import_module(f"{package}.{name}")
 
 
-def _ablated(stage: str) -> tuple[tuple[str, ...], str]:
+def _leave_out(stage: str) -> tuple[tuple[str, ...], str]:
     """The command without a stage, and the folder of its answers. Raises Refused for a stage that is none."""
     stages = _module("ablated", "bench").STAGES
     if stage not in stages:
@@ -198,7 +198,7 @@ def _ablated(stage: str) -> tuple[tuple[str, ...], str]:
     return (sys.executable, "-m", ABLATED, stage), f"out-{stage}"
 
 
-def _asked(folder: Path, count: int | None, seed: int | None) -> tuple[int, int]:
+def _read_request(folder: Path, count: int | None, seed: int | None) -> tuple[int, int]:
     """Cases and seed of a proof that goes on: as given, else as it has them. Raises Refused for another seed."""
     there: dict[str, Any] = {"seed": seed or SEED, "cases": {}} | _read(folder / CASES_FILE)
     if seed not in (None, there["seed"]):
