@@ -26,11 +26,11 @@ def on_one_thread(function: Callable[P, R]) -> Callable[P, R]:
     """The function with BLAS held to one thread while it runs."""
 
     @wraps(function)
-    def held(*args: P.args, **kwargs: P.kwargs) -> R:
+    def run_on_one_thread(*args: P.args, **kwargs: P.kwargs) -> R:
         with _controller().limit(limits=1):
             return function(*args, **kwargs)
 
-    return held
+    return run_on_one_thread
 
 
 @cache
