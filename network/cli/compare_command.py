@@ -52,7 +52,7 @@ def compare(
         else:
             result = lay_beside(loaded, given, start=read_start(start), method=method, progress=bar.over(given))
         bar.now("testing residuals", 1.0)
-        told = str(result) if json_file != "-" else ""
+        text = str(result) if json_file != "-" else ""
         written = []
         if output is not None:
             from network.report.files.pictures import draw_comparison
@@ -61,7 +61,7 @@ def compare(
     if json_file == "-":
         print_json(result.summary())
     else:
-        click.echo(told)
+        click.echo(text)
     if json_file not in (None, "-"):
         assert json_file is not None
         folder(Path(json_file).parent)

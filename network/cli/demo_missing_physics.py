@@ -27,14 +27,14 @@ def tell_missing(where: Path) -> Iterator[str]:
     yield f"{machine.name}: {machine.file}, and recordings of"
     yield f"the machine as it really is: {', '.join(TRAIN)}; {HELD_OUT} is held out."
     with share_bar("diagnosing") as tell:
-        found = diagnose(machine, runs[:-1], runs[-1:], jobs=os.cpu_count() or 1, progress=tell)
+        diagnosis = diagnose(machine, runs[:-1], runs[-1:], jobs=os.cpu_count() or 1, progress=tell)
     yield "Calibrated, the file as written still leaves:"
-    for r in found.fits.train_before.recordings:
+    for r in diagnosis.fits.train_before.recordings:
         yield f"  {r.recording.file.rpartition('/')[2]}: {_tell_residual(r)}"
     yield ""
-    yield from str(found).splitlines()[1:]
-    yield from _one_for_all(found)
-    write_diagnosis(found, where / "found")
+    yield from str(diagnosis).splitlines()[1:]
+    yield from _one_for_all(diagnosis)
+    write_diagnosis(diagnosis, where / "found")
     yield f"Look at {where / 'found' / 'report.html'}: the whole case on one page"
 
 

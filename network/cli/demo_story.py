@@ -76,13 +76,14 @@ def _simplification(machine: Machine, scenario: Scenario, where: Path) -> Iterat
 
 def _heat_quantity() -> Iterator[str]:
     yield from _chapter("3  Heat quantity: growth does not ask where the heat went in")
-    told, hours = [], Scenario.load(find_shipped("scenarios", "heat_20_hours.yaml"))
+    sentences, hours = [], Scenario.load(find_shipped("scenarios", "heat_20_hours.yaml"))
     for level, how in (("heat", "at its end"), ("middle", "in its middle")):
         run = simulate(Machine.load(find_shipped("machines", "specimen_bar.yaml"), level=level), hours)
         spread, grown = float(np.ptp(run.T_end[run.network.parts["bar"]])), float(run.tcp["z"][-1]) * 1e6
-        told.append(f"heated {how} it grows by {grown:.2f} µm while its temperatures differ by {spread:.1f} K")
+        sentences.append(f"heated {how} it grows by {grown:.2f} µm while its temperatures differ by {spread:.1f} K")
+    growth = "; ".join(sentences)
     yield from _wrap(
-        f"720 kJ go into a steel bar of 1 m: {told[0]}; {told[1]}. The first is integrated from heat flows, the second "
+        f"720 kJ go into a steel bar of 1 m: {growth}. The first is integrated from heat flows, the second "
         "read from temperatures; the paper's eq. 5 says 276.68 µm. `lptn paper` prints all its tables with ours beside."
     )
 

@@ -55,13 +55,13 @@ def diagnose(
         loaded = read_machine(machine, level, lumps, sets)
         where = check_target(loaded, Path(output))
         begins, runs, held_out = read_start(start), [*read_recordings(recordings)], [*read_recordings(holdout)]
-        found = run(loaded, runs, held_out, start=begins, seed=seed, jobs=jobs, progress=bar)
+        result = run(loaded, runs, held_out, start=begins, seed=seed, jobs=jobs, progress=bar)
         bar.now("drawing what was found", 1.0)
         with replacing(where, "diagnosis.json", PICTURES):
-            written = write_diagnosis(found, where, pictures=not no_plots)
-        told = "" if as_json else str(found)
+            written = write_diagnosis(result, where, pictures=not no_plots)
+        told = "" if as_json else str(result)
     if as_json:
-        print_json(found.summary())
+        print_json(result.summary())
     else:
         click.echo(f"{told}\n\nWritten: {', '.join(map(str, written))}")
     warn([*loaded.warnings, *overheard(loaded, runs, held_out)])
@@ -90,12 +90,12 @@ def prove(
             bar(done / max(of, 1))
 
         where = Path(resume or output)
-        found = run(cases, seed, jobs, where, tell, resume=resume is not None, ablate=ablate, timed=timed)
-        told = str(found) if json_file != "-" else ""
+        score = run(cases, seed, jobs, where, tell, resume=resume is not None, ablate=ablate, timed=timed)
+        told = str(score) if json_file != "-" else ""
     if json_file == "-":
-        print_json(found.summary())
+        print_json(score.summary())
         return
     click.echo(told)
     if json_file is not None:
         folder(Path(json_file).parent)
-        write_text(Path(json_file), as_json(found.summary()))
+        write_text(Path(json_file), as_json(score.summary()))

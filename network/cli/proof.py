@@ -115,12 +115,12 @@ def diagnose(case: Path, way: Way, runs: Runs, limit: float = LIMIT) -> tuple[fl
     if ended.code != 0:
         (where / "diagnosis.json").unlink(missing_ok=True)
     seconds = ended.busy if way.jobs == 1 else ended.passed
-    told = {"seconds": seconds, "passed": ended.passed, "how": _describe_status(ended.code), "jobs": way.jobs}
+    record = {"seconds": seconds, "passed": ended.passed, "how": _describe_status(ended.code), "jobs": way.jobs}
     if ended.code == 0 and about["holdout"]:
-        told["file_runs"] = _simulate_holdout(case, way, runs, about["holdout"])
+        record["file_runs"] = _simulate_holdout(case, way, runs, about["holdout"])
     if not runs.is_over:
         where.mkdir(exist_ok=True)
-        write_text(where / RECORD, as_json(told))
+        write_text(where / RECORD, as_json(record))
     return seconds, _describe_status(ended.code)
 
 

@@ -17,21 +17,21 @@ def load_tree(path: Path, complaints: Complaints | None = None) -> Branch:
 
     With `complaints`, what leaves the rest readable goes there instead.
     """
-    own = complaints or Complaints()
+    collected = complaints or Complaints()
     layers: list[Branch] = []
     try:
-        layers.extend(_chain(path, own))
+        layers.extend(_chain(path, collected))
     except Refused as refused:
-        own.absorb(refused)
-        raise Refused(own.refusals) from None
+        collected.absorb(refused)
+        raise Refused(collected.refusals) from None
     for layer in layers:
-        check_sections(layer, own)
-    layers = [as_meant(layer, own) for layer in layers]
+        check_sections(layer, collected)
+    layers = [as_meant(layer, collected) for layer in layers]
     tree = layers.pop()
     while layers:
-        tree = overlay(tree, layers.pop(), own)
+        tree = overlay(tree, layers.pop(), collected)
     if complaints is None:
-        own.raise_if_any()
+        collected.raise_if_any()
     return tree
 
 

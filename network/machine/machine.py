@@ -46,12 +46,12 @@ class Machine(Entries):
     @classmethod
     def read(cls, tree: Branch, file: str, complaints: Complaints | None = None) -> Self:
         """The machine of a merged tree. Raises Refused with every fault found, those already in `complaints` too."""
-        own = complaints or Complaints()
-        check_sections(tree, own)
-        machine = MachineReader(tree, file, own).machine(cls)
-        check_machine(machine, own)
-        own.raise_if_any()
-        return replace(machine, warnings=tuple(sorted(set(own.warnings))))
+        collected = complaints or Complaints()
+        check_sections(tree, collected)
+        machine = MachineReader(tree, file, collected).machine(cls)
+        check_machine(machine, collected)
+        collected.raise_if_any()
+        return replace(machine, warnings=tuple(sorted(set(collected.warnings))))
 
     def patched(self, patch: Mapping[str, Any], origin: str = "patch") -> Self:
         """This machine with a patch laid over it; `origin` stands in messages. Raises Refused."""

@@ -15,12 +15,12 @@ def replace_file(path: Path, write: Callable[[Path], object]) -> None:
     target = path.resolve()
     if target.exists() and not target.is_file():
         raise refuse(Spot(str(path)), "is not a plain file", "give the name of a file to write")
-    beside = target.with_name(f".{target.name}.{os.getpid()}.part")
+    part = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
-        write(beside)
-        os.replace(beside, target)
+        write(part)
+        os.replace(part, target)
     except OSError as error:
         wrong = f"cannot be written: {error.strerror}"
         raise refuse(Spot(str(path)), wrong, "give a folder that exists and that you may write to") from None
     finally:
-        beside.unlink(missing_ok=True)
+        part.unlink(missing_ok=True)

@@ -26,13 +26,13 @@ def share_bar(what: str) -> Iterator[Bar]:
         _OPEN[-1].now(what, 0.0)
         yield _OPEN[-1]
         return
-    own = Bar(what)
-    _OPEN.append(own)
+    bar = Bar(what)
+    _OPEN.append(bar)
     try:
-        yield own
+        yield bar
     finally:
-        _OPEN.remove(own)
-        own.close()
+        _OPEN.remove(bar)
+        bar.close()
 
 
 class Bar:

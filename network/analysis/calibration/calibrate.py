@@ -132,10 +132,10 @@ def _calibrate(
     nominal = at_values(machine, values_at(parameters, centres(parameters)))
     before, before_holdout = compare(nominal, train, start=start), _compare_runs(nominal, held_out, start)
     problem = make_problem(machine, parameters, let_in.data)
-    found = best_start(replace(problem, offsets=()), np.random.default_rng(seed), lambda share: tell(0.1 + 0.4 * share))
-    _check_units(misread(found.at, before))
+    best = best_start(replace(problem, offsets=()), np.random.default_rng(seed), lambda share: tell(0.1 + 0.4 * share))
+    _check_units(misread(best.at, before))
     tell(0.5)
-    fit = fit_robustly(problem, found.at)
+    fit = fit_robustly(problem, best.at)
     tell(0.8)
     known = uncertainty(fit.at)
     tell(0.9)
@@ -147,12 +147,12 @@ def _calibrate(
     after, after_holdout = compare(result, train, start=start), _compare_runs(result, held_out, start)
     own, misfit = (result, machine, parameters, fit.at.theta), max(1.0, rms(fit.at.left))
     started, started_holdout = (compare_all_from_start(*own, some, start, misfit) for some in (train, held_out))
-    told = [*describe_holdout(before_holdout, after_holdout, after), *sentences(found, fit, known)]
-    told += describe_starts(after, started)
+    findings = [*describe_holdout(before_holdout, after_holdout, after), *sentences(best, fit, known)]
+    findings += describe_starts(after, started)
     return Calibration(
         result, machine, parameters, fit, known, before, after, before_holdout, after_holdout, started,
         started_holdout, areas, (*overheard(machine, train, held_out), *let_in.warnings),
-        tuple(told), found.tried, seed, time.perf_counter() - began,
+        tuple(findings), best.tried, seed, time.perf_counter() - began,
     )  # fmt: skip
 
 
@@ -170,14 +170,14 @@ def pool_channels(comparison: Comparison) -> Mapping[str, dict[str, Any]]:
     out = {}
     for name in dict.fromkeys(n for r in comparison.recordings for n in r.channels):
         several = [r.channels[name] for r in comparison.recordings if name in r.channels]
-        told = [c.summary() for c in several if c.n]
-        n = sum(t["n"] for t in told)
+        summaries = [c.summary() for c in several if c.n]
+        n = sum(t["n"] for t in summaries)
         if n:
-            rmse = float(np.sqrt(sum(t["rmse"] ** 2 * t["n"] for t in told) / n))
-            largest = max(t["max"] for t in told)
+            rmse = float(np.sqrt(sum(t["rmse"] ** 2 * t["n"] for t in summaries) / n))
+            largest = max(t["max"] for t in summaries)
             out[name] = {
                 "rmse": rmse,
-                "unit": told[0]["unit"],
+                "unit": summaries[0]["unit"],
                 "rmse_in_noise": pool_residuals(several),
                 "max": largest,
                 "n": n,

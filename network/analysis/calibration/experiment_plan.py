@@ -96,23 +96,23 @@ def foresee(machine: Machine, source: Scenario | Recording, *, start: Start | No
     """What a recording along a schedule would tell. Raises Refused for a machine without uncertain numbers."""
     parameters = free_parameters(machine)
     check_parameters(machine, parameters)
-    return _foreseen(machine, parameters, source, start)
+    return _foresee(machine, parameters, source, start)
 
 
-def _foreseen(
+def _foresee(
     machine: Machine, parameters: tuple[Parameter, ...], source: Scenario | Recording, start: Start | None
 ) -> Foresight:
     known = at_values(machine, values_at(parameters, centres(parameters)))
     further = candidates(machine)
-    told = information(replace(known, sensors={**machine.sensors, **further}), parameters, source, start)
+    gained = information(replace(known, sensors={**machine.sensors, **further}), parameters, source, start)
     n, theta = len(parameters), centres(parameters)
     prior = np.diag([*(p.spread**-2.0 for p in parameters), *[START**-2.0] * len(parts_of(machine))])
-    own = prior + sum((told[name] for name in machine.sensors), np.zeros(prior.shape))
-    before, covariance = (inverse(matrix)[:n, :n] for matrix in (prior, own))
+    precision = prior + sum((gained[name] for name in machine.sensors), np.zeros(prior.shape))
+    before, covariance = (inverse(matrix)[:n, :n] for matrix in (prior, precision))
     width = [bands(known, parameters, theta, C, source, start) for C in (before, covariance)]
     rated = []
     for name, sensor in further.items():
-        with_it = inverse(own + told[name])[:n, :n]
+        with_it = inverse(precision + gained[name])[:n, :n]
         ratio = np.sqrt(np.diag(with_it) / np.diag(covariance))
         reached = bands(known, parameters, theta, with_it, source, start)
         rated.append(Candidate(str(sensor.measures), str(sensor.noise), ratio, {b.axis: b.largest for b in reached}))
@@ -132,15 +132,16 @@ def candidates(machine: Machine) -> dict[str, Sensor]:
     """A sensor for every part and every axis that has none, as good as the usual one of the machine."""
     sensed = {s.place.node for s in machine.sensors.values() if s.place}
     read = {s.axis for s in machine.sensors.values()}
-    found = {}
+    sensors = {}
     for name, node in machine.nodes.items():
         if node.is_part and name not in sensed:
-            found[f"new {name}"] = Sensor(f"new {name}", measures=Place(name), noise=_usual(machine, "degC"))
+            sensors[f"new {name}"] = Sensor(f"new {name}", measures=Place(name), noise=_usual(machine, "degC"))
     for axis in machine.tcp:
         if axis not in read:
             channel = displacement(axis)
-            found[f"new {channel}"] = Sensor(f"new {channel}", measures=channel, noise=_usual(machine, axis_unit(axis)))
-    return found
+            noise = _usual(machine, axis_unit(axis))
+            sensors[f"new {channel}"] = Sensor(f"new {channel}", measures=channel, noise=noise)
+    return sensors
 
 
 def _usual(machine: Machine, unit_text: str) -> Amount:
@@ -160,10 +161,10 @@ def information(
     slopes = prediction.means(model.slopes(theta, [prediction])[0])
     pushes = start_pushes(prediction.course, parts_of(machine))
     begin = prediction.means(prediction.changes(prediction.course.answers(pushes)))
-    columns, cells, told = np.vstack([slopes, begin]), run.knots.cells, {}
+    columns, cells, by_channel = np.vstack([slopes, begin]), run.knots.cells, {}
     counts = np.maximum(np.bincount(run.knots.cell_of, minlength=cells), 1)
     for i, name in enumerate(run.channels):
         own, sensor = slice(i * cells, (i + 1) * cells), machine.sensors[name]
         sigma = np.diag(sensor.sigma**2 / counts) + OFFSET[sensor.unit] ** 2
-        told[name] = np.asarray(columns[:, own] @ np.linalg.solve(sigma, columns[:, own].T))
-    return told
+        by_channel[name] = np.asarray(columns[:, own] @ np.linalg.solve(sigma, columns[:, own].T))
+    return by_channel

@@ -49,7 +49,7 @@ def _settle_start(
     problem: Callable[[Mapping[str, float]], Problem], start: Mapping[str, float]
 ) -> tuple[float, dict[str, float]]:
     """The cost J, and the start at which a run linearised about it stays."""
-    best, found = np.inf, dict(start)
+    best, settled = np.inf, dict(start)
     for _ in range(ROUNDS):
         try:
             fit = linearise(problem(start), np.empty(0))
@@ -58,9 +58,9 @@ def _settle_start(
         data = fit.problem.data[0]
         if fit.cost > best - CLOSE:
             break
-        best, found = fit.cost, data.move_start(fit.eta[: len(data.starts)])
-        start = found
-    return best, found
+        best, settled = fit.cost, data.move_start(fit.eta[: len(data.starts)])
+        start = settled
+    return best, settled
 
 
 def compare_from_start(

@@ -55,22 +55,22 @@ def best_start(problem: Problem, rng: np.random.Generator, tell: Callable[[float
     """The most probable θ from as many beginnings as the problem asks for. Raises Failed where every run runs away."""
     begin = centres(problem.parameters)
     seeds = [begin, *cycling(problem, begin)]
-    found = _minima(problem, seeds, STEPS if len(seeds) > 1 else None)
-    if relay_numbers(problem) and found and rms(min(found, key=_cost).left) > ADEQUATE:
-        again = cycling(problem, min(found, key=_cost).theta)
-        found, seeds = found + _minima(problem, again, STEPS), seeds + again
-    if not found or needs_more(problem, min(found, key=_cost)):
+    minima = _minima(problem, seeds, STEPS if len(seeds) > 1 else None)
+    if relay_numbers(problem) and minima and rms(min(minima, key=_cost).left) > ADEQUATE:
+        again = cycling(problem, min(minima, key=_cost).theta)
+        minima, seeds = minima + _minima(problem, again, STEPS), seeds + again
+    if not minima or needs_more(problem, min(minima, key=_cost)):
         drawn = np.array([draw_from(problem.parameters, rng) for _ in range(DRAWN)])
         tell(0.3)
         more = _best_of(problem, drawn, KEPT)
-        found += _minima(problem, more, STEPS)
+        minima += _minima(problem, more, STEPS)
         seeds += more
-    if not found:
+    if not minima:
         raise Failed("the machine runs away wherever its uncertain numbers lie; check heat that grows with temperature")
     tell(0.7)
-    best = min(found, key=_cost)
+    best = min(minima, key=_cost)
     best = minimise(problem, best.theta) if len(seeds) > 1 else best
-    return Found(best, len(seeds), tuple(r for r in found if _is_rival(r, best)))
+    return Found(best, len(seeds), tuple(r for r in minima if _is_rival(r, best)))
 
 
 def _cost(at: Linearised) -> float:
@@ -78,13 +78,13 @@ def _cost(at: Linearised) -> float:
 
 
 def _minima(problem: Problem, seeds: Sequence[Array], steps: int | None) -> list[Linearised]:
-    found = []
+    minima = []
     for seed in seeds:
         try:
-            found.append(minimise(problem, seed, steps) if steps else minimise(problem, seed))
+            minima.append(minimise(problem, seed, steps) if steps else minimise(problem, seed))
         except Failed:
             continue
-    return found
+    return minima
 
 
 def needs_more(problem: Problem, at: Linearised) -> bool:

@@ -82,12 +82,12 @@ def whitener(data: Measured, noise: Noise) -> Whitener:
 def _root_of(data: Measured, noise: Noise, i: int) -> Array:
     """The root of one channel's covariance."""
     cells, name = data.run.knots.cells, data.run.channels[i]
-    own = slice(i * cells, (i + 1) * cells)
-    variance, (s, tau) = data.variance[own][data.known[own]], noise.coloured.get(name, (0.0, 1.0))
+    rows = slice(i * cells, (i + 1) * cells)
+    variance, (s, tau) = data.variance[rows][data.known[rows]], noise.coloured.get(name, (0.0, 1.0))
     if not s:
         return np.asarray(np.sqrt(variance))
     t, cell = _samples(data, name)
-    known = data.known[own]
+    known = data.known[rows]
     return _factor(s, tau, t.tobytes(), cell.tobytes(), known.tobytes(), variance.tobytes())
 
 

@@ -81,12 +81,12 @@ def admit(
     for recording in recordings:
         try:
             check_fit(known, recording)
-            mended, told = without_stuck(machine, recording)
+            mended, doubts = without_stuck(machine, recording)
             one = weigh_recording(known, mended, start)
         except Refused as refused:
             complaints.absorb(refused)
             continue
-        warnings += told
+        warnings += doubts
         data.append(one)
     complaints.raise_if_any()
     _check_length(known, data, complaints)
@@ -97,7 +97,7 @@ def admit(
 
 def without_stuck(machine: Machine, recording: Recording) -> tuple[Recording, list[str]]:
     """The recording without channels that never change, and without the stretches in which one hangs."""
-    told, columns = [], dict(recording.columns)
+    doubts, columns = [], dict(recording.columns)
     names = [n for n in machine.sensors if n in recording.columns]
     for name in names:
         values = recording.columns[name].values
@@ -108,17 +108,17 @@ def without_stuck(machine: Machine, recording: Recording) -> tuple[Recording, li
         unit_text = recording.columns[name].unit
         columns[name] = Column(name, unit_text, np.where(hangs, np.nan, values))
         if hangs[finite].all():
-            told.append(f"{recording.file}: {name} reads the same at all times; it is left out")
+            doubts.append(f"{recording.file}: {name} reads the same at all times; it is left out")
         else:
             first, last = (float(recording.t[k]) for k in np.flatnonzero(hangs)[[0, -1]])
             when = f"from {span(first)} to {span(last)}"
-            told.append(f"{recording.file}: {name} is stuck {when}; that stretch is left out")
+            doubts.append(f"{recording.file}: {name} is stuck {when}; that stretch is left out")
     if all(not np.isfinite(columns[n].values).any() for n in names):
         complaints = Complaints()
         wrong = "every channel reads the same at all times, or nothing"
         complaints.refuse(Spot(recording.file), wrong, "check the sensors' wiring, and record again")
         complaints.raise_if_any()
-    return replace(recording, columns=columns), told
+    return replace(recording, columns=columns), doubts
 
 
 def hanging(values: Array) -> Array:
@@ -174,16 +174,16 @@ def moves(data: Measured, name: str) -> bool:
 
 def _counts(data: Sequence[Measured], parameters: Sequence[Parameter]) -> list[str]:
     """What is told about readings set aside, and about too few of them."""
-    told = []
+    sentences = []
     for one in data:
         apart = {n: int(c.apart.sum()) for n, c in one.channels.items() if c.apart.any()}
         if apart:
             shown = ", ".join(f"{count} of {n}" for n, count in apart.items())
             what = "readings far from their neighbours are set aside (the residuals shown still count them)"
-            told.append(f"{one.recording.file}: {what}: {shown}")
+            sentences.append(f"{one.recording.file}: {what}: {shown}")
     readings = sum(int(one.known.sum()) for one in data)
     if readings <= len(parameters):
-        told.append(
+        sentences.append(
             f"{len(parameters)} numbers are to be found from {readings} independent readings: their priors decide"
         )
-    return told
+    return sentences

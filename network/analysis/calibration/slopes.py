@@ -43,12 +43,12 @@ class Slopes:
     @cached_property
     def blocks(self) -> tuple[tuple[slice, slice], ...]:
         """Of every run: its rows, and its own nuisances; the other runs' slopes are zero there."""
-        found, row, column = [], 0, self.shared
+        pairs, row, column = [], 0, self.shared
         for part in self.parts:
             own, rows = part.by_own.shape
-            found.append((slice(row, row + rows), slice(column, column + own)))
+            pairs.append((slice(row, row + rows), slice(column, column + own)))
             row, column = row + rows, column + own
-        return tuple(found)
+        return tuple(pairs)
 
     @property
     def rows(self) -> int:

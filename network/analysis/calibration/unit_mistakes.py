@@ -66,12 +66,12 @@ def _channels(before: Comparison) -> Iterator[Refusal]:
     for residual in before.recordings:
         factors = {name: power_of(channel) for name, channel in residual.channels.items() if channel.n > 1}
         for name, power in factors.items():
-            told = _in_kelvin(residual.channels[name])
+            wrong = _in_kelvin(residual.channels[name])
             ordinary = any(other is not None and abs(other) < 1 for n, other in factors.items() if n != name)
             if power is not None and abs(power) >= 2 and ordinary and residual.channels[name].unit != "degC":
-                told = f"{name} reads 1e{power} times what is simulated, in the same shape"
-            if told:
-                yield Refusal(Spot(residual.recording.file), told, "check the unit in its header")
+                wrong = f"{name} reads 1e{power} times what is simulated, in the same shape"
+            if wrong:
+                yield Refusal(Spot(residual.recording.file), wrong, "check the unit in its header")
 
 
 def _in_kelvin(channel: ChannelResidual) -> str:

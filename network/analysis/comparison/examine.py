@@ -124,12 +124,12 @@ def candidates_of(
     run: Trajectory, columns: Mapping[str, Column], unused: Sequence[str], grid: Grid
 ) -> list[Candidate]:
     """Inputs and unused columns that vary, in all their forms."""
-    found: list[Candidate] = []
+    candidates: list[Candidate] = []
     for name, values in run.inputs.items():
-        found += forms(name, grid.hold(values), True, grid)
+        candidates += forms(name, grid.hold(values), True, grid)
     for name in unused:
-        found += forms(name, grid.put(columns[name].values), False, grid)
-    return found
+        candidates += forms(name, grid.put(columns[name].values), False, grid)
+    return candidates
 
 
 def _find_drivers(rows: Rows, candidates: Sequence[Candidate]) -> list[tuple[Driver, ...]]:
@@ -154,7 +154,7 @@ def _periods(rows: Rows, candidates: Sequence[Candidate], regimes: Regimes | Non
     inputs = [candidate.values for candidate in candidates if candidate.is_input]
     inputs += [values**2 for values in map(normalise, inputs)]
     free = without(rows.values, inputs, rows.there)
-    found: list[Periodicity | None] = []
+    periods: list[Periodicity | None] = []
     for k, channel in enumerate(rows.channels):
         period = periodicity(channel.name, channel.unit, channel.sigma, free[k], rows.there[k], rows.grid.step)
         if period is not None and period.amplitude < reading_step(channel.measured) / 2:
@@ -163,5 +163,5 @@ def _periods(rows: Rows, candidates: Sequence[Candidate], regimes: Regimes | Non
             told = regimes is not None and period.clarity > CLEAR
             levels = cycles_by_regime(free[k], rows.grid.step, period.period, regimes) if told and regimes else ()
             period = replace(period, by_regime=levels)
-        found.append(period)
-    return found
+        periods.append(period)
+    return periods

@@ -75,12 +75,12 @@ def _pairs(tests: Mapping[str, ChannelTests]) -> Iterator[Told]:
 def _white(found: Sequence[Whiteness]) -> list[str]:
     """The white ones together."""
     plain = [w.name for w in found if w.is_white and not w.but]
-    told = [w.sentence for w in found if w.is_white and w.but and w.scatter >= LEAST * w.sigma]
+    sentences = [w.sentence for w in found if w.is_white and w.but and w.scatter >= LEAST * w.sigma]
     if len(plain) == len(found) > 1:
         return ["All " + WHITE]
     if plain:
-        told.append(f"{join_names(plain)}: {WHITE}")
-    return told[:2]
+        sentences.append(f"{join_names(plain)}: {WHITE}")
+    return sentences[:2]
 
 
 def _longest(found: Sequence[Whiteness]) -> list[str]:

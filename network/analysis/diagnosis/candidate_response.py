@@ -119,12 +119,12 @@ def _is_alike(network: Network, prediction: Prediction) -> bool:
 def _further(now: Network, changed: Sequence[str], prediction: Prediction) -> Push | None:
     """The heat of the changed entries that flows now and did not before; None where that is none."""
     course = prediction.course
-    own, K = course.problem.plan.network, len(course.x0)
-    T = np.hstack([course.T_ends, _stack_new_held(now, own, course)])
-    into = heat_balance(now, T, course.inputs, np.zeros((2 * K, 0))).into[:, : own.size]
+    before, K = course.problem.plan.network, len(course.x0)
+    T = np.hstack([course.T_ends, _stack_new_held(now, before, course)])
+    into = heat_balance(now, T, course.inputs, np.zeros((2 * K, 0))).into[:, : before.size]
     heat = into - _heat_before(course, changed)
     lumps = np.flatnonzero(np.abs(heat).max(axis=0) > NOTHING)
-    lumps = lumps[np.isin(lumps, np.concatenate([own.free, own.massless]))]
+    lumps = lumps[np.isin(lumps, np.concatenate([before.free, before.massless]))]
     return Push(lumps, heat[:K, lumps], heat[K:, lumps]) if len(lumps) else None
 
 

@@ -52,7 +52,7 @@ def _findings(search: Search, after: Machine) -> Iterator[Finding]:
     for i, c in enumerate(search.best.found):
         k = min(i, len(search.steps) - 1)
         ranked = search.steps[k]
-        told = list(list_rivals(ranked, search.befores[k], c.key))
+        rivals = list(list_rivals(ranked, search.befores[k], c.key))
         is_first = ranked[0].found[-1].key == c.key
         sure = confidence(ranked, search.best.chi) if is_first else REPLACED
         gain = search.gains[i] if i < len(search.gains) else 0.0
@@ -60,7 +60,7 @@ def _findings(search: Search, after: Machine) -> Iterator[Finding]:
             c.kind.kind, c.section, c.places, c.channels, sure, _quantities(search.best, c),
             _sentence(search.best, c, after), c.patch.as_in(after.tree), gain, search.threshold,
             windows_of(search.located),
-            tuple(r for r in told if r.confidence < 0.3 or r.gain < search.best.evidence)[:5],
+            tuple(r for r in rivals if r.confidence < 0.3 or r.gain < search.best.evidence)[:5],
             tuple(_alike(ranked, c)),
         )  # fmt: skip
 

@@ -85,12 +85,12 @@ class Case:
     def lay_out(self, machine: Machine) -> tuple[Measured, ...]:
         """The recordings for fits of one machine (this one, refined or with something added)."""
         data = [weigh_recording(machine, r, self.start, self._usable(r)) for r in self.recordings]
-        told = [replace(d, sigma={n: self.sigma.get(n, s) for n, s in d.sigma.items()}) for d in data]
+        laid = [replace(d, sigma={n: self.sigma.get(n, s) for n, s in d.sigma.items()}) for d in data]
         if self.lacking:
-            told = [replace(d, means=d.means - lack.at(d)) for d, lack in zip(told, self.lacking, strict=True)]
+            laid = [replace(d, means=d.means - lack.at(d)) for d, lack in zip(laid, self.lacking, strict=True)]
         if self.began:
-            told = [d.with_start(start) for d, start in zip(told, self.began, strict=True)]
-        return tuple(told)
+            laid = [d.with_start(start) for d, start in zip(laid, self.began, strict=True)]
+        return tuple(laid)
 
     def _usable(self, recording: Recording) -> list[str]:
         """Drivers without gaps."""

@@ -50,19 +50,19 @@ def parse_variation(text: str) -> Variation:
     spot = Spot(f"--vary {short(text)}")
     if not path or not wanted:
         raise refuse(spot, "is not path=values", _FORM)
-    if found := _RANGE.fullmatch(wanted):
-        low, high, count = float(found[1]), float(found[2]), int(found[4])
+    if match := _RANGE.fullmatch(wanted):
+        low, high, count = float(match[1]), float(match[2]), int(match[4])
         if not low < high:
             raise refuse(spot, f"runs from {low:g} to {high:g}", "write the smaller value first")
         if not 2 <= count <= MOST_RUNS:
             raise refuse(spot, f"asks for {count} values", f"give 2 to {MOST_RUNS}")
-        return Variation(path, tuple(np.linspace(low, high, count).tolist()), found[3].strip())
+        return Variation(path, tuple(np.linspace(low, high, count).tolist()), match[3].strip())
     if ".." in wanted:
         raise refuse(spot, "is a range without a number of values", _FORM)
-    found = _LIST.fullmatch(wanted)
-    if not found or ":" in found[2] or "," in found[2]:
+    match = _LIST.fullmatch(wanted)
+    if not match or ":" in match[2] or "," in match[2]:
         raise refuse(spot, f"'{short(wanted)}' is not values with a unit", _FORM)
-    return Variation(path, tuple(float(value) for value in found[1].split(",")), found[2].strip())
+    return Variation(path, tuple(float(value) for value in match[1].split(",")), match[2].strip())
 
 
 def check_grid(machine: Machine, variations: Sequence[Variation]) -> None:

@@ -112,13 +112,13 @@ def _value(field: Field, where: str, tree: Tree, complaints: Complaints) -> Any:
 
 def _check_missing(cls: type[Entry], where: str, tree: Branch, complaints: Complaints) -> None:
     in_forms = {attribute for form in cls.one_of for attribute in form}
-    told = _misspelt(cls, tree)
+    told = _find_misspelt(cls, tree)
     for attribute, field in cls.fields.items():
         if field.default is REQUIRED and field.key not in {*tree.items, *told} and attribute not in in_forms:
             complaints.refuse(tree.spot, f"{where} lacks '{field.key}'", f"give it: {field.meaning}{field.example}")
 
 
-def _misspelt(cls: type[Entry], tree: Branch) -> set[str]:
+def _find_misspelt(cls: type[Entry], tree: Branch) -> set[str]:
     """The keys that were probably meant by unknown ones: told already, not to be called missing as well."""
     keys = [field.key for field in cls.fields.values()]
     hints = {likely(key, keys) for key in tree.items if key not in keys and key != "kind"}
@@ -128,7 +128,7 @@ def _misspelt(cls: type[Entry], tree: Branch) -> set[str]:
 def _check_forms(cls: type[Entry], where: str, tree: Branch, complaints: Complaints) -> None:
     """Exactly one of the groups in `one_of`, and that one whole."""
     forms = [{cls.fields[a].key for a in form} for form in cls.one_of]
-    given = {key for form in forms for key in form if key in {*tree.items, *_misspelt(cls, tree)}}
+    given = {key for form in forms for key in form if key in {*tree.items, *_find_misspelt(cls, tree)}}
     if not forms or given in forms:
         return
     choices = " | ".join(" + ".join(cls.fields[a].key for a in form) for form in cls.one_of)

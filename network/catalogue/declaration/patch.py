@@ -154,17 +154,17 @@ def exchange_value(tree: Tree, keys: Keys, text: str) -> Tree:
 
 def overlay(base: Branch, patch: Branch, complaints: Complaints | None = None) -> Branch:
     """base with patch laid over it. Raises Refused where the patch removes what is not there."""
-    own = complaints or Complaints()
+    collected = complaints or Complaints()
     items, keys = dict(base.items), dict(base.keys)
     for key, child in patch.items.items():
         keys[key] = patch.key_spot(key)
         if depth(key) and isinstance(child, Branch):
-            items[key] = _overlay(_branch(items.get(key), child), child, depth(key), key, own)
+            items[key] = _overlay(_branch(items.get(key), child), child, depth(key), key, collected)
         elif not (depth(key) and is_empty(child)):
             items[key] = child
     items.pop("extends", None)
     if complaints is None:
-        own.raise_if_any()
+        collected.raise_if_any()
     return Branch(items, patch.spot, keys)
 
 

@@ -122,15 +122,15 @@ def _find_connected(machine: Machine, first: str, beam: str | None) -> set[str]:
     coolant = {name for entry, a, b in _pairs(machine) if isinstance(entry, Stream) for name in (a, b)}
     nodes = machine.nodes.items()
     closed = {beam} | {name for name, node in nodes if node.is_held or (node.is_part and name in coolant)}
-    found, new = {first}, [first]
+    connected, new = {first}, [first]
     while new:
         here = new.pop()
         for entry, a, b in _pairs(machine):
             if isinstance(entry, Link) and here in (a, b):
-                beyond = {a, b} - found - closed
-                found |= beyond
+                beyond = {a, b} - connected - closed
+                connected |= beyond
                 new.extend(beyond)
-    return found
+    return connected
 
 
 def _conductance(machine: Machine, entry: Link | Stream, u: Inputs) -> Array:

@@ -134,11 +134,11 @@ def _hat_fit(t: Array, x: Array, y: Array) -> Array:
     w = (x - t[k]) / (t[k + 1] - t[k])
     n = len(t)
     diagonal = 1.0 * np.bincount(k, (1 - w) ** 2, n) + np.bincount(k + 1, w**2, n)
-    beside = 1.0 * np.bincount(k, w * (1 - w), n)
+    off_diagonal = 1.0 * np.bincount(k, w * (1 - w), n)
     right = np.bincount(k, (1 - w) * y, n) + np.bincount(k + 1, w * y, n)
     stiff = 1e-3 * float(np.median(diagonal))  # a knot without samples follows its neighbours
     diagonal[:-1] += stiff
     diagonal[1:] += stiff
-    beside[:-1] -= stiff
-    banded = np.vstack([np.concatenate([[0.0], beside[:-1]]), diagonal])
+    off_diagonal[:-1] -= stiff
+    banded = np.vstack([np.concatenate([[0.0], off_diagonal[:-1]]), diagonal])
     return np.asarray(solveh_banded(banded, right))

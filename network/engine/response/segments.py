@@ -62,14 +62,14 @@ class Stretch:
     def march_pushes(self, pushes: Sequence[Push], start: Array) -> tuple[Array, Array, Array]:
         """Modal states of pushes (k, pushes, n) just after the beginnings and just before the ends of the intervals,
         and after the last, from modal states (pushes, n)."""
-        own = self.integrate_forcing(*self.force_modes(pushes)).astype(start.dtype, copy=False)
+        forcing = self.integrate_forcing(*self.force_modes(pushes)).astype(start.dtype, copy=False)
         jumps = list(self.kicks(pushes))
         for k, i, jump in jumps:
             if k:
-                own[k - 1, i] += jump
+                forcing[k - 1, i] += jump
             else:
                 start[i] += jump
-        m, end = recur(self.gain, own, start)
+        m, end = recur(self.gain, forcing, start)
         stop = np.concatenate([m[1:], end[None]])
         for k, i, jump in jumps:
             if k:

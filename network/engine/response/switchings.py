@@ -122,16 +122,16 @@ class SwitchedCourse(Course):
     @cached_property
     def _seen(self) -> tuple[Seen, ...]:
         """What each group of relays saw at its crossings."""
-        plan, found = self.problem.plan, []
+        plan, groups = self.problem.plan, []
         relay, mode = (np.array([getattr(e, name) for e in self.events], int) for name in ("relay", "mode"))
         for group, part in relay_slices(plan.network):
-            own = np.flatnonzero((relay >= part.start) & (relay < part.stop))
-            at = self._crossings[own]
+            events = np.flatnonzero((relay >= part.start) & (relay < part.stop))
+            at = self._crossings[events]
             readings = tuple(self.T[0][at] @ R.T for R in group.reads)
-            before = np.repeat(1.0 - mode[own, None], part.stop - part.start, axis=1)
+            before = np.repeat(1.0 - mode[events, None], part.stop - part.start, axis=1)
             u = {name: values[at, None] for name, values in plan.left.items()}
-            found.append(Seen(group, own, relay[own] - part.start, before, u, readings))
-        return tuple(found)
+            groups.append(Seen(group, events, relay[events] - part.start, before, u, readings))
+        return tuple(groups)
 
     @cached_property
     def _gradients(self) -> Array:
@@ -157,13 +157,13 @@ class SwitchedCourse(Course):
         network, out, name = self.problem.plan.network, np.zeros(len(self.events)), str(parameter.entry)
         for seen in self._seen if self.events else ():
             for j in [j for j, entry in enumerate(seen.group.entry) if network.mechanisms[entry] == name]:
-                law, own = seen.group.law, seen.relay == j
+                law, mine = seen.group.law, seen.relay == j
                 values = law.__dict__[parameter.attribute].astype(complex)
                 values[j] += 1j * STEP
                 law = law.replaced(**{parameter.attribute: values})
                 later = float(np.imag(np.broadcast_to(law.pause(), len(values))[j]) / STEP)
                 by_theta = seen.slope(law, seen.readings) - self._guard_rates[seen.events] * later
-                out[seen.events[own]] = parameter.slope(parameter.value(theta)) * by_theta[own]
+                out[seen.events[mine]] = parameter.slope(parameter.value(theta)) * by_theta[mine]
         return out
 
 
@@ -185,18 +185,18 @@ def check_followed(network: Network) -> None:
 def build_switched_course(plan: Plan, readouts: Readouts, known: dict[bytes, Modes] | None = None) -> SwitchedCourse:
     """The run of a plan with relays; `known`: modes found before. Raises Failed where they are too much alike."""
     known = {} if known is None else known
-    found = switched.find(plan, readouts, known=known, most=round(MOST * len(plan.steps)))
-    if found is None:
+    solution = switched.find(plan, readouts, known=known, most=round(MOST * len(plan.steps)))
+    if solution is None:
         raise Failed("a network with relays whose modes are too much alike for the closed form cannot be fitted")
     pauses = np.concatenate(
         [np.broadcast_to(np.asarray(g.law.pause(), float), g.into.shape[1]) for g in plan.network.relays]
     )
-    switchings = np.array([t for t, _, _ in found.switches], float)
-    crossings = switchings - pauses[[j for _, j, _ in found.switches]]
-    plan = _with_crossings(found.plan, crossings)
+    switchings = np.array([t for t, _, _ in solution.switches], float)
+    crossings = switchings - pauses[[j for _, j, _ in solution.switches]]
+    plan = _with_crossings(solution.plan, crossings)
     course = solve(reduce(plan, readouts), known)
     begins, crossed = (np.abs(plan.edges - t[:, None]).argmin(axis=1).tolist() for t in (switchings, crossings))
-    events = tuple(Event(k, c, j, mode) for k, c, (_, j, mode) in zip(begins, crossed, found.switches, strict=True)
+    events = tuple(Event(k, c, j, mode) for k, c, (_, j, mode) in zip(begins, crossed, solution.switches, strict=True)
                    if 0 < k < len(plan.steps) and 0 < c <= k)  # fmt: skip
     return SwitchedCourse(course.problem, course.modes, course.x0, course.x1, events)
 

@@ -61,17 +61,17 @@ def course_of(
         return solve(reduce(plan, readouts), known)
     known = {} if known is None else known
     rounds = _Rounds(plan, readouts, guess, known, sources_too=False)
-    found = rounds.course(1)
-    if found is None:
+    course = rounds.course(1)
+    if course is None:
         rounds = _Rounds(plan, readouts, guess, known, sources_too=True)
-        found = rounds.course(TIMES)
-    if found is None:
+        course = rounds.course(TIMES)
+    if course is None:
         rounds = _Rounds(plan, readouts, step_through(plan), known, sources_too=True)
-        found = rounds.course(TIMES)
-    if found is None:
+        course = rounds.course(TIMES)
+    if course is None:
         off = f"still {rounds.change:.2g} K off"
         raise Failed(f"the fixed-point iteration did not converge ({off}): a heat source may run away")
-    return found
+    return course
 
 
 def step_through(plan: Plan) -> tuple[Array, Array]:

@@ -42,14 +42,14 @@ def first_crossing(guards: Guards, a: float, b: float, curvature: Array) -> floa
     if (may & ~once).any():
         may, once = _bound_guards(values, h * h * guards.curvature(tau[:-1]))
     for j in np.flatnonzero(may.any(axis=1)).tolist():
-        found = None
+        first = None
         if (once[j] | ~may[j]).all() or h <= INSTANT * POINTS:
             rising = np.flatnonzero(values[j + 1] > 0).tolist()
-            found = min((_crossing(guards, i, tau, values[:, i]) for i in rising), default=None)
+            first = min((_crossing(guards, i, tau, values[:, i]) for i in rising), default=None)
         else:
-            found = first_crossing(guards, float(tau[j]), float(tau[j + 1]), guards.curvature(tau[j : j + 1])[0])
-        if found is not None:
-            return found
+            first = first_crossing(guards, float(tau[j]), float(tau[j + 1]), guards.curvature(tau[j : j + 1])[0])
+        if first is not None:
+            return first
     return None
 
 

@@ -133,11 +133,11 @@ def _draw_band(axes: Axes, t: Array, middle: Array, width: Array) -> None:
 
 def _band_told(centre: Array, std: Array, measured: Array | None, unit_text: str) -> str:
     given = gap_unit(unit_text)
-    told = (
+    text = (
         f"mean blue, 95 % of the posterior shaded: ±{number(2 * float(std.max()) / given.scale, given.text, 3)} at most"
     )
     if measured is None:
-        return told
+        return text
     there = np.isfinite(measured)
     share = float(np.mean(np.abs(measured - centre)[there] < 2 * std[there])) if there.any() else float("nan")
-    return f"{told}; measured grey, {100 * share:.0f} % of it within the band (its own noise is not in the band)"
+    return f"{text}; measured grey, {100 * share:.0f} % of it within the band (its own noise is not in the band)"

@@ -81,14 +81,14 @@ def _temperatures(run: Trajectory) -> Mapping[str, Array]:
 
 def _drivers(run: Trajectory) -> dict[str, list[Signal]]:
     """Inputs by unit: the speed always and first, others where they vary."""
-    found: dict[str, list[Signal]] = {}
+    by_unit: dict[str, list[Signal]] = {}
     for name, values in run.inputs.items():
         signal = run.schedule.signals[name]
         if is_speed(signal):
-            found.setdefault("rpm", []).append(signal)
+            by_unit.setdefault("rpm", []).append(signal)
         elif not _is_level(values):
-            found.setdefault(signal.unit, []).append(signal)
-    return dict(sorted(found.items(), key=lambda item: item[0] != "rpm"))
+            by_unit.setdefault(signal.unit, []).append(signal)
+    return dict(sorted(by_unit.items(), key=lambda item: item[0] != "rpm"))
 
 
 def is_speed(signal: Signal) -> bool:

@@ -87,19 +87,19 @@ def _mean_flow(machine: Machine, path: str, a: str, b: str, run: Trajectory) -> 
 
 def notes(machine: Machine, run: Trajectory | None, whole: Collection[str] = ()) -> dict[str, list[Note]]:
     """What stands at every node: sources with their mean heat, relays, sensors. whole: names that are not cut."""
-    found: dict[str, list[Note]] = {name: [] for name in machine.nodes}
+    by_node: dict[str, list[Note]] = {name: [] for name in machine.nodes}
     for name, source in machine.sources.items():
         relay = isinstance(source, Relay)
         heat = None if run is None else run.energy.by_mechanism.get(f"sources.{name}", 0.0) / duration(run)
         for node, share in _shares(source.into).items():
             watched = {getattr(source, field).node for field in source.places_read()} - {node} if relay else set()
-            found[node].append(
+            by_node[node].append(
                 Note("relay" if relay else "source", _heat(cut(name, whole), share, heat), next(iter(watched), ""))
             )
     for name, sensor in machine.sensors.items():
         if sensor.place is not None:
-            found[sensor.place.node].append(Note("sensor", shorten(name, 20)))
-    return found
+            by_node[sensor.place.node].append(Note("sensor", shorten(name, 20)))
+    return by_node
 
 
 def _shares(into: tuple[tuple[Place, float], ...]) -> Mapping[str, float]:

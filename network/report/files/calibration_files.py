@@ -27,21 +27,21 @@ if TYPE_CHECKING:
 
 def write_calibration(c: Calibration, where: Path, pictures: bool = True) -> list[Path]:
     """machine.calibrated.yaml, calibration.json and pictures; everything is made beside and then put in its place."""
-    beside = Path(mkdtemp(prefix=".calibration.", dir=where))
+    folder = Path(mkdtemp(prefix=".calibration.", dir=where))
     try:
-        (beside / FILE).write_text(patch_text(c.machine, where, remark(c)), encoding="utf-8", newline="\n")
-        (beside / "calibration.json").write_text(as_json(c.summary()), encoding="utf-8", newline="\n")
+        (folder / FILE).write_text(patch_text(c.machine, where, remark(c)), encoding="utf-8", newline="\n")
+        (folder / "calibration.json").write_text(as_json(c.summary()), encoding="utf-8", newline="\n")
         for name, figure in figures(c) if pictures else ():
             from network.report.figures.canvas import save
 
-            save(figure(), beside / name)
+            save(figure(), folder / name)
         made = sorted(
-            beside.iterdir(),
+            folder.iterdir(),
             key=lambda path: ([".yaml", ".json"].index(path.suffix) if path.suffix != ".png" else 2, path.name),
         )
         put_in_place(made, where)
     finally:
-        shutil.rmtree(beside, ignore_errors=True)
+        shutil.rmtree(folder, ignore_errors=True)
     return [where / path.name for path in made]
 
 

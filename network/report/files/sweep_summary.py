@@ -14,16 +14,16 @@ from network.report.words.sweep_words import tell_tolerance
 
 def summary(sweep: Sweep) -> dict[str, Any]:
     """What sweep.json holds and --json prints."""
-    told: dict[str, Any] = {"machine": sweep.machine.name, "source": sweep.source}
+    out: dict[str, Any] = {"machine": sweep.machine.name, "source": sweep.source}
     if sweep.runs:
-        return told | {"vary": [v.summary() for v in sweep.variations], "runs": [_point(sweep, r) for r in sweep.runs]}
-    told |= {"levels": [_level(sweep, run) for run in sweep.levels], "finest": sweep.finest.level}
+        return out | {"vary": [v.summary() for v in sweep.variations], "runs": [_point(sweep, r) for r in sweep.runs]}
+    out |= {"levels": [_level(sweep, run) for run in sweep.levels], "finest": sweep.finest.level}
     for form in (run.closed_form for run in sweep.levels if run.closed_form is not None):
-        told["closed_form"] = form.summary()
+        out["closed_form"] = form.summary()
     if sweep.tolerance is not None:
         level = sweep.coarsest_within.level if sweep.coarsest_within else None
-        told["tolerance"] = sweep.tolerance.summary() | {"level": level, "sentence": tell_tolerance(sweep)}
-    return told
+        out["tolerance"] = sweep.tolerance.summary() | {"level": level, "sentence": tell_tolerance(sweep)}
+    return out
 
 
 def _level(sweep: Sweep, run: LevelRun) -> dict[str, Any]:

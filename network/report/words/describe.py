@@ -82,12 +82,12 @@ def _sources(machine: Machine) -> list[str]:
 
 def _numbers(entry: Declared) -> str:
     """The numbers that were given, in the units of the catalogue."""
-    told = []
+    words = []
     for key, field in entry.params().items():
         value = entry.__dict__[key]
         if value is not None and value != field.initial:
-            told.append(f"{key} {field.tell(value)}")
-    return short(", ".join(told), 70)
+            words.append(f"{key} {field.tell(value)}")
+    return short(", ".join(words), 70)
 
 
 def _tcp(machine: Machine) -> list[str]:

@@ -75,13 +75,13 @@ def describe_moved(d: Diagnosis) -> Iterator[str]:
     numbers = list_moved(d)
     back = [m for m in numbers if m.came_back] if d.findings else []
     if back:
-        told = [f"{m.path} from {format_shift(m.shift_before)} to {format_shift(m.shift_after)}" for m in back[:MOST]]
+        shifts = [f"{m.path} from {format_shift(m.shift_before)} to {format_shift(m.shift_after)}" for m in back[:MOST]]
         more = [f"{len(back) - MOST} more"] if len(back) > MOST else []
         bent = "Numbers that calibration alone had bent come back to the file (shifts in units of their ±)"
-        yield f"{bent}: {join_names([*told, *more])}."
+        yield f"{bent}: {join_names([*shifts, *more])}."
     elif d.verdict == "parameters_only":
-        told = [f"{m.path} ({m.file} → {m.after}, {format_shift(m.shift_after)} times its ±)" for m in numbers[:MOST]]
-        yield f"Numbers that moved most from the file (in units of their ±): {join_names(told)}."
+        shifts = [f"{m.path} ({m.file} → {m.after}, {format_shift(m.shift_after)} times its ±)" for m in numbers[:MOST]]
+        yield f"Numbers that moved most from the file (in units of their ±): {join_names(shifts)}."
         return
     far = [f"{m.path} ({m.file} → {m.after}, {format_shift(m.shift_after)} times its ±)" for m in numbers if m.is_far]
     if far:

@@ -44,12 +44,12 @@ NEXT = {
 
 def verdict_words(d: Diagnosis) -> str:
     """What the verdict means for this machine."""
-    told = {
+    words = {
         "machine": d.machine.name, "left": f"{digits(d.fits.train_after.rmse_in_noise, 3)} σ", "falls": falls(d),
         "where": _where(d), "count": _count(d), "it": "it" if len(d.findings) < 2 else "them",
         "channels": join_names(list(dict.fromkeys(n for f in d.findings for n in f.channels))) or "a channel",
     }  # fmt: skip
-    return MEANING[d.verdict].format_map(told) + _but(d)
+    return MEANING[d.verdict].format_map(words) + _but(d)
 
 
 def _but(d: Diagnosis) -> str:

@@ -61,15 +61,15 @@ def _in_vain(best: Experiment, more: Experiment | None) -> str:
 
 def revealing(null: Hypothesis, unseen: Sequence[Candidate]) -> Iterator[Experiment]:
     """The program in which most of what could not be seen would be."""
-    found = []
+    revealed = []
     for program in programs([null.machine, *(c.machine for c in unseen)], null.case.recordings):
         try:
             scores = screen(about(null, program), unseen, null.values)
         except (Failed, Refused, np.linalg.LinAlgError, FloatingPointError):
             continue
-        found.append((program, [s for s in scores if s.detectable >= CLEAR]))
-    if any(seen for _, seen in found):
-        program, seen = max(found, key=lambda each: len(each[1]))
+        revealed.append((program, [s for s in scores if s.detectable >= CLEAR]))
+    if any(seen for _, seen in revealed):
+        program, seen = max(revealed, key=lambda each: len(each[1]))
         told = f"{len(seen)} of {len(unseen)} effects that these recordings could not show would be seen"
         kinds = count_kinds([(s.candidate,) for s in seen])
         sigma = float(np.median([s.detectable for s in seen]))
@@ -109,13 +109,13 @@ def experiment(pair: Pair, program: Program) -> Experiment | None:
 def with_sensor(pair: Pair, program: Program) -> Experiment | None:
     """The program with one more sensor where that helps most."""
     parts = _list_unsensed(pair)[:MOST_SENSORS]
-    found = _try_program(pair, program, parts) if parts else None
-    if found is None:
+    outcome = _try_program(pair, program, parts) if parts else None
+    if outcome is None:
         return None
-    part = max(parts, key=lambda p: found.sigma((p,)))
+    part = max(parts, key=lambda p: outcome.sigma((p,)))
     sensed = {s.place.node for s in pair.rival.machine.sensors.values() if s.place}
     which = "another temperature sensor" if part in sensed else "a temperature sensor"
-    return _describe_experiment(pair, program, f"Put {which} on {part}. {program.text}", found.sigma((part,)))
+    return _describe_experiment(pair, program, f"Put {which} on {part}. {program.text}", outcome.sigma((part,)))
 
 
 def _list_unsensed(pair: Pair) -> list[str]:

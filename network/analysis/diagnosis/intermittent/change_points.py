@@ -83,15 +83,15 @@ class Steps:
 
     def _trace(self, came: Mask, state: int) -> Windows:
         """Windows from the switches on the best path, from its end on."""
-        found, end = list[tuple[float, float]](), self.end
+        windows, end = list[tuple[float, float]](), self.end
         for k in range(len(came) - 1, -1, -1):
             if came[k, state]:
                 if state:
-                    found.append((float(self.t[k]), end))
+                    windows.append((float(self.t[k]), end))
                 end, state = float(self.t[k]), 1 - state
         if state:
-            found.append((0.0, end))
-        return tuple(reversed(found))
+            windows.append((0.0, end))
+        return tuple(reversed(windows))
 
 
 def find_steps(t: Array, residual: Array, change: Array) -> Steps | None:
