@@ -61,12 +61,12 @@ def calibrate(
             answer, written = _plan(loaded, plan, output, start)
         else:
             answer, written = _calibrate(loaded, recordings, holdout, output or "out", seed, start, no_plots, bar)
-        told = "" if as_json else str(answer)
+        text = "" if as_json else str(answer)
     if as_json:
         print_json(answer.summary())
         warn(getattr(answer, "warnings", ()))
     else:
-        click.echo(told)
+        click.echo(text)
     if written:
         click.echo(f"\nWritten: {', '.join(map(str, written))}", err=as_json)
     warn(map(str, loaded.warnings))
@@ -81,12 +81,12 @@ def _plan(machine: Machine, scenario: str, output: str | None, start: str | None
     from network.analysis.calibration.experiment_plan import foresee
     from network.report.files.result_files import as_json, folder, write_text
 
-    found = foresee(machine, read_fitting(machine, scenario), start=read_start(start))
+    plan = foresee(machine, read_fitting(machine, scenario), start=read_start(start))
     if output is None:
-        return found, []
+        return plan, []
     path = folder(output) / "plan.json"
-    write_text(path, as_json(found.summary()))
-    return found, [path]
+    write_text(path, as_json(plan.summary()))
+    return plan, [path]
 
 
 def _calibrate(

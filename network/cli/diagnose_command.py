@@ -59,11 +59,11 @@ def diagnose(
         bar.now("drawing what was found", 1.0)
         with replacing(where, "diagnosis.json", PICTURES):
             written = write_diagnosis(result, where, pictures=not no_plots)
-        told = "" if as_json else str(result)
+        text = "" if as_json else str(result)
     if as_json:
         print_json(result.summary())
     else:
-        click.echo(f"{told}\n\nWritten: {', '.join(map(str, written))}")
+        click.echo(f"{text}\n\nWritten: {', '.join(map(str, written))}")
     warn([*loaded.warnings, *overheard(loaded, runs, held_out)])
 
 
@@ -91,11 +91,11 @@ def prove(
 
         where = Path(resume or output)
         score = run(cases, seed, jobs, where, tell, resume=resume is not None, ablate=ablate, timed=timed)
-        told = str(score) if json_file != "-" else ""
+        text = str(score) if json_file != "-" else ""
     if json_file == "-":
         print_json(score.summary())
         return
-    click.echo(told)
+    click.echo(text)
     if json_file is not None:
         folder(Path(json_file).parent)
         write_text(Path(json_file), as_json(score.summary()))

@@ -53,12 +53,12 @@ def cycling(problem: Problem, begin: Array) -> list[Array]:
     return [_settle_cycle(problem, begin, mine, points[k], cost) for k in best]
 
 
-def _settle_cycle(problem: Problem, begin: Array, mine: list[int], own: Array, cost: object) -> Array:
+def _settle_cycle(problem: Problem, begin: Array, mine: list[int], guess: Array, cost: object) -> Array:
     """A grid point, moved by a simplex to where it cycles best."""
     some = [problem.parameters[j] for j in mine]
-    simplex = np.vstack([own, own + np.diag([0.2 * p.spread for p in some])])
+    simplex = np.vstack([guess, guess + np.diag([0.2 * p.spread for p in some])])
     options = {"maxfev": TRIALS, "initial_simplex": simplex}
-    found = minimize(cost, own, method="Nelder-Mead", options=options, bounds=[(p.low, p.high) for p in some])
+    found = minimize(cost, guess, method="Nelder-Mead", options=options, bounds=[(p.low, p.high) for p in some])
     theta = begin.copy()
     theta[mine] = found.x
     return theta

@@ -97,38 +97,38 @@ def restore_prior(at: Linearised) -> tuple[Array, Array]:
     return replace(at.problem, firm_theta=1.0, firm_eta=1.0).prior
 
 
-def profile_interval(found: Uncertainty) -> list[int]:
+def profile_interval(known: Uncertainty) -> list[int]:
     """Numbers whose profile is looked at: all if they are few, else the loosest, and none that only its prior knows."""
-    parameters = found.at.problem.parameters
-    loose = [j for j, p in enumerate(parameters) if j not in found.prior_only and j not in found.at_bound
-             and (len(parameters) <= FEW or found.std[j] > LOOSE * (1.0 if p.is_log else p.spread))]  # fmt: skip
-    return sorted(loose, key=lambda j: -found.std[j] / parameters[j].spread)[:MOST_PROFILED]
+    parameters = known.at.problem.parameters
+    loose = [j for j, p in enumerate(parameters) if j not in known.prior_only and j not in known.at_bound
+             and (len(parameters) <= FEW or known.std[j] > LOOSE * (1.0 if p.is_log else p.spread))]  # fmt: skip
+    return sorted(loose, key=lambda j: -known.std[j] / parameters[j].spread)[:MOST_PROFILED]
 
 
-def _sides(found: Uncertainty, j: int) -> tuple[float, float]:
+def _sides(known: Uncertainty, j: int) -> tuple[float, float]:
     """1σ downwards and upwards: where a parabola through the true profile at 2σ rises by one."""
-    std = float(found.std[j])
-    return _side(found, j, -FAR * std), _side(found, j, FAR * std)
+    std = float(known.std[j])
+    return _side(known, j, -FAR * std), _side(known, j, FAR * std)
 
 
-def _side(found: Uncertainty, j: int, move: float) -> float:
-    rise = profile(found, j, move)
-    std = float(found.std[j])
+def _side(known: Uncertainty, j: int, move: float) -> float:
+    rise = profile(known, j, move)
+    std = float(known.std[j])
     return std if not np.isfinite(rise) or rise <= 0.25 else float(np.clip(abs(move) / np.sqrt(rise), std / 3, 3 * std))
 
 
-def profile(found: Uncertainty, j: int, move: float) -> float:
+def profile(known: Uncertainty, j: int, move: float) -> float:
     """What the least J, in units of the misfit, rises by if θ_j moves and all others follow."""
-    at = found.at
+    at = known.at
     low, high = (np.array([getattr(q, side) for q in at.problem.parameters]) for side in ("low", "high"))
-    along = found.covariance[: at.free, j] / found.covariance[j, j]
+    along = known.covariance[: at.free, j] / known.covariance[j, j]
     theta = np.clip(at.theta + move * along, low, high)
     try:
         there = linearise(at.problem, theta)
-        gain = _gain(there, found.misfit, j)
+        gain = _gain(there, known.misfit, j)
     except Failed:
         return float("inf")
-    return scale_cost(there, found.misfit) - gain - scale_cost(at, found.misfit)
+    return scale_cost(there, known.misfit) - gain - scale_cost(at, known.misfit)
 
 
 def scale_cost(at: Linearised, misfit: float) -> float:

@@ -196,48 +196,48 @@ class Hypothesis:
 
 
 def fit_hypothesis(
-    case: Case, machine: Machine, found: Sequence[Candidate] = (), own: Sequence[Parameter] = (),
+    case: Case, machine: Machine, candidates: Sequence[Candidate] = (), further: Sequence[Parameter] = (),
     start: Mapping[str, float] | None = None, offsets: bool = True, steps: int = STEPS,
 ) -> Hypothesis:  # fmt: skip
     """Fits a machine with the patches already in it; `start`: numbers by path to begin from."""
-    parameters = parameters_of(machine, own)
+    parameters = parameters_of(machine, further)
     theta = centres(parameters)
     for i, p in enumerate(parameters):
         if start and p.path in start:
             value = start[p.path]
             theta[i] = np.log(value) if p.is_log and value > 0 else (theta[i] if p.is_log else value)
     fit = minimise(case.problem(machine, parameters, offsets), theta, steps)
-    return Hypothesis(case, machine, tuple(found), tuple(own), fit)
+    return Hypothesis(case, machine, tuple(candidates), tuple(further), fit)
 
 
 def fit_findings(
-    case: Case, machine: Machine, found: Sequence[Candidate], values: Mapping[str, float], in_step: bool = True,
+    case: Case, machine: Machine, candidates: Sequence[Candidate], values: Mapping[str, float], in_step: bool = True,
     steps: int = STEPS,
 ) -> Hypothesis | None:  # fmt: skip
     """Findings laid over a machine one after the other, fitted from some numbers; None where they do not fit. in_step:
     whether relays switch at these numbers as they did; else they are led over ever more of the runs."""
-    over = lay_over(machine, found)
+    over = lay_over(machine, candidates)
     if over is None:
         return None
     machine, laid = over
-    own = [p for c in laid for p in c.own]
+    further = [p for c in laid for p in c.own]
     try:
         if not in_step and any(c.switches for c in laid):
-            values = fit_by_continuation(case, machine, laid, own, values, LED).values
-        return fit_hypothesis(case, machine, laid, own, values, steps=steps)
+            values = fit_by_continuation(case, machine, laid, further, values, LED).values
+        return fit_hypothesis(case, machine, laid, further, values, steps=steps)
     except (Failed, np.linalg.LinAlgError):
         return None
 
 
 def fit_by_continuation(
-    case: Case, machine: Machine, found: Sequence[Candidate], own: Sequence[Parameter], values: Mapping[str, float],
-    shares: Sequence[float],
+    case: Case, machine: Machine, candidates: Sequence[Candidate], further: Sequence[Parameter],
+    values: Mapping[str, float], shares: Sequence[float],
 ) -> Hypothesis:  # fmt: skip
     """A hypothesis fitted a few steps over ever more of the runs, to the last of some shares of them."""
-    told = fit_hypothesis(case.until(shares[0]), machine, found, own, values, steps=LED_STEPS)
+    fit = fit_hypothesis(case.until(shares[0]), machine, candidates, further, values, steps=LED_STEPS)
     for share in shares[1:]:
-        told = fit_hypothesis(case.until(share), machine, found, own, told.values, steps=LED_STEPS)
-    return told
+        fit = fit_hypothesis(case.until(share), machine, candidates, further, fit.values, steps=LED_STEPS)
+    return fit
 
 
 def parameters_of(machine: Machine, own: Sequence[Parameter]) -> tuple[Parameter, ...]:

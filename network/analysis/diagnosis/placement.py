@@ -118,13 +118,13 @@ def _promise_of(best: Hypothesis, moved: Sequence[Candidate]) -> list[tuple[floa
         return []
     fit = linearise(best.fit.problem, best.fit.theta)
     changes = respond_to_candidates([(c, best.values) for c in moved], fit.problem.data, fit.predictions)
-    told = [k for k, d in enumerate(changes) if d is not None]
-    if not told:
+    known = [k for k, d in enumerate(changes) if d is not None]
+    if not known:
         return []
-    D = whiten(fit, np.array([changes[k] for k in told]))
+    D = whiten(fit, np.array([changes[k] for k in known]))
     M_D = fit.project(D)
     gains = np.maximum(M_D @ fit.left, 0.0) ** 2 / (2 * np.maximum(np.einsum("ij,ij->i", D, M_D), LEAST_SEEN))
-    pairs = [(float(gain), moved[k]) for gain, k in zip(gains, told, strict=True)]
+    pairs = [(float(gain), moved[k]) for gain, k in zip(gains, known, strict=True)]
     return sorted(pairs, key=lambda pair: (-round(pair[0], 1), -_width(pair[1])))
 
 

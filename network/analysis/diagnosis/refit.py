@@ -59,12 +59,12 @@ def shortlist(scores: Sequence[Score], about_file: Sequence[Score], most: int = 
     return list({s.candidate.key: s for s in reversed(both)}.values())
 
 
-def _about_file(current: Hypothesis, found: Sequence[Candidate], jobs: int) -> list[Score]:
+def _about_file(current: Hypothesis, candidates: Sequence[Candidate], jobs: int) -> list[Score]:
     """The screening about the file's own numbers, where candidates are proposed; none where that would take long."""
     if current.machine.lumps >= LARGE:
         return []
     about = linearise_at_priors(current.linearised)
-    return score_candidates(about, found, values_at(about.problem.parameters, about.theta), jobs)
+    return score_candidates(about, candidates, values_at(about.problem.parameters, about.theta), jobs)
 
 
 def _limit_kinds(scores: Sequence[Score], most: int, of_a_kind: int) -> list[Score]:
@@ -135,12 +135,12 @@ class TrialFits:
 
 
 def start_trials(
-    current: Hypothesis, found: Sequence[Candidate], scores: Sequence[Score], jobs: int, tell: Tell = None,
+    current: Hypothesis, candidates: Sequence[Candidate], scores: Sequence[Score], jobs: int, tell: Tell = None,
     is_near: bool = False,
 ) -> TrialFits:  # fmt: skip
     """The likely ones of what is proposed beside a hypothesis, each with its own fit. scores: of the screening about
     it; is_near: whether the fit is near, so that what shows about it is all that shows."""
-    about_file = [] if is_near else _about_file(current, found, jobs)
+    about_file = [] if is_near else _about_file(current, candidates, jobs)
     trials = shortlist(scores, about_file, LONGER if current.machine.lumps <= SMALL else SHORTLIST)
     begin = partial(_start_trial, current, {s.candidate.key: s for s in about_file})
     rest = _others([s for s in scores if s.gain > SHOWS], trials)

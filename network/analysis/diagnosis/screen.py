@@ -68,11 +68,11 @@ def screen(
 
 
 def score_candidates(
-    fit: Linearised, found: Sequence[Candidate], values: Mapping[str, float], jobs: int = 1
+    fit: Linearised, candidates: Sequence[Candidate], values: Mapping[str, float], jobs: int = 1
 ) -> list[Score]:
     """The same of candidates as they are."""
-    tried = [(c, scale, own) for c in _able(found) for scale, own in _variants(c)]
-    each = [(c, {**values, **own}) for c, _, own in tried]
+    tried = [(c, scale, numbers) for c in _able(candidates) for scale, numbers in _variants(c)]
+    each = [(c, {**values, **numbers}) for c, _, numbers in tried]
     changes = respond_to_candidates(each, fit.problem.data, fit.predictions, jobs)
     kept = [(*of, d) for of, d in zip(tried, changes, strict=True) if d is not None and np.isfinite(d).all()]
     if not kept:
@@ -80,20 +80,20 @@ def score_candidates(
     D = whiten(fit, np.array([d for *_, d in kept]))
     M_D = fit.project(D)
     scores: dict[tuple[str, ...], Score] = {}
-    for (c, scale, own, _), d, M_d in zip(kept, D, M_D, strict=True):
-        score = _score(fit, c, scale, own, d, M_d)
+    for (c, scale, numbers, _), d, M_d in zip(kept, D, M_D, strict=True):
+        score = _score(fit, c, scale, numbers, d, M_d)
         if score is not None and (c.key not in scores or score.gain > scores[c.key].gain):
             scores[c.key] = score
     return sorted(scores.values(), key=lambda s: -s.gain)
 
 
-def _able(found: Sequence[Candidate]) -> list[Candidate]:
+def _able(candidates: Sequence[Candidate]) -> list[Candidate]:
     """Those that a linear answer can be had for."""
-    return [c for c in found if not (c.is_structural or c.switches)]
+    return [c for c in candidates if not (c.is_structural or c.switches)]
 
 
 def _score(
-    fit: Linearised, candidate: Candidate, scale: float, own: Mapping[str, float], d: Array, M_d: Array
+    fit: Linearised, candidate: Candidate, scale: float, numbers: Mapping[str, float], d: Array, M_d: Array
 ) -> Score | None:  # fmt: skip
     """None where it changes nothing that can be seen."""
     kappa, g = float(d @ M_d), float(M_d @ fit.left)
@@ -101,7 +101,7 @@ def _score(
         return None
     chi2 = max(1.0, float(np.mean(fit.left**2)))
     a = float(np.clip(g / kappa, 0.0, MOST))
-    return Score(candidate, (a * g - a * a * kappa / 2) / chi2, a * scale, np.sqrt(kappa), M_d, own)
+    return Score(candidate, (a * g - a * a * kappa / 2) / chi2, a * scale, np.sqrt(kappa), M_d, numbers)
 
 
 def _variants(c: Candidate) -> Iterator[tuple[float, dict[str, float]]]:

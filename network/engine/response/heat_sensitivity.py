@@ -142,13 +142,13 @@ class Slots:
     def at(self, values: dict[str, float]) -> Network:
         """The network with other values (of all parameters)."""
         capacity, groups = self.network.capacity.copy(), list(self.network.groups)
-        for p, found in self.places:
+        for p, laws in self.places:
             if p.entry.section == "nodes":
                 part = self.network.parts[p.entry.name]
-                own = self.network.machine.nodes[p.entry.name]
-                more = values[p.path] - float(own.__dict__[p.attribute] or 0.0)
+                node = self.network.machine.nodes[p.entry.name]
+                more = values[p.path] - float(node.__dict__[p.attribute] or 0.0)
                 capacity[part] += more / (part.stop - part.start)
-            for g, members in found:
+            for g, members in laws:
                 array = groups[g].law.__dict__[p.attribute].copy()
                 array[members] = values[p.path]
                 law: Any = groups[g].law.replaced(**{p.attribute: array})

@@ -27,21 +27,21 @@ if TYPE_CHECKING:
 
 def write_calibration(c: Calibration, where: Path, pictures: bool = True) -> list[Path]:
     """machine.calibrated.yaml, calibration.json and pictures; everything is made beside and then put in its place."""
-    folder = Path(mkdtemp(prefix=".calibration.", dir=where))
+    draft = Path(mkdtemp(prefix=".calibration.", dir=where))
     try:
-        (folder / FILE).write_text(patch_text(c.machine, where, remark(c)), encoding="utf-8", newline="\n")
-        (folder / "calibration.json").write_text(as_json(c.summary()), encoding="utf-8", newline="\n")
+        (draft / FILE).write_text(patch_text(c.machine, where, remark(c)), encoding="utf-8", newline="\n")
+        (draft / "calibration.json").write_text(as_json(c.summary()), encoding="utf-8", newline="\n")
         for name, figure in figures(c) if pictures else ():
             from network.report.figures.canvas import save
 
-            save(figure(), folder / name)
+            save(figure(), draft / name)
         made = sorted(
-            folder.iterdir(),
+            draft.iterdir(),
             key=lambda path: ([".yaml", ".json"].index(path.suffix) if path.suffix != ".png" else 2, path.name),
         )
         put_in_place(made, where)
     finally:
-        shutil.rmtree(folder, ignore_errors=True)
+        shutil.rmtree(draft, ignore_errors=True)
     return [where / path.name for path in made]
 
 

@@ -38,29 +38,29 @@ def write_diagnosis(d: Diagnosis, where: Path, pictures: bool = True) -> list[Pa
     """report.html, machine.diagnosed.yaml, diagnosis.json and pictures; everything is made beside and then put in its
     place."""
     where = folder(where)
-    beside = Path(mkdtemp(prefix=".diagnosis.", dir=where))
+    draft = Path(mkdtemp(prefix=".diagnosis.", dir=where))
     try:
-        _fill(d, beside, where, pictures)
-        made = sorted(beside.iterdir(), key=lambda path: (ORDER.index(path.suffix), path.name))
+        _fill(d, draft, where, pictures)
+        made = sorted(draft.iterdir(), key=lambda path: (ORDER.index(path.suffix), path.name))
         put_in_place(made, where)
     finally:
-        shutil.rmtree(beside, ignore_errors=True)
+        shutil.rmtree(draft, ignore_errors=True)
     return [where / path.name for path in made]
 
 
-def _fill(d: Diagnosis, beside: Path, where: Path, pictures: bool) -> None:
+def _fill(d: Diagnosis, draft: Path, where: Path, pictures: bool) -> None:
     """Makes every file; `where` is where they are going to stand."""
-    drawn = [_draw(picture, beside) for picture in pictures_of(d)] if pictures else []
+    drawn = [_draw(picture, draft) for picture in pictures_of(d)] if pictures else []
     patch = patch_text(d, where)
     texts = {FILE: patch, "diagnosis.json": as_json(tidy(d.summary())), "report.html": page(d, drawn, patch, where)}
     for name, content in texts.items():
-        (beside / name).write_text(content, encoding="utf-8", newline="\n")
+        (draft / name).write_text(content, encoding="utf-8", newline="\n")
 
 
-def _draw(picture: Picture, beside: Path) -> Shown:
+def _draw(picture: Picture, draft: Path) -> Shown:
     from network.report.figures.canvas import save
 
-    path = save(picture.draw(), beside / picture.name)
+    path = save(picture.draw(), draft / picture.name)
     return Shown(picture.name, picture.place, picture.caption, path.read_bytes())
 
 
