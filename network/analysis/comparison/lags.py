@@ -15,7 +15,7 @@ SHARE = 0.25
 def autocorrelations(values: Array, there: Array) -> tuple[Array, Array]:
     """(r, pairs) by row and lag: r_k = (Σ x_i x_{i+k} / pairs_k) / (Σ x² / pairs_0), over pairs that are both there.
 
-    values, there: (rows, n) as `filled` gives them. Rows without any variation have r = 0 but r_0 = 1.
+    values, there: (rows, n) as `fill_gaps` gives them. Rows without any variation have r = 0 but r_0 = 1.
     """
     n = values.shape[-1]
     lags = max(int(n * SHARE), min(n - 1, 21))

@@ -70,7 +70,7 @@ class Whiteness:
 
 
 def whiteness(channel: ChannelResidual, values: Array, r: Array, pairs: Array, step: float) -> Whiteness | None:
-    """Tests of one row of `filled` values in σ with its autocorrelations; None where there is too little to test."""
+    """Tests of a row of `fill_gaps` in σ with its autocorrelations; None where there is too little to test."""
     from scipy.special import gammaincc
 
     if pairs[0] < FEWEST or not values.any():
