@@ -10,7 +10,7 @@ from numpy.random import Generator
 
 from proof.assembly import Assembly
 from proof.programs import Program
-from proof.running import STEP, Run, Track
+from proof.running import STEP, Run, Track, air_of
 from proof.system import Array
 
 
@@ -58,8 +58,8 @@ def observe(
     """Every channel at the times, without noise."""
     rows, constants = weights_of(build)
     values = track_of(build, program, start, step).at(times, rows) + constants
-    rpm = np.array([program.speed(t) for t in times])
-    air = np.array([sum((more(t) for more in build.airs), program.air(t)) for t in times])
+    rpm, at = np.array([program.speed(t) for t in times]), air_of(build.airs, program)
+    air = np.array([at(t) for t in times])
     shown = {name: values[:, i] for i, name in enumerate(build.layout.sensors)}
     for name, touches in build.touches.items():
         for touch in touches:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from math import ceil
 
@@ -78,11 +78,9 @@ class Switches:
         self.due.pop(i, None)
 
 
-def air_of(system: System, program: Program) -> Callable[[float], float]:
-    """The air [°C] as it is, which need not be what its program says."""
-    if not system.airs:
-        return program.air
-    return lambda t: program.air(t) + sum(more(t) for more in system.airs)
+def air_of(airs: Sequence[Callable[[float], float]], program: Program) -> Callable[[float], float]:
+    """The air [°C] as it is, which need not be what its program says; airs: what it has more [K]."""
+    return (lambda t: program.air(t) + sum(more(t) for more in airs)) if airs else program.air
 
 
 class Run:
@@ -96,7 +94,7 @@ class Run:
         breaks = [edge for each in system.exchanges for edge in each.breaks]
         inside = {edge for edge in (*program.edges, *bursts, *breaks) if 0 < edge < program.duration}
         self.edges = [*sorted(inside), program.duration]
-        self.air: Callable[[float], float] = air_of(system, program)
+        self.air: Callable[[float], float] = air_of(system.airs, program)
 
     def go(self) -> Track:
         while self.t < self.program.duration - 1e-9:
