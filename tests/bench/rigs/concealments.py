@@ -129,7 +129,3 @@ CONCEALMENTS = (
         lambda tree: {"tcp": {"z": {first_path(tree, "z"): None}}},
     ),
 )  # fmt: skip
-
-
-def concealment(name: str) -> Concealment:
-    return next(c for c in CONCEALMENTS if c.name == name)
