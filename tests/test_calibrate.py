@@ -40,7 +40,7 @@ def test_known_numbers_come_back(plain: Calibration) -> None:
     found = {p.path: p.value(x) for p, x in zip(plain.parameters, plain.theta, strict=True)}
     assert found["links.joint.conductance"] == pytest.approx(2.4, rel=0.01)
     assert found["links.hot skin.conductance"] == pytest.approx(0.6, rel=0.01)
-    assert plain.after.rmse_in_noise < 1.03 < 2 < plain.before.rmse_in_noise
+    assert plain.after.rmse_in_noise < 1.03 < 1.8 < plain.before.rmse_in_noise
     assert plain.after_holdout is not None and plain.after_holdout.rmse_in_noise < 1.03
 
 
@@ -225,7 +225,7 @@ def test_a_start_that_first_readings_do_not_tell_is_found() -> None:
     begin = {"core": "30 degC", "hot": "28 degC", "cold": "25 degC"}
     scenario = Scenario.of("begun", "80 min", {"ambient": "22 degC", "level": "0"}, output="5 s", start=begin)
     found = calibrate(machine, recorded(true, scenario))
-    told = found.summary()["fit"]["train"]["after_with_start"]
-    assert told["rmse_in_noise"] < 1.1 < 1.3 < found.after.rmse_in_noise
-    assert float(told["recordings"][0]["start"]["core"].split()[0]) == pytest.approx(30, abs=0.7)
-    assert "With the starts that the fit found" in said(found)
+    told = found.summary()["fit"]["train"]
+    assert found.after.rmse_in_noise < 1.1 < 1.3 < told["after_as_stated"]["rmse_in_noise"]
+    assert float(told["runs"][0]["start"]["core"].split()[0]) == pytest.approx(30, abs=0.7)
+    assert "With the starts, inputs and offsets of each run" in said(found)

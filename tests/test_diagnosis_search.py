@@ -12,8 +12,8 @@ from build import machine
 from test_diagnosis import LADDERS, LINKS, NODES, SENSORS, SOURCES, plant, recorded
 
 from network.analysis.calibration.coloured_noise import estimate_colours
+from network.analysis.calibration.estimated_constants import Numbers, estimate_constants
 from network.analysis.calibration.gauss_newton import linearise
-from network.analysis.calibration.initial_temperatures import beginning
 from network.analysis.diagnosis import backward_elimination
 from network.analysis.diagnosis.backward_elimination import _cross_validates
 from network.analysis.diagnosis.candidate_response import respond_to_candidates
@@ -234,7 +234,8 @@ def test_a_fit_about_other_starts_comes_to_the_same() -> None:
 def test_where_a_run_began_is_found_again() -> None:
     h = null()
     warm = recorded(plant(), LADDERS[0], 5, start=20.4)
-    start = beginning(h.machine, h.fit.problem.parameters, h.fit.theta, warm, None, 1.0).nodes or {}
+    numbers = Numbers(h.machine, h.machine, h.fit.problem.parameters, h.fit.theta)
+    start = estimate_constants(numbers, warm).start
     assert [start[n] for n in ("spindle", "housing", "column")] == pytest.approx([20.4] * 3, abs=0.06)
 
 

@@ -46,9 +46,9 @@ def compare(
 
         given = list(read_recordings(recordings))
         if start == ESTIMATED:
-            from network.analysis.calibration.initial_temperatures import estimate_start
+            from network.analysis.calibration.estimated_constants import compare_estimating
 
-            result = estimate_start(loaded, given)
+            result = compare_estimating(loaded, given)
         else:
             result = lay_beside(loaded, given, start=read_start(start), method=method, progress=bar.over(given))
         bar.now("testing residuals", 1.0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,7 +16,8 @@ class Signal:
     """One input. Between t[k] and t[k+1] it runs straight from start[k] to end[k]; after the last knot it stays at
     end[-1], before the first at start[0]. A held step has start == end.
 
-    t: [s], K knots, strictly increasing; start, end: K values in SI; unit: what it is shown in.
+    t: [s], K knots, strictly increasing; start, end: K values in SI; unit: what it is shown in; std: 1σ, SI, of one
+    that is constant and not known exactly, 0 for all others.
     """
 
     name: str
@@ -24,6 +25,16 @@ class Signal:
     t: Array
     start: Array
     end: Array
+    std: float = 0.0
+
+    @property
+    def value(self) -> float:
+        """The first value, which is that of a constant [SI]."""
+        return float(self.start[0])
+
+    def shift(self, by: float) -> Signal:
+        """The same, higher by a constant [SI]."""
+        return replace(self, start=self.start + by, end=self.end + by)
 
     @property
     def dimension(self) -> str:
@@ -62,8 +73,8 @@ def linear(name: str, unit_text: str, t: Array, values: Array) -> Signal:
     return Signal(name, unit_text, t, values, np.append(values[1:], values[-1]))
 
 
-def constant(name: str, unit_text: str, value: float) -> Signal:
-    return hold(name, unit_text, np.zeros(1), np.array([value]))
+def constant(name: str, unit_text: str, value: float, std: float = 0.0) -> Signal:
+    return replace(hold(name, unit_text, np.zeros(1), np.array([value])), std=std)
 
 
 def is_slow(of: Unit) -> bool:

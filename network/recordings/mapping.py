@@ -18,7 +18,15 @@ from network.platform.yaml.document import Branch, Tree
 from network.recordings.columns import Column, channels
 from network.recordings.csv_table import Choose, Heading, read_heading, refuse_twice, table
 from network.recordings.inputs import Signal, Start, constant
-from network.recordings.yaml_values import check_keys, collecting, parse_start, quantity, read_keys, seconds, shift
+from network.recordings.yaml_values import (
+    check_keys,
+    collecting,
+    parse_start,
+    read_keys,
+    run_constant,
+    seconds,
+    shift,
+)
 
 _MAPPING = {"recording": "name", "file": "recording.csv", "columns": '{theirs: "ours [unit]"}'}
 
@@ -36,19 +44,21 @@ class Mapped:
     fill: Mapping[str, str]
     between: Mapping[str, str]
     source: str
+    offsets: bool = True
 
 
 def load_mapping(path: Path) -> Mapped:
     """From a mapping file. Raises Refused with all faults."""
     tree, complaints = document.load(path, "a mapping of a recording"), Complaints()
-    others = ("interval", "inputs", "start", "fill", "between", "from", "until", "zero")
+    others = ("interval", "inputs", "offsets", "start", "fill", "between", "from", "until", "zero")
     check_keys(tree, "the mapping", _MAPPING, others, complaints)
     readers: dict[str, Callable[[Tree], Any]] = {
         "recording": lambda child: word_of(child, "a name"),
         "file": lambda child: _existing(path.parent / word_of(child, "the path of a CSV")),
         "columns": lambda child: _each(child, "columns", lambda theirs: read_heading(word_of(theirs, "`name [unit]`"))),
         "interval": seconds,
-        "inputs": lambda child: _each(child, "inputs", quantity),
+        "inputs": lambda child: _each(child, "inputs", run_constant),
+        "offsets": lambda child: _one_of(child, "free", "none"),
         "start": parse_start,
         "fill": lambda child: _each(child, "fill", lambda how: _one_of(how, "linear", "hold")),
         "between": lambda child: _each(child, "between", lambda how: _one_of(how, "linear", "held")),
@@ -56,7 +66,8 @@ def load_mapping(path: Path) -> Mapped:
         "until": shift,
         "zero": lambda child: _each(child, "zero", lambda how: _one_of(how, "start")),
     }
-    values: dict[str, Any] = {"interval": None, "start": None, "inputs": {}, "fill": {}, "between": {}, "zero": {}}
+    values: dict[str, Any] = {"interval": None, "start": None, "offsets": "free"}
+    values |= {key: {} for key in ("inputs", "fill", "between", "zero")}
     read_keys(tree, readers, values, complaints)
     if "columns" in values:
         _check_mapping(tree, values, complaints)
@@ -69,8 +80,8 @@ def load_mapping(path: Path) -> Mapped:
     part = _part(t, values, tree)
     columns = {name: _cut(column, part, name in values["zero"]) for name, column in columns.items()}
     source = str(values["file"]) if part.start == 0 else ""
-    constants = {name: constant(name, given.text, value) for name, (value, given) in values["inputs"].items()}
-    how = {key: values[key] for key in ("start", "fill", "between")}
+    constants = {name: constant(name, given.text, value, std) for name, (value, given, std) in values["inputs"].items()}
+    how = {key: values[key] for key in ("start", "fill", "between")} | {"offsets": values["offsets"] == "free"}
     return Mapped(values["recording"], str(path), t[part], columns, constants, source=source, **how)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from network.catalogue.declaration.declare import Array
+from network.catalogue.declaration.declare import Array, Mask
 from network.platform.quantities.units import unit
 from network.platform.refusal import Complaints, Spot, likely, refuse
 from network.recordings.columns import Column, channels
@@ -24,7 +24,8 @@ class Recording:
 
     file: as given by the user; t: [s], strictly increasing, the run starts at t[0]; constants: inputs that a mapping
     gives; fill, between: by name of an input, how its gaps are filled (linear, hold) and how it runs between samples
-    (linear, held; default by its unit); source: the CSV, whose line k + 2 holds t[k].
+    (linear, held; default by its unit); source: the CSV, whose line k + 2 holds t[k]; offsets: whether its sensors may
+    be off by a constant.
     """
 
     name: str
@@ -36,6 +37,7 @@ class Recording:
     fill: Mapping[str, str] = field(default_factory=dict)
     between: Mapping[str, str] = field(default_factory=dict)
     source: str = ""
+    offsets: bool = True
 
     def __str__(self) -> str:
         hours = (self.t[-1] - self.t[0]) / 3600
@@ -51,7 +53,13 @@ class Recording:
 
     def until(self, share: float) -> Recording:
         """Its beginning, to a share of its length."""
-        kept = self.t <= self.t[0] + share * (self.t[-1] - self.t[0])
+        return self._keep(self.t <= self.t[0] + share * (self.t[-1] - self.t[0]))
+
+    def before(self, t: float) -> Recording:
+        """What was recorded before an instant [s]."""
+        return self._keep(self.t < t)
+
+    def _keep(self, kept: Mask) -> Recording:
         columns = {n: replace(c, values=c.values[kept]) for n, c in self.columns.items()}
         return replace(self, t=self.t[kept], columns=columns)
 

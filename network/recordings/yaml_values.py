@@ -10,7 +10,16 @@ from typing import Any
 import yaml
 
 from network.catalogue.declaration.fields import word_of
-from network.platform.quantities.units import BadNumber, Unit, in_unit, split_number, unit
+from network.platform.quantities.units import (
+    BadNumber,
+    Unit,
+    has_spread,
+    in_unit,
+    parse_number,
+    split_number,
+    spread_parts,
+    unit,
+)
 from network.platform.refusal import Complaints, Refused, Spot, likely, refuse
 from network.platform.yaml import document
 from network.platform.yaml.document import Branch, Leaf, Tree
@@ -86,8 +95,22 @@ def quantity(tree: Tree) -> tuple[float, Unit]:
     Only a switch, from 0 to 1, goes without unit; another bare number is written like `3 1`.
     """
     text = word_of(tree, "a number with its unit, like `8000 rpm`")
-    if "±" in text or "+-" in text or "+/-" in text:
-        raise BadNumber(f"'{text}' has a spread", "inputs are known, so drop the ±")
+    if has_spread(text):
+        raise BadNumber(f"'{text}' has a spread", "what drives a schedule is known, so drop the ±")
+    return _quantity(text)
+
+
+def run_constant(tree: Tree) -> tuple[float, Unit, float]:
+    """A constant of a run in SI, the unit it came in, and its 1σ in SI (0 where it is known): `22 degC ± 2 K`. Raises
+    BadNumber."""
+    text = word_of(tree, "a number with its unit, like `22 degC ± 2 K`")
+    if not has_spread(text):
+        return *_quantity(text), 0.0
+    value, given = _quantity(spread_parts(text)[0])
+    return value, given, parse_number(text, given.text, True, (-math.inf, math.inf)).spread
+
+
+def _quantity(text: str) -> tuple[float, Unit]:
     number, unit_text = split_number(text)
     if not unit_text and not 0 <= number <= 1:
         raise BadNumber(f"'{text}' has no unit", f"write it like `{text} rpm`, only a switch (0 or 1) goes without")

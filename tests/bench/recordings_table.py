@@ -104,7 +104,7 @@ def recordings_table() -> Table:
         most = max((abs(s) for s in found.shift if s == s), default=0.0)
         table.add_row(
             row.name, told(found.before, found.after), told(found.before_holdout, found.after_holdout),
-            f"{pooled(found.begun_holdout):.3g} σ" if found.begun_holdout else "–",
+            f"{pooled(found.stated_holdout):.3g} σ" if found.stated_holdout else "–",
             channels(found.before_holdout or found.before, found.after_holdout or found.after), f"{most:.1f}",
             f"{found.seconds:.1f}",
         )  # fmt: skip

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from network.analysis.calibration.calibrated_patch import with_fitted_numbers
+from network.analysis.calibration.estimated_constants import Numbers, compare_all_estimated
 from network.analysis.calibration.gauss_newton import make_problem
-from network.analysis.calibration.identifiability_report import describe_holdout, describe_starts, sentences, shift
-from network.analysis.calibration.initial_temperatures import compare_all_from_start
+from network.analysis.calibration.identifiability_report import describe_constants, describe_holdout, sentences, shift
 from network.analysis.calibration.measured_means import Measured
-from network.analysis.calibration.multistart import best_start, rms
+from network.analysis.calibration.multistart import best_start
 from network.analysis.calibration.noise import Noise
 from network.analysis.calibration.recording_admission import admit, check_apart, check_parameters
 from network.analysis.calibration.robust_fit import Fit, fit_robustly
@@ -41,8 +41,9 @@ Progress = Callable[[float], None]
 class Calibration:
     """The outcome. machine: with value ± standard error for each number; original: as it was given; fit, known: the
     minimum and its uncertainty; before, after, before_holdout, after_holdout: residuals on the recordings calibrated on
-    and on those held out (None without), `before` with unknown numbers at their priors' centres; begun, begun_holdout:
-    those after with each start estimated; bands: of the tool
+    and on those held out (None without), the constants of each run estimated, of those
+    held out from their beginning; `before` with unknown numbers at their priors' centres; stated, stated_holdout: after
+    with constants as stated and starts by rule, as `simulate` runs it; bands: of the tool
     centre point, by recording; warnings: what was wrong with the input; sentences: what the result means."""
 
     machine: Machine
@@ -54,8 +55,8 @@ class Calibration:
     after: Comparison
     before_holdout: Comparison | None
     after_holdout: Comparison | None
-    begun: Comparison | None
-    begun_holdout: Comparison | None
+    stated: Comparison
+    stated_holdout: Comparison | None
     bands: tuple[tuple[Band, ...], ...]
     warnings: tuple[str, ...]
     sentences: tuple[str, ...]
@@ -130,10 +131,9 @@ def _calibrate(
 ) -> Calibration:  # fmt: skip
     let_in = admit(machine, parameters, train, start)
     nominal = at_values(machine, values_at(parameters, centres(parameters)))
-    before, before_holdout = compare(nominal, train, start=start), _compare_runs(nominal, held_out, start)
     problem = make_problem(machine, parameters, let_in.data)
     best = best_start(replace(problem, offsets=()), np.random.default_rng(seed), lambda share: tell(0.1 + 0.4 * share))
-    _check_units(misread(best.at, before))
+    _check_units(misread(best.at, compare(nominal, train, start=start)))
     tell(0.5)
     fit = fit_robustly(problem, best.at)
     tell(0.8)
@@ -144,20 +144,25 @@ def _calibrate(
     areas = tuple(
         bands(machine, parameters, fit.at.theta, known.theta_covariance, r, start) for r in (*train, *held_out)
     )
-    after, after_holdout = compare(result, train, start=start), _compare_runs(result, held_out, start)
-    own, misfit = (result, machine, parameters, fit.at.theta), max(1.0, rms(fit.at.left))
-    started, started_holdout = (compare_all_from_start(*own, some, start, misfit) for some in (train, held_out))
+    fitted = Numbers(result, machine, parameters, fit.at.theta, start)
+    before, before_holdout = _compare_runs(Numbers.of(nominal, start), train, held_out)
+    after, after_holdout = _compare_runs(fitted, train, held_out)
+    stated = compare(result, train, start=start), compare(result, held_out, start=start) if held_out else None
     findings = [*describe_holdout(before_holdout, after_holdout, after), *sentences(best, fit, known)]
-    findings += describe_starts(after, started)
+    findings += describe_constants(after, stated[0])
     return Calibration(
-        result, machine, parameters, fit, known, before, after, before_holdout, after_holdout, started,
-        started_holdout, areas, (*overheard(machine, train, held_out), *let_in.warnings),
+        result, machine, parameters, fit, known, before, after, before_holdout, after_holdout, *stated,
+        areas, (*overheard(machine, train, held_out), *let_in.warnings),
         tuple(findings), best.tried, seed, time.perf_counter() - began,
     )  # fmt: skip
 
 
-def _compare_runs(machine: Machine, recordings: Sequence[Recording], start: Start | None) -> Comparison | None:
-    return compare(machine, recordings, start=start) if recordings else None
+def _compare_runs(
+    of: Numbers, train: Sequence[Recording], held_out: Sequence[Recording]
+) -> tuple[Comparison, Comparison | None]:
+    after = compare_all_estimated(of, train)
+    assert after is not None
+    return after, compare_all_estimated(of, held_out, held_out=True)
 
 
 def _check_units(found: Iterable[Any]) -> None:

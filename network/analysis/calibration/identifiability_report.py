@@ -21,8 +21,9 @@ WELL = 0.05
 """Standard error of the logarithm up to which a number is called well determined."""
 WORSE, AGAIN = 1.02, 1.5
 """Held-out residuals over those before, and over those calibrated on, that are told."""
-BEGUN = 0.9
-"""Share of the residual that estimated starts have to leave at most, to be told."""
+CONSTANTS, ABSORBED = 0.9, 0.1
+"""Share of the residual that estimated constants have to leave at most, and of its square that inputs and offsets have
+to take away, to be told."""
 MOST_PAIRS, MOST_NAMED = 6, 8
 
 
@@ -61,14 +62,20 @@ def describe_holdout(before: Comparison | None, after: Comparison | None, train:
     return []
 
 
-def describe_starts(after: Comparison, begun: Comparison | None) -> list[str]:
-    """Where it matters that parts began elsewhere than first readings tell."""
-    if begun is None or begun.rmse_in_noise > BEGUN * after.rmse_in_noise:
-        return []
-    now, then = digits(after.rmse_in_noise, 3), digits(begun.rmse_in_noise, 3)
-    return [
-        f"With the starts that the fit found (in calibration.json, for --start) {then} σ are left instead of {now} σ"
-    ]
+def describe_constants(after: Comparison, stated: Comparison) -> Iterator[str]:
+    """Where it matters that the constants of a run are others than stated, and how much they take upon themselves."""
+    if after.rmse_in_noise < CONSTANTS * stated.rmse_in_noise:
+        now, then = digits(after.rmse_in_noise, 3), digits(stated.rmse_in_noise, 3)
+        yield (
+            f"With the starts, inputs and offsets of each run as the fit finds them (in calibration.json) {now} σ are "
+            f"left, with those stated {then} σ"
+        )
+    for r in after.recordings:
+        found = r.constants
+        if found and found.absorbed > ABSORBED:
+            names = join_names([*found.inputs, *(["offsets of sensors"] if found.offsets else [])])
+            share = digits(100 * found.absorbed, 2)
+            yield f"{r.recording.file}: {names} take {share} % of what else were left upon themselves"
 
 
 def sentences(found: Found, fit: Fit, known: Uncertainty) -> list[str]:

@@ -15,6 +15,7 @@ from network.analysis.calibration.problem import Problem
 from network.analysis.calibration.projector import Projector
 from network.analysis.calibration.slopes import Rows, Slopes
 from network.catalogue.declaration.declare import Array
+from network.engine.response.input_slopes import input_slopes
 from network.engine.response.model import Prediction
 from network.platform.refusal import Failed
 
@@ -143,9 +144,11 @@ def with_slopes(
     """The problem about θ from its predictions; the slopes by η are those of `near`, if it is given."""
     pushes = [d.pushes(p.course) for d, p in zip(problem.data, predictions, strict=True)] if near is None else None
     means = problem.model.mean_slopes(theta, predictions, pushes)
+    steps = [{n.name: n.spread for n in d.inputs} if near is None else {} for d in problem.data]
+    by_inputs = input_slopes(predictions, steps)
     parts, n = [], len(theta)
-    for i, (whiten, slopes) in enumerate(zip(problem.whiteners, means, strict=True)):
-        whitened = whiten(slopes)
+    for i, (whiten, slopes, others) in enumerate(zip(problem.whiteners, means, by_inputs, strict=True)):
+        whitened = whiten(np.concatenate([slopes, others]))
         if near is None:
             offsets = whiten(_offset_columns(problem, problem.data[i]))
             parts.append(Part(whitened[:n], OwnPart(offsets, whitened[n:])))
@@ -159,7 +162,8 @@ def with_slopes(
 
 
 def _offset_columns(problem: Problem, data: Measured) -> Array:
-    names = np.repeat(data.run.channels, data.run.knots.cells)
+    may = data.recording.offsets
+    names = np.repeat([n if may else "" for n in data.run.channels], data.run.knots.cells)
     return np.array([names == n.name for n in problem.offsets], float).reshape(len(problem.offsets), len(names))
 
 

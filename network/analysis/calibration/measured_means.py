@@ -18,7 +18,7 @@ from network.engine.response.model import Run, edge_pushes, start_pushes
 from network.engine.simulation import schedule_for
 from network.engine.start import start_temperatures
 from network.machine.machine import Machine
-from network.recordings.inputs import Start
+from network.recordings.inputs import Schedule, Start
 from network.recordings.recording import Recording
 
 OFFSET = {"degC": 0.1, "um": 0.25e-6, "urad": 0.25e-6}
@@ -60,6 +60,12 @@ class Measured:
     declared: Mapping[str, float]
     starts: tuple[Nuisance, ...]
     edges: tuple[Nuisance, ...]
+    inputs: tuple[Nuisance, ...]
+
+    @property
+    def own(self) -> tuple[Nuisance, ...]:
+        """What is uncertain about this run alone."""
+        return (*self.starts, *self.edges, *self.inputs)
 
     @property
     def known(self) -> Array:
@@ -75,6 +81,22 @@ class Measured:
         moved = {n: start.get(n, t) for n, t in own.items()}
         starts = tuple(replace(n, mean=n.mean + own[n.name] - moved[n.name]) for n in self.starts)
         return replace(self, run=replace(self.run, start={**self.run.start, **moved}), starts=starts)
+
+    def with_inputs(self, values: Mapping[str, float]) -> Measured:
+        """The same about other values of the constants that drive the run [SI], supposed to lie where they did."""
+        signals = dict(self.run.schedule.signals)
+        moved = []
+        for n in self.inputs:
+            by = values.get(n.name, signals[n.name].value) - signals[n.name].value
+            signals[n.name] = signals[n.name].shift(by)
+            moved.append(replace(n, mean=n.mean - by))
+        schedule = replace(self.run.schedule, signals=signals)
+        return replace(self, run=replace(self.run, schedule=schedule), inputs=tuple(moved))
+
+    def move_inputs(self, by: Array) -> dict[str, float]:
+        """Values of the uncertain inputs, moved by as much as a fit says [SI]."""
+        signals = self.run.schedule.signals
+        return {n.name: signals[n.name].value + float(x) for n, x in zip(self.inputs, by, strict=True)}
 
     @property
     def variance(self) -> Array:
@@ -116,7 +138,7 @@ def weigh_recording(
     sigma = {n: max(declared[n], c.noise, c.quantum * EDGE) for n, c in looked.items()}
     return Measured(
         run, recording, looked, np.concatenate(means), np.concatenate(counts), sigma, declared,
-        tuple(_starts(machine, parts, recording)), tuple(_edges(run, schedule.t)),
+        tuple(_starts(machine, parts, recording)), tuple(_edges(run, schedule.t)), tuple(_inputs(machine, schedule)),
     )  # fmt: skip
 
 
@@ -159,3 +181,10 @@ def _edges(run: Run, samples: Array) -> Iterator[Nuisance]:
         k = int(first_from(samples, t))
         h = float(samples[k] - samples[k - 1]) if k else 0.0
         yield Nuisance(f"jump at {t:.6g} s", -h / 2, max(h * EDGE, 1e-3))
+
+
+def _inputs(machine: Machine, schedule: Schedule) -> Iterator[Nuisance]:
+    """How far constants that drive the machine are from what was stated."""
+    for name in machine.inputs:
+        if schedule.signals[name].std > 0:
+            yield Nuisance(name, 0.0, schedule.signals[name].std)

@@ -38,8 +38,8 @@ class Problem:
 
     @cached_property
     def nuisances(self) -> tuple[Nuisance, ...]:
-        """Offsets, then of every run its starts and its jumps."""
-        return (*self.offsets, *(n for d in self.data for n in (*d.starts, *d.edges)))
+        """Offsets, then of every run its starts, its jumps and its inputs."""
+        return (*self.offsets, *(n for d in self.data for n in d.own))
 
     @cached_property
     def prior(self) -> tuple[Array, Array]:
@@ -64,5 +64,6 @@ def make_problem(
 
 
 def _offsets(machine: Machine, data: Sequence[Measured]) -> list[Nuisance]:
-    names = [n for n in machine.sensors if any(n in d.run.channels for d in data)]
+    heard = [d for d in data if d.recording.offsets]
+    names = [n for n in machine.sensors if any(n in d.run.channels for d in heard)]
     return [Nuisance(n, 0.0, OFFSET[machine.sensors[n].unit]) for n in names]

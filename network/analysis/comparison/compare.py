@@ -23,16 +23,18 @@ from network.recordings.scenario import Scenario
 
 if TYPE_CHECKING:
     from network.analysis.comparison.examine import ChannelTests
+    from network.analysis.comparison.run_constants import RunConstants
 
 
 @dataclass(frozen=True, eq=False)
 class RecordingResidual:
-    """All channels of one recording, with the run they were compared to."""
+    """All channels of one recording, with the run they were compared to; constants: where these were estimated."""
 
     recording: Recording
     trajectory: Trajectory
     channels: Mapping[str, ChannelResidual]
     unused: tuple[str, ...]
+    constants: RunConstants | None = None
 
     @property
     def rmse_in_noise(self) -> float:

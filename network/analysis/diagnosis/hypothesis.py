@@ -261,7 +261,7 @@ def start_from(case: Case, hypothesis: Hypothesis) -> Case:
     fit, first, starts = hypothesis.fit, len(hypothesis.fit.problem.offsets), list[Mapping[str, float]]()
     for d in fit.problem.data:
         starts.append(d.move_start(fit.eta[first : first + len(d.starts)]))
-        first += len(d.starts) + len(d.edges)
+        first += len(d.own)
     return replace(case, began=tuple(starts))
 
 

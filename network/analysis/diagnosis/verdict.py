@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from network.analysis.calibration.calibrated_patch import with_fitted_numbers
+from network.analysis.calibration.estimated_constants import Numbers, compare_estimated
 from network.analysis.calibration.gauss_newton import chi_of
-from network.analysis.calibration.initial_temperatures import compare_from_start
 from network.analysis.comparison.compare import Comparison, RecordingResidual
 from network.analysis.diagnosis.experiments.advice import experiments
 from network.analysis.diagnosis.findings import find_unknown, list_findings, list_rivals
@@ -128,7 +128,7 @@ def _fits(search: Search, before: Machine, after: Machine, holdout: Sequence[Rec
     held = _correct_readings(search, after, holdout)
     sets = [(search.plain, before, search.given.recordings), (best, after, search.case.recordings),
             (search.plain, before, holdout), (best, after, held)]  # fmt: skip
-    items = [(i, run) for i, (_, _, runs) in enumerate(sets) for run in runs]
+    items = [(i, i > 1, run) for i, (_, _, runs) in enumerate(sets) for run in runs]
     told = iter(run_all(partial(_compare_run, [(h, m) for h, m, _ in sets]), items, jobs))
     train, fitted, *rest = (Comparison(m, tuple(next(told) for _ in runs)) for _, m, runs in sets)
     return Fits(train, fitted, *(rest if holdout else (None, None)))
@@ -139,19 +139,19 @@ def _correct_readings(search: Search, after: Machine, holdout: Sequence[Recordin
     fault = search.fault
     if fault is None:
         return holdout
-    raw = [_compare_run([(search.best, after)], (0, r)) for r in holdout]
+    raw = [_compare_run([(search.best, after)], (0, True, r)) for r in holdout]
     name = fault.channel
     return [
         fault.correct_by_jumps(r.recording, r.channels[name]) if name in r.channels else r.recording for r in raw
     ]
 
 
-def _compare_run(fitted: Sequence[tuple[Hypothesis, Machine]], of: tuple[int, Recording]) -> RecordingResidual:
-    """Residuals of a run of one of some machines with the numbers of its hypothesis, temperatures at the start
+def _compare_run(fitted: Sequence[tuple[Hypothesis, Machine]], of: tuple[int, bool, Recording]) -> RecordingResidual:
+    """Residuals of a run, held out or not, of one of some machines with the numbers of its hypothesis, its constants
     estimated."""
-    (h, machine), run = fitted[of[0]], of[1]
-    numbers = (h.fit.problem.parameters, h.fit.theta)
-    return compare_from_start(machine, h.machine, *numbers, run, h.case.start, max(1.0, h.chi))
+    (h, machine), held_out, run = fitted[of[0]], of[1], of[2]
+    numbers = Numbers(machine, h.machine, h.fit.problem.parameters, h.fit.theta, h.case.start)
+    return compare_estimated(numbers, run, held_out)
 
 
 def _channels(fits: Fits) -> Mapping[str, float]:

@@ -174,16 +174,10 @@ class Model:
             read = [(q.read(at_values(q.machine, value), q.course.readings) - q.values) / step for q in predictions]
             return [q.means(v) for q, v in zip(predictions, read, strict=True)] if cells else read
         machine, network = self.at(there)
-        moved = self._run(machine, network, [self._start_of(q) for q in predictions])
+        moved = self._run(machine, network, [q.begun for q in predictions])
         if cells:
             return [(m.cells - q.cells) / step for m, q in zip(moved, predictions, strict=True)]
         return [(_onto(m, q) - q.values) / step for m, q in zip(moved, predictions, strict=True)]
-
-    @staticmethod
-    def _start_of(prediction: Prediction) -> Mapping[str, float]:
-        plan = prediction.course.problem.plan
-        return {name: float(plan.T0[part].mean()) for name, part in plan.network.parts.items()}
-
 
 def _onto(moved: Prediction, at: Prediction) -> Array:
     """Values of one prediction at the edges of another (they differ where relays switch)."""

@@ -58,6 +58,12 @@ class Prediction:
     known: Slopes | None = None
 
     @property
+    def begun(self) -> dict[str, float]:
+        """Temperatures of the parts at the start."""
+        plan = self.course.problem.plan
+        return {name: float(plan.T0[part].mean()) for name, part in plan.network.parts.items()}
+
+    @property
     def averages(self) -> Averages:
         return self.resampled.averages
 

@@ -96,7 +96,7 @@ def parse_number(text: str, wanted: str, may_be_negative: bool, bounds: tuple[fl
     text = text.strip()
     if text.startswith("unknown"):
         return _parse_unknown(text, wanted, may_be_negative, bounds)
-    centre, *rest = _PLUS_MINUS.split(text)
+    centre, *rest = spread_parts(text)
     if len(rest) > 1:
         raise BadNumber(f"'{short(text)}' has more than one ±", f"write `value {wanted} ± spread`")
     if rest and _is_bare(centre) and not _is_bare(rest[0]) and not rest[0].endswith("%"):
@@ -104,6 +104,16 @@ def parse_number(text: str, wanted: str, may_be_negative: bool, bounds: tuple[fl
         raise BadNumber(f"'{short(text)}' has its unit behind the spread only", right)
     value = in_unit(centre, wanted)
     return _with_spread(text, value, rest[0], wanted, may_be_negative) if rest else Number(value)
+
+
+def spread_parts(text: str) -> list[str]:
+    """What stands before and behind every ±."""
+    return _PLUS_MINUS.split(text)
+
+
+def has_spread(text: str) -> bool:
+    """Whether there is a ± in it."""
+    return _PLUS_MINUS.search(text) is not None
 
 
 def _is_bare(text: str) -> bool:

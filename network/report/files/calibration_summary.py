@@ -23,8 +23,8 @@ def summary(c: Calibration) -> dict[str, Any]:
     return {
         "machine": c.original.file, "parameters": [_parameter(c, j) for j in range(len(c.parameters))],
         "correlations": pairs, "noise": noise_summary(c), "misfit": c.known.misfit,
-        "fit": {"train": _before_after(c.before, c.after, c.begun),
-                "holdout": _before_after(c.before_holdout, c.after_holdout, c.begun_holdout)},
+        "fit": {"train": _before_after(c, c.before, c.after, c.stated),
+                "holdout": _before_after(c, c.before_holdout, c.after_holdout, c.stated_holdout)},
         "tcp_bands": [{"recording": r.recording.file, "axes": [b.summary() for b in own]}
                       for r, own in zip(_all(c), c.bands, strict=True)],
         "warnings": list(c.warnings), "sentences": list(c.sentences), "beginnings": c.tried, "seed": c.seed,
@@ -83,15 +83,14 @@ def noise_summary(c: Calibration) -> dict[str, Any]:
 
 
 def _before_after(
-    before: Comparison | None, after: Comparison | None, begun: Comparison | None
+    c: Calibration, before: Comparison | None, after: Comparison | None, stated: Comparison | None
 ) -> dict[str, Any] | None:
-    if before is None or after is None or begun is None:
+    if before is None or after is None or stated is None:
         return None
-    with_start = _residuals(begun)
-    for told, residual in zip(with_start["recordings"], begun.recordings, strict=True):
-        start = residual.trajectory.schedule.start
-        told["start"] = {n: f"{T:.3f} degC" for n, T in (start.nodes or {}).items()} if start else {}
-    return {"before": _residuals(before), "after": _residuals(after), "after_with_start": with_start}
+    units = {n: sensor.unit for n, sensor in c.original.sensors.items()}
+    runs = [{"file": r.recording.file, **r.constants.summary(units)} for r in after.recordings if r.constants]
+    return {"before": _residuals(before), "after": _residuals(after), "after_as_stated": _residuals(stated),
+            "runs": runs}  # fmt: skip
 
 
 def _residuals(comparison: Comparison) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from bench.baselines.given import Given, found, nothing
 from numpy.typing import NDArray
 
 from network import Recording
-from network.analysis.calibration.initial_temperatures import estimate_start
+from network.analysis.calibration.estimated_constants import compare_estimating
 from network.analysis.comparison.channel_residual import ChannelResidual, pool_residuals
 from network.catalogue.declaration.declare import Array
 
@@ -22,7 +22,7 @@ FOLLOWS = 2.0
 
 def largest_residual(given: Given) -> dict[str, Any]:
     """Too warm only while running: windage; too cold then: a fan. Too warm always: a source; too cold: a loss."""
-    told = estimate_start(given.calibrated.numbers, given.recordings).recordings
+    told = compare_estimating(given.calibrated.numbers, given.recordings).recordings
     known = set.intersection(*({*r.channels} for r in told))
     misfit = {name: pool_residuals(r.channels[name] for r in told) for name in known}
     worst = max(misfit, key=lambda name: misfit[name])

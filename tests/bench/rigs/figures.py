@@ -10,7 +10,7 @@ import numpy as np
 
 from network import Failed, Machine, Recording, Refused
 from network.analysis.calibration.data_quality import look_at
-from network.analysis.calibration.initial_temperatures import estimate_start
+from network.analysis.calibration.estimated_constants import compare_estimating
 from network.analysis.comparison.compare import RecordingResidual
 from network.catalogue.declaration.declare import Array, Mask
 from network.engine.response.parameters import at_values, centres, free_parameters, values_at
@@ -38,7 +38,8 @@ class Figures:
 def figures(machine: Path, recordings: Sequence[Path], counts: Mapping[str, str]) -> Figures | None:
     """None where the machine cannot be simulated along them. counts: channel → input that must not be zero."""
     try:
-        compared = estimate_start(at_its_centres(Machine.load(machine)), [Recording.load(path) for path in recordings])
+        runs = [Recording.load(path) for path in recordings]
+        compared = compare_estimating(at_its_centres(Machine.load(machine)), runs)
     except (Failed, Refused):
         return None
     return pooled([left for run in compared.recordings for left in lefts(run, counts)])

@@ -1,0 +1,160 @@
+"""The constants of a run as a machine with known numbers would have them: start, uncertain inputs, sensors' offsets."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from network.analysis.calibration.gauss_newton import Problem, chi_of, linearise, make_problem
+from network.analysis.calibration.linearised import Linearised
+from network.analysis.calibration.measured_means import START_ANYWHERE, Measured, weigh_recording
+from network.analysis.comparison.compare import Comparison, RecordingResidual, compare
+from network.analysis.comparison.run_constants import (
+    InputConstant,
+    RunConstants,
+    find_scored_from,
+)
+from network.catalogue.declaration.declare import Array
+from network.engine.response.parameters import Parameter, at_values, values_at
+from network.machine.machine import Machine
+from network.platform.refusal import Failed
+from network.recordings.inputs import Start
+from network.recordings.recording import Recording
+
+ROUNDS, CLOSE = 4, 1.0
+"""How often a run is linearised about its constants, and the least that another time must better the cost J."""
+TRIED = (0.0, -0.7, 0.7)
+"""K by which parts that may start anywhere are moved before."""
+
+
+@dataclass(frozen=True, eq=False)
+class Numbers:
+    """What runs are compared with. machine: with its numbers in it; original, parameters, theta: where they came from
+    (a start depends on its sensors only)."""
+
+    machine: Machine
+    original: Machine
+    parameters: tuple[Parameter, ...]
+    theta: Array
+    start: Start | None = None
+
+    @classmethod
+    def of(cls, machine: Machine, start: Start | None = None) -> Numbers:
+        """A machine as it is."""
+        return cls(machine, machine, (), np.empty(0), start)
+
+
+def estimate_constants(of: Numbers, recording: Recording, held_out: bool = False) -> RunConstants:
+    """The most probable constants of a run, the machine's numbers being known; of a held-out one from its beginning.
+
+    Their priors are narrowed by the misfit that is left, so that they do not mend what the machine lacks.
+    """
+    scored_from = find_scored_from(recording) if held_out else -np.inf
+    seen = recording.before(scored_from) if held_out else recording
+    if not _tells(of.machine, seen):
+        return stated_constants(of, recording)
+    fixed = at_values(of.original, values_at(of.parameters, of.theta))
+    data = weigh_recording(fixed, seen, of.start)
+    about = partial(_about, fixed, data)
+    anywhere = [n.name for n in data.starts if n.spread >= START_ANYWHERE]
+    shifts = TRIED if anywhere else (0.0,)
+    found = [_settle(about, {n: data.run.start[n] + x for n in anywhere}) for x in shifts]
+    best = min((f for f in found if f is not None), key=lambda at: at.cost, default=None)
+    if best is None:
+        return replace(stated_constants(of, recording), scored_from=scored_from)
+    return _read_constants(best, scored_from)
+
+
+def _tells(machine: Machine, recording: Recording) -> bool:
+    """Whether there is a channel with two readings to find constants from."""
+    columns = (recording.columns[n].values for n in machine.sensors if n in recording.columns)
+    return len(recording.t) > 1 and any(np.isfinite(values).sum() > 1 for values in columns)
+
+
+def stated_constants(of: Numbers, recording: Recording) -> RunConstants:
+    """What is stated of a run, all of it scored."""
+    data = weigh_recording(of.machine, recording, of.start)
+    return RunConstants({n.name: data.run.start[n.name] for n in data.starts})
+
+
+def _about(
+    machine: Machine, data: Measured, start: Mapping[str, float], inputs: Mapping[str, float]
+) -> Problem:
+    """The run about other temperatures at its start and other inputs."""
+    return make_problem(machine, (), [data.with_start(start).with_inputs(inputs)])
+
+
+def _settle(
+    problem: Callable[[Mapping[str, float], Mapping[str, float]], Problem], start: Mapping[str, float]
+) -> Linearised | None:
+    """The run at the constants at which it stays when it is linearised about them; None where it breaks down."""
+    best: Linearised | None = None
+    inputs: Mapping[str, float] = {}
+    firm = 0.0
+    for _ in range(ROUNDS):
+        try:
+            fit = linearise(problem(start, inputs), np.empty(0))
+        except Failed:
+            break
+        firm = firm or max(1.0, chi_of(fit.temper(1.0, max(1.0, chi_of(fit)))))
+        fit = fit.temper(1.0, firm)
+        if best is not None and fit.cost > best.cost - CLOSE:
+            break
+        best, (start, inputs, _) = fit, _constants_of(fit)
+    return best
+
+
+def _constants_of(fit: Linearised) -> tuple[dict[str, float], dict[str, float], dict[str, float]]:
+    """Temperatures at the start, inputs and offsets of a run that a fit finds."""
+    (data,), offsets = fit.problem.data, fit.problem.offsets
+    own = fit.eta[len(offsets) :]
+    start = data.move_start(own[: len(data.starts)])
+    inputs = data.move_inputs(own[len(own) - len(data.inputs) :])
+    return start, inputs, {n.name: float(x) for n, x in zip(offsets, fit.eta, strict=False)}
+
+
+def _read_constants(fit: Linearised, scored_from: float) -> RunConstants:
+    start, inputs, offsets = _constants_of(fit)
+    (data,) = fit.problem.data
+    signals = data.run.schedule.signals
+    std = np.sqrt(np.diag(fit.covariance))[len(fit.eta) - len(data.inputs) :]
+    told = {n: InputConstant(x, float(s), signals[n].unit) for (n, x), s in zip(inputs.items(), std, strict=True)}
+    return RunConstants(start, told, offsets, scored_from, _share_absorbed(fit))
+
+
+def _share_absorbed(fit: Linearised) -> float:
+    """Share of the squared residual that inputs and offsets take away."""
+    data, count = fit.problem.data, len(fit.problem.offsets)
+    without, mean, first = fit.eta.copy(), fit.rows.mean, count
+    without[:count] = mean[:count]
+    for d in data:
+        first += len(d.own)
+        without[first - len(d.inputs) : first] = mean[first - len(d.inputs) : first]
+    left, whole = (float(r @ r) for r in (fit.left, fit.residual - fit.rows.slopes.apply(without)))
+    return max(0.0, 1 - left / whole) if whole > 0 else 0.0
+
+
+def compare_estimated(of: Numbers, recording: Recording, held_out: bool = False) -> RecordingResidual:
+    """Residuals of a run with its constants estimated."""
+    return compare_with_constants(of.machine, recording, estimate_constants(of, recording, held_out))
+
+
+def compare_with_constants(machine: Machine, recording: Recording, constants: RunConstants) -> RecordingResidual:
+    """Residuals of a run with its constants as found."""
+    told = compare(machine, constants.drive(recording), start=Start(nodes=constants.start)).recordings[0]
+    channels = {name: constants.correct(channel) for name, channel in told.channels.items()}
+    return replace(told, channels=channels, constants=constants)
+
+
+def compare_all_estimated(of: Numbers, recordings: Iterable[Recording], held_out: bool = False) -> Comparison | None:
+    """The same of several; None without recordings."""
+    each: Sequence[RecordingResidual] = [compare_estimated(of, r, held_out) for r in recordings]
+    return Comparison(of.machine, tuple(each)) if each else None
+
+
+def compare_estimating(machine: Machine, recordings: Iterable[Recording]) -> Comparison:
+    """Residuals of recordings of a machine as it is, the constants of each estimated from the whole of it."""
+    return Comparison(machine, tuple(compare_estimated(Numbers.of(machine), r) for r in recordings))
