@@ -101,9 +101,8 @@ def test_constants_do_not_take_a_drift() -> None:
 def mapping(folder: Path, text: str) -> Path:
     (folder / "run.csv").write_text("time [s],T_motor [degC]\n0,20\n10,20.1\n20,20.2\n")
     path = folder / "run.yaml"
-    path.write_text(
-        f'recording: r\nfile: run.csv\ncolumns: {{"time [s]": "time [s]", "T_motor [degC]": "T_motor [degC]"}}\n{text}\n'
-    )
+    columns = 'columns: {"time [s]": "time [s]", "T_motor [degC]": "T_motor [degC]"}'
+    path.write_text(f"recording: r\nfile: run.csv\n{columns}\n{text}\n")
     return path
 
 
@@ -116,8 +115,8 @@ def test_a_mapping_says_how_well_a_constant_is_known(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("text", "said"),
-    [("inputs: {ambient: 22 degC ± 10 %}", "share of a temperature"), ("inputs: {ambient: 22 degC ± 0 K}", "not above zero"),
-     ("inputs: {ambient: 22 degC ±}", "nothing behind the ±"), ("offsets: maybe", "free or none")],
+    [("inputs: {ambient: 22 degC ± 10 %}", "share of a temperature"),
+     ("inputs: {ambient: 22 degC ± 0 K}", "not above zero"), ("inputs: {ambient: 22 degC ±}", "nothing behind the ±"), ("offsets: maybe", "free or none")],
 )  # fmt: skip
 def test_spreads_that_mean_nothing_are_refused(tmp_path: Path, text: str, said: str) -> None:
     with pytest.raises(Refused, match=said):
