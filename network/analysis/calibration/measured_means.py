@@ -129,6 +129,7 @@ def weigh_recording(
     network = build(machine)
     T0 = start_temperatures(network, schedule, recording)
     parts = {name: float(T0[part].mean()) for name, part in network.parts.items()}
+    known = [] if schedule.start else [float(T0[i]) for i in network.held]
     names = [n for n in machine.sensors if n in recording.columns]
     looked = {n: _look_at_column(recording, n, machine.sensors[n].sigma) for n in names}
     looked = {n: c for n, c in looked.items() if c.used.any()}
@@ -138,7 +139,8 @@ def weigh_recording(
     sigma = {n: max(declared[n], c.noise, c.quantum * EDGE) for n, c in looked.items()}
     return Measured(
         run, recording, looked, np.concatenate(means), np.concatenate(counts), sigma, declared,
-        tuple(_starts(machine, parts, recording)), tuple(_edges(run, schedule.t)), tuple(_inputs(machine, schedule)),
+        tuple(_starts(machine, parts, recording, known)), tuple(_edges(run, schedule.t)),
+        tuple(_inputs(machine, schedule)),
     )  # fmt: skip
 
 
@@ -154,11 +156,15 @@ def _means(run: Run, channel: Channel) -> tuple[Array, Array]:
     return np.bincount(cell, channel.values[used], cells) / np.maximum(counts, 1), counts.astype(float)
 
 
-def _starts(machine: Machine, parts: Mapping[str, float], recording: Recording) -> Iterator[Nuisance]:
-    """The start of every part; a part without a sensor may lie anywhere among those with one."""
+def _starts(
+    machine: Machine, parts: Mapping[str, float], recording: Recording, beside: Sequence[float]
+) -> Iterator[Nuisance]:
+    """The start of every part; a part without a sensor may lie anywhere among those with one and, where no start is
+    given, what is held `beside` them [°C]."""
     own = [n for n, node in machine.nodes.items() if node.is_part]
     sensed = {s.place.node for name, s in machine.sensors.items() if s.place and name in recording.columns}
-    spread = float(np.ptp([parts[n] for n in own if n in sensed] or [0.0]))
+    told = [parts[n] for n in own if n in sensed]
+    spread = float(np.ptp([*told, *beside])) if told else 0.0
     for name in own:
         unseen = START if machine.nodes[name].length is not None else START_ANYWHERE
         yield Nuisance(name, 0.0, START if name in sensed else unseen + START_SHARE * spread)

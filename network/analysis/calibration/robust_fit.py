@@ -113,7 +113,7 @@ def _weigh_readings(fit: Fit) -> Fit:
         z = fit.at.left
         scale = max(float(np.median(np.abs(z))) / NORMAL, 1.0)
         out = np.abs(z) > HUBER * scale
-        if scale > ADEQUATE or not out.any() or out.mean() > MOST_WEIGHTED:
+        if not out.any() or out.mean() > MOST_WEIGHTED:
             return fit
         weights = np.minimum(1.0, HUBER * scale / np.maximum(np.abs(z), 1e-12))
         data, first = [], 0

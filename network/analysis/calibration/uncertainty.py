@@ -1,7 +1,8 @@
 """How well each number is known: standard errors, 95 % intervals from profiles, correlations, bands of the TCP.
 
 A fit that leaves more than noise has its readings' weight reduced by the misfit: C = (SᵀS/s² + V⁻¹)⁻¹, s the rms of
-what is left. Profile likelihood: Pawitan, In All Likelihood (2001), ch. 3; unverified.
+what is left, larger where that lasts (misfit.py). Profile likelihood: Pawitan, In All Likelihood (2001), ch. 3;
+unverified.
 """
 
 from __future__ import annotations
@@ -13,8 +14,8 @@ from functools import cached_property
 import numpy as np
 
 from network.analysis.calibration.gauss_newton import Linearised, linearise
-from network.analysis.calibration.multistart import at_bound, rms
-from network.analysis.calibration.robust_fit import MISFIT
+from network.analysis.calibration.misfit import lasting_misfit
+from network.analysis.calibration.multistart import at_bound
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import centres
 from network.platform.refusal import Failed
@@ -80,8 +81,7 @@ class Uncertainty:
 
 def uncertainty(at: Linearised) -> Uncertainty:
     """Standard errors of a minimum, profiles where they may be skew."""
-    misfit = rms(at.left)
-    misfit = misfit if misfit > MISFIT else 1.0
+    misfit = lasting_misfit(at)
     precision = at.normal / misfit**2 + np.diag(restore_prior(at)[1] ** -2.0)
     covariance = np.asarray(np.linalg.inv(precision), np.float64)
     std = np.sqrt(np.diag(covariance)[: at.free])

@@ -12,8 +12,9 @@ from network.analysis.comparison.channel_residual import ChannelResidual
 from network.platform.quantities.units import difference, unit
 from network.recordings.recording import Recording
 
-HELD_OUT_SHARE, HELD_OUT_MOST = 0.1, 1800.0
-"""Of a held-out run, and s of it at most, from which its constants are found; that stretch is not scored."""
+HELD_OUT_SHARE, HELD_OUT_MOST, FEW = 0.1, 1800.0, 10
+"""Of a held-out run, and s of it at most (or as many samples, where these are further apart), from which its constants
+are found; that stretch is not scored."""
 
 
 @dataclass(frozen=True)
@@ -67,4 +68,5 @@ class RunConstants:
 def find_scored_from(recording: Recording) -> float:
     """Where the part of a held-out run that is scored begins [s]."""
     t = recording.t
-    return float(t[0] + min(HELD_OUT_SHARE * (t[-1] - t[0]), HELD_OUT_MOST))
+    most = max(HELD_OUT_MOST, FEW * float(np.median(np.diff(t))))
+    return float(t[0] + min(HELD_OUT_SHARE * (t[-1] - t[0]), most))
