@@ -116,7 +116,8 @@ def test_a_mapping_says_how_well_a_constant_is_known(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [("inputs: {ambient: 22 degC ± 10 %}", "share of a temperature"),
-     ("inputs: {ambient: 22 degC ± 0 K}", "not above zero"), ("inputs: {ambient: 22 degC ±}", "nothing behind the ±"), ("offsets: maybe", "free or none")],
+     ("inputs: {ambient: 22 degC ± 0 K}", "not above zero"),
+     ("inputs: {ambient: 22 degC ±}", "nothing behind the ±"), ("offsets: maybe", "free or none")],
 )  # fmt: skip
 def test_spreads_that_mean_nothing_are_refused(tmp_path: Path, text: str, said: str) -> None:
     with pytest.raises(Refused, match=said):

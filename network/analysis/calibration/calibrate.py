@@ -4,31 +4,27 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from network.analysis.calibration.calibrated_patch import with_fitted_numbers
 from network.analysis.calibration.estimated_constants import Numbers, compare_all_estimated
-from network.analysis.calibration.gauss_newton import make_problem
 from network.analysis.calibration.identifiability_report import describe_constants, describe_holdout, sentences, shift
 from network.analysis.calibration.measured_means import Measured
-from network.analysis.calibration.multistart import best_start
 from network.analysis.calibration.noise import Noise
+from network.analysis.calibration.null import estimate_null
 from network.analysis.calibration.recording_admission import admit, check_apart, check_parameters
-from network.analysis.calibration.robust_fit import Fit, fit_robustly
+from network.analysis.calibration.robust_fit import Fit
 from network.analysis.calibration.tcp_bands import Band, bands
-from network.analysis.calibration.uncertainty import Uncertainty, uncertainty
-from network.analysis.calibration.unit_mistakes import misread
+from network.analysis.calibration.uncertainty import Uncertainty
 from network.analysis.comparison.channel_residual import pool_residuals
 from network.analysis.comparison.compare import Comparison, compare
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import Parameter, at_values, centres, free_parameters, values_at
 from network.machine.machine import Machine
 from network.platform.printing import summarise, tell
-from network.platform.refusal import Complaints
 from network.platform.threads import on_one_thread
 from network.recordings.channel_match import overheard
 from network.recordings.inputs import Start
@@ -41,8 +37,8 @@ Progress = Callable[[float], None]
 class Calibration:
     """The outcome. machine: with value ± standard error for each number; original: as it was given; fit, known: the
     minimum and its uncertainty; before, after, before_holdout, after_holdout: residuals on the recordings calibrated on
-    and on those held out (None without), the constants of each run estimated, of those
-    held out from their beginning; `before` with unknown numbers at their priors' centres; stated, stated_holdout: after
+    and on those held out (None without), the constants of each run estimated, of those held out from their beginning;
+    `before` with unknown numbers at their priors' centres; stated, stated_holdout: after
     with constants as stated and starts by rule, as `simulate` runs it; bands: of the tool
     centre point, by recording; warnings: what was wrong with the input; sentences: what the result means."""
 
@@ -130,30 +126,21 @@ def _calibrate(
     start: Start | None, seed: int, tell: Progress, began: float,
 ) -> Calibration:  # fmt: skip
     let_in = admit(machine, parameters, train, start)
+    null = estimate_null(machine, parameters, let_in.data, start, seed, lambda share: tell(0.1 + 0.8 * share))
     nominal = at_values(machine, values_at(parameters, centres(parameters)))
-    problem = make_problem(machine, parameters, let_in.data)
-    best = best_start(replace(problem, offsets=()), np.random.default_rng(seed), lambda share: tell(0.1 + 0.4 * share))
-    _check_units(misread(best.at, compare(nominal, train, start=start)))
-    tell(0.5)
-    fit = fit_robustly(problem, best.at)
-    tell(0.8)
-    known = uncertainty(fit.at)
-    tell(0.9)
-    std = np.minimum(known.std, [p.spread for p in parameters])
-    result = with_fitted_numbers(machine, parameters, fit.at.theta, std)
+    result, fit, known = null.machine, null.fit, null.known
     areas = tuple(
         bands(machine, parameters, fit.at.theta, known.theta_covariance, r, start) for r in (*train, *held_out)
     )
-    fitted = Numbers(result, machine, parameters, fit.at.theta, start)
     before, before_holdout = _compare_runs(Numbers.of(nominal, start), train, held_out)
-    after, after_holdout = _compare_runs(fitted, train, held_out)
+    after, after_holdout = _compare_runs(null.numbers(start), train, held_out)
     stated = compare(result, train, start=start), compare(result, held_out, start=start) if held_out else None
-    findings = [*describe_holdout(before_holdout, after_holdout, after), *sentences(best, fit, known)]
+    findings = [*describe_holdout(before_holdout, after_holdout, after), *sentences(null.found, fit, known)]
     findings += describe_constants(after, stated[0])
     return Calibration(
         result, machine, parameters, fit, known, before, after, before_holdout, after_holdout, *stated,
         areas, (*overheard(machine, train, held_out), *let_in.warnings),
-        tuple(findings), best.tried, seed, time.perf_counter() - began,
+        tuple(findings), null.found.tried, seed, time.perf_counter() - began,
     )  # fmt: skip
 
 
@@ -163,11 +150,6 @@ def _compare_runs(
     after = compare_all_estimated(of, train)
     assert after is not None
     return after, compare_all_estimated(of, held_out, held_out=True)
-
-
-def _check_units(found: Iterable[Any]) -> None:
-    complaints = Complaints([*found])
-    complaints.raise_if_any()
 
 
 def pool_channels(comparison: Comparison) -> Mapping[str, dict[str, Any]]:

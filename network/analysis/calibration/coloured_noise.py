@@ -14,9 +14,10 @@ import numpy as np
 from scipy.optimize import nnls
 
 from network.analysis.calibration.measured_means import Measured
-from network.catalogue.declaration.declare import Array
+from network.catalogue.declaration.declare import Array, Mask
 from network.engine.response.intervals import locate_instants
 from network.engine.response.model import Prediction
+from network.platform.quantities.units import unit
 
 LAGS = (1, 2, 3, 4, 6, 8, 11, 15, 20, 27, 36)
 TIMES = (1.5, 2.5, 4.0, 6.5, 10.0, 16.0, 25.0)
@@ -28,6 +29,12 @@ PAIRS = 200
 """Samples below which nothing is said."""
 ALIKE, ALIKE_LAGS, ALIKE_SAMPLES = 0.22, (8, 16, 27), 3000
 """Correlation of two channels' bends over some lags from which they are no noise of their own, with so many samples."""
+
+ALIKE_BUILT, BEYOND, FEWEST_PEERS = 0.3, 2.0, 2
+"""Scatter of log σ over sensors of a kind (a prior), standard deviations of it that one may lie above the middle of the
+others, and how many of these it takes."""
+
+Colour = tuple[float, float, float]
 
 
 def residuals(data: Measured, prediction: Prediction) -> dict[str, Array]:
@@ -54,9 +61,39 @@ def estimate_colours(
     interval = float(np.median(np.concatenate([np.diff(d.run.knots.samples) for d in data])))
     series = {name: [r.get(name, np.full(len(d.run.knots.samples), np.nan)) for d, r in zip(data, by_run, strict=True)]
               for name in names}  # fmt: skip
-    told = {name: colour(own, interval) for name, own in series.items()}
+    still = [_standstill(d) for d in data]
+    told = {name: _quieter(colour(own, interval), colour(_only(own, still), interval)) for name, own in series.items()}
     moved = _find_common_moves({name: own for name, own in series.items() if told[name][1] > 0})
-    return {name: (white, 0.0, 0.0) if name in moved else (white, s, tau) for name, (white, s, tau) in told.items()}
+    told = {name: (white, 0.0, 0.0) if name in moved else (white, s, tau) for name, (white, s, tau) in told.items()}
+    return bound_by_peers(told, {n: column.unit for d in data for n, column in d.recording.columns.items()})
+
+
+def _standstill(data: Measured) -> Mask:
+    """Samples at which nothing that drives the run but temperatures is on."""
+    t, signals = data.run.knots.samples, data.run.schedule.signals.values()
+    driving = [s.at(t) for s in signals if not unit(s.unit).is_temperature]
+    return np.all([values == 0 for values in driving], axis=0) if driving else np.zeros(len(t), bool)
+
+
+def _only(series: Sequence[Array], where: Sequence[Mask]) -> list[Array]:
+    return [np.where(kept, e, np.nan) for e, kept in zip(series, where, strict=True)]
+
+
+def _quieter(whole: Colour, still: Colour) -> Colour:
+    """What is told of a sensor by whole runs, its colour no more than at standstill, where there is enough of that."""
+    return whole if still[0] == 0 or still[1] >= whole[1] else (whole[0], *still[1:])
+
+
+def bound_by_peers(told: Mapping[str, Colour], units: Mapping[str, str]) -> dict[str, Colour]:
+    """No sensor's colour beyond what others of its kind have: sensors of a kind are built alike, so that the logarithms
+    of their coloured 1σ scatter by ALIKE_BUILT about a common one; what exceeds it is no noise."""
+    out = dict(told)
+    for name, (white, s, tau) in told.items():
+        peers = [told[n][1] for n in told if n != name and units.get(n) == units.get(name)]
+        if len(peers) >= FEWEST_PEERS and s > 0:
+            most = float(np.median(peers)) * np.exp(BEYOND * ALIKE_BUILT)
+            out[name] = (white, min(s, most), tau) if most > 0 else (white, 0.0, 0.0)
+    return out
 
 
 def _find_common_moves(series: Mapping[str, Sequence[Array]]) -> set[str]:

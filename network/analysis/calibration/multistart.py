@@ -89,6 +89,8 @@ def _minima(problem: Problem, seeds: Sequence[Array], steps: int | None) -> list
 
 def needs_more(problem: Problem, at: Linearised) -> bool:
     """Whether one beginning may not have been enough."""
+    if not problem.parameters:
+        return False
     wide = any(p.is_unknown or (p.is_log and p.spread > WIDE) for p in problem.parameters)
     return wide or bool(at_bound(problem.parameters, at.theta)) or rms(at.left) > BAD
 

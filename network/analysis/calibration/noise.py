@@ -103,25 +103,3 @@ def _samples(data: Measured, name: str) -> tuple[Array, Indices]:
     """Instants of the samples of a channel, and their cells."""
     knots, present = data.run.knots, data.run.present[name]
     return knots.samples[present], knots.cell_of[present]
-
-
-def cell_widths(data: Measured) -> Array:
-    """Length of every cell [s]."""
-    ends = data.run.knots.t[data.run.knots.cell_ends]
-    return np.diff(np.concatenate([data.run.knots.t[:1], ends]))
-
-
-def correlate_averages(t: Array, width: Array, tau: float) -> Array:
-    """Correlation of means over intervals of some widths about t of an OU process with correlation time τ.
-
-    Exact for intervals that do not overlap: ∫∫ e^(−|s − s'|/τ) ds ds'/(w w').
-    """
-    x = width / tau
-    safe = np.maximum(x, 1e-9)
-    factor = np.sinh(np.minimum(safe / 2, 300.0)) / (safe / 2)
-    gap = np.abs(t[:, None] - t[None, :]) / tau
-    near = (x[:, None] + x[None, :]) / 2
-    inner = np.exp(-np.maximum(gap - near, 0.0)) * np.exp(-near)
-    matrix = factor[:, None] * factor[None, :] * inner
-    np.fill_diagonal(matrix, 2 * (safe - 1 + np.exp(-safe)) / safe**2)
-    return np.asarray(np.minimum(matrix, 1.0))

@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
+from network.analysis.calibration.null import Null, estimate_null
 from network.analysis.diagnosis.forward_selection import Screening, screen_candidates, select_forward
 from network.analysis.diagnosis.holdout_admission import admit_runs
 from network.analysis.diagnosis.hypothesis import (
@@ -18,7 +19,6 @@ from network.analysis.diagnosis.hypothesis import (
     estimate_noise,
     fit_hypothesis,
     reweight,
-    use_file_noise,
 )
 from network.analysis.diagnosis.intermittent.intermittent_fault import find_intermittent_fault
 from network.analysis.diagnosis.locate import locate
@@ -27,6 +27,7 @@ from network.analysis.diagnosis.lump_refinement import FAR, FULL, refine_lumps
 from network.analysis.diagnosis.result import Diagnosis
 from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.verdict import conclude
+from network.engine.response.parameters import free_parameters
 from network.machine.machine import Machine
 from network.platform.parallel import processes
 from network.platform.threads import on_one_thread
@@ -55,19 +56,20 @@ def diagnose(
     runs = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
     let_in = admit_runs(machine, runs, tuple(holdout), start)
     with processes(jobs, __name__):
-        found = _search(Case(machine, let_in.recordings, start), seed, jobs, tell)
+        null = estimate_null(machine, free_parameters(machine), let_in.data, start, seed, lambda x: tell(0.05 * x))
+        found = _search(Case(machine, let_in.recordings, start), null, seed, jobs, tell)
         told = conclude(found, let_in.holdout, let_in.warnings, seed, jobs)
     return replace(told, seconds=time.perf_counter() - began)
 
 
-def _search(case: Case, seed: int, jobs: int, tell: Callable[[float], None]) -> Search:
+def _search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[float], None]) -> Search:
     given = case
-    levels = refine_lumps(case, fit_hypothesis(case, case.machine))
+    levels = refine_lumps(case, fit_hypothesis(case, case.machine, start=calibrated.values))
     tell(0.1)
     faulty = find_intermittent_fault(max(levels, key=lambda h: h.evidence)) if levels[-1].chi > FULL else None
     if faulty is not None:
         case = faulty[1].case
-        levels = refine_lumps(case, fit_hypothesis(case, case.machine))
+        levels = refine_lumps(case, fit_hypothesis(case, case.machine, start=calibrated.values))
     tell(0.15)
     written, best = levels[0], max(levels, key=lambda h: h.evidence)
     case = estimate_noise(case, best)
@@ -84,10 +86,9 @@ def _search(case: Case, seed: int, jobs: int, tell: Callable[[float], None]) -> 
         if track is not null and not any(f.best.chi < TOLD for f in found):
             found.append(select_forward(track, screen_candidates(track, jobs), located, seed, jobs, tell))
     won = max(found, key=lambda f: reweight(case, f.best).evidence)
-    plain = fit_hypothesis(use_file_noise(given), given.machine, offsets=False)
     steps, fault = (won.befores, won.steps), None if faulty is None else faulty[0]
     return Search(
-        given, case, fault, as_written, plain, null, won.best, *steps, won.gains, located, won.threshold, seen
+        given, case, fault, as_written, calibrated, null, won.best, *steps, won.gains, located, won.threshold, seen
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.recording_admission import admit, check_apart
 from network.analysis.comparison.compare import check_fit
 from network.engine.response.parameters import at_values, centres, free_parameters, values_at
@@ -17,10 +18,12 @@ from network.recordings.recording import Recording
 
 @dataclass(frozen=True)
 class Intake:
-    """Recordings without the stretches in which a channel hangs, those held out, and warnings about them."""
+    """Recordings without the stretches in which a channel hangs, those held out, the former laid out for fits of the
+    machine, and warnings about them."""
 
     recordings: tuple[Recording, ...]
     holdout: tuple[Recording, ...]
+    data: tuple[Measured, ...]
     warnings: tuple[str, ...]
 
 
@@ -33,7 +36,7 @@ def admit_runs(
     _check_held_out(at_values(machine, values_at(parameters, centres(parameters))), holdout)
     let_in = admit(machine, parameters, recordings, start)
     warnings = (*overheard(machine, recordings, holdout), *let_in.warnings)
-    return Intake(tuple(d.recording for d in let_in.data), tuple(holdout), warnings)
+    return Intake(tuple(d.recording for d in let_in.data), tuple(holdout), let_in.data, warnings)
 
 
 def _check_held_out(machine: Machine, holdout: Sequence[Recording]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from network.analysis.calibration.null import Null
 from network.analysis.diagnosis.forward_selection import Screening
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis
 from network.analysis.diagnosis.intermittent.intermittent_fault import IntermittentFault
@@ -22,7 +23,7 @@ class Search:
     case: Case
     fault: IntermittentFault | None
     written: Hypothesis
-    plain: Hypothesis
+    calibrated: Null
     null: Hypothesis
     best: Hypothesis
     befores: tuple[Hypothesis, ...]

@@ -42,7 +42,7 @@ def conclude(
 ) -> Diagnosis:
     """The diagnosis that a search amounts to."""
     search = _withdraw_weak(search)
-    before = numbers_in(search.plain)
+    before = search.calibrated.machine
     after, fits = _simulate_both(search, before, holdout, jobs)
     is_refuted = bool(search.best.found) and _is_worse(fits)
     if is_refuted:
@@ -124,34 +124,37 @@ def _was_off(search: Search) -> bool:
 
 
 def _fits(search: Search, before: Machine, after: Machine, holdout: Sequence[Recording], jobs: int) -> Fits:
-    best = search.plain if after is before else search.best
-    held = _correct_readings(search, after, holdout)
-    sets = [(search.plain, before, search.given.recordings), (best, after, search.case.recordings),
-            (search.plain, before, holdout), (best, after, held)]  # fmt: skip
-    items = [(i, i > 1, run) for i, (_, _, runs) in enumerate(sets) for run in runs]
-    told = iter(run_all(partial(_compare_run, [(h, m) for h, m, _ in sets]), items, jobs))
-    train, fitted, *rest = (Comparison(m, tuple(next(told) for _ in runs)) for _, m, runs in sets)
+    given, best = search.calibrated.numbers(search.given.start), search.best
+    found = given if after is before else _numbers(best, after)
+    held = _correct_readings(search, found, holdout)
+    sets = [(given, search.given.recordings), (found, search.case.recordings), (given, holdout), (found, held)]
+    items = [(i, i > 1, run) for i, (_, runs) in enumerate(sets) for run in runs]
+    told = iter(run_all(partial(_compare_run, [numbers for numbers, _ in sets]), items, jobs))
+    train, fitted, *rest = (Comparison(of.machine, tuple(next(told) for _ in runs)) for of, runs in sets)
     return Fits(train, fitted, *(rest if holdout else (None, None)))
 
 
-def _correct_readings(search: Search, after: Machine, holdout: Sequence[Recording]) -> Sequence[Recording]:
+def _numbers(h: Hypothesis, machine: Machine) -> Numbers:
+    """A machine with the numbers of a hypothesis."""
+    return Numbers(machine, h.machine, h.fit.problem.parameters, h.fit.theta, h.case.start)
+
+
+def _correct_readings(search: Search, found: Numbers, holdout: Sequence[Recording]) -> Sequence[Recording]:
     """Held-out recordings without the fault that was found in the others."""
     fault = search.fault
     if fault is None:
         return holdout
-    raw = [_compare_run([(search.best, after)], (0, True, r)) for r in holdout]
+    raw = [compare_estimated(found, r, held_out=True) for r in holdout]
     name = fault.channel
     return [
         fault.correct_by_jumps(r.recording, r.channels[name]) if name in r.channels else r.recording for r in raw
     ]
 
 
-def _compare_run(fitted: Sequence[tuple[Hypothesis, Machine]], of: tuple[int, bool, Recording]) -> RecordingResidual:
-    """Residuals of a run, held out or not, of one of some machines with the numbers of its hypothesis, its constants
-    estimated."""
-    (h, machine), held_out, run = fitted[of[0]], of[1], of[2]
-    numbers = Numbers(machine, h.machine, h.fit.problem.parameters, h.fit.theta, h.case.start)
-    return compare_estimated(numbers, run, held_out)
+def _compare_run(of: Sequence[Numbers], item: tuple[int, bool, Recording]) -> RecordingResidual:
+    """Residuals of a run, held out or not, of one of some machines, its constants estimated."""
+    i, held_out, run = item
+    return compare_estimated(of[i], run, held_out)
 
 
 def _channels(fits: Fits) -> Mapping[str, float]:

@@ -1,0 +1,41 @@
+"""How far a fit is off, in noise, and how much less its readings therefore tell.
+
+χ is the rms of whitened residuals: 1 where the model is right and the noise as stated. Where the model is not right its
+error lasts: n cells with a correlation ρ from one to the next tell as much as n (1 − ρ)/(1 + ρ) independent ones, so
+that all of them together count as if the noise were χ √((1 + ρ)/(1 − ρ)) as large. Source: Bayley & Hammersley,
+J. R. Statist. Soc. Suppl. 8 (1946) 184, for a first-order process; unverified.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from network.analysis.calibration.linearised import Linearised
+
+CHANCE = 2.0
+"""Standard errors of ρ of white noise that are taken off it."""
+
+
+def chi_of(at: Linearised) -> float:
+    """Rms of the whitened residual."""
+    return float(np.sqrt(at.misfit / len(at.residual))) if len(at.residual) else 0.0
+
+
+def lasting_misfit(at: Linearised) -> float:
+    """χ √((1 + ρ)/(1 − ρ)), at least 1: the factor that the noise of the readings counts with."""
+    return max(1.0, chi_of(at) * float(np.sqrt((1 + (rho := persistence(at))) / (1 - rho))))
+
+
+def persistence(at: Linearised) -> float:
+    """ρ ≥ 0: correlation of whitened residuals from one cell of a channel to the next, less what chance brings."""
+    square = pairs = along = first = 0.0
+    for whitener in at.problem.whiteners:
+        for rows, _ in whitener.blocks:
+            own = at.left[int(first) + rows.start : int(first) + rows.stop]
+            along += float(own[1:] @ own[:-1])
+            square += float(own[1:] @ own[1:] + own[:-1] @ own[:-1]) / 2
+            pairs += max(len(own) - 1, 0)
+        first += whitener.blocks[-1][0].stop if whitener.blocks else 0
+    if pairs < 1 or square <= 0:
+        return 0.0
+    return float(np.clip(along / square - CHANCE / np.sqrt(pairs), 0.0, 1 - 1 / pairs))

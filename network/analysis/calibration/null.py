@@ -1,0 +1,68 @@
+"""The null: the machine as it is written, its uncertain numbers at their most probable, before any physics is added.
+
+`calibrate` tells it and `diagnose` begins from it: one estimate, so that "calibrated" means one thing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from network.analysis.calibration.calibrated_patch import with_fitted_numbers
+from network.analysis.calibration.estimated_constants import Numbers
+from network.analysis.calibration.gauss_newton import make_problem
+from network.analysis.calibration.measured_means import Measured
+from network.analysis.calibration.multistart import Found, best_start
+from network.analysis.calibration.robust_fit import Fit, fit_robustly
+from network.analysis.calibration.uncertainty import Uncertainty, uncertainty
+from network.analysis.calibration.unit_mistakes import misread
+from network.analysis.comparison.compare import compare
+from network.engine.response.parameters import Parameter, at_values, centres, values_at
+from network.machine.machine import Machine
+from network.platform.refusal import Complaints
+from network.recordings.inputs import Start
+
+
+@dataclass(frozen=True, eq=False)
+class Null:
+    """machine: with value ± standard error for each number; original: as it was given; found: the beginnings tried;
+    fit: the minimum; known: its uncertainty."""
+
+    machine: Machine
+    original: Machine
+    parameters: tuple[Parameter, ...]
+    found: Found
+    fit: Fit
+    known: Uncertainty
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The numbers by their paths [SI]."""
+        return values_at(self.parameters, self.fit.at.theta)
+
+    def numbers(self, start: Start | None) -> Numbers:
+        """What runs are compared with."""
+        return Numbers(self.machine, self.original, self.parameters, self.fit.at.theta, start)
+
+
+def estimate_null(
+    machine: Machine, parameters: tuple[Parameter, ...], data: Sequence[Measured], start: Start | None = None,
+    seed: int = 0, tell: Callable[[float], None] = lambda share: None,
+) -> Null:  # fmt: skip
+    """The null of a machine on recordings laid out for it; seed: of further beginnings; tell: told the share done.
+    Raises Refused where a channel is in another unit than told, Failed where every run breaks down."""
+    problem = make_problem(machine, parameters, data)
+    found = best_start(replace(problem, offsets=()), np.random.default_rng(seed), lambda share: tell(0.6 * share))
+    nominal = at_values(machine, values_at(parameters, centres(parameters)))
+    given = compare(nominal, [d.recording for d in data], start=start)
+    complaints = Complaints([*misread(found.at, given)])
+    complaints.raise_if_any()
+    tell(0.6)
+    fit = fit_robustly(problem, found.at)
+    tell(0.9)
+    known = uncertainty(fit.at)
+    std = np.minimum(known.std, [p.spread for p in parameters])
+    result = with_fitted_numbers(machine, parameters, fit.at.theta, std)
+    return Null(result, machine, parameters, found, fit, known)
