@@ -97,7 +97,7 @@ def test_the_concealed_effect_is_named_at_its_place(name: str, kind: str, where:
     assert d.findings[0].gain > d.findings[0].threshold
     held = d.fits.holdout_before, d.fits.holdout_after
     assert held[0] is not None and held[1] is not None
-    assert held[1].rmse_in_noise < 1.3 < held[0].rmse_in_noise  # a tenth of the run tells how it began
+    assert held[1].rmse_in_noise < 1.4 < held[0].rmse_in_noise  # a tenth of the run tells how it began
 
 
 def test_a_sensor_that_is_far_off_strains_the_fit() -> None:

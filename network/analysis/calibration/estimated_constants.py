@@ -27,6 +27,8 @@ from network.recordings.recording import Recording
 
 ROUNDS, CLOSE = 4, 1.0
 """How often a run is linearised about its constants, and the least that another time must better the cost J."""
+NUISANCE = 3.0
+"""Prior σ that an offset may be taken to: beyond, it is a fault of the sensor and not a nuisance."""
 FIRMED = 5
 """Times that this is worked out: it settles within a few per cent."""
 TRIED = (0.0, -0.7, 0.7)
@@ -124,7 +126,9 @@ def _constants_of(fit: Linearised) -> tuple[dict[str, float], dict[str, float], 
     own = fit.eta[len(offsets) :]
     start = data.move_start(own[: len(data.starts)])
     inputs = data.move_inputs(own[len(own) - len(data.inputs) :])
-    return start, inputs, {n.name: float(x) for n, x in zip(offsets, fit.eta, strict=False)}
+    pairs = zip(offsets, fit.eta, strict=False)
+    within = [(n.name, np.clip(x, -NUISANCE * n.spread, NUISANCE * n.spread)) for n, x in pairs]
+    return start, inputs, {name: float(x) for name, x in within}
 
 
 def _read_constants(fit: Linearised, scored_from: float) -> RunConstants:
