@@ -10,7 +10,7 @@ import numpy as np
 
 from network.analysis.calibration.data_quality import Channel, look_at
 from network.catalogue.declaration.declare import Array
-from network.engine.network import build
+from network.engine.assembly import build
 from network.engine.response.intervals import first_from
 from network.engine.response.knots import Knots, make_knots, on_knots
 from network.engine.response.linear_run import Course, Push

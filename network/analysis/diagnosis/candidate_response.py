@@ -16,9 +16,10 @@ from network.analysis.calibration.measured_means import Measured
 from network.analysis.diagnosis.candidates import Candidate
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.entry_path import EntryPath, NumberPath
+from network.engine.assembly import build
 from network.engine.balance import heat_balance
 from network.engine.channels import readouts, states_of
-from network.engine.network import Network, build
+from network.engine.network import Network
 from network.engine.response.linear_run import Course, Push
 from network.engine.response.model import Model, Prediction, channels_of
 from network.engine.response.nonlinear_laws import Group, heat_of, spread_of

@@ -16,7 +16,8 @@ import numpy as np
 from network.catalogue.declaration.declare import Array, Declared, Indices
 from network.catalogue.mechanisms.base import STEP, Mechanism, Stream
 from network.engine.balance import relay_slices
-from network.engine.network import Flows, Heats, Network
+from network.engine.entry_groups import Flows, Heats
+from network.engine.network import Network
 from network.engine.response.linear_run import Course, Push
 from network.engine.response.parameters import Parameter
 from network.engine.solvers.plan import Plan

@@ -9,8 +9,9 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.sections import TCP
+from network.engine.assembly import build
 from network.engine.channels import Readouts, readouts
-from network.engine.network import Network, build
+from network.engine.network import Network
 from network.engine.response.heat_sensitivity import Slots, acts_by_heat, push_of
 from network.engine.response.intervals import first_from
 from network.engine.response.linear_run import Course, Push, kick

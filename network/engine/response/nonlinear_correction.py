@@ -14,7 +14,8 @@ from functools import cached_property
 import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
-from network.engine.network import Flows, Network
+from network.engine.entry_groups import Flows
+from network.engine.network import Network
 from network.engine.response.linear_run import Course
 from network.engine.response.nonlinear_laws import Group, Slopes
 from network.engine.response.output_map import Sight, sight_of

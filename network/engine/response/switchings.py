@@ -19,7 +19,8 @@ from network.catalogue.declaration.declare import Array, Indices
 from network.catalogue.mechanisms.base import STEP, Inputs, Relay, add_imaginary_step
 from network.engine.balance import relay_slices
 from network.engine.channels import Readouts
-from network.engine.network import Guards, Heats, Network, Rates
+from network.engine.entry_groups import Guards, Heats, Rates
+from network.engine.network import Network
 from network.engine.response.linear_run import Course, Push, kick, solve
 from network.engine.response.parameters import Parameter
 from network.engine.response.state_jumps import states_at

@@ -18,7 +18,7 @@ import numpy as np
 from network.catalogue.declaration.declare import Array, Indices
 from network.engine.balance import heat_balance, jacobian
 from network.engine.channels import Readouts
-from network.engine.network import Flows
+from network.engine.entry_groups import Flows
 from network.engine.response.heat_sensitivity import inputs_at_ends
 from network.engine.response.linear_run import Course, solve
 from network.engine.response.nonlinear_correction import BentCourse, bends_of
