@@ -21,7 +21,7 @@ from network.engine.balance import relay_slices
 from network.engine.channels import Readouts
 from network.engine.entry_groups import Guards, Heats, Rates
 from network.engine.network import Network
-from network.engine.response.linear_run import Course, Push, kick, solve
+from network.engine.response.linear_run import LinearRun, Push, kick, solve
 from network.engine.response.parameters import Parameter
 from network.engine.response.state_jumps import states_at
 from network.engine.solvers import switched
@@ -71,7 +71,7 @@ class Seen:
 
 
 @dataclass(frozen=True, eq=False)
-class SwitchedCourse(Course):
+class SwitchedCourse(LinearRun):
     """A course whose answers take the moved switchings along."""
 
     events: tuple[Event, ...] = ()
