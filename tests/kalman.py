@@ -62,7 +62,7 @@ def state_space(
     course, slopes = prediction.course, prediction.slopes
     if slopes is None or not slopes.is_constant:
         raise ValueError("the filter serves channels that are linear in the readings only")
-    sight, names = course.sight.through(slopes.matrix), data.run.channels
+    output_map, names = course.output_map.through(slopes.matrix), data.run.channels
     n = course.problem.order
     colour = [(i, *noise.coloured[c]) for i, c in enumerate(names) if noise.coloured.get(c, (0.0, 1.0))[0]]
     own = np.eye(len(names))
@@ -71,7 +71,7 @@ def state_space(
     A, H = [], []
     for r, regime in enumerate(course.problem.regimes):
         A.append(block_diag(regime.A, -np.diag(rates), np.zeros((constants.shape[1],) * 2)))
-        H.append(np.hstack([sight.over[r], own[:, [i for i, *_ in colour]], constants]))
+        H.append(np.hstack([output_map.over[r], own[:, [i for i, *_ in colour]], constants]))
     Q = block_diag(np.zeros((n, n)), np.diag(2 * sizes**2 * rates), np.zeros((constants.shape[1],) * 2))
     first = int(course.problem.regime_of[0])
     return StateSpace(tuple(A), tuple(H), Q, _start(prediction, data, sizes, list(offsets.values()), H[first]))

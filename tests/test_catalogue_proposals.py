@@ -20,8 +20,8 @@ from network.catalogue.mechanisms.convection import Convection
 from network.catalogue.mechanisms.friction import turning
 from network.catalogue.sensors.base import SensorEffect
 from network.catalogue.typical_values import size_of
+from network.engine.assembly import build
 from network.engine.balance import heat_balance
-from network.engine.network import build
 from network.machine.machine import Machine
 from network.machine.overrides import set_value
 from network.platform.quantities.units import Number

@@ -104,7 +104,7 @@ def test_a_sensor_that_is_far_off_strains_the_fit() -> None:
     runs = [recorded(plant(), ladder, i) for i, ladder in enumerate(LADDERS)]
     true = fit_hypothesis(case := Case(plant(), tuple(runs)), case.machine)
     off = [replace(r, columns={**r.columns, "T_column": shifted(r.columns["T_column"], 0.8)}) for r in runs]
-    assert true.strain < 1.5 < STRAINED < fit_hypothesis(Case(plant(), tuple(off)), case.machine).strain
+    assert true.offset_pull < 1.5 < STRAINED < fit_hypothesis(Case(plant(), tuple(off)), case.machine).offset_pull
 
 
 def shifted(column: Column, by: float) -> Column:

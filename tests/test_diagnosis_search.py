@@ -26,7 +26,7 @@ from network.analysis.diagnosis.placement import _widest, move_stretch, place_be
 from network.analysis.diagnosis.switching.prior_samples import Judge, Space, View, apart
 from network.analysis.diagnosis.switching.sample_refinement import refine_samples
 from network.catalogue.mechanisms.conduction import Conduction
-from network.engine.network import build
+from network.engine.assembly import build
 from network.engine.response.batch import draws_of, means_of, serves
 from network.engine.response.heat_sensitivity import Slots
 from network.engine.response.model import Model

@@ -7,8 +7,8 @@ import pytest
 from build import machine, schedule
 
 from network import simulate
+from network.engine.assembly import build
 from network.engine.channels import readouts
-from network.engine.network import build
 from network.recordings.inputs import Start
 
 ALPHA, H, L = 1.13e-5, 0.4, 2.0

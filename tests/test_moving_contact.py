@@ -11,8 +11,8 @@ import pytest
 from build import machine, position, schedule
 
 from network import Machine, simulate
+from network.engine.assembly import build
 from network.engine.channels import readouts
-from network.engine.network import build
 from network.engine.solvers.linear import reduce
 from network.engine.solvers.plan import make_plan
 from network.platform.refusal import Refused

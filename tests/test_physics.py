@@ -7,7 +7,7 @@ import pytest
 from build import RPM, machine, schedule
 
 from network import simulate
-from network.engine.network import build
+from network.engine.assembly import build
 from network.engine.start import steady_state
 from network.recordings.inputs import Start, constant, hold
 

@@ -17,8 +17,9 @@ from proof import cases
 from proof.sealed import seal_of
 from test_stopping import PROVE, begun, is_gone
 
-from network.cli import main, proof
-from network.cli.proof import Runs, Way, prove
+from network.cli import main, proof, proof_case
+from network.cli.proof import prove
+from network.cli.proof_case import Runs, Way, diagnose
 from network.platform.refusal import Refused
 
 DIAGNOSE = """
@@ -66,7 +67,7 @@ def make(folder: Path, count: int, seed: int, jobs: int = 1) -> list[str]:
 @pytest.fixture
 def where(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "diagnose.py").write_text(DIAGNOSE)
-    monkeypatch.setattr(proof, "COMMAND", (sys.executable, str(tmp_path / "diagnose.py")))
+    monkeypatch.setattr(proof_case, "COMMAND", (sys.executable, str(tmp_path / "diagnose.py")))
     monkeypatch.setattr(cases, "make_cases", make)
     return tmp_path / "cases"
 
@@ -148,7 +149,7 @@ def test_what_was_stopped_leaves_no_record(where: Path) -> None:
     (where / "case-002" / "case.json").unlink()
     runs = Runs()
     threading.Timer(0.3, runs.end).start()
-    proof.diagnose(where / "case-002", Way(proof.COMMAND, "out", 5), runs, 30.0)
+    diagnose(where / "case-002", Way(proof_case.COMMAND, "out", 5), runs, 30.0)
     assert not (where / "case-002" / "out" / "run.json").exists()
 
 
@@ -204,7 +205,7 @@ def test_a_stage_that_is_none_is_refused_with_those_there_are(tmp_path: Path) ->
 
 def test_an_ablation_answers_beside_the_full_diagnosis(where: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     prove(1, 5, 1, where, resume=True)
-    command = (*proof.COMMAND,)
+    command = (*proof_case.COMMAND,)
     monkeypatch.setattr(proof, "_leave_out", lambda stage: (command, f"out-{stage}"))
     total = prove(1, 5, 1, where, resume=True, ablate="as-written")
     assert total.answers == "out-as-written" and total.judgements[0].answered

@@ -18,7 +18,7 @@ from network.catalogue.declaration.fields import param, place
 from network.catalogue.mechanisms.base import Inputs, Link, Relay, State, Stream, beyond
 from network.catalogue.mechanisms.pi_cooling import PiCooling
 from network.catalogue.mechanisms.switched_convection import SwitchedConvection
-from network.engine.network import build
+from network.engine.assembly import build
 from network.engine.simulation import simulate
 from network.engine.trajectory import Trajectory
 from network.platform.refusal import Refused

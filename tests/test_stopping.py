@@ -16,7 +16,7 @@ import network
 ROOT = Path(network.__file__).parents[1]
 PROVE = """
 import sys
-from network.cli import proof
+from network.cli import proof, proof_case
 from network.cli import main
 
 def make_cases(folder, count, seed, jobs):
@@ -26,8 +26,8 @@ def make_cases(folder, count, seed, jobs):
     return names
 
 proof._module("cases").make_cases = make_cases
-proof.COMMAND = (sys.executable, "sleeper.py")
-proof.TRAIN = ()
+proof_case.COMMAND = (sys.executable, "sleeper.py")
+proof_case.TRAIN = ()
 main(["prove", "--cases", "3", "--jobs", "2", "-o", "a/proof"])
 """
 SLEEPER = "import os, pathlib, time\npathlib.Path('../../..', f'{os.getpid()}.pid').touch()\ntime.sleep(60)\n"

@@ -13,7 +13,7 @@ import pytest
 
 from network.analysis.comparison.compare import Comparison, RecordingResidual, compare
 from network.analysis.comparison.window import worst_window
-from network.engine.network import build
+from network.engine.assembly import build
 from network.engine.simulation import simulate
 from network.engine.time_constants import time_constants
 from network.engine.trajectory import Trajectory

@@ -13,7 +13,8 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices, Mask
 from network.catalogue.mechanisms.base import Inputs, Mechanism, Relay
-from network.engine.network import Flows, Heats, Network
+from network.engine.entry_groups import Flows, Heats
+from network.engine.network import Network
 
 
 def flow_heat(flows: Flows, T: Array, u: Inputs, modes: Array | None = None) -> Array:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import groupby
 from typing import ClassVar, Generic, TypeVar, cast
 
 import numpy as np
@@ -12,6 +14,7 @@ from network.catalogue.declaration.declare import Array, Indices
 from network.catalogue.mechanisms.base import Inputs, Link, Mechanism, Source, Stream, complex_steps
 
 Law_co = TypeVar("Law_co", bound=Mechanism, covariant=True)
+Item = TypeVar("Item")
 
 
 @dataclass(frozen=True)
@@ -99,3 +102,11 @@ class Guards(Heats[Law_co]):
 
     def slopes(self, u: Inputs, *own: Array) -> tuple[Array, ...]:
         return tuple(np.zeros(self.into.shape[1]) for _ in own)
+
+
+def group_by_structure(items: Iterable[Item], law_of: object) -> Iterator[list[Item]]:
+    """Items whose laws have equal structure, in the order of the structures' names."""
+    assert callable(law_of)
+    keyed = [(repr(law_of(item).structure()), item) for item in items]
+    for _, members in groupby(sorted(keyed, key=lambda pair: pair[0]), key=lambda pair: pair[0]):
+        yield [item for _, item in members]

@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
-from network.engine.network import Network, build
+from network.engine.assembly import build
+from network.engine.network import Network
 from network.engine.observe import observe
 from network.engine.solvers.carry_out import Progress, solve_schedule
 from network.engine.start import start_temperatures

@@ -10,7 +10,8 @@ from network.catalogue.declaration.declare import Array, Mask
 from network.catalogue.declaration.fields import Place
 from network.catalogue.mechanisms.base import Inputs
 from network.engine.balance import heat_balance, jacobian
-from network.engine.network import Network, Rates
+from network.engine.entry_groups import Rates
+from network.engine.network import Network
 from network.platform.refusal import Failed, Spot, likely, refuse
 from network.recordings.inputs import Schedule, Start
 from network.recordings.recording import Recording

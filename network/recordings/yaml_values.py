@@ -29,7 +29,6 @@ ABSOLUTE_ZERO = -273.15
 COLDEST, HOTTEST = -80.0, 400.0
 """°C that a part of a machine tool may have, with room to spare."""
 _START = "a temperature like `22 degC`, `{housing: 24 degC, others: 22 degC}` or `steady`"
-_BARE = "that one has no unit, write all values with their unit"
 
 
 @contextmanager

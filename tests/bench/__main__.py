@@ -24,7 +24,7 @@ from bench.rigs.__main__ import main as tell_rigs
 from rich.console import Console
 from rich.table import Table
 
-from network.engine.network import build
+from network.engine.assembly import build
 from network.engine.simulation import simulate
 from network.engine.solvers.carry_out import solve_schedule
 from network.engine.start import start_temperatures

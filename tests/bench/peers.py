@@ -9,8 +9,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
+from network.engine.assembly import build
 from network.engine.balance import affine_heat, affine_matrix
-from network.engine.network import build
 from network.machine.machine import Machine
 from network.recordings.inputs import Schedule
 

@@ -10,10 +10,10 @@ import numpy as np
 
 from network.analysis.calibration.data_quality import Channel, look_at
 from network.catalogue.declaration.declare import Array
-from network.engine.network import build
+from network.engine.assembly import build
 from network.engine.response.intervals import first_from
 from network.engine.response.knots import Knots, make_knots, on_knots
-from network.engine.response.linear_run import Course, Push
+from network.engine.response.linear_run import LinearRun, Push
 from network.engine.response.model import Run, edge_pushes, start_pushes
 from network.engine.simulation import schedule_for
 from network.engine.start import start_temperatures
@@ -111,7 +111,7 @@ class Measured:
         total = np.bincount(knots.cell_of, knots.samples, knots.cells)
         return np.asarray(total / np.maximum(np.bincount(knots.cell_of, minlength=knots.cells), 1))
 
-    def pushes(self, course: Course) -> list[Push]:
+    def pushes(self, course: LinearRun) -> list[Push]:
         """What the starts, then the edges do to a run."""
         jumps = edge_pushes(course, lone_jumps(self.run.knots)) if self.edges else []
         return [*start_pushes(course, [n.name for n in self.starts]), *jumps]

@@ -11,7 +11,7 @@ import numpy as np
 from network.analysis.calibration.measured_means import Measured, weigh_recording
 from network.analysis.comparison.compare import check_fit
 from network.catalogue.declaration.declare import Array
-from network.engine.network import build
+from network.engine.assembly import build
 from network.engine.response.parameters import Parameter, at_values, centres, values_at
 from network.engine.time_constants import time_constants
 from network.machine.machine import Machine

@@ -11,7 +11,7 @@ from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.entry_path import displacement
 from network.catalogue.declaration.fields import Amount
 from network.catalogue.sensors.sensor import Sensor
-from network.engine.network import build
+from network.engine.assembly import build
 from network.engine.response.knots import make_knots, on_knots
 from network.engine.response.model import Model, Prediction, Run
 from network.engine.response.parameters import Parameter

@@ -16,10 +16,11 @@ from network.analysis.calibration.measured_means import Measured
 from network.analysis.diagnosis.candidates import Candidate
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.entry_path import EntryPath, NumberPath
+from network.engine.assembly import build
 from network.engine.balance import heat_balance
 from network.engine.channels import readouts, states_of
-from network.engine.network import Network, build
-from network.engine.response.linear_run import Course, Push
+from network.engine.network import Network
+from network.engine.response.linear_run import LinearRun, Push
 from network.engine.response.model import Model, Prediction, channels_of
 from network.engine.response.nonlinear_laws import Group, heat_of, spread_of
 from network.engine.response.parameters import at_values
@@ -128,14 +129,14 @@ def _further(now: Network, changed: Sequence[str], prediction: Prediction) -> Pu
     return Push(lumps, heat[:K, lumps], heat[K:, lumps]) if len(lumps) else None
 
 
-def _stack_new_held(now: Network, own: Network, course: Course) -> Array:
+def _stack_new_held(now: Network, own: Network, course: LinearRun) -> Array:
     """Temperatures of held nodes that were not there before (2 K, ·)."""
     sources = [source for i, source in now.held.items() if i >= own.size]
     columns = [course.inputs[s] if isinstance(s, str) else np.full((2 * len(course.x0), 1), s) for s in sources]
     return np.hstack([np.empty((2 * len(course.x0), 0)), *columns])
 
 
-def _heat_before(course: Course, entries: Sequence[str]) -> Array:
+def _heat_before(course: LinearRun, entries: Sequence[str]) -> Array:
     """Heat into the lumps (2 K, N) that some entries bring along a run, as far as they are there."""
     network = course.problem.plan.network
     total = np.zeros_like(course.T_ends)

@@ -109,7 +109,7 @@ def select_forward(
 
 def _is_open(h: Hypothesis) -> bool:
     """Whether it leaves something, or nothing is found yet and only sensors that are far off keep it from that."""
-    return h.chi > FURTHER if h.found else h.chi > FULL or h.strain > STRAINED
+    return h.chi > FURTHER if h.found else h.chi > FULL or h.offset_pull > STRAINED
 
 
 def _select_next(

@@ -32,7 +32,7 @@ from network.recordings.recording import Recording
 
 LOUDER = 1.15
 """White noise over the declared from which the file is not believed."""
-LED, LED_STEPS = (0.25, 0.4, 0.6, 0.8), 3
+CONTINUATION, CONTINUATION_STEPS = (0.25, 0.4, 0.6, 0.8), 3
 """Shares of the runs over which relays are led back into step, and the steps of the fits there."""
 
 
@@ -132,12 +132,12 @@ class Hypothesis:
     def chi(self) -> float:
         """Rms of the whitened residual, with what starts, jumps and offsets were strained by to get there."""
         mean, spread = (x[self.fit.free :] for x in self.fit.problem.prior)
-        strain = float(np.sum(((self.fit.eta - mean) / spread) ** 2)) - len(mean)
+        offset_pull = float(np.sum(((self.fit.eta - mean) / spread) ** 2)) - len(mean)
         rows = len(self.fit.left)
-        return float(np.sqrt((self.fit.left @ self.fit.left + max(strain, 0.0)) / max(rows, 1)))
+        return float(np.sqrt((self.fit.left @ self.fit.left + max(offset_pull, 0.0)) / max(rows, 1)))
 
     @cached_property
-    def strain(self) -> float:
+    def offset_pull(self) -> float:
         """How far the constant errors of sensors were taken from zero to get there: the farthest, in prior σ."""
         first, count = self.fit.free, len(self.fit.problem.offsets)
         mean, spread = (x[first : first + count] for x in self.fit.problem.prior)
@@ -223,7 +223,7 @@ def fit_findings(
     further = [p for c in laid for p in c.own]
     try:
         if not in_step and any(c.switches for c in laid):
-            values = fit_by_continuation(case, machine, laid, further, values, LED).values
+            values = fit_by_continuation(case, machine, laid, further, values, CONTINUATION).values
         return fit_hypothesis(case, machine, laid, further, values, steps=steps)
     except (Failed, np.linalg.LinAlgError):
         return None
@@ -234,9 +234,9 @@ def fit_by_continuation(
     values: Mapping[str, float], shares: Sequence[float],
 ) -> Hypothesis:  # fmt: skip
     """A hypothesis fitted a few steps over ever more of the runs, to the last of some shares of them."""
-    fit = fit_hypothesis(case.until(shares[0]), machine, candidates, further, values, steps=LED_STEPS)
+    fit = fit_hypothesis(case.until(shares[0]), machine, candidates, further, values, steps=CONTINUATION_STEPS)
     for share in shares[1:]:
-        fit = fit_hypothesis(case.until(share), machine, candidates, further, fit.values, steps=LED_STEPS)
+        fit = fit_hypothesis(case.until(share), machine, candidates, further, fit.values, steps=CONTINUATION_STEPS)
     return fit
 
 

@@ -113,7 +113,7 @@ class TrialFits:
     def is_poor(self, ranked: Sequence[Hypothesis]) -> bool:
         """Whether none of some explanations leaves little, or where nothing is found yet only with sensors far off."""
         most = np.inf if self.current.found else STRAINED
-        return min((h.chi for h in ranked if h.strain < most), default=np.inf) > self.little
+        return min((h.chi for h in ranked if h.offset_pull < most), default=np.inf) > self.little
 
     def wider(self, jobs: int) -> TrialFits:
         """The best of those that were not fitted yet."""

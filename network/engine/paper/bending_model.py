@@ -8,7 +8,7 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array
 from network.catalogue.expansions.bending import Bending
-from network.engine.network import build
+from network.engine.assembly import build
 from network.engine.paper.table import Cell, PaperTable
 from network.engine.simulation import simulate
 from network.machine.machine import Machine

@@ -18,7 +18,8 @@ from network.catalogue.declaration.declare import Array
 from network.catalogue.mechanisms.base import Relay
 from network.engine.balance import affine_heat, affine_matrix, source_series
 from network.engine.channels import Readouts, readouts
-from network.engine.network import Heats, Network
+from network.engine.entry_groups import Heats
+from network.engine.network import Network
 from network.engine.response.cells import cell_matrix
 from network.engine.response.output_jacobian import channels_of, slopes_of
 from network.engine.response.prediction import Run

@@ -15,9 +15,9 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
 from network.engine.response.cells import Averages, Samples
-from network.engine.response.linear_run import Course
-from network.engine.response.output_map import Sight
-from network.engine.response.segments import Push, Stretch
+from network.engine.response.linear_run import LinearRun
+from network.engine.response.output_map import OutputMap
+from network.engine.response.segments import Push, Segment
 from network.engine.response.series import Cells, cells_of, compile_means
 from network.engine.response.state_jumps import Kicks
 
@@ -40,7 +40,7 @@ class Factors:
 class Means:
     """The cells of a run, seen through averages."""
 
-    course: Course
+    course: LinearRun
     over: Averages
 
     @cached_property
@@ -48,17 +48,17 @@ class Means:
         """Of every stretch, for each set of samples."""
         steps = self.course.problem.plan.steps
         return tuple(tuple(_factors(samples, s, steps[s.first : s.last]) for samples in self.over.samples)
-                     for s in self.course.stretches)  # fmt: skip
+                     for s in self.course.segments)  # fmt: skip
 
-    def bulge(self, sight: Sight) -> Array:
+    def bulge(self, output_map: OutputMap) -> Array:
         """What the run's own means differ by from those of straight lines between its ends: (count, cells)."""
-        out = np.zeros((sight.count, self.over.cells), complex if self._is_complex else float)
+        out = np.zeros((output_map.count, self.over.cells), complex if self._is_complex else float)
         problem = self.course.problem
-        for s, factors in zip(self.course.stretches, self.factors, strict=True):
+        for s, factors in zip(self.course.segments, self.factors, strict=True):
             here, W = slice(s.first, s.last), s.modes.W.T
             m0, m1, p0, p1 = (v[here] @ W for v in (self.course.x0, self.course.x1, problem.f0, problem.f1))
             cells, starts = self.over.find_touched(s.first, s.last)
-            rows = sight.over[s.index] @ s.modes.V
+            rows = output_map.over[s.index] @ s.modes.V
             for i, channels in self.over.groups():
                 f, left, right = factors[i], self.over.left[i, here, None], self.over.right[i, here, None]
                 bulge = (f.E - left) * m0 - right * m1 + f.F0 * p0 + f.F1 * p1
@@ -69,38 +69,38 @@ class Means:
     def _is_complex(self) -> bool:
         return any(np.iscomplexobj(m.rates) for m in self.course.modes)
 
-    def respond_to(self, pushes: Sequence[Push], sight: Sight) -> Array:
-        """Means over cells of what is in sight, for resolved pushes: (pushes, count, cells)."""
-        out = np.zeros((len(pushes), sight.count, self.over.cells))
+    def respond_to(self, pushes: Sequence[Push], output_map: OutputMap) -> Array:
+        """Means over cells of the outputs, for resolved pushes: (pushes, count, cells)."""
+        out = np.zeros((len(pushes), output_map.count, self.over.cells))
         single = [i for i, push in enumerate(pushes) if push.series == 1]
         many = [i for i, push in enumerate(pushes) if push.series > 1]
         for heats, modal in ((single, self._series), (many, self._force_pushes)):
             for some in self.course.portions(len(heats)):
                 mine = heats[some]
-                out[_as_slice(mine)] = self._by_heat([pushes[i] for i in mine], sight, modal)
+                out[_as_slice(mine)] = self._by_heat([pushes[i] for i in mine], output_map, modal)
         kicked = [i for i, push in enumerate(pushes) if push.kicks]
         if kicked:
-            out[_as_slice(kicked)] += self._by_kicks([pushes[i] for i in kicked], sight)
+            out[_as_slice(kicked)] += self._by_kicks([pushes[i] for i in kicked], output_map)
         return out
 
-    def _by_heat(self, pushes: Sequence[Push], sight: Sight, modal: Modal) -> Array:
-        out = np.zeros((self.over.cells, len(pushes), sight.count))
+    def _by_heat(self, pushes: Sequence[Push], output_map: OutputMap, modal: Modal) -> Array:
+        out = np.zeros((self.over.cells, len(pushes), output_map.count))
         x = np.zeros((len(pushes), self.course.problem.order))
-        for index, s in enumerate(self.course.stretches):
+        for index, s in enumerate(self.course.segments):
             cells, starts = self.over.find_touched(s.first, s.last)
-            rows = (sight.over[s.index] @ s.modes.V).T
+            rows = (output_map.over[s.index] @ s.modes.V).T
             means, end = modal(pushes, index, starts, x @ s.modes.W.T)
             x = np.real(end @ s.modes.V.T)
             for i, channels in self.over.groups():
                 out[cells][..., channels] += np.real(means[i] @ rows[:, channels])
-                if sight.sees_heat:
-                    out[cells][..., channels] += self._direct(s, i, pushes, sight, starts)[..., channels]
+                if output_map.sees_heat:
+                    out[cells][..., channels] += self._direct(s, i, pushes, output_map, starts)[..., channels]
         return out.transpose(1, 2, 0)
 
     def _series(self, pushes: Sequence[Push], index: int, starts: Indices, x: Array) -> tuple[list[Array], Array]:
         """Means of the modes (cells, pushes, n) for each set of samples, and modal states after a stretch, for pushes
         of one series."""
-        s = self.course.stretches[index]
+        s = self.course.segments[index]
         fast = compile_means() if s.modes.is_real else None
         if fast is None and self.cells[index][0] is None:
             return self._force_pushes(pushes, index, starts, x)
@@ -123,14 +123,14 @@ class Means:
     def cells(self) -> tuple[tuple[Cells | None, ...], ...]:
         """Of every stretch, for each set of samples: what the cells do to series."""
         found = []
-        for s, factors in zip(self.course.stretches, self.factors, strict=True):
+        for s, factors in zip(self.course.segments, self.factors, strict=True):
             starts = self.over.find_touched(s.first, s.last)[1]
             found.append(tuple(cells_of(starts, s.gain, s.c0, s.c1, f.E, f.F0, f.F1) for f in factors))
         return tuple(found)
 
     def _force_pushes(self, pushes: Sequence[Push], index: int, starts: Indices, x: Array) -> tuple[list[Array], Array]:
         """The same for any pushes."""
-        s, factors = self.course.stretches[index], self.factors[index]
+        s, factors = self.course.segments[index], self.factors[index]
         p0, p1 = s.force_modes(pushes)
         m, end = s.march_forced(p0, p1, x)
         means = []
@@ -142,22 +142,22 @@ class Means:
             means.append(np.add.reduceat(weighed, starts, axis=0))
         return means, end
 
-    def _direct(self, s: Stretch, i: int, pushes: Sequence[Push], sight: Sight, starts: Indices) -> Array:
+    def _direct(self, s: Segment, i: int, pushes: Sequence[Push], output_map: OutputMap, starts: Indices) -> Array:
         here, parts = slice(s.first, s.last), []
         left, right = self.over.left[i, here, None], self.over.right[i, here, None]
         for push in pushes:
             q = np.add.reduceat(left * push.q0[here] + right * push.q1[here], starts, axis=0)
-            parts.append(q @ push.into(sight.direct[s.index]))
+            parts.append(q @ push.into(output_map.direct[s.index]))
         return np.stack(parts, axis=1)
 
-    def _by_kicks(self, pushes: Sequence[Push], sight: Sight) -> Array:
+    def _by_kicks(self, pushes: Sequence[Push], output_map: OutputMap) -> Array:
         kicks = Kicks(self.course, pushes)
-        out = np.zeros((len(pushes), self.over.cells, sight.count))
+        out = np.zeros((len(pushes), self.over.cells, output_map.count))
         x = np.zeros((len(pushes), self.course.problem.order))
-        for s, factors in zip(self.course.stretches, self.factors, strict=True):
-            m, decays, rows = x @ s.modes.W.T, kicks.decays(s), sight.over[s.index] @ s.modes.V
+        for s, factors in zip(self.course.segments, self.factors, strict=True):
+            m, decays, rows = x @ s.modes.W.T, kicks.decays(s), output_map.over[s.index] @ s.modes.V
             cells, starts = self.over.split(kicks.cuts(s))
-            seen = np.empty((len(starts), sight.count, m.shape[1]), np.result_type(rows, decays))
+            seen = np.empty((len(starts), output_map.count, m.shape[1]), np.result_type(rows, decays))
             for i, channels in self.over.groups():
                 seen[:, channels] = np.add.reduceat(factors[i].E * decays, starts, axis=0)[:, None] * rows[channels]
             for a, b, states in kicks.pieces(s, m):
@@ -178,7 +178,7 @@ def _scale(factor: Array, values: Array, in_place: bool) -> Array:
     return np.multiply(factor[:, None], values, out=values if in_place else None)
 
 
-def _factors(samples: Samples, s: Stretch, steps: Array) -> Factors:
+def _factors(samples: Samples, s: Segment, steps: Array) -> Factors:
     own = samples.within(s.first, s.last)
     tau, share, rates = samples.since[own, None], samples.share[own, None], s.modes.rates
     E = samples.sums(np.exp(-tau * rates) * share, s.first, s.last)
@@ -196,12 +196,12 @@ def _factors(samples: Samples, s: Stretch, steps: Array) -> Factors:
     return Factors(E, one - F1, F1)
 
 
-def first_seen(course: Course, pushes: Sequence[Push], sight: Sight) -> Array:
-    """What is in sight at the very beginning: (pushes, count)."""
-    s, out = course.stretches[0], np.zeros((len(pushes), sight.count))
+def first_seen(course: LinearRun, pushes: Sequence[Push], output_map: OutputMap) -> Array:
+    """The outputs at the very beginning: (pushes, count)."""
+    s, out = course.segments[0], np.zeros((len(pushes), output_map.count))
     for i, push in enumerate(pushes):
         for jump in (jump for k, jump in push.kicks if k == 0):
-            out[i] += sight.over[s.index] @ jump
+            out[i] += output_map.over[s.index] @ jump
         if push.is_heat:
-            out[i] += push.q0[0] @ push.into(sight.direct[s.index])
+            out[i] += push.q0[0] @ push.into(output_map.direct[s.index])
     return out

@@ -16,8 +16,9 @@ import numpy as np
 from network.catalogue.declaration.declare import Array, Declared, Indices
 from network.catalogue.mechanisms.base import STEP, Mechanism, Stream
 from network.engine.balance import relay_slices
-from network.engine.network import Flows, Heats, Network
-from network.engine.response.linear_run import Course, Push
+from network.engine.entry_groups import Flows, Heats
+from network.engine.network import Network
+from network.engine.response.linear_run import LinearRun, Push
 from network.engine.response.parameters import Parameter
 from network.engine.solvers.plan import Plan
 
@@ -35,7 +36,7 @@ Found = tuple[tuple[int, Indices], ...]
 """Where an entry stands: groups of a network, and members of each."""
 
 
-def push_of(parameter: Parameter, course: Course, theta: float, known: Found | None = None) -> Push | None:
+def push_of(parameter: Parameter, course: LinearRun, theta: float, known: Found | None = None) -> Push | None:
     """The further heat for one unit of θ; None where the parameter acts otherwise than by heat. known: where it stands,
     from `place_of`."""
     network = course.problem.plan.network
@@ -89,7 +90,7 @@ def _is_stacked(law: Declared, attribute: str) -> bool:
     )
 
 
-def _by_parameter(course: Course, g: int, members: Indices, attribute: str) -> tuple[Array, Array]:
+def _by_parameter(course: LinearRun, g: int, members: Indices, attribute: str) -> tuple[Array, Array]:
     """∂heat/∂value of members of a group (2 K, members), and what each brings into the lumps (members, N)."""
     group = course.problem.plan.network.groups[g]
     if (g, attribute) not in course.derived:
@@ -98,7 +99,7 @@ def _by_parameter(course: Course, g: int, members: Indices, attribute: str) -> t
     return course.derived[g, attribute][:, members], into
 
 
-def _derivatives(course: Course, group: Flows | Heats[Mechanism], attribute: str) -> Array:
+def _derivatives(course: LinearRun, group: Flows | Heats[Mechanism], attribute: str) -> Array:
     """∂heat/∂value of all members of a group, each by its own number: one imaginary step for all at once."""
     T, u = course.T_ends, course.inputs
     law: Any = group.law.replaced(**{attribute: group.law.__dict__[attribute] + 1j * STEP})
@@ -118,7 +119,7 @@ def relay_modes(plan: Plan, group: Heats[Mechanism]) -> Array | None:
     return None
 
 
-def _of_capacity(network: Network, course: Course, name: str, slope: float) -> Push:
+def _of_capacity(network: Network, course: LinearRun, name: str, slope: float) -> Push:
     """Heat that a larger capacity, spread evenly over its part, withholds."""
     part = network.parts[name]
     lumps = np.arange(part.start, part.stop)

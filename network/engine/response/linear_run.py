@@ -14,12 +14,12 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
 from network.engine.channels import Readouts
-from network.engine.response.output_map import Sight, sight_of
-from network.engine.response.segments import Push, Stretch, stretches
+from network.engine.response.output_map import OutputMap, map_outputs
+from network.engine.response.segments import Push, Segment, segments
 from network.engine.solvers.linear import LinearProblem, Regime
 from network.engine.solvers.modal import Modes, modes_of
 
-__all__ = ["Course", "Push", "kick", "solve"]
+__all__ = ["LinearRun", "Push", "kick", "solve"]
 
 AT_ONCE = 400_000
 """Numbers in the modal states of pushes that are answered together, so that they stay in the cache."""
@@ -28,14 +28,14 @@ TOO_ALIKE, NUDGE = 1e8, 1e-7
 """Condition of the modes from which rounding would be felt, and the relative change of rates that separates them."""
 
 
-def kick(course: Course, *kicks: tuple[int, Array]) -> Push:
+def kick(course: LinearRun, *kicks: tuple[int, Array]) -> Push:
     """Nothing but jumps of the states."""
     empty = np.empty((len(course.problem.plan.steps), 0))
     return Push(np.empty(0, int), empty, empty, kicks)
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class LinearRun:
     """A solved run. x0, x1: states at the beginnings and ends of the K intervals (K, n)."""
 
     problem: LinearProblem
@@ -102,13 +102,13 @@ class Course:
         return np.hstack(ends)
 
     @cached_property
-    def stretches(self) -> tuple[Stretch, ...]:
-        return tuple(stretches(self.problem, self.modes))
+    def segments(self) -> tuple[Segment, ...]:
+        return tuple(segments(self.problem, self.modes))
 
     @cached_property
-    def sight(self) -> Sight:
+    def output_map(self) -> OutputMap:
         """The base readings."""
-        return sight_of(self.problem)
+        return map_outputs(self.problem)
 
     # -- answers ------------------------------------------------------------------------------------------------------
     def complete_pushes(self, pushes: Sequence[Push], by_guard: Array | None = None) -> Sequence[Push]:
@@ -117,13 +117,13 @@ class Course:
 
     def answers(self, pushes: Sequence[Push]) -> Array:
         """Changes of rows and sensor states for each push: (pushes, width, 2 K)."""
-        return self.ends(self.complete_pushes(pushes), self.sight)
+        return self.ends(self.complete_pushes(pushes), self.output_map)
 
-    def ends(self, pushes: Sequence[Push], sight: Sight) -> Array:
-        """Changes of what is in sight just after, then just before the edges, for resolved pushes: (pushes, ·, 2 K)."""
-        answer = np.empty((len(pushes), sight.count, 2 * len(self.x0)))
+    def ends(self, pushes: Sequence[Push], output_map: OutputMap) -> Array:
+        """Changes of the outputs just after, then just before the edges, for resolved pushes: (pushes, ·, 2 K)."""
+        answer = np.empty((len(pushes), output_map.count, 2 * len(self.x0)))
         for some in self.portions(len(pushes)):
-            self._ends(pushes[some], sight, answer[some])
+            self._ends(pushes[some], output_map, answer[some])
         return answer
 
     def portions(self, count: int) -> Iterator[slice]:
@@ -131,26 +131,26 @@ class Course:
         each = max(1, AT_ONCE // (len(self.x0) * self.problem.order + 1))
         return (slice(first, min(first + each, count)) for first in range(0, count, each))
 
-    def _ends(self, pushes: Sequence[Push], sight: Sight, answer: Array) -> None:
+    def _ends(self, pushes: Sequence[Push], output_map: OutputMap, answer: Array) -> None:
         K, x = len(self.x0), np.zeros((len(pushes), self.problem.order))
-        for s in self.stretches:
+        for s in self.segments:
             m, stop, end = s.march_pushes(pushes, x @ s.modes.W.T)
-            over = (sight.over[s.index] @ s.modes.V).T
+            over = (output_map.over[s.index] @ s.modes.V).T
             for side, values in ((0, m), (K, stop)):
                 answer[:, :, side + s.first : side + s.last] = np.real(values @ over).transpose(1, 2, 0)
-                if sight.sees_heat:
-                    self._see_at_once(s, pushes, sight, answer, side)
+                if output_map.sees_heat:
+                    self._see_at_once(s, pushes, output_map, answer, side)
             x = np.real(end @ s.modes.V.T)
 
     @staticmethod
-    def _see_at_once(s: Stretch, pushes: Sequence[Push], sight: Sight, answer: Array, side: int) -> None:
+    def _see_at_once(s: Segment, pushes: Sequence[Push], output_map: OutputMap, answer: Array, side: int) -> None:
         """Massless junctions warm at once with the heat that they get."""
         for i, push in enumerate(pushes):
             q = (push.q1 if side else push.q0)[s.first : s.last]
-            answer[i, :, side + s.first : side + s.last] += (q @ push.into(sight.direct[s.index])).T
+            answer[i, :, side + s.first : side + s.last] += (q @ push.into(output_map.direct[s.index])).T
 
 
-def solve(problem: LinearProblem, known: dict[bytes, Modes] | None = None) -> Course:
+def solve(problem: LinearProblem, known: dict[bytes, Modes] | None = None) -> LinearRun:
     """The course of a reduced problem; `known`: modes found before, by the matrix of their regime."""
     known = {} if known is None else known
     modes = []
@@ -160,9 +160,9 @@ def solve(problem: LinearProblem, known: dict[bytes, Modes] | None = None) -> Co
             known[key] = separate_modes(regime, problem.scale)
         modes.append(known[key])
     K, n = problem.f0.shape
-    course = Course(problem, tuple(modes), np.empty((K, n)), np.empty((K, n)))
+    course = LinearRun(problem, tuple(modes), np.empty((K, n)), np.empty((K, n)))
     x = problem.x0
-    for s in course.stretches:
+    for s in course.segments:
         here, W, V = slice(s.first, s.last), s.modes.W, s.modes.V
         push = s.c0 * (problem.f0[here] @ W.T) + s.c1 * (problem.f1[here] @ W.T)
         m, end = _march(s, push, W @ x)
@@ -181,7 +181,7 @@ def separate_modes(regime: Regime, scale: Array) -> Modes:
     return modes_of(replace(regime, A=regime.A + NUDGE * np.abs(np.diag(regime.A))[:, None] * signs), scale)
 
 
-def _march(s: Stretch, push: Array, start: Array) -> tuple[Array, Array]:
+def _march(s: Segment, push: Array, start: Array) -> tuple[Array, Array]:
     from network.engine.response.recursion import recur
 
     m, end = recur(s.gain, push[:, None].astype(start.dtype, copy=False), start[None])

@@ -9,11 +9,12 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.sections import TCP
+from network.engine.assembly import build
 from network.engine.channels import Readouts, readouts
-from network.engine.network import Network, build
+from network.engine.network import Network
 from network.engine.response.heat_sensitivity import Slots, acts_by_heat, push_of
 from network.engine.response.intervals import first_from
-from network.engine.response.linear_run import Course, Push, kick
+from network.engine.response.linear_run import LinearRun, Push, kick
 from network.engine.response.output_jacobian import channels_of
 from network.engine.response.parameters import Parameter, at_values, values_at
 from network.engine.response.prediction import Prediction, Run
@@ -78,7 +79,7 @@ class Model:
     ) -> Prediction:  # fmt: skip
         run, plan = self.runs[i], self._plan(i, network, start)
         if network.relays:
-            course: Course = build_switched_course(plan, outputs, known)
+            course: LinearRun = build_switched_course(plan, outputs, known)
         else:
             course = course_of(plan, outputs, self.warm.guess.get(i), known)
             if not network.is_affine():
@@ -115,7 +116,8 @@ class Model:
             by_heat, pushes, guards = self._pushes(theta, prediction)
             slopes = np.empty((len(self.parameters), *prediction.values.shape))
             if by_heat:
-                slopes[by_heat] = prediction.changes(course.ends(course.complete_pushes(pushes, guards), course.sight))
+                complete = course.complete_pushes(pushes, guards)
+                slopes[by_heat] = prediction.changes(course.ends(complete, course.output_map))
             for j, values in others.items():
                 slopes[j] = values[r]
             out.append(slopes)
@@ -212,7 +214,7 @@ def start_of(network: Network, start: Mapping[str, float], inputs: Mapping[str, 
     return T0
 
 
-def start_pushes(course: Course, parts: Sequence[str]) -> list[Push]:
+def start_pushes(course: LinearRun, parts: Sequence[str]) -> list[Push]:
     """One kelvin more in a part at the start, for each part."""
     network = course.problem.plan.network
     pushes = []
@@ -224,7 +226,7 @@ def start_pushes(course: Course, parts: Sequence[str]) -> list[Push]:
     return pushes
 
 
-def edge_pushes(course: Course, instants: Array) -> list[Push]:
+def edge_pushes(course: LinearRun, instants: Array) -> list[Push]:
     """A jump of the inputs that comes a second later, for each instant."""
     plan = course.problem.plan
     dx0, dx1 = course.rates

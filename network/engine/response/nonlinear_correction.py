@@ -14,11 +14,12 @@ from functools import cached_property
 import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
-from network.engine.network import Flows, Network
-from network.engine.response.linear_run import Course
+from network.engine.entry_groups import Flows
+from network.engine.network import Network
+from network.engine.response.linear_run import LinearRun
 from network.engine.response.nonlinear_laws import Group, Slopes
-from network.engine.response.output_map import Sight, sight_of
-from network.engine.response.segments import Push, Stretch
+from network.engine.response.output_map import OutputMap, map_outputs
+from network.engine.response.segments import Push, Segment
 
 LEAST = 1e-9
 """W/K: bends below it are none."""
@@ -83,7 +84,7 @@ def _rows(network: Network, group: Group, m: int) -> list[Array]:
 
 
 @dataclass(frozen=True, eq=False)
-class BentCourse(Course):
+class BentCourse(LinearRun):
     """A course whose answers take the bends along."""
 
     bends: Bends | None = None
@@ -92,8 +93,8 @@ class BentCourse(Course):
         """Pushes with the heat that bent laws add as temperatures answer to it."""
         if self.bends is None or not len(self.bends.spread):
             return pushes
-        sight = sight_of(self.problem, self.bends.rows)
-        steppings = [_Stepping(s, sight, self.bends) for s in self.stretches]
+        output_map = map_outputs(self.problem, self.bends.rows)
+        steppings = [_Stepping(s, output_map, self.bends) for s in self.segments]
         parts = (self._correct(pushes[some], steppings, self.bends) for some in self.portions(len(pushes)))
         return [push for part in parts for push in part]
 
@@ -101,7 +102,7 @@ class BentCourse(Course):
         lumps, K = np.flatnonzero(bends.spread.any(axis=0)), len(self.x0)
         h0, h1 = (np.empty((K, len(pushes), len(bends.spread))) for _ in range(2))
         x = np.zeros((len(pushes), self.problem.order))
-        for s, stepping in zip(self.stretches, steppings, strict=True):
+        for s, stepping in zip(self.segments, steppings, strict=True):
             here = slice(s.first, s.last)
             end = stepping.along(pushes, x @ s.modes.W.T, h0[here], h1[here])
             x = np.real(end @ s.modes.V.T)
@@ -111,11 +112,11 @@ class BentCourse(Course):
 class _Stepping:
     """What every interval of a stretch does to readings and to the heat of bends."""
 
-    def __init__(self, s: Stretch, sight: Sight, bends: Bends) -> None:
+    def __init__(self, s: Segment, output_map: OutputMap, bends: Bends) -> None:
         self.s, self.B0, self.B1 = s, *(B[s.first : s.last] for B in bends.matrices)
-        self.read, self.into = (sight.over[s.index] @ s.modes.V).T, (s.heat @ bends.spread.T).T
-        at_once = sight.direct[s.index] @ bends.spread.T
-        self.sight, one = sight, np.eye(sight.count)
+        self.read, self.into = (output_map.over[s.index] @ s.modes.V).T, (s.heat @ bends.spread.T).T
+        at_once = output_map.direct[s.index] @ bends.spread.T
+        self.output_map, one = output_map, np.eye(output_map.count)
         G = np.real((self.read.T * s.c1[:, None, :]) @ self.into.T) + at_once
         self.before = np.linalg.inv(one - at_once @ self.B0) if at_once.any() else None
         self.after = np.linalg.inv(one - G @ self.B1)
@@ -139,8 +140,8 @@ class _Stepping:
 
     def _direct(self, pushes: Sequence[Push]) -> tuple[Array, Array]:
         """What is seen at once of the pushes themselves (k, pushes, r)."""
-        s, by = self.s, self.sight.direct[self.s.index]
-        if not self.sight.sees_heat:
+        s, by = self.s, self.output_map.direct[self.s.index]
+        if not self.output_map.sees_heat:
             none = np.zeros((s.last - s.first, 1, 1))
             return none, none
         sides = ([(q[s.first : s.last] @ p.into(by)) for p, q in zip(pushes, side, strict=True)]

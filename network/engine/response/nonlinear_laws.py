@@ -9,7 +9,8 @@ import numpy as np
 from network.catalogue.declaration.declare import Array, Indices
 from network.catalogue.mechanisms.base import Mechanism
 from network.engine.balance import flow_heat, source_heat
-from network.engine.network import Flows, Heats, Network
+from network.engine.entry_groups import Flows, Heats
+from network.engine.network import Network
 
 Group = Flows | Heats[Mechanism]
 Slopes = tuple[Array, ...]

@@ -18,7 +18,6 @@ from network.machine.machine import Machine
 
 SMALL = 1e-4
 """K: by how much readings are moved."""
-SAME = 1e-9
 
 
 @dataclass(frozen=True, eq=False)

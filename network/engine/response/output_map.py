@@ -11,7 +11,7 @@ from network.engine.solvers.linear import LinearProblem
 
 
 @dataclass(frozen=True, eq=False)
-class Sight:
+class OutputMap:
     """over: by regime, rows over the states (count, n); direct: by regime, rows over the heat of all lumps (count, N),
     which massless junctions feel at once."""
 
@@ -23,13 +23,13 @@ class Sight:
     def count(self) -> int:
         return len(self.over[0])
 
-    def through(self, matrix: Array) -> Sight:
+    def through(self, matrix: Array) -> OutputMap:
         """Combinations of what is seen: matrix (combinations, count)."""
         over, direct = (tuple(matrix @ rows for rows in own) for own in (self.over, self.direct))
-        return Sight(over, direct, self.sees_heat)
+        return OutputMap(over, direct, self.sees_heat)
 
 
-def sight_of(problem: LinearProblem, rows: Array | None = None) -> Sight:
+def map_outputs(problem: LinearProblem, rows: Array | None = None) -> OutputMap:
     """Base readings and sensor states, or other rows over all lumps (·, N)."""
     massless = len(problem.plan.network.massless) > 0
     over, direct = [], []
@@ -38,4 +38,4 @@ def sight_of(problem: LinearProblem, rows: Array | None = None) -> Sight:
         over.append(problem.outputs(regime) if rows is None else rows @ regime.P)
         heat = seen @ regime.P_heat if massless else np.zeros((len(seen), len(regime.P)))
         direct.append(np.vstack([heat, np.zeros((len(over[-1]) - len(heat), len(regime.P)))]))
-    return Sight(tuple(over), tuple(direct), massless and any(d.any() for d in direct))
+    return OutputMap(tuple(over), tuple(direct), massless and any(d.any() for d in direct))

@@ -12,7 +12,7 @@ from network.catalogue.declaration.declare import Array, Mask
 from network.engine.response.cell_means import Means, first_seen
 from network.engine.response.cells import Averages, averages
 from network.engine.response.knots import Knots
-from network.engine.response.linear_run import Course, Push
+from network.engine.response.linear_run import LinearRun, Push
 from network.engine.response.output_jacobian import SMALL, Slopes, channels_of, slopes_of
 from network.machine.machine import Machine
 from network.recordings.inputs import Schedule
@@ -53,7 +53,7 @@ class Prediction:
 
     run: Run
     machine: Machine
-    course: Course
+    course: LinearRun
     resampled: Resampled
     known: Slopes | None = None
 
@@ -79,9 +79,9 @@ class Prediction:
         if slopes is None:
             return np.asarray(straight.reshape(-1))
         if slopes.is_constant:
-            return np.asarray(straight + self._means.bulge(course.sight.through(slopes.matrix))).reshape(-1)
-        rows = np.eye(course.sight.count)[:, None].repeat(len(straight), axis=1)
-        bulge = np.stack([self._means.bulge(course.sight.through(row)) for row in rows])
+            return np.asarray(straight + self._means.bulge(course.output_map.through(slopes.matrix))).reshape(-1)
+        rows = np.eye(course.output_map.count)[:, None].repeat(len(straight), axis=1)
+        bulge = np.stack([self._means.bulge(course.output_map.through(row)) for row in rows])
         mean = self.averages.of(slopes.matrix.transpose(1, 0, 2))
         return np.asarray(straight + (mean * bulge).sum(axis=0)).reshape(-1)
 
@@ -124,9 +124,9 @@ class Prediction:
             return np.empty((0, len(self.run.present) * self.averages.cells))
         pushes, slopes, course = self.course.complete_pushes(pushes, by_guard), self.slopes, self.course
         if slopes is None or not slopes.is_constant:
-            return self.means(self.changes(course.ends(pushes, course.sight)))
-        sight = course.sight.through(slopes.matrix)
-        means = self._means.respond_to(pushes, sight)
+            return self.means(self.changes(course.ends(pushes, course.output_map)))
+        output_map = course.output_map.through(slopes.matrix)
+        means = self._means.respond_to(pushes, output_map)
         if slopes.zeroed.any():
-            means[:, slopes.zeroed] -= first_seen(course, pushes, sight)[:, slopes.zeroed, None]
+            means[:, slopes.zeroed] -= first_seen(course, pushes, output_map)[:, slopes.zeroed, None]
         return means.reshape(len(pushes), -1)

@@ -46,7 +46,7 @@ class Push:
 
 
 @dataclass(frozen=True, eq=False)
-class Stretch:
+class Segment:
     """Intervals first to last (excluded) in regime `index`. heat: modes by the heat of lumps (n, N)."""
 
     first: int
@@ -107,14 +107,14 @@ class Stretch:
                     yield k - self.first, i, self.modes.W @ jump
 
 
-def stretches(problem: LinearProblem, modes: Sequence[Modes]) -> Iterator[Stretch]:
-    """The stretches of a run, in order."""
+def segments(problem: LinearProblem, modes: Sequence[Modes]) -> Iterator[Segment]:
+    """The segments of a run, in order."""
     cuts = np.flatnonzero(np.diff(problem.regime_of)) + 1
     heat = [m.W @ regime.F_heat for m, regime in zip(modes, problem.regimes, strict=True)]
     for first, last in zip([0, *cuts.tolist()], [*cuts.tolist(), len(problem.regime_of)], strict=True):
         r = int(problem.regime_of[first])
         gain, c0, c1 = _factors(modes[r].rates, problem.plan.steps[first:last])
-        yield Stretch(first, last, r, problem.regimes[r], modes[r], heat[r], gain, c0, c1)
+        yield Segment(first, last, r, problem.regimes[r], modes[r], heat[r], gain, c0, c1)
 
 
 def _factors(rates: Array, steps: Array) -> tuple[Array, Array, Array]:

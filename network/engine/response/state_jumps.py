@@ -8,14 +8,14 @@ from itertools import pairwise
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
-from network.engine.response.linear_run import Course
-from network.engine.response.segments import Push, Stretch
+from network.engine.response.linear_run import LinearRun
+from network.engine.response.segments import Push, Segment
 
 
 class Kicks:
     """Some pushes in the order of their first kicks; a piece lies between kicks, in one stretch."""
 
-    def __init__(self, course: Course, pushes: Sequence[Push]) -> None:
+    def __init__(self, course: LinearRun, pushes: Sequence[Push]) -> None:
         begins = np.array([min(k for k, _ in push.kicks) for push in pushes])
         self.order = np.argsort(begins, kind="stable")
         self.course, self.first = course, begins[self.order]
@@ -33,7 +33,7 @@ class Kicks:
         out[self.order] = values
         return out
 
-    def pieces(self, s: Stretch, x: Array) -> Iterator[tuple[int, int, Array]]:
+    def pieces(self, s: Segment, x: Array) -> Iterator[tuple[int, int, Array]]:
         """First and last interval of every piece of a stretch, and modal states (active pushes, n) at its beginning;
         x: modal states of all at the beginning of the stretch, carried to its end."""
         cuts = self.cuts(s)
@@ -47,11 +47,11 @@ class Kicks:
                 yield a, b, x[:count]
                 x[:count] *= decay
 
-    def cuts(self, s: Stretch) -> list[int]:
+    def cuts(self, s: Segment) -> list[int]:
         """Where the pieces of a stretch begin, and its end."""
         return [s.first, *sorted(k for k in self.at if s.first < k < s.last), s.last]
 
-    def decays(self, s: Stretch) -> Array:
+    def decays(self, s: Segment) -> Array:
         """How the modes have decayed since the beginning of their piece, at that of every interval (k, n)."""
         cuts = np.array(self.cuts(s))
         begins = np.repeat(self.edges[cuts[:-1]], np.diff(cuts))
@@ -65,7 +65,7 @@ class Kicks:
         """States at the beginnings of some intervals, before the kicks there: (pushes, intervals, n)."""
         out = np.zeros((len(self.first), len(intervals), self.course.problem.order))
         wanted, x = np.asarray(intervals), np.zeros((len(self.first), self.course.problem.order))
-        for s in self.course.stretches:
+        for s in self.course.segments:
             m, decays = (x @ s.modes.W.T), self.decays(s)
             for a, b, states in self.pieces(s, m):
                 for j in np.flatnonzero((wanted > a) & (wanted <= b)):
@@ -76,7 +76,7 @@ class Kicks:
         return self.in_order(out)
 
 
-def states_at(course: Course, pushes: Sequence[Push], intervals: Sequence[int]) -> Array:
+def states_at(course: LinearRun, pushes: Sequence[Push], intervals: Sequence[int]) -> Array:
     """Changes of the states at the beginnings of some intervals, before the kicks there: (pushes, intervals, n)."""
     out = np.zeros((len(pushes), len(intervals), course.problem.order))
     heats = [i for i, push in enumerate(pushes) if push.is_heat]
@@ -88,10 +88,10 @@ def states_at(course: Course, pushes: Sequence[Push], intervals: Sequence[int]) 
     return out
 
 
-def _march_heat(course: Course, pushes: Sequence[Push], intervals: Array) -> Array:
+def _march_heat(course: LinearRun, pushes: Sequence[Push], intervals: Array) -> Array:
     n = course.problem.order
     out, x = np.zeros((len(pushes), len(intervals), n)), np.zeros((len(pushes), n))
-    for s in course.stretches:
+    for s in course.segments:
         m, end = s.march_forced(*s.force_modes(pushes), x @ s.modes.W.T)
         x = np.real(end @ s.modes.V.T)
         mine = np.flatnonzero((intervals >= s.first) & (intervals < s.last))

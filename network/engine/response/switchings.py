@@ -19,8 +19,9 @@ from network.catalogue.declaration.declare import Array, Indices
 from network.catalogue.mechanisms.base import STEP, Inputs, Relay, add_imaginary_step
 from network.engine.balance import relay_slices
 from network.engine.channels import Readouts
-from network.engine.network import Guards, Heats, Network, Rates
-from network.engine.response.linear_run import Course, Push, kick, solve
+from network.engine.entry_groups import Guards, Heats, Rates
+from network.engine.network import Network
+from network.engine.response.linear_run import LinearRun, Push, kick, solve
 from network.engine.response.parameters import Parameter
 from network.engine.response.state_jumps import states_at
 from network.engine.solvers import switched
@@ -70,7 +71,7 @@ class Seen:
 
 
 @dataclass(frozen=True, eq=False)
-class SwitchedCourse(Course):
+class SwitchedCourse(LinearRun):
     """A course whose answers take the moved switchings along."""
 
     events: tuple[Event, ...] = ()

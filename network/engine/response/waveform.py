@@ -18,9 +18,9 @@ import numpy as np
 from network.catalogue.declaration.declare import Array, Indices
 from network.engine.balance import heat_balance, jacobian
 from network.engine.channels import Readouts
-from network.engine.network import Flows
+from network.engine.entry_groups import Flows
 from network.engine.response.heat_sensitivity import inputs_at_ends
-from network.engine.response.linear_run import Course, solve
+from network.engine.response.linear_run import LinearRun, solve
 from network.engine.response.nonlinear_correction import BentCourse, bends_of
 from network.engine.response.nonlinear_laws import (
     Group,
@@ -34,7 +34,7 @@ from network.engine.response.nonlinear_laws import (
     spread_of,
     windows,
 )
-from network.engine.response.output_map import sight_of
+from network.engine.response.output_map import map_outputs
 from network.engine.response.segments import Push
 from network.engine.solvers import rosenbrock
 from network.engine.solvers.linear import Forcing, LinearProblem, Regime, reduce, regime_from
@@ -54,7 +54,7 @@ TIMES = 4
 
 def course_of(
     plan: Plan, readouts: Readouts, guess: tuple[Array, Array] | None = None, known: dict[bytes, Modes] | None = None
-) -> Course:
+) -> LinearRun:
     """The run of a plan without relays, or whose relay modes are known; `guess`: temperatures at both ends of the
     intervals from a run nearby; `known`: modes found before. Raises Failed where the rounds do not come together."""
     if plan.network.is_affine():
@@ -105,7 +105,7 @@ class _Rounds:
         self.straight = replace(self.network, heats=tuple(h for h in self.network.heats if not among(h, out)))
         self.touched, self.change = find_lumps_read(self.network, self.bent), np.inf
 
-    def course(self, times: int) -> Course | None:
+    def course(self, times: int) -> LinearRun | None:
         """The run; None where it does not settle."""
         for _ in range(times):
             T = np.nan_to_num(self.T, nan=self.network.machine.reference)
@@ -130,11 +130,11 @@ class _Rounds:
                 return BentCourse(course.problem, course.modes, course.x0, course.x1, bends_of(self.network, off))
         return None
 
-    def _settle(self, course: Course, reference: list[Slopes], heat: Array) -> bool:
+    def _settle(self, course: LinearRun, reference: list[Slopes], heat: Array) -> bool:
         """Corrects the heat, in place, until the touched lumps stay where they are; whether they do."""
         K, spread = len(self.plan.steps), np.vstack([spread_of(g) for g in self.bent])
         lumps = np.flatnonzero(spread.any(axis=0))
-        sight = sight_of(course.problem, np.eye(self.network.size)[self.touched])
+        output_map = map_outputs(course.problem, np.eye(self.network.size)[self.touched])
         before, T = [self._heats(g) for g in self.bent], np.concatenate(course.T)
         self.T, moved, last = T, T - self.T, np.inf
         for _ in range(ROUNDS):
@@ -144,7 +144,7 @@ class _Rounds:
             heat += more @ np.where(np.isinf(self.network.capacity), 0.0, spread)
             push = Push(lumps, more[:K], more[K:], (), spread[:, lumps])
             moved = np.zeros_like(T)
-            moved[:, self.touched] = course.ends([push], sight)[0].T
+            moved[:, self.touched] = course.ends([push], output_map)[0].T
             self.change, before = float(np.abs(moved).max()), now
             if not np.isfinite(self.change) or self.change > max(0.9 * last, 1e3):
                 return False
@@ -153,7 +153,7 @@ class _Rounds:
                 return True
         return False
 
-    def _bulge(self, course: Course, reference: list[Slopes]) -> Array:
+    def _bulge(self, course: LinearRun, reference: list[Slopes]) -> Array:
         """What bent laws give in the middle of an interval beside a straight line between its ends, as a heat with the
         same integral (2 K, N): temperatures go by cubics, from their rates at both ends."""
         K, free, network = len(self.plan.steps), self.network.free, self.network

@@ -10,7 +10,8 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
 from network.catalogue.mechanisms.base import Inputs, Mechanism
-from network.engine.network import Guards, Heats, Network
+from network.engine.entry_groups import Guards, Heats
+from network.engine.network import Network
 from network.engine.solvers.regimes import matrix_inputs, too_many
 from network.platform.refusal import Spot, likely, refuse
 from network.recordings.inputs import Schedule

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MOVED, FAR, BAND = PALETTE[0], PALETTE[1], PALETTE[2]
+MOVED, FAR = PALETTE[0], PALETTE[1]
 LINE = 0.2
 """Height of one parameter [in]."""
 LIMIT = 2.0

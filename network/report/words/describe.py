@@ -9,7 +9,7 @@ import numpy as np
 from network.catalogue.declaration.declare import Declared
 from network.catalogue.mechanisms.base import Stream
 from network.catalogue.nodes import Node
-from network.engine.network import build
+from network.engine.assembly import build
 from network.engine.time_constants import time_constants
 from network.machine.checks import places_of
 from network.machine.machine import Machine

@@ -10,7 +10,7 @@ from typing import Any
 
 from network import Machine, Recording
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
-from network.cli.proof import description
+from network.cli.proof_case import description
 from network.recordings.load_source import load_recording
 
 SURE = 0.5

@@ -15,7 +15,7 @@ from scipy.signal import savgol_filter
 
 from network import Machine, Recording
 from network.catalogue.declaration.declare import Array
-from network.engine.network import build
+from network.engine.assembly import build
 
 EVERY = 60.0
 """s between the samples that are regressed on."""

@@ -21,7 +21,8 @@ from network.analysis.diagnosis.hypothesis import early
 from network.analysis.diagnosis.screen import whiten
 from network.catalogue.declaration.declare import Array, Mask
 from network.catalogue.mechanisms.base import Relay, Source
-from network.engine.network import Network, build
+from network.engine.assembly import build
+from network.engine.network import Network
 from network.engine.response.batch import Draws, draws_of, means_of, serves, step_of
 from network.engine.response.heat_sensitivity import Slots
 from network.engine.response.parameters import values_at
