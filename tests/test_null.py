@@ -81,3 +81,24 @@ def test_a_sensor_is_no_more_coloured_than_at_standstill() -> None:
     at = minimise(problem)
     told = estimate_colours(problem.data, at.predictions)
     assert told["T_body"][1] < 0.05
+
+
+def test_runs_of_two_machines_want_different_numbers() -> None:
+    other = two_blocks().patched({"nodes": {"motor": {"heat_capacity": "8 kJ/K"}}})
+    runs = [replace(recorded(m, speeds(*steps), i), file=f"run {i}", name=f"run {i}")
+            for i, (m, steps) in enumerate(((two_blocks(), USUAL), (other, ANOTHER), (two_blocks(), ANOTHER)))]  # fmt: skip
+    found = calibrate(two_blocks(), runs)
+    first = found.disagreements[0]
+    assert first.parameter.path == "nodes.motor.heat_capacity" and first.sigma > 5
+    told = found.summary()["one_machine"]
+    assert told["agree"] is False and told["numbers"][0]["values"][1]["file"] == "run 1"
+    assert told["numbers"][0]["values"][1]["value"] == pytest.approx(8000, rel=0.1)
+    assert told["numbers"][0]["unit"] == "J/K"
+    assert any("is it one machine? nodes.motor.heat_capacity" in s for s in found.sentences)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_runs_of_one_machine_agree(seed: int) -> None:
+    several = enumerate((USUAL, ANOTHER, USUAL[:2]))
+    runs = [recorded(two_blocks(), speeds(*steps), seed + 10 * i) for i, steps in several]
+    assert not calibrate(two_blocks(), [replace(r, file=str(i)) for i, r in enumerate(runs)]).disagreements

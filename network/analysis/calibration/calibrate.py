@@ -11,10 +11,17 @@ from typing import Any
 import numpy as np
 
 from network.analysis.calibration.estimated_constants import Numbers, compare_all_estimated
-from network.analysis.calibration.identifiability_report import describe_constants, describe_holdout, sentences, shift
+from network.analysis.calibration.identifiability_report import (
+    describe_constants,
+    describe_disagreements,
+    describe_holdout,
+    sentences,
+    shift,
+)
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.noise import Noise
 from network.analysis.calibration.null import estimate_null
+from network.analysis.calibration.one_machine import Disagreement, find_disagreements
 from network.analysis.calibration.recording_admission import admit, check_apart, check_parameters
 from network.analysis.calibration.robust_fit import Fit
 from network.analysis.calibration.tcp_bands import Band, bands
@@ -38,9 +45,9 @@ class Calibration:
     """The outcome. machine: with value ± standard error for each number; original: as it was given; fit, known: the
     minimum and its uncertainty; before, after, before_holdout, after_holdout: residuals on the recordings calibrated on
     and on those held out (None without), the constants of each run estimated, of those held out from their beginning;
-    `before` with unknown numbers at their priors' centres; stated, stated_holdout: after
-    with constants as stated and starts by rule, as `simulate` runs it; bands: of the tool
-    centre point, by recording; warnings: what was wrong with the input; sentences: what the result means."""
+    `before` with unknown numbers at their priors' centres; stated, stated_holdout: after with constants as stated and
+    starts by rule, as `simulate` runs it; bands: of the tool centre point, by recording; disagreements: numbers that
+    runs want differently; warnings: what was wrong with the input; sentences: what the result means."""
 
     machine: Machine
     original: Machine
@@ -54,6 +61,7 @@ class Calibration:
     stated: Comparison
     stated_holdout: Comparison | None
     bands: tuple[tuple[Band, ...], ...]
+    disagreements: tuple[Disagreement, ...]
     warnings: tuple[str, ...]
     sentences: tuple[str, ...]
     tried: int
@@ -137,9 +145,11 @@ def _calibrate(
     stated = compare(result, train, start=start), compare(result, held_out, start=start) if held_out else None
     findings = [*describe_holdout(before_holdout, after_holdout, after), *sentences(null.found, fit, known)]
     findings += describe_constants(after, stated[0])
+    apart = find_disagreements(null, let_in.data)
+    findings += describe_disagreements(apart)
     return Calibration(
         result, machine, parameters, fit, known, before, after, before_holdout, after_holdout, *stated,
-        areas, (*overheard(machine, train, held_out), *let_in.warnings),
+        areas, apart, (*overheard(machine, train, held_out), *let_in.warnings),
         tuple(findings), null.found.tried, seed, time.perf_counter() - began,
     )  # fmt: skip
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from network.analysis.calibration.multistart import ADEQUATE, Found, rms
+from network.analysis.calibration.one_machine import Disagreement
 from network.analysis.calibration.robust_fit import Fit
 from network.analysis.calibration.uncertainty import CLOSELY, Uncertainty
 from network.analysis.comparison.amounts import amount, join_names
@@ -24,7 +25,7 @@ WORSE, AGAIN = 1.02, 1.5
 CONSTANTS, ABSORBED = 0.9, 0.1
 """Share of the residual that estimated constants have to leave at most, and of its square that inputs and offsets have
 to take away, to be told."""
-MOST_PAIRS, MOST_NAMED = 6, 8
+MOST_PAIRS, MOST_NAMED, MOST_APART = 6, 8, 3
 
 
 def shift(parameters: Sequence[Parameter], theta: Array) -> Array:
@@ -76,6 +77,16 @@ def describe_constants(after: Comparison, stated: Comparison) -> Iterator[str]:
             names = join_names([*found.inputs, *(["offsets of sensors"] if found.offsets else [])])
             share = digits(100 * found.absorbed, 2)
             yield f"{r.recording.file}: {names} take {share} % of what else were left upon themselves"
+
+
+def describe_disagreements(apart: Sequence[Disagreement]) -> Iterator[str]:
+    """Whether the recordings are of one machine in one state."""
+    for d in apart[:MOST_APART]:
+        p = d.parameter
+        wants = [f"{p.format_value(x)} ± {relative(p, x, d.std[file])} by {file}" for file, x in d.theta.items()]
+        yield f"The recordings want different numbers, is it one machine? {p.path} is {list_names(wants)}"
+    if len(apart) > MOST_APART:
+        yield f"So are {list_names([d.parameter.path for d in apart[MOST_APART:]])} wanted differently"
 
 
 def sentences(found: Found, fit: Fit, known: Uncertainty) -> list[str]:

@@ -123,6 +123,11 @@ class Linearised:
         return Linearised(self.problem, theta, predictions, rows, made_at, eta_made_at)
 
     @property
+    def stated_prior(self) -> tuple[Array, Array]:
+        """Prior means and 1σ of (θ, η) as stated, not narrowed as while a fit is under way."""
+        return replace(self.problem, firm_theta=1.0, firm_eta=1.0).prior
+
+    @property
     def log_evidence(self) -> float:
         return log_evidence(self.problem, self.cost, self.folded)
 

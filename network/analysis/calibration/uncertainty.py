@@ -82,7 +82,7 @@ class Uncertainty:
 def uncertainty(at: Linearised) -> Uncertainty:
     """Standard errors of a minimum, profiles where they may be skew."""
     misfit = lasting_misfit(at)
-    precision = at.normal / misfit**2 + np.diag(restore_prior(at)[1] ** -2.0)
+    precision = at.normal / misfit**2 + np.diag(at.stated_prior[1] ** -2.0)
     covariance = np.asarray(np.linalg.inv(precision), np.float64)
     std = np.sqrt(np.diag(covariance)[: at.free])
     found = Uncertainty(at, misfit, covariance, np.asarray(np.array([std, std]).T, np.float64))
@@ -90,11 +90,6 @@ def uncertainty(at: Linearised) -> Uncertainty:
     for j in profile_interval(found):
         sides[j] = _sides(found, j)
     return replace(found, sides=sides)
-
-
-def restore_prior(at: Linearised) -> tuple[Array, Array]:
-    """Prior means and 1σ of (θ, η) as stated, not narrowed as while a fit is under way."""
-    return replace(at.problem, firm_theta=1.0, firm_eta=1.0).prior
 
 
 def profile_interval(known: Uncertainty) -> list[int]:
@@ -133,14 +128,14 @@ def profile(known: Uncertainty, j: int, move: float) -> float:
 
 def scale_cost(at: Linearised, misfit: float) -> float:
     """J with the readings' part in units of the misfit."""
-    mean, spread = restore_prior(at)
+    mean, spread = at.stated_prior
     here = np.concatenate([at.theta, at.eta])
     return float(at.left @ at.left) / misfit**2 + float(np.sum(((here - mean) / spread) ** 2))
 
 
 def _gain(at: Linearised, misfit: float, j: int) -> float:
     """What one Gauss–Newton step of all but θ_j still lowers J by, in units of the misfit."""
-    mean, spread = restore_prior(at)
+    mean, spread = at.stated_prior
     here = np.concatenate([at.theta, at.eta])
     gradient = at.slopes @ at.left / misfit**2 + (mean - here) / spread**2
     precision = at.normal / misfit**2 + np.diag(spread**-2.0)

@@ -10,7 +10,9 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
+from network.analysis.calibration.identifiability_report import describe_disagreements
 from network.analysis.calibration.null import Null, estimate_null
+from network.analysis.calibration.one_machine import find_disagreements
 from network.analysis.diagnosis.forward_selection import Screening, screen_candidates, select_forward
 from network.analysis.diagnosis.holdout_admission import admit_runs
 from network.analysis.diagnosis.hypothesis import (
@@ -58,8 +60,9 @@ def diagnose(
     with processes(jobs, __name__):
         null = estimate_null(machine, free_parameters(machine), let_in.data, start, seed, lambda x: tell(0.05 * x))
         found = _search(Case(machine, let_in.recordings, start), null, seed, jobs, tell)
-        told = conclude(found, let_in.holdout, let_in.warnings, seed, jobs)
-    return replace(told, seconds=time.perf_counter() - began)
+        apart = find_disagreements(null, let_in.data)
+        told = conclude(found, let_in.holdout, (*let_in.warnings, *describe_disagreements(apart)), seed, jobs)
+    return replace(told, disagreements=apart, seconds=time.perf_counter() - began)
 
 
 def _search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[float], None]) -> Search:

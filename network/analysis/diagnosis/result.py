@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from network.analysis.calibration.one_machine import Disagreement
 from network.analysis.comparison.compare import Comparison
 from network.analysis.diagnosis.location import Location
 from network.analysis.diagnosis.lump_sentences import cuts_only, lump_sentence
@@ -134,6 +135,11 @@ class Fits:
     holdout_before: Comparison | None
     holdout_after: Comparison | None
 
+    def list_runs(self, units: Mapping[str, str]) -> list[dict[str, Any]]:
+        """The constants of every run with what was found; units: of the channels."""
+        runs = (*self.train_after.recordings, *(self.holdout_after.recordings if self.holdout_after else ()))
+        return [{"file": r.recording.file, **r.constants.summary(units)} for r in runs if r.constants]
+
     def summary(self) -> dict[str, Any]:
         held = self.holdout_before is not None and self.holdout_after is not None
         return {
@@ -175,6 +181,7 @@ class Diagnosis:
     seed: int
     seconds: float = 0.0
     patch: Mapping[str, Any] = field(default_factory=dict)
+    disagreements: tuple[Disagreement, ...] = ()
 
     def summary(self) -> dict[str, Any]:
         """diagnosis.json."""
@@ -186,6 +193,8 @@ class Diagnosis:
             "located": {"channels": channels, "nodes": nodes}, "fit": self.fits.summary(),
             "advice": [e.summary() for e in self.advice], "machine": "machine.diagnosed.yaml",
             "seconds": self.seconds, "seed": self.seed, "notes": list(self.notes),
+            "one_machine": {"agree": not self.disagreements, "numbers": [d.summary() for d in self.disagreements]},
+            "runs": self.fits.list_runs({n: s.unit for n, s in self.machine.sensors.items()}),
         }  # fmt: skip
 
     def __str__(self) -> str:

@@ -27,6 +27,7 @@ def summary(c: Calibration) -> dict[str, Any]:
                 "holdout": _before_after(c, c.before_holdout, c.after_holdout, c.stated_holdout)},
         "tcp_bands": [{"recording": r.recording.file, "axes": [b.summary() for b in own]}
                       for r, own in zip(_all(c), c.bands, strict=True)],
+        "one_machine": {"agree": not c.disagreements, "numbers": [d.summary() for d in c.disagreements]},
         "warnings": list(c.warnings), "sentences": list(c.sentences), "beginnings": c.tried, "seed": c.seed,
         "seconds": c.seconds,
     }  # fmt: skip
