@@ -85,8 +85,8 @@ def test_a_sensor_is_no_more_coloured_than_at_standstill() -> None:
 
 def test_runs_of_two_machines_want_different_numbers() -> None:
     other = two_blocks().patched({"nodes": {"motor": {"heat_capacity": "8 kJ/K"}}})
-    runs = [replace(recorded(m, speeds(*steps), i), file=f"run {i}", name=f"run {i}")
-            for i, (m, steps) in enumerate(((two_blocks(), USUAL), (other, ANOTHER), (two_blocks(), ANOTHER)))]  # fmt: skip
+    of = enumerate(((two_blocks(), USUAL), (other, ANOTHER), (two_blocks(), ANOTHER)))
+    runs = [replace(recorded(machine, speeds(*steps), i), file=f"run {i}") for i, (machine, steps) in of]
     found = calibrate(two_blocks(), runs)
     first = found.disagreements[0]
     assert first.parameter.path == "nodes.motor.heat_capacity" and first.sigma > 5
