@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from build import machine, schedule
 
-from network import Failed, Recording, simulate
+from network import Failed, Recording, compare, simulate
+from network.analysis.comparison.common_start import doubt_starts, share_start_rule
 from network.recordings.inputs import Start
 from network.recordings.recording import Column
 
@@ -50,6 +53,26 @@ def test_else_sensed_parts_start_at_their_first_minute_and_others_in_between() -
     start = begins(recorded([28.5, 27.5, 28.3, 27.7, 10.0]))
     assert start["a"] == pytest.approx(28.0)
     assert start["b"] == pytest.approx(19.0, abs=1e-6)
+
+
+def test_a_part_that_moves_in_its_first_minute_starts_where_its_line_does() -> None:
+    """A rise of 6 K in the minute, 20 °C at its beginning; the mean would be 31 °C."""
+    t = np.arange(0.0, 61.0, 5.0)
+    warm = Recording("r", "r.csv", t, {"A": Column("A", "degC", 28.0 + 0.1 * t)})
+    assert begins(warm)["a"] == pytest.approx(28.0, abs=0.01)
+
+
+def test_runs_of_one_call_begin_by_one_rule() -> None:
+    cold, warm = recorded([20.2, 20.2, 20.2, 20.2]), recorded([28.0, 28.1, 27.9, 28.0])
+    assert compare(chain(), [cold]).recordings[0].trajectory.sensors["A"][0] == 20.0
+    assert compare(chain(), [cold, warm]).recordings[0].trajectory.sensors["A"][0] == pytest.approx(20.2)
+    assert begins(share_start_rule(chain(), [cold, warm])[0])["b"] == pytest.approx(15.1, abs=1e-6)
+
+
+def test_a_stated_start_that_the_readings_deny_is_told() -> None:
+    warm = replace(recorded([28.0, 28.1, 27.9, 28.0]), start=Start(others=20.0))
+    assert [*doubt_starts(chain(), [warm])] == ["r.csv: A is stated to begin at 20.00 degC, and reads 28.00 degC first"]
+    assert not [*doubt_starts(chain(), [replace(warm, start=Start(others=27.8))])]
 
 
 def test_gaps_in_the_first_readings_are_passed_over() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -20,6 +21,9 @@ from network.cli.options import (
 )
 from network.recordings.start_rule import ESTIMATED
 from network.report.progress import share_bar
+
+if TYPE_CHECKING:
+    from network.analysis.comparison.compare import Comparison
 
 
 @click.command()
@@ -40,17 +44,19 @@ def compare(
         if json_file not in (None, "-"):
             results_go_to(Path(str(json_file)).parent)
         loaded = read_machine(machine, level, lumps, sets)
+        from network.analysis.comparison.common_start import doubt_starts
         from network.analysis.comparison.compare import compare as lay_beside
         from network.recordings.channel_match import overheard
-        from network.report.files.result_files import as_json, folder, write_text
+        from network.report.files.result_files import folder
 
-        given = list(read_recordings(recordings))
+        given, stated = list(read_recordings(recordings)), None
         if start == ESTIMATED:
             from network.analysis.calibration.estimated_constants import compare_estimating
 
             result = compare_estimating(loaded, given)
         else:
-            result = lay_beside(loaded, given, start=read_start(start), method=method, progress=bar.over(given))
+            stated = read_start(start)
+            result = lay_beside(loaded, given, start=stated, method=method, progress=bar.over(given))
         bar.now("testing residuals", 1.0)
         text = str(result) if json_file != "-" else ""
         written = []
@@ -58,14 +64,19 @@ def compare(
             from network.report.files.pictures import draw_comparison
 
             written = draw_comparison(result, folder(output))
-    if json_file == "-":
-        print_json(result.summary())
-    else:
-        click.echo(text)
-    if json_file not in (None, "-"):
-        assert json_file is not None
-        folder(Path(json_file).parent)
-        write_text(Path(json_file), as_json(result.summary()))
+    _print(result, text, json_file)
     if written:
         click.echo(f"\nWritten: {', '.join(map(str, written))}", err=json_file == "-")
-    warn([*loaded.warnings, *overheard(loaded, given, ())])
+    warn([*loaded.warnings, *overheard(loaded, given, ()), *doubt_starts(loaded, given, stated)])
+
+
+def _print(result: Comparison, text: str, json_file: str | None) -> None:
+    if json_file == "-":
+        print_json(result.summary())
+        return
+    click.echo(text)
+    if json_file is not None:
+        from network.report.files.result_files import as_json, folder, write_text
+
+        folder(Path(json_file).parent)
+        write_text(Path(json_file), as_json(result.summary()))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtrit
 
 from network.catalogue.declaration.declare import Array, Mask
 from network.catalogue.declaration.fields import Place
@@ -19,7 +21,9 @@ from network.recordings.recording import Recording
 NEAR_REFERENCE = 0.5
 """K: first readings this close to the reference mean a cold start."""
 FIRST_READINGS = 60.0
-"""s: the stretch whose mean is a first reading."""
+"""s: the stretch that first readings are told from."""
+FEWEST, CHANCE = 4, 1e-3
+"""Readings that a line is laid through, and how often one that stands still is taken for one that moves."""
 NEWTON_STEPS = 100
 
 
@@ -31,10 +35,10 @@ def start_temperatures(network: Network, schedule: Schedule, recording: Recordin
     start = schedule.start
     if start is not None and start.steady:
         return steady_state(network, T, u)
-    if start is not None:
+    if start is not None and not start.read:
         T = _set_given(network, start, T, schedule.file)
     elif recording is not None:
-        T = from_first_readings(network, recording, T, u)
+        T = from_first_readings(network, recording, T, u, always=start is not None)
     return _begin_states(network, T, u)
 
 
@@ -88,34 +92,71 @@ def steady_state(network: Network, T: Array, u: Inputs) -> Array:
     raise Failed("the steady state was not found; give `start:` temperatures")
 
 
-def from_first_readings(network: Network, recording: Recording, T: Array, u: Inputs) -> Array:
-    """The reference if all channels begin near it; else sensed lumps at their first readings, the others where
-    conduction and convection between sensed and held lumps would settle without any source.
+def from_first_readings(network: Network, recording: Recording, T: Array, u: Inputs, always: bool = False) -> Array:
+    """The reference if all channels begin near it (unless `always`); else sensed lumps at their first readings, the
+    others where conduction and convection between sensed and held lumps would settle without any source.
 
     A part that warms at once leaves the reference within the minute that a first reading is the mean of, and one noisy
     sample may lie off: it is enough that either lies near.
     """
-    readings = list(_first_readings(network, recording))
-    reference = network.machine.reference
-    if all(min(abs(first - reference), abs(mean - reference)) <= NEAR_REFERENCE for _, first, mean in readings):
+    readings = list(first_readings(network, recording).values())
+    if not always and _is_cold(network, readings):
         return T
     known = np.zeros(network.size, bool)
     known[network.bound] = True
-    for place, _, mean in readings:
-        sensed = network.row(place) > 0
-        T[sensed], known[sensed] = mean, True
+    for reading in readings:
+        sensed = network.row(reading.place) > 0
+        T[sensed], known[sensed] = reading.begins, True
     return interpolate_start(network, T, known, u)
 
 
-def _first_readings(network: Network, recording: Recording) -> Iterator[tuple[Place, float, float]]:
-    """Of every temperature channel: its place, its first sample, the mean of its first minute [°C]."""
-    early = recording.t <= recording.t[0] + FIRST_READINGS
+def begins_cold(network: Network, recording: Recording) -> bool:
+    """Whether a recording that says nothing of its start begins at the reference, by what its channels read first."""
+    return _is_cold(network, list(first_readings(network, recording).values()))
+
+
+def _is_cold(network: Network, readings: Sequence[FirstReading]) -> bool:
+    reference = network.machine.reference
+    return all(min(abs(T - reference) for T in (r.first, r.mean, r.begins)) <= NEAR_REFERENCE for r in readings)
+
+
+@dataclass(frozen=True)
+class FirstReading:
+    """Of a temperature channel [°C]: its first sample, the mean of its first minute, and where it begins: that mean, or
+    where a line through the minute does, if it moves there; std: 1σ of that."""
+
+    place: Place
+    first: float
+    mean: float
+    begins: float
+    std: float
+
+
+def first_readings(network: Network, recording: Recording) -> dict[str, FirstReading]:
+    """Of every temperature channel that reads something in the first minute."""
+    early, out = recording.t <= recording.t[0] + FIRST_READINGS, dict[str, FirstReading]()
     for name, sensor in network.machine.sensors.items():
         if sensor.place is not None and name in recording.columns:
             values = recording.columns[name].values[early]
-            finite = values[np.isfinite(values)]
-            if len(finite):
-                yield sensor.place, float(finite[0]), float(finite.mean())
+            finite = np.isfinite(values)
+            if finite.any():
+                begins = _begin(recording.t[early][finite] - recording.t[0], values[finite], sensor.sigma)
+                out[name] = FirstReading(sensor.place, float(values[finite][0]), float(values[finite].mean()), *begins)
+    return out
+
+
+def _begin(t: Array, values: Array, sigma: float) -> tuple[float, float]:
+    """Where readings begin and its 1σ: the line through them at t = 0 where its slope is there (Student), else their
+    mean."""
+    n, mean = len(values), float(values.mean())
+    spread = float(np.sum((t - t.mean()) ** 2))
+    if n < FEWEST or spread <= 0:
+        return mean, sigma / np.sqrt(n)
+    slope = float((t - t.mean()) @ values) / spread
+    scatter = max(float(np.sqrt(np.sum((values - mean - slope * (t - t.mean())) ** 2) / (n - 2))), sigma)
+    if abs(slope) * np.sqrt(spread) < float(stdtrit(n - 2, 1 - CHANCE / 2)) * scatter:
+        return mean, scatter / np.sqrt(n)
+    return mean - slope * float(t.mean()), scatter * float(np.sqrt(1 / n + t.mean() ** 2 / spread))
 
 
 def interpolate_start(network: Network, T: Array, known: Mask, u: Inputs) -> Array:

@@ -86,10 +86,12 @@ def is_slow(of: Unit) -> bool:
 
 @dataclass(frozen=True)
 class Start:
-    """Where a run begins. `steady`: in equilibrium with the inputs at its start. Else temperatures [°C] by node, and
-    `others` for the rest; None everywhere means the default of the file (see design: reference, or first readings)."""
+    """Where a run begins. `steady`: in equilibrium with the inputs at its start; `read`: at its first readings, also
+    where these lie near the reference. Else temperatures [°C] by node, and `others` for the rest; None everywhere means
+    the reference."""
 
     steady: bool = False
+    read: bool = False
     others: float | None = None
     nodes: Mapping[str, float] | None = None
 

@@ -27,6 +27,7 @@ from network.analysis.calibration.robust_fit import Fit
 from network.analysis.calibration.tcp_bands import Band, bands
 from network.analysis.calibration.uncertainty import Uncertainty
 from network.analysis.comparison.channel_residual import pool_residuals
+from network.analysis.comparison.common_start import doubt_starts, share_starts
 from network.analysis.comparison.compare import Comparison, compare
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import Parameter, at_values, centres, free_parameters, values_at
@@ -117,7 +118,7 @@ def calibrate(
     run breaks down.
     """
     began, tell = time.perf_counter(), progress or (lambda share: None)
-    train, held_out = _several(recordings), _several(holdout)
+    train, held_out = share_starts(machine, _several(recordings), _several(holdout), start)
     parameters = free_parameters(machine)
     check_parameters(machine, parameters)
     check_apart(train, held_out)
@@ -145,11 +146,12 @@ def _calibrate(
     stated = compare(result, train, start=start), compare(result, held_out, start=start) if held_out else None
     findings = [*describe_holdout(before_holdout, after_holdout, after), *sentences(null.found, fit, known)]
     findings += describe_constants(after, stated[0])
+    doubts = doubt_starts(machine, (*train, *held_out), start)
     apart = find_disagreements(null, let_in.data)
     findings += describe_disagreements(apart)
     return Calibration(
         result, machine, parameters, fit, known, before, after, before_holdout, after_holdout, *stated,
-        areas, apart, (*overheard(machine, train, held_out), *let_in.warnings),
+        areas, apart, (*overheard(machine, train, held_out), *doubts, *let_in.warnings),
         tuple(findings), null.found.tried, seed, time.perf_counter() - began,
     )  # fmt: skip
 

@@ -13,10 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from network.analysis.calibration.measured_means import OFFSET, START
+from network.analysis.calibration.measured_means import OFFSET
 from network.analysis.calibration.recording_admission import check_parameters
 from network.analysis.calibration.tcp_bands import Band, bands, run_of
 from network.analysis.calibration.uncertainty import CLOSELY, PRIOR_ONLY
+from network.analysis.comparison.common_start import START
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.entry_path import displacement
 from network.catalogue.declaration.fields import Amount, Place

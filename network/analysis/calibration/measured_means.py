@@ -9,6 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from network.analysis.calibration.data_quality import Channel, look_at
+from network.analysis.comparison.common_start import START
 from network.catalogue.declaration.declare import Array
 from network.engine.assembly import build
 from network.engine.response.intervals import first_from
@@ -23,8 +24,6 @@ from network.recordings.recording import Recording
 
 OFFSET = {"degC": 0.1, "um": 0.25e-6, "urad": 0.25e-6}
 """Prior 1σ of a channel's constant error, by its unit (SI)."""
-START = 0.3
-"""K: prior 1σ of a part's temperature at the start, where a reading or a cold machine tells it."""
 START_ANYWHERE = 1.0
 """K: the same where neither tells it and the part is no solid one but a capacity, like a tank."""
 START_SHARE = 0.5

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from network.analysis.calibration.gauss_newton import make_problem, minimise
 from network.analysis.calibration.measured_means import Measured
@@ -55,7 +55,7 @@ def find_disagreements(null: Null, data: Sequence[Measured]) -> tuple[Disagreeme
         return ()
     theta, std = (np.array([a[i] for a in alone]) for i in (1, 2))
     z = np.array([_apart(theta, std, r) for r in range(len(alone))])
-    most = float(norm.isf(LEVEL / 2 / z.size))
+    most = float(-ndtri(LEVEL / 2 / z.size))
     told = [_disagreement(null.parameters[j], [a[0] for a in alone], theta[:, j], std[:, j], float(z[:, j].max()))
             for j in np.flatnonzero(z.max(axis=0) > most)]  # fmt: skip
     return tuple(sorted(told, key=lambda d: -d.sigma))

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from network.analysis.comparison.channel_residual import ChannelResidual, pool_residuals
+from network.analysis.comparison.common_start import share_start_rule
 from network.catalogue.declaration.entry_path import displacement
 from network.engine.simulation import schedule_for, simulate
 from network.engine.solvers.carry_out import Progress
@@ -82,7 +83,7 @@ def compare(
     Raises Refused where a recording lacks an input, shares no channel with the machine, or has a channel in a unit
     that does not fit.
     """
-    several = [recordings] if isinstance(recordings, Recording) else recordings
+    several = share_start_rule(machine, [recordings] if isinstance(recordings, Recording) else recordings, start)
     return Comparison(machine, tuple(_compare_one(machine, r, start, method, progress) for r in several))
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.recording_admission import admit, check_apart
+from network.analysis.comparison.common_start import doubt_starts, share_starts
 from network.analysis.comparison.compare import check_fit
 from network.engine.response.parameters import at_values, centres, free_parameters, values_at
 from network.machine.machine import Machine
@@ -34,8 +35,10 @@ def admit_runs(
     check_apart(recordings, holdout)
     parameters = free_parameters(machine)
     _check_held_out(at_values(machine, values_at(parameters, centres(parameters))), holdout)
+    recordings, holdout = share_starts(machine, recordings, holdout, start)
     let_in = admit(machine, parameters, recordings, start)
-    warnings = (*overheard(machine, recordings, holdout), *let_in.warnings)
+    doubts = doubt_starts(machine, (*recordings, *holdout), start)
+    warnings = (*overheard(machine, recordings, holdout), *doubts, *let_in.warnings)
     return Intake(tuple(d.recording for d in let_in.data), tuple(holdout), let_in.data, warnings)
 
 
