@@ -64,7 +64,7 @@ def test_a_part_that_moves_in_its_first_minute_starts_where_its_line_does() -> N
 
 def test_runs_of_one_call_begin_by_one_rule() -> None:
     cold, warm = recorded([20.2, 20.2, 20.2, 20.2]), recorded([28.0, 28.1, 27.9, 28.0])
-    assert compare(chain(), [cold]).recordings[0].trajectory.sensors["A"][0] == 20.0
+    assert compare(chain(), [cold]).recordings[0].trajectory.sensors["A"][0] == pytest.approx(20.0, abs=1e-9)
     assert compare(chain(), [cold, warm]).recordings[0].trajectory.sensors["A"][0] == pytest.approx(20.2)
     assert begins(share_start_rule(chain(), [cold, warm])[0])["b"] == pytest.approx(15.1, abs=1e-6)
 
