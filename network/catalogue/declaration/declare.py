@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from network.catalogue.declaration.entry_path import NumberPath
 from network.catalogue.declaration.entry_reading import read_values
 from network.catalogue.declaration.field import REQUIRED, Field
+from network.catalogue.declaration.input_field import InputField, merge_inputs
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.number_fields import ParamField
 from network.catalogue.declaration.patch import Patch
@@ -181,12 +182,10 @@ class Declared(ABC):
 class Effect(Declared):
     """Base of what has a heat flow, a displacement or a reading: it can be missing, so it can be proposed."""
 
-    inputs: ClassVar[Mapping[str, str]] = {}
-    """Input channels the equation reads, each with a unit of the kind it must have: {"speed": "rpm"}."""
-
     def needs(self) -> Mapping[str, str]:
         """The input channels this entry reads, with a unit of the kind each must have."""
-        return self.inputs
+        named = ((self.__dict__[name], field) for name, field in self.fields.items())
+        return merge_inputs((name, f.unit) for name, f in named if name is not None and isinstance(f, InputField))
 
     def remarks(self, u: Mapping[str, Array]) -> Iterator[str]:
         """What is doubtful about it at the inputs of a whole run."""
