@@ -57,8 +57,9 @@ def tank_and_bar() -> Machine:
             "stream": {"kind": "advection", "through": ["supply", "tank"], "capacity_flow": "6 W/K", "while": "valve"},
         },
         sources={
-            "heater": HEATER, "coil": {**coil, "exponent": 2, "while": "valve"}, "winding": {**winding, "while": "pump"},
-            "window": window, "lamp": {"kind": "heat_source", "into": {"bar": 1}, "power": "15 W", "while": "door"},
+            "coil": {**coil, "exponent": 2, "while": "valve"}, "winding": {**winding, "while": "pump"},
+            "heater": HEATER, "window": window,
+            "lamp": {"kind": "heat_source", "into": {"bar": 1}, "power": "15 W", "while": "door"},
         },
         sensors={"T": T_TANK, "T_bar": {"measures": "bar@0.9", "noise": "0.05 K"}},
     )  # fmt: skip

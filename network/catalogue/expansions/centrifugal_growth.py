@@ -8,7 +8,7 @@ from network.catalogue.declaration.fields import channel, param
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.expansions.base import Expansion, Reading
 from network.catalogue.mechanisms.base import Inputs
-from network.catalogue.typical_values import usual_speed
+from network.catalogue.typical_values import SPEED, name_input, usual_input, usual_speed
 
 
 class CentrifugalGrowth(Expansion, kind="centrifugal_growth"):
@@ -33,5 +33,5 @@ class CentrifugalGrowth(Expansion, kind="centrifugal_growth"):
 
     @classmethod
     def subjects(cls, machine: MachineLike, axis: str) -> Iterator[tuple[str, dict[str, Any]]]:
-        if "speed" in machine.inputs:
-            yield "", usual_speed(machine)
+        if name_input(SPEED, machine) is not None:
+            yield "", {**usual_speed(machine), **usual_input(cls, machine)}

@@ -10,7 +10,7 @@ from network.catalogue.declaration.fields import channel, param
 from network.catalogue.declaration.machine_protocol import EntryLike, MachineLike
 from network.catalogue.mechanisms.base import Inputs, SurfaceLink, raise_to_power
 from network.catalogue.mechanisms.convection import Convection
-from network.catalogue.typical_values import usual_speed
+from network.catalogue.typical_values import usual_input, usual_speed
 
 
 class ForcedConvection(SurfaceLink, kind="forced_convection"):
@@ -54,4 +54,5 @@ class ForcedConvection(SurfaceLink, kind="forced_convection"):
         """Of a constant coefficient: its conductance, whatever form it has."""
         if not isinstance(entry, Convection) or (total := entry.total) is None:
             return None
-        return {"conductance": cls.fields["conductance"].write(total), **usual_speed(machine)}
+        given = {**usual_speed(machine), **usual_input(cls, machine)}
+        return {"conductance": cls.fields["conductance"].write(total), **given}

@@ -10,9 +10,7 @@ from network.catalogue.declaration.fields import amount, channel, merge_inputs, 
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.proposals import fresh
 from network.catalogue.mechanisms.base import Inputs, Source, raise_to_power
-from network.catalogue.typical_values import size_body
-
-SPEED = "speed"
+from network.catalogue.typical_values import SPEED, name_input, size_body
 
 
 class HeatSource(Source, kind="heat_source"):
@@ -86,7 +84,9 @@ class HeatSource(Source, kind="heat_source"):
     @classmethod
     def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """Into every part: always, and while the spindle runs if the machine knows its speed."""
-        for driver in ("always", "running") if "speed" in machine.inputs else ("always",):
+        speed = name_input(SPEED, machine)
+        for driver in ("always", "running") if speed is not None else ("always",):
+            own = {"input": speed} if driver == "running" and speed != SPEED else {}
             for name in cls.hosts(machine):
-                body = size_body(cls, machine, into={name: 1}, **{"with": driver})
+                body = size_body(cls, machine, into={name: 1}, **{"with": driver}, **own)
                 yield {"sources": {fresh(f"{cls.kind} {driver} {name}", machine.sources): body}}
