@@ -8,7 +8,7 @@ import numpy as np
 from network.catalogue.declaration.declare import Advice, Array
 from network.catalogue.declaration.fields import amount, channel, merge_inputs, param, word
 from network.catalogue.declaration.machine_protocol import MachineLike
-from network.catalogue.declaration.proposals import fresh
+from network.catalogue.declaration.proposals import Runs, fresh
 from network.catalogue.mechanisms.base import Inputs, Source, raise_to_power
 from network.catalogue.typical_values import SPEED, name_input, size_body
 
@@ -80,6 +80,16 @@ class HeatSource(Source, kind="heat_source"):
             return np.asarray(u[self.speed] != 0)
         share = np.asarray(u[self.driver] / self.full)
         return share if self.exponent is None else raise_to_power(np.abs(share), self.exponent)
+
+    @classmethod
+    def proposes_on(cls, machine: MachineLike, runs: Runs) -> Iterator[Mapping[str, Any]]:
+        """Besides, heat in proportion to a recorded power that nothing reads: all of it, into every part."""
+        yield from super().proposes_on(machine, runs)
+        for column, most in runs.powers.items():
+            for name in cls.hosts(machine):
+                own = {"with": column, "at": str(most), "power": cls.fields["power"].write(most.value)}
+                body = size_body(cls, machine, into={name: 1}, **own)
+                yield {"sources": {fresh(f"{cls.kind} {column} {name}", machine.sources): body}}
 
     @classmethod
     def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
