@@ -18,7 +18,7 @@ class Sunlight(Source, kind="sunlight"):
     """
 
     power = param("W", 0, 1e5, "heat at the day's peak", typical=100)
-    rises = param("h", -24, 24, "time of the run at which the sun comes in", default=0)
+    rises = param("h", -24, 24, "time of the run at which the sun comes in", default=0, typical=6)
     lasts = param("h", 0, 24, "how long it shines", positive=True, default=12)
     follows_time = True
     least_run = DAY
