@@ -160,3 +160,13 @@ def test_the_sun_is_proposed_where_a_run_lasts_a_day() -> None:
     assert not candidates(plain, short.drivers, among=sought, runs=short.runs)
     found = explain(day, proposed(day, "sources", "sunlight", "body"))
     assert own(found) == pytest.approx({"power": 160, "rises": 7200, "lasts": 9 * 3600}, rel=0.1)
+
+
+def test_a_store_that_melts() -> None:
+    plain = two_blocks()
+    melts = {"at": "27 degC", "over": "3 K", "latent_heat": "80 kJ"}
+    truth = plain.patched({"nodes": {"body": {"heat_capacity": "15 kJ/K", "melts": melts}}})
+    case = Case(plain, (recorded(truth, speeds(*LADDERS[0], every=30.0), 1),))
+    found = explain(case, proposed(case, "suspects", "phase_change", "body"))
+    assert own(found) == pytest.approx({"latent_heat": 8e4, "at": 27, "over": 3}, rel=0.05)
+    assert "body melts around" in said(found)
