@@ -6,7 +6,7 @@ from typing import Any, Self
 from network.catalogue.declaration.fields import Place, param, place
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.proposals import fresh
-from network.catalogue.mechanisms.base import Source
+from network.catalogue.mechanisms.base import Relay, Source
 from network.catalogue.suspects.base import Suspect
 
 SHARE = 0.1
@@ -45,13 +45,16 @@ class InterposedMass(Suspect, kind="interposed_mass"):
 
     @classmethod
     def suspected(cls, machine: MachineLike) -> Iterator[Self]:
-        """Between every source of one place and its part, and between all sources of a part, where it has several."""
+        """Between every source of one place and its part, and between all sources of a part, where it has several; not
+        where one switches, for which instants would have to be searched."""
         for source in _list_sources(machine):
-            if len(source.into) == 1 and machine.nodes[source.into[0][0].node].is_part:
-                yield cls._sized(machine, source.name, source.into[0][0].node)
+            part = source.into[0][0].node
+            if len(source.into) == 1 and machine.nodes[part].is_part and not isinstance(source, Relay):
+                yield cls._sized(machine, source.name, part)
         for name, node in machine.nodes.items():
             heats = [s for s in _list_sources(machine) if any(p.node == name for p, _ in s.into)]
-            if node.is_part and len(heats) > 1 and name not in machine.sources:
+            switch = any(isinstance(s, Relay) for s in heats)
+            if node.is_part and len(heats) > 1 and name not in machine.sources and not switch:
                 yield cls._sized(machine, name, name)
 
     @classmethod

@@ -117,7 +117,8 @@ class _Rounds:
             self.T = np.where(self.network.is_state, T, np.clip(T, COLDEST, HOTTEST))
             stretch = np.log(self.latent.stretch(self.T))
             slopes = [slopes_of_group(g, self.T, self.u) for g in self.inside]
-            of = windows([*slopes, (stretch,)], len(self.plan.steps))
+            melts = [(stretch,)] if self.network.melting else []
+            of = windows([*slopes, *melts], len(self.plan.steps))
             mine = [np.flatnonzero(of == w) for w in range(int(of.max()) + 1)]
             middles = [self._middle(at) for at in mine]
             wide = [np.exp(stretch[np.concatenate([at, at + len(of)])].mean(axis=0)) for at in mine]
