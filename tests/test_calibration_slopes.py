@@ -28,7 +28,11 @@ def more_machines():
     chiller = {"kind": "pi_cooling", "into": {"motor": 1}, "watches": "motor", "set": "24 degC ± 1 K",
                "gain": "10 W/K ± 30 %", "reset_time": "900 s ± 30 %"}  # fmt: skip
     chilled = two_blocks(sources={"chiller": chiller})
-    return machines() | {"geometry": geometry, "material": made, "chilled": chilled}
+    coil = {"kind": "heat_source", "into": {"body": 1}, "power": "80 W ± 20 %", "with": "speed", "at": "8000 rpm",
+            "exponent": "2 ± 20 %", "while": "speed"}  # fmt: skip
+    spray = {"kind": "convection", "between": ["motor", "air"], "conductance": "9 W/K ± 20 %", "while": "speed"}
+    gated = two_blocks(sources={"coil": coil}, links={"spray": spray})
+    return machines() | {"gated": gated, "geometry": geometry, "material": made, "chilled": chilled}
 
 
 MACHINES = more_machines()

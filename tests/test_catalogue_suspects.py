@@ -6,10 +6,14 @@ import pytest
 from catalogue import machine
 
 from network.analysis.diagnosis.lump_refinement import list_finer_machines
+from network.catalogue.declaration.discovery import kinds
+from network.catalogue.declaration.fields import Place
 from network.catalogue.mechanisms.friction import turning
 from network.catalogue.suspects.coolant_tank import CoolantTank
 from network.catalogue.suspects.foundation import Foundation
 from network.catalogue.suspects.hidden_mass import HiddenMass
+from network.catalogue.suspects.interposed_mass import InterposedMass
+from network.catalogue.suspects.post import Post
 
 REFERENCE = 22.0
 
@@ -64,3 +68,49 @@ def test_what_turns_is_told_by_friction_or_by_its_mark() -> None:
     assert list(turning(machine("no metal"))) == ["a"]
     unmarked = machine("no metal").patched({"nodes": {"a": {"heat_capacity": "2 kJ/K", "rotates": "false"}}})
     assert list(turning(unmarked)) == []
+
+
+def test_a_part_comes_between_one_source_or_all_of_a_part() -> None:
+    """The friction heats two places: it is led elsewhere only as far as it heats the part that is named."""
+    named = {str(suspect.of): suspect for suspect in InterposedMass.suspected(machine())}
+    assert set(named) == {"motor", "pump", "shaft"}
+    for of, sources in (("motor", {"motor": {1.0}}), ("shaft", {"motor": {1.0}, "friction": {0.5}})):
+        patch = named[of].patch(machine())
+        patched = machine().patched(patch)
+        new = f"part between {of}"
+        shares = {name: {s for p, s in patched.sources[name].into if p.node == new} for name in patch["sources"]}
+        assert shares == sources
+        assert [str(place) for place in patched.links[new].between] == ["shaft", new]
+        assert InterposedMass.from_patch(patched, patch).to_plain() == named[of].to_plain()
+    assert {str(p): s for p, s in patched.sources["friction"].into} == {new: 0.5, "housing": 0.5}
+
+
+@pytest.mark.parametrize(
+    ("of", "told"), [("friction", "heats several places; name the part"), ("column skin", "is no source, and no part")]
+)
+def test_what_is_not_heated_from_one_place_has_no_part_in_between(of: str, told: str) -> None:
+    with pytest.raises(ValueError, match=told):
+        InterposedMass.typical(of=Place(of)).patch(machine())
+
+
+def test_a_post_is_read_back_with_all_that_it_is() -> None:
+    for suspect in Post.suspected(machine()):
+        patch = suspect.patch(machine())
+        again = Post.from_patch(machine().patched(patch), patch)
+        assert again.to_plain() == suspect.to_plain()
+    near = {(str(s.near), str(s.surroundings), s.moves, s.direction) for s in Post.suspected(machine())}
+    parts = ("shaft", "housing", "column", "air", "coolant")
+    assert {(n, m, d) for n, _, m, d in near} == {(n, f"tcp.{a}", d) for n in parts for a in "zy" for d in (1, -1)}
+    assert ("coolant", "air", "tcp.z", 1) in near and ("air", "coolant", "tcp.z", 1) in near
+
+
+def test_proposals_read_the_speed_by_the_name_that_the_machine_has() -> None:
+    friction = {"kind": "bearing_friction", "into": {"a": 1}, "torque": "0.1 N m", "input": "n_main"}
+    renamed = machine("no metal").patched({"sources": {"bearing": friction}})
+    assert set(renamed.inputs) == {"ambient", "n_main"}
+    for section, kind in (("sources", "windage"), ("sources", "seal_friction"), ("tcp", "centrifugal_growth")):
+        for patch in kinds(section)[kind].proposes(renamed):
+            assert set(renamed.patched(patch).inputs) == {"ambient", "n_main"}
+    drivers = [s["with"] for p in kinds("sources")["heat_source"].proposes(renamed) for s in p["sources"].values()]
+    assert drivers == ["always"] * 2 + ["running"] * 2
+    assert not list(kinds("tcp")["centrifugal_growth"].proposes(machine("coolant")))

@@ -8,8 +8,11 @@ from typing import Any
 import numpy as np
 
 from network.catalogue.declaration.declare import Declared, typical_body
+from network.catalogue.declaration.fields import InputField
 from network.catalogue.declaration.machine_protocol import MachineLike
 
+SPEED = "speed"
+"""The input that what turns is read by, unless an entry says otherwise."""
 SCALED = ("W", "W/K", "m^2")
 """Units of what is typically ten times as large on a machine that loses ten times as much."""
 USUAL_LOSS = 100.0
@@ -20,7 +23,7 @@ EXCESS = 10.0
 
 def size_body(cls: type[Declared], machine: MachineLike, **given: Any) -> dict[str, Any]:
     """The YAML of a typical entry, heats, conductances and areas in proportion to what this machine loses."""
-    body = typical_body(cls)
+    body = typical_body(cls, **usual_input(cls, machine))
     for name, field in cls.params().items():
         if field.unit in SCALED and field.key in body:
             body[field.key] = field.write(size_value(cls, name, machine))
@@ -60,6 +63,26 @@ def usual_surroundings(machine: MachineLike, besides: str = "") -> str | None:
 def links_to(machine: MachineLike, name: str) -> int:
     """How often links and streams name a node."""
     return sum(place.node == name for link in machine.links.values() for place in link.places)
+
+
+def usual_input(cls: type[Declared], machine: MachineLike) -> dict[str, str]:
+    """The `input` of a proposal on a machine without the input that its kind reads by default, where entries of that
+    machine read another in its place; empty where none does."""
+    field = cls.fields.get("input")
+    other = name_input(str(field.default), machine) if isinstance(field, InputField) and field.default else None
+    return {"input": other} if other is not None and isinstance(field, InputField) and other != field.default else {}
+
+
+def name_input(default: str, machine: MachineLike) -> str | None:
+    """What a machine calls the input of that name: so, or as its entries that would read it say; None where it has
+    none."""
+    if default in machine.inputs:
+        return default
+    for _, entry in machine.entries():
+        field = entry.fields.get("input")
+        if isinstance(field, InputField) and field.default == default:
+            return str(getattr(entry, field.attribute))
+    return None
 
 
 def usual_speed(machine: MachineLike) -> dict[str, Any]:

@@ -37,11 +37,13 @@ class Flows:
 
     def heat_flow(self, T: Array, u: Inputs) -> Array:
         """Heat of every flow by its law, with the temperatures of all lumps (…, N), before its weight."""
-        return self.law.heat_flow(T[..., self.a], T[..., self.b], u, *(T @ R.T for R in self.reads))
+        heat = self.law.heat_flow(T[..., self.a], T[..., self.b], u, *(T @ R.T for R in self.reads))
+        return self.law.let_pass(heat, u)
 
     def slopes(self, T: Array, u: Inputs) -> tuple[Array, ...]:
         """Slopes of its law by both temperatures and every reading, before its weight."""
-        return self.law.slopes(T[..., self.a], T[..., self.b], u, *(T @ R.T for R in self.reads))
+        slopes = self.law.slopes(T[..., self.a], T[..., self.b], u, *(T @ R.T for R in self.reads))
+        return tuple(self.law.let_pass(slope, u) for slope in slopes)
 
     @cached_property
     def spread(self) -> Array:
@@ -66,10 +68,10 @@ class Heats(Generic[Law_co]):
 
     def heat(self, u: Inputs, *own: Array) -> Array:
         """What every entry gives, with what it reads."""
-        return cast(Source, self.law).heat(u, *own)
+        return self.law.let_pass(cast(Source, self.law).heat(u, *own), u)
 
     def slopes(self, u: Inputs, *own: Array) -> tuple[Array, ...]:
-        return cast(Source, self.law).slopes(u, *own)
+        return tuple(self.law.let_pass(slope, u) for slope in cast(Source, self.law).slopes(u, *own))
 
 
 @dataclass(frozen=True)
@@ -80,7 +82,7 @@ class Rates(Heats[Law_co]):
     is_heat: ClassVar[bool] = False
 
     def heat(self, u: Inputs, *own: Array) -> Array:
-        return self.law.rate(u, *own)[self.state]
+        return self.law.let_pass(self.law.rate(u, *own)[self.state], u)
 
     def slopes(self, u: Inputs, *own: Array) -> tuple[Array, ...]:
         return complex_steps(lambda *x: self.heat(u, *x), *own)

@@ -170,7 +170,8 @@ def interpolate_start(network: Network, T: Array, known: Mask, u: Inputs) -> Arr
         if flows.relay is not None:
             continue
         at = T[flows.a] + 1e-3, T[flows.b] - 1e-3
-        G = flows.w * np.abs(flows.law.slopes(*at, u, *(R @ T for R in flows.reads))[0])
+        slope = flows.law.slopes(*at, u, *(R @ T for R in flows.reads))[0]
+        G = flows.w * np.abs(flows.law.let_pass(slope, u))
         if not flows.one_way:
             np.add.at(K, (flows.a, flows.b), G)
             np.add.at(K, (flows.b, flows.a), G)

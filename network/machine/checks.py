@@ -107,7 +107,7 @@ def _check_inputs(machine: Entries, complaints: Complaints) -> None:
     seen: dict[str, tuple[EntryPath, str]] = {}
     for path, entry in machine.by_path.items():
         for name, unit_text in _needs(entry).items():
-            first_path, first_unit = seen.setdefault(name, (path, unit_text))
+            first_path, first_unit = seen.setdefault(name, (path, unit_text)) if unit_text else (path, unit_text)
             if unit(first_unit).dimension != unit(unit_text).dimension:
                 wrong = f"{path} reads the input '{name}' in {unit_text}, {first_path} in {first_unit}"
                 complaints.refuse(entry.spot, wrong, "one input has one kind of unit")

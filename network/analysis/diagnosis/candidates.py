@@ -19,6 +19,7 @@ from network.catalogue.declaration.entry_path import NumberPath, displacement
 from network.catalogue.declaration.number_fields import ParamField
 from network.catalogue.declaration.patch import Patch
 from network.catalogue.declaration.places import Place
+from network.catalogue.declaration.proposals import Runs
 from network.catalogue.declaration.registry import sections
 from network.catalogue.declaration.sections import TCP
 from network.catalogue.mechanisms.base import Relay
@@ -40,6 +41,9 @@ STRETCHES = ((0.0, 0.25), (0.25, 0.5), (0.5, 0.75), (0.75, 1.0))
 DEGREES, AROUND = 3.0, 2.0
 """K: prior 1σ of a temperature that a proposal brings, and how many of them surroundings that it brings may be off:
 farther, and a place that keeps its temperature is only a way to write any heat."""
+
+
+NO_RUNS = Runs()
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,13 +154,15 @@ def kinds() -> Iterator[type[Effect]]:
 
 
 def candidates(
-    machine: Machine, known: Iterable[str], structural: bool = False, among: Iterable[type[Effect]] | None = None
-) -> tuple[Candidate, ...]:
+    machine: Machine, known: Iterable[str], structural: bool = False, among: Iterable[type[Effect]] | None = None,
+    runs: Runs = NO_RUNS,
+) -> tuple[Candidate, ...]:  # fmt: skip
     """All that is proposed for a machine and can be computed with the inputs known: what has a strength to be fitted,
-    or what is structural. among: the kinds in question, if not all."""
+    or what is structural. among: the kinds in question, if not all; runs: what the recordings bring."""
     known_kinds = kinds() if among is None else among
     wanted = [k for k in known_kinds if isinstance(k.fields[k.strength], ParamField) != structural]
-    found = (c for kind in wanted for patch in kind.proposes(machine) if (c := candidate(machine, kind, patch)))
+    patches = ((kind, patch) for kind in wanted for patch in kind.proposes_on(machine, runs))
+    found = (c for kind, patch in patches if (c := candidate(machine, kind, patch)))
     have = {*known}
     return tuple(c for c in found if have.issuperset(c.machine.inputs))
 

@@ -70,7 +70,9 @@ class Screening:
 def screen_candidates(current: Hypothesis, jobs: int) -> Screening:
     """Everything that could be missing from a hypothesis, screened."""
     before = build_surrogate(current)
-    proposed = tuple(c for c in candidates(before.machine, current.case.drivers) if _keeps(c, before.own))
+    case = current.case
+    found = candidates(before.machine, case.drivers, runs=case.runs)
+    proposed = tuple(c for c in found if _keeps(c, before.own))
     return Screening(before, proposed, tuple(screen(before.linearised, proposed, before.values, jobs)))
 
 

@@ -22,7 +22,9 @@ from network.analysis.calibration.gauss_newton import (
 from network.analysis.calibration.measured_means import Measured, weigh_recording
 from network.analysis.calibration.noise import Noise
 from network.analysis.diagnosis.candidates import Candidate, lay_over
+from network.analysis.diagnosis.recorded_powers import gather_runs
 from network.catalogue.declaration.declare import Array
+from network.catalogue.declaration.proposals import Runs
 from network.engine.response.model import Prediction
 from network.engine.response.parameters import Parameter, at_values, centres, free_parameters, values_at
 from network.machine.machine import Machine
@@ -67,6 +69,11 @@ class Case:
         """Columns of all recordings that are no channel of the machine: inputs, and what may drive missing physics."""
         shared = set.intersection(*(({*r.columns, *r.constants}) for r in self.recordings))
         return tuple(sorted(shared - {*self.machine.sensors}))
+
+    @cached_property
+    def runs(self) -> Runs:
+        """What the recordings bring to proposals."""
+        return gather_runs(self.machine, self.recordings, self.drivers)
 
     def of(self, runs: Sequence[int]) -> Case:
         """The case of some of its recordings."""

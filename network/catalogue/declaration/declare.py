@@ -22,10 +22,12 @@ from numpy.typing import NDArray
 from network.catalogue.declaration.entry_path import NumberPath
 from network.catalogue.declaration.entry_reading import read_values
 from network.catalogue.declaration.field import REQUIRED, Field
+from network.catalogue.declaration.input_field import InputField, merge_inputs
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.number_fields import ParamField
 from network.catalogue.declaration.patch import Patch
 from network.catalogue.declaration.positions import Along
+from network.catalogue.declaration.proposals import Runs
 from network.catalogue.declaration.registry import enter, list_kinds
 from network.platform.quantities.units import Number
 from network.platform.refusal import Complaints, Spot
@@ -181,12 +183,13 @@ class Declared(ABC):
 class Effect(Declared):
     """Base of what has a heat flow, a displacement or a reading: it can be missing, so it can be proposed."""
 
-    inputs: ClassVar[Mapping[str, str]] = {}
-    """Input channels the equation reads, each with a unit of the kind it must have: {"speed": "rpm"}."""
+    least_run: ClassVar[float] = 0.0
+    """s: a recording that is shorter than this cannot tell it from anything that goes up and down once."""
 
     def needs(self) -> Mapping[str, str]:
         """The input channels this entry reads, with a unit of the kind each must have."""
-        return self.inputs
+        named = ((self.__dict__[name], field) for name, field in self.fields.items())
+        return merge_inputs((name, f.unit) for name, f in named if name is not None and isinstance(f, InputField))
 
     def remarks(self, u: Mapping[str, Array]) -> Iterator[str]:
         """What is doubtful about it at the inputs of a whole run."""
@@ -205,6 +208,11 @@ class Effect(Declared):
     @abstractmethod
     def proposes(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """Patches: where in this machine the effect could be missing, each with a typical strength."""
+
+    @classmethod
+    def proposes_on(cls, machine: MachineLike, runs: Runs) -> Iterator[Mapping[str, Any]]:
+        """The same where recordings are known: nothing that they are too short for, and what they bring themselves."""
+        return cls.proposes(machine) if runs.longest >= cls.least_run else iter(())
 
     @classmethod
     def path_to(cls, parameter: str, patch: Mapping[str, Any]) -> NumberPath:

@@ -1,9 +1,22 @@
-"""Names of what a proposal brings: such as are not taken."""
+"""What proposals are made from beside a machine: what its recordings bring, and names that are not taken."""
 
 from __future__ import annotations
 
-from collections.abc import Container
+import math
+from collections.abc import Container, Mapping
+from dataclasses import dataclass, field
 from itertools import count
+
+from network.catalogue.declaration.number_fields import Amount
+
+
+@dataclass(frozen=True)
+class Runs:
+    """What recordings bring to proposals. longest: length of the longest [s]; powers: recorded powers that no entry of
+    the machine reads, each with the most that it reaches."""
+
+    longest: float = math.inf
+    powers: Mapping[str, Amount] = field(default_factory=dict)
 
 
 def fresh(name: str, taken: Container[str]) -> str:

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 from typing import Any
 
 from network.catalogue.declaration.declare import Array
-from network.catalogue.declaration.fields import param
+from network.catalogue.declaration.fields import channel, param
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.expansions.base import Expansion, Reading
-from network.catalogue.mechanisms.base import SPINDLE, Inputs
-from network.catalogue.typical_values import usual_speed
+from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.typical_values import SPEED, name_input, usual_input, usual_speed
 
 
 class CentrifugalGrowth(Expansion, kind="centrifugal_growth"):
@@ -20,7 +20,7 @@ class CentrifugalGrowth(Expansion, kind="centrifugal_growth"):
 
     displacement = param("um", 0, 1000, "displacement at the reference speed", typical=10)
     reference_speed = param("rpm", 0, 300_000, "speed at which it is given", positive=True, typical=10_000)
-    inputs = SPINDLE
+    input = channel("speed", "rpm")
     strength = "displacement"
     sentence = "the shaft moves the tool centre point along {way} by {displacement} at {reference_speed}"
 
@@ -28,10 +28,10 @@ class CentrifugalGrowth(Expansion, kind="centrifugal_growth"):
         return ()
 
     def movement(self, u: Inputs, *readings: Array) -> Array:
-        d: Array = self.direction * self.displacement * (u["speed"] / self.reference_speed) ** 2
+        d: Array = self.direction * self.displacement * (u[self.input] / self.reference_speed) ** 2
         return d
 
     @classmethod
     def subjects(cls, machine: MachineLike, axis: str) -> Iterator[tuple[str, dict[str, Any]]]:
-        if "speed" in machine.inputs:
-            yield "", usual_speed(machine)
+        if name_input(SPEED, machine) is not None:
+            yield "", {**usual_speed(machine), **usual_input(cls, machine)}

@@ -52,7 +52,7 @@ class Stretching(Expansion, kind="stretching"):
         return self.replaced(alpha=alpha, bar=bar, capacity=node.capacity * share, lumps=node.lumps)
 
     def needs(self) -> Mapping[str, str]:
-        return list_inputs(self.fixed, self.at)
+        return {**super().needs(), **list_inputs(self.fixed, self.at)}
 
     @property
     def grown(self) -> Array:

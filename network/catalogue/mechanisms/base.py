@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Self, TypeAlias, cast
 import numpy as np
 
 from network.catalogue.declaration.declare import Array, Effect, typical_body
-from network.catalogue.declaration.fields import Place, PlaceField, places, shares
+from network.catalogue.declaration.fields import ANY, Place, PlaceField, channel, places, shares
 from network.catalogue.declaration.machine_protocol import EntryLike, MachineLike, NodeLike
 from network.catalogue.declaration.proposals import fresh
 from network.catalogue.typical_values import size_body
@@ -23,8 +23,6 @@ from network.catalogue.typical_values import size_body
 Inputs: TypeAlias = Mapping[str, Array]
 """Input channels by name at one instant, in SI (speed in rad/s); `time` in s is among them."""
 
-SPINDLE = {"speed": "rpm"}
-FEED = {"feed": "m/min"}
 ZERO_CELSIUS = 273.15
 STEP = 1e-30
 
@@ -80,6 +78,14 @@ class Mechanism(Effect):
     states: ClassVar[Mapping[str, State]] = {}
     affine: ClassVar[bool] = True
     follows_time: ClassVar[bool] = False
+    gate = channel(None, ANY, "an input: it is there only while that is not zero", key="while")
+
+    def let_pass(self, value: Array, u: Inputs) -> Array:
+        """A heat, a slope or a rate of it while it is there, else zero."""
+        return value if self.gate is None else np.asarray(value * (u[self.gate] != 0))
+
+    def said(self, **more: str) -> str:
+        return super().said(**more) + (f", while {self.gate} is not zero" if self.gate is not None else "")
 
     def is_affine(self) -> bool:
         return bool(self.affine)
@@ -140,7 +146,8 @@ class Mechanism(Effect):
             return None
         kept, numbers = entry.to_plain(), cls.replaces[entry.kind]
         own = {cls.fields[ours].key: kept[theirs] for theirs, ours in numbers.items() if theirs in kept}
-        where = {key: kept[key] for key in ("between", "through", "into") if key in kept}
+        keys = {field.key for field in cls.fields.values()} & {"between", "through", "into", "input", "while"}
+        where = {key: kept[key] for key in kept if key in keys}
         return {entry.section: {entry.name: {**typical_body(cls), **own, **where, **given}}}
 
     @classmethod

@@ -54,7 +54,7 @@ class BearingFriction(Friction, kind="bearing_friction"):
     def moment(self, u: Inputs, *T: Array) -> Array:
         if self.is_constant:
             return self.torque
-        wetness = raise_to_power(self.viscosity * 1e6 * np.abs(u["speed"]) * 60 / (2 * np.pi), np.array(2 / 3))
+        wetness = raise_to_power(self.viscosity * 1e6 * np.abs(u[self.input]) * 60 / (2 * np.pi), np.array(2 / 3))
         stirred = 1e-7 * self.lubrication_factor * np.maximum(wetness, LEAST) * (self.mean_diameter * 1e3) ** 3 * 1e-3
         M: Array = stirred + self.load_factor * self.load * self.mean_diameter
         return M

@@ -6,10 +6,10 @@ from typing import Any, Self
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
-from network.catalogue.declaration.fields import param, place
+from network.catalogue.declaration.fields import channel, param, place
 from network.catalogue.declaration.machine_protocol import EntryLike, MachineLike
 from network.catalogue.declaration.proposals import fresh
-from network.catalogue.mechanisms.base import SPINDLE, Inputs, Source
+from network.catalogue.mechanisms.base import Inputs, Source
 from network.catalogue.mechanisms.heat_source import HeatSource
 from network.catalogue.mechanisms.motor_loss import MotorLoss
 from network.platform.quantities.number_format import per_kelvin
@@ -25,7 +25,7 @@ class CopperTemperature(Source, kind="copper_temperature"):
     power = param("W", 0, 1e6, "copper loss while running, at the reference temperature", typical=100)
     slope = param("1/K", 0, 0.02, "growth of the loss per kelvin", typical=0.0039)
     reads = place("where the winding's temperature is read; default the first place of `into`", default=None)
-    inputs = SPINDLE
+    input = channel("speed", "rpm")
     strength = "slope"
     replaces = {"motor_loss": {"copper": "power"}, "heat_source": {"power": "power"}}
     derived = ("cold",)
@@ -42,11 +42,11 @@ class CopperTemperature(Source, kind="copper_temperature"):
         return self.replaced(reads=reads, cold=machine.reference)
 
     def heat(self, u: Inputs, *T: Array) -> Array:
-        q: Array = self.power * (1 + self.slope * (T[0] - self.cold)) * (u["speed"] != 0)
+        q: Array = self.power * (1 + self.slope * (T[0] - self.cold)) * (u[self.input] != 0)
         return q
 
     def slopes(self, u: Inputs, *T: Array) -> tuple[Array, ...]:
-        slope: Array = self.power * self.slope * (u["speed"] != 0)
+        slope: Array = self.power * self.slope * (u[self.input] != 0)
         return (slope * np.ones_like(T[0]),)
 
     @classmethod

@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from network.catalogue.declaration.declare import Array
-from network.catalogue.declaration.fields import param
+from network.catalogue.declaration.fields import channel, param
 from network.catalogue.mechanisms.base import Inputs, Source
 
 
@@ -14,10 +14,10 @@ class CuttingHeat(Source, kind="cutting_heat"):
     """
 
     share = param("1", 0, 1, "share of the cutting power", typical=0.1)
-    inputs = {"cutting_power": "W"}
+    input = channel("cutting_power", "W")
     strength = "share"
     sentence = "{share} of the cutting power heats {into}"
 
     def heat(self, u: Inputs, *T: Array) -> Array:
-        q: Array = self.share * u["cutting_power"]
+        q: Array = self.share * u[self.input]
         return q

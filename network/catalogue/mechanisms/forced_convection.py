@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
-from network.catalogue.declaration.fields import param
+from network.catalogue.declaration.fields import channel, param
 from network.catalogue.declaration.machine_protocol import EntryLike, MachineLike
-from network.catalogue.mechanisms.base import SPINDLE, Inputs, SurfaceLink, raise_to_power
+from network.catalogue.mechanisms.base import Inputs, SurfaceLink, raise_to_power
 from network.catalogue.mechanisms.convection import Convection
-from network.catalogue.typical_values import usual_speed
+from network.catalogue.typical_values import usual_input, usual_speed
 
 
 class ForcedConvection(SurfaceLink, kind="forced_convection"):
@@ -25,7 +25,7 @@ class ForcedConvection(SurfaceLink, kind="forced_convection"):
     gain = param("1", 0, 100, "how much the conductance gains at the reference speed", typical=2)
     exponent = param("1", 0.2, 1.5, "exponent over speed", default=0.8)
     reference_speed = param("rpm", 0, 300_000, "speed at which the gain is given", positive=True, typical=10_000)
-    inputs = SPINDLE
+    input = channel("speed", "rpm")
     strength = "gain"
     shapes = ("exponent",)
     replaces = {"convection": {"conductance": "conductance"}}
@@ -37,7 +37,7 @@ class ForcedConvection(SurfaceLink, kind="forced_convection"):
         return f"{1 + float(self.gain):.2g}"
 
     def _conductance(self, u: Inputs) -> Array:
-        speed = np.abs(u["speed"]) / self.reference_speed
+        speed = np.abs(u[self.input]) / self.reference_speed
         G: Array = self.conductance * (1 + self.gain * raise_to_power(speed, self.exponent))
         return G
 
@@ -54,4 +54,5 @@ class ForcedConvection(SurfaceLink, kind="forced_convection"):
         """Of a constant coefficient: its conductance, whatever form it has."""
         if not isinstance(entry, Convection) or (total := entry.total) is None:
             return None
-        return {"conductance": cls.fields["conductance"].write(total), **usual_speed(machine)}
+        given = {**usual_speed(machine), **usual_input(cls, machine)}
+        return {"conductance": cls.fields["conductance"].write(total), **given}

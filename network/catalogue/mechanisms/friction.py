@@ -8,9 +8,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from network.catalogue.declaration.declare import Advice, Array
-from network.catalogue.declaration.fields import param
+from network.catalogue.declaration.fields import channel, param
 from network.catalogue.declaration.machine_protocol import MachineLike
-from network.catalogue.mechanisms.base import FEED, SPINDLE, Inputs, Source
+from network.catalogue.mechanisms.base import Inputs, Source
 
 KILOWATT_AT = 2 * np.pi / 60 * 3000
 """rad/s: a bearing whose torque makes a kilowatt at 3000 rpm was probably meant in N mm."""
@@ -23,14 +23,14 @@ class Friction(Source):
     """
 
     torque = param("N m", 0, 1e5, "friction torque", typical=0.3)
-    inputs = SPINDLE
+    input = channel("speed", "rpm")
 
     @abstractmethod
     def moment(self, u: Inputs, *T: Array) -> Array:
         """Friction torque [N m] at the temperatures read [°C]."""
 
     def heat(self, u: Inputs, *T: Array) -> Array:
-        q: Array = np.abs(u["speed"]) * self.moment(u, *T)
+        q: Array = np.abs(u[self.input]) * self.moment(u, *T)
         return q
 
     def doubts(self) -> Iterator[Advice]:
@@ -43,11 +43,11 @@ class Sliding(Source):
     """Friction of what moves with the feed: q = F |v|, F = `power_per_feed` the friction force, v the feed."""
 
     power_per_feed = param("W/(m/min)", 0, 1e5, "heat for each unit of feed", typical=10)
-    inputs = FEED
+    input = channel("feed", "m/min")
     strength = "power_per_feed"
 
     def heat(self, u: Inputs, *T: Array) -> Array:
-        q: Array = self.power_per_feed * np.abs(u["feed"])
+        q: Array = self.power_per_feed * np.abs(u[self.input])
         return q
 
 

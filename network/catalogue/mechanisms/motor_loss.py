@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
-from network.catalogue.declaration.fields import param
+from network.catalogue.declaration.fields import channel, param
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.proposals import fresh
-from network.catalogue.mechanisms.base import SPINDLE, Inputs, Source, raise_to_power
+from network.catalogue.mechanisms.base import Inputs, Source, raise_to_power
 from network.catalogue.typical_values import size_body, usual_speed
 
 
@@ -25,12 +25,12 @@ class MotorLoss(Source, kind="motor_loss"):
     iron = param("W", 0, 1e6, "iron loss at the reference speed", typical=200)
     iron_exponent = param("1", 0.5, 3, "exponent of the iron loss over speed", default=1.5)
     reference_speed = param("rpm", 0, 300_000, "speed at which the iron loss is given", positive=True, typical=10_000)
-    inputs = SPINDLE
+    input = channel("speed", "rpm")
     strength = "iron"
     sentence = "a motor heats {into} with {copper} copper loss and {iron} iron loss at {reference_speed}"
 
     def heat(self, u: Inputs, *T: Array) -> Array:
-        n = np.abs(u["speed"])
+        n = np.abs(u[self.input])
         q: Array = self.copper * (n > 0) + self.iron * raise_to_power(n / self.reference_speed, self.iron_exponent)
         return q
 

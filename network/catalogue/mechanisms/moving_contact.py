@@ -42,7 +42,7 @@ class MovingContact(Link, kind="moving_contact"):
         return self.replaced(start=start, stop=stop)
 
     def needs(self) -> Mapping[str, str]:
-        return list_inputs(self.at)
+        return {**super().needs(), **list_inputs(self.at)}
 
     def faults(self) -> Iterator[Advice]:
         bar = self.between[1]

@@ -43,7 +43,7 @@ class PreloadFriction(Friction, kind="preload_friction"):
 
     def slopes(self, u: Inputs, *T: Array) -> tuple[Array, ...]:
         rubs = 1 + self.growth * (T[0] - T[1]) > 0
-        slope: Array = np.abs(u["speed"]) * self.torque * self.growth * rubs
+        slope: Array = np.abs(u[self.input]) * self.torque * self.growth * rubs
         return slope, -slope
 
     @classmethod

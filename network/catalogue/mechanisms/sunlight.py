@@ -12,14 +12,16 @@ DAY = 86_400.0
 class Sunlight(Source, kind="sunlight"):
     """The sun on one side, every day: q = P sin(π (t − rises)/lasts) while it shines, else 0; repeats after 24 h.
 
-    t is the time of the run. P is absorptivity × lit area × irradiance at its peak: 0.5 m² of grey paint behind a pane
+    t is the time of the run. Proposed where a recording lasts a day: a shorter one shows a hump that could be anything.
+    P is absorptivity × lit area × irradiance at its peak: 0.5 m² of grey paint behind a pane
     takes some 100 W. Half a sine wave: no clouds, no shading within the day.
     """
 
     power = param("W", 0, 1e5, "heat at the day's peak", typical=100)
-    rises = param("h", -24, 24, "time of the run at which the sun comes in", default=0)
+    rises = param("h", -24, 24, "time of the run at which the sun comes in", default=0, typical=6)
     lasts = param("h", 0, 24, "how long it shines", positive=True, default=12)
     follows_time = True
+    least_run = DAY
     strength = "power"
     shapes = ("rises", "lasts")
     sentence = "the sun heats {into} with up to {power} for {lasts} a day"

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
-from network.catalogue.declaration.fields import param
+from network.catalogue.declaration.fields import channel, param
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.proposals import fresh
-from network.catalogue.mechanisms.base import SPINDLE, Inputs, Source, raise_to_power
+from network.catalogue.mechanisms.base import Inputs, Source, raise_to_power
 from network.catalogue.mechanisms.friction import turning
 from network.catalogue.typical_values import size_body, usual_speed
 
@@ -24,12 +24,12 @@ class Windage(Source, kind="windage"):
     power = param("W", 0, 1e6, "loss at the reference speed", typical=200)
     reference_speed = param("rpm", 0, 300_000, "speed at which the loss is given", positive=True, typical=10_000)
     exponent = param("1", 1, 5, "exponent of the loss over speed", default=3)
-    inputs = SPINDLE
+    input = channel("speed", "rpm")
     strength = "power"
     sentence = "windage heats {into} with {power} at {reference_speed}"
 
     def heat(self, u: Inputs, *T: Array) -> Array:
-        q: Array = self.power * raise_to_power(np.abs(u["speed"]) / self.reference_speed, self.exponent)
+        q: Array = self.power * raise_to_power(np.abs(u[self.input]) / self.reference_speed, self.exponent)
         return q
 
     @classmethod

@@ -68,7 +68,8 @@ class Draws:
 def serves(network: Network) -> bool:
     """Whether a network is one for this: linear between the switchings of a single relay, conductances that hold."""
     one = len(network.relays) == 1 and network.relays[0].into.shape[1] == 1
-    held = not any(g.law.needs() for g in network.flows) and not any(h.reads for h in network.heats)
+    follow = any(g.law.needs() for g in network.flows) or any(r.law.needs() for r in network.relays)
+    held = not follow and not any(h.reads for h in network.heats)
     return one and held and network.is_affine()
 
 

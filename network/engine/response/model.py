@@ -29,6 +29,8 @@ __all__ = ["Model", "Prediction", "Run", "channels_of", "edge_pushes", "plan_of"
 
 DIFFERENCE = 1e-4
 """Step in θ for parameters that act otherwise than by heat."""
+PIECES = 4
+"""Of the distance between knots where a part melts: its heat capacity changes manifold while it warms by a kelvin."""
 SHOWN = (TCP, "sensors")
 """Sections of entries whose numbers only change what is seen of a run, or a state that sees it."""
 
@@ -197,8 +199,11 @@ def _onto(moved: Prediction, at: Prediction) -> Array:
 
 
 def plan_of(network: Network, run: Run, start: Mapping[str, float]) -> Plan:
-    """The plan of a run: restarts at every knot and wherever a law says so."""
+    """The plan of a run: restarts at every knot and wherever a law says so; PIECES between them where a part melts."""
     edges = merge_instants(interval_edges(network, run.schedule), run.knots.t)
+    if network.melting:
+        shares = np.arange(len(edges) * PIECES - PIECES + 1) / PIECES
+        edges = np.interp(shares, np.arange(len(edges)), edges)
     left, right = spans(run.schedule, edges)
     T0 = start_of(network, start, left)
     return Plan(network, run.schedule.t, edges, left, right, T0, "modal", "on the knots of a fit")

@@ -50,6 +50,15 @@ class Bends:
             B[:, into, read] += slope
         return B[:K], B[K:]
 
+    def beside(self, other: Bends) -> Bends:
+        """These and others."""
+        slopes = [own.reshape(-1, other.slopes.shape[1]) for own in (self.slopes, other.slopes)]
+        return Bends(
+            np.vstack([self.rows, other.rows]), np.concatenate([self.reads, other.reads + len(self.rows)]),
+            np.concatenate([self.into, other.into + len(self.spread)]), np.vstack(slopes),
+            np.vstack([self.spread, other.spread]),
+        )  # fmt: skip
+
 
 def bends_of(network: Network, off: Off) -> Bends:
     """The bends of some groups of laws, from how far their slopes lie beside the windows': each (2 K, members)."""
@@ -85,14 +94,17 @@ def _rows(network: Network, group: Group, m: int) -> list[Array]:
 
 @dataclass(frozen=True, eq=False)
 class BentCourse(LinearRun):
-    """A course whose answers take the bends along."""
+    """A course whose answers take the bends along. melts: lumps that melt, and what more a watt counts in them than it
+    does by the windows' capacities (2 K, ·)."""
 
     bends: Bends | None = None
+    melts: tuple[Indices, Array] | None = None
 
     def complete_pushes(self, pushes: Sequence[Push], by_guard: Array | None = None) -> Sequence[Push]:
         """Pushes with the heat that bent laws add as temperatures answer to it."""
         if self.bends is None or not len(self.bends.spread):
             return pushes
+        pushes = pushes if self.melts is None else [_stretch(p, *self.melts) for p in pushes]
         output_map = map_outputs(self.problem, self.bends.rows)
         steppings = [_Stepping(s, output_map, self.bends) for s in self.segments]
         parts = (self._correct(pushes[some], steppings, self.bends) for some in self.portions(len(pushes)))
@@ -148,6 +160,15 @@ class _Stepping:
                  for side in ([p.q0 for p in pushes], [p.q1 for p in pushes]))  # fmt: skip
         first, last = (np.stack(side, axis=1) for side in sides)
         return first, last
+
+
+def _stretch(push: Push, lumps: Indices, gain: Array) -> Push:
+    """A push whose heat into lumps that melt counts so much more."""
+    if not push.is_heat:
+        return push
+    K, unit = len(push.q0), np.eye(int(max(push.lumps.max(), lumps.max())) + 1)[lumps]
+    q0, q1 = (q @ push.into(unit) for q in (push.q0, push.q1))
+    return _append_series(push, gain[:K] * q0, gain[K:] * q1, lumps, np.eye(len(lumps)))
 
 
 def _append_series(push: Push, h0: Array, h1: Array, lumps: Indices, spread: Array) -> Push:

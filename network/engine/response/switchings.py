@@ -176,6 +176,9 @@ def check_followed(network: Network) -> None:
             wrong = f"{network.mechanisms[group.entry[0]]} ({group.law.kind}) switches a conductance"
             right = f"a fit follows relays that switch a heat; {as_it_is}"
             raise refuse(spot, f"{wrong}, which a fit cannot follow", right)
+    if network.melting and network.relays:
+        wrong = f"nodes.{network.melting[0]} melts, which a fit cannot follow beside a relay"
+        raise refuse(spot, wrong, f"take the relay out; {as_it_is}")
     for rates in network.heats if network.relays else ():
         if isinstance(rates, Rates) and not rates.law.is_affine():
             wrong = f"{network.mechanisms[rates.entry[0]]} ({rates.law.kind}) is not linear"

@@ -20,8 +20,9 @@ from network.engine.balance import heat_balance, jacobian
 from network.engine.channels import Readouts
 from network.engine.entry_groups import Flows
 from network.engine.response.heat_sensitivity import inputs_at_ends
+from network.engine.response.latent_heat import Latent
 from network.engine.response.linear_run import LinearRun, solve
-from network.engine.response.nonlinear_correction import BentCourse, bends_of
+from network.engine.response.nonlinear_correction import Bends, BentCourse, bends_of
 from network.engine.response.nonlinear_laws import (
     Group,
     Slopes,
@@ -37,7 +38,7 @@ from network.engine.response.nonlinear_laws import (
 from network.engine.response.output_map import map_outputs
 from network.engine.response.segments import Push
 from network.engine.solvers import rosenbrock
-from network.engine.solvers.linear import Forcing, LinearProblem, Regime, reduce, regime_from
+from network.engine.solvers.linear import Forcing, LinearProblem, Regime, reduce
 from network.engine.solvers.modal import Modes
 from network.engine.solvers.plan import Plan
 from network.platform.refusal import Failed
@@ -103,16 +104,27 @@ class _Rounds:
         out = [] if sources_too else [g for g in self.bent if not isinstance(g, Flows)]
         self.inside = [g for g in self.bent if not any(g is other for other in out)]
         self.straight = replace(self.network, heats=tuple(h for h in self.network.heats if not among(h, out)))
+        self.latent = Latent.of(self.network)
+        self.stretch = np.ones((2 * K, len(self.latent.lumps)))
         self.touched, self.change = find_lumps_read(self.network, self.bent), np.inf
+        if self.network.melting:
+            self.touched = np.flatnonzero(np.isfinite(self.network.capacity))
 
     def course(self, times: int) -> LinearRun | None:
         """The run; None where it does not settle."""
         for _ in range(times):
             T = np.nan_to_num(self.T, nan=self.network.machine.reference)
             self.T = np.where(self.network.is_state, T, np.clip(T, COLDEST, HOTTEST))
-            of = windows([slopes_of_group(g, self.T, self.u) for g in self.inside], len(self.plan.steps))
-            middles = [self._middle(np.flatnonzero(of == w)) for w in range(int(of.max()) + 1)]
-            regimes = [regime_from(self.network, jacobian(self.straight, *at), self.readouts) for at in middles]
+            stretch = np.log(self.latent.stretch(self.T))
+            slopes = [slopes_of_group(g, self.T, self.u) for g in self.inside]
+            melts = [(stretch,)] if self.network.melting else []
+            of = windows([*slopes, *melts], len(self.plan.steps))
+            mine = [np.flatnonzero(of == w) for w in range(int(of.max()) + 1)]
+            middles = [self._middle(at) for at in mine]
+            wide = [np.exp(stretch[np.concatenate([at, at + len(of)])].mean(axis=0)) for at in mine]
+            regimes = [self.latent.find_regime(s, jacobian(self.straight, *at), self.readouts)
+                       for s, at in zip(wide, middles, strict=True)]  # fmt: skip
+            self.stretch = np.array(wide)[np.concatenate([of, of])]
             reference = [self._reference(g, of, middles) for g in self.bent]
             heat = self._beside(regimes, of)
             course = solve(self._problem(regimes, of, heat), self.known)
@@ -127,25 +139,43 @@ class _Rounds:
                 now = (slopes_of_group(g, self.T, self.u) for g in self.bent)
                 off = [(g, tuple(s - r for s, r in zip(own, ref, strict=True)))
                        for g, own, ref in zip(self.bent, now, reference, strict=True)]  # fmt: skip
-                return BentCourse(course.problem, course.modes, course.x0, course.x1, bends_of(self.network, off))
+                return self._bend(course, bends_of(self.network, off), of)
         return None
+
+    def _bend(self, course: LinearRun, bends: Bends, of: Indices) -> BentCourse:
+        """The course with what laws and latent heat answer besides."""
+        melts = None
+        if self.network.melting:
+            into, both = self._find_heat(), np.concatenate([of, of])
+            bends = bends.beside(self.latent.bends(self.T, into, self.stretch, course.problem.regimes, both))
+            melts = self.latent.lumps, self.latent.gain(self.T, self.stretch)
+        return BentCourse(course.problem, course.modes, course.x0, course.x1, bends, melts)
+
+    def _find_heat(self) -> Array:
+        """Heat into all lumps at the temperatures assumed (2 K, N)."""
+        return heat_balance(self.network, self.T, self.u, self.modes).into
+
+    def _find_latent(self) -> Array:
+        """What parts that melt get beside their windows, as a heat (2 K, m)."""
+        return self.latent.heat(self.T, self._find_heat(), self.stretch) if self.network.melting else self.stretch
 
     def _settle(self, course: LinearRun, reference: list[Slopes], heat: Array) -> bool:
         """Corrects the heat, in place, until the touched lumps stay where they are; whether they do."""
-        K, spread = len(self.plan.steps), np.vstack([spread_of(g) for g in self.bent])
+        K, spread = len(self.plan.steps), np.vstack([*(spread_of(g) for g in self.bent), self.latent.spread])
         lumps = np.flatnonzero(spread.any(axis=0))
         output_map = map_outputs(course.problem, np.eye(self.network.size)[self.touched])
-        before, T = [self._heats(g) for g in self.bent], np.concatenate(course.T)
+        before, latent = [self._heats(g) for g in self.bent], self._find_latent()
+        T = np.concatenate(course.T)
         self.T, moved, last = T, T - self.T, np.inf
         for _ in range(ROUNDS):
-            now = [self._heats(g) for g in self.bent]
-            more = np.hstack([n - b - heat_along(g, r, moved) for g, n, b, r in
-                              zip(self.bent, now, before, reference, strict=True)])  # fmt: skip
+            now, stored = [self._heats(g) for g in self.bent], self._find_latent()
+            more = np.hstack([*(n - b - heat_along(g, r, moved) for g, n, b, r in
+                                zip(self.bent, now, before, reference, strict=True)), stored - latent])  # fmt: skip
             heat += more @ np.where(np.isinf(self.network.capacity), 0.0, spread)
             push = Push(lumps, more[:K], more[K:], (), spread[:, lumps])
             moved = np.zeros_like(T)
             moved[:, self.touched] = course.ends([push], output_map)[0].T
-            self.change, before = float(np.abs(moved).max()), now
+            self.change, before, latent = float(np.abs(moved).max()), now, stored
             if not np.isfinite(self.change) or self.change > max(0.9 * last, 1e3):
                 return False
             self.T, last = self.T + moved, self.change
@@ -168,6 +198,10 @@ class _Rounds:
             off = 2 * heat_of(group, middle, u) - q0 - q1
             off -= heat_along(group, tuple(s[: len(off)] for s in slopes), 2 * middle - T0 - T1)
             total += off / 3 @ np.where(np.isinf(network.capacity), 0.0, spread_of(group))
+        if network.melting:
+            into = heat_balance(network, middle, u, self.modes[:K]).into
+            at, ends = self.latent.heat(middle, into, self.stretch[:K]), self._find_latent()
+            total += (2 * at - ends[:K] - ends[K:]) / 3 @ self.latent.spread
         return np.concatenate([total, total])
 
     def _heats(self, group: Group) -> Array:
@@ -190,11 +224,13 @@ class _Rounds:
 
     def _beside(self, regimes: list[Regime], of: Indices) -> Array:
         """Heat into all lumps beside what the windows' matrices give, at the temperatures assumed (2 K, N)."""
-        heat = heat_balance(self.network, self.T, self.u, self.modes).into
+        heat = self._find_heat()
+        latent = self._find_latent() @ self.latent.spread
         for w, regime in enumerate(regimes):
             mine = np.flatnonzero(of == w)
             for at in (mine, mine + len(of)):
                 heat[at] -= self.T[at] @ regime.K.T
+        heat += latent
         heat[:, self.network.bound] = 0.0
         return heat
 

@@ -10,6 +10,7 @@ from typing import Any
 from network.catalogue.declaration.declare import Declared, Effect
 from network.catalogue.declaration.discovery import kinds, open_rooms
 from network.catalogue.declaration.field import REQUIRED, Field
+from network.catalogue.declaration.input_field import InputField
 from network.catalogue.declaration.number_fields import ParamField
 from network.catalogue.declaration.places import PlaceField, PlacesField, SharesField
 from network.catalogue.declaration.registry import sections
@@ -106,8 +107,9 @@ def _choice(cls: type[Declared]) -> str:
 def _remarks(cls: type[Declared]) -> Iterator[str]:
     if cls.strength:
         yield f"Strength: {cls.fields[cls.strength].key}; at 0 it is not there."
-    if issubclass(cls, Effect) and cls.inputs:
-        yield "Reads the input " + " and ".join(f"{name} [{unit}]" for name, unit in cls.inputs.items()) + "."
+    read = [f for f in cls.fields.values() if isinstance(f, InputField) and f.default is not None]
+    if read:
+        yield "Reads the input " + " and ".join(f"{f.default} [{f.unit}]" for f in read) + "."
     if issubclass(cls, Relay):
         yield "Switches on and off by itself."
     if issubclass(cls, Effect) and not cls.is_searched():

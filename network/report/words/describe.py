@@ -111,7 +111,8 @@ def _sensors(machine: Machine) -> list[str]:
 
 def _inputs(machine: Machine) -> Iterator[str]:
     if machine.inputs:
-        yield f"reads the inputs: {', '.join(f'{name} [{text}]' for name, text in machine.inputs.items())}"
+        named = (f"{name} [{unit}]" if unit else name for name, unit in machine.inputs.items())
+        yield f"reads the inputs: {', '.join(named)}"
 
 
 def _uncertain(machine: Machine) -> list[str]:
