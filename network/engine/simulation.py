@@ -75,16 +75,18 @@ def check_known(machine: Machine) -> None:
 def schedule_for(machine: Machine, source: Scenario | Recording | Schedule, start: Start | None = None) -> Schedule:
     """The schedule with every input the machine reads, checked for its unit. Raises Refused."""
     if isinstance(source, Recording):
-        schedule = source.schedule(machine.inputs)
+        schedule = source.schedule(machine.inputs, machine.switches)
     else:
         schedule = source.schedule if isinstance(source, Scenario) else source
     complaints = Complaints()
-    for name, wanted in machine.inputs.items():
+    needed = machine.inputs if isinstance(source, Recording) else machine.drives
+    for name, wanted in needed.items():
         signal = schedule.signals.get(name)
         if signal is None:
-            right = f"add `{name}: …` in {wanted} to its inputs ({likely(name, schedule.signals)})"
+            of = f" in {wanted}" if wanted else ""
+            right = f"add `{name}: …`{of} to its inputs ({likely(name, schedule.signals)})"
             complaints.refuse(Spot(schedule.file), f"the machine needs the input `{name}`, which is not there", right)
-        elif signal.dimension != unit(wanted).dimension:
+        elif wanted and signal.dimension != unit(wanted).dimension:
             wrong = f"the input `{name}` is in {signal.unit}, and the machine reads it in {wanted}"
             complaints.refuse(Spot(schedule.file), wrong, f"give it in a unit like {wanted}")
     complaints.raise_if_any()

@@ -12,6 +12,7 @@ from network.catalogue.mechanisms.base import Inputs
 from network.engine.balance import heat_balance, jacobian
 from network.engine.network import Network, Rates
 from network.platform.refusal import Failed, Spot, likely, refuse
+from network.recordings.counted_readings import drop_uncounted
 from network.recordings.inputs import Schedule, Start
 from network.recordings.recording import Recording
 
@@ -53,8 +54,8 @@ def first_inputs(schedule: Schedule) -> Inputs:
 
 
 def _hold(network: Network, T: Array, u: Inputs) -> None:
-    for i, source in network.held.items():
-        T[i] = u[source] if isinstance(source, str) else source
+    for i, held in network.held.items():
+        T[i] = held.at(u)
 
 
 def _set_given(network: Network, start: Start, T: Array, file: str) -> Array:
@@ -108,6 +109,7 @@ def from_first_readings(network: Network, recording: Recording, T: Array, u: Inp
 
 def _first_readings(network: Network, recording: Recording) -> Iterator[tuple[Place, float, float]]:
     """Of every temperature channel: its place, its first sample, the mean of its first minute [°C]."""
+    recording = drop_uncounted(network.machine, recording)
     early = recording.t <= recording.t[0] + FIRST_READINGS
     for name, sensor in network.machine.sensors.items():
         if sensor.place is not None and name in recording.columns:

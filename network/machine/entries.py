@@ -10,6 +10,7 @@ from typing import Any, Self
 
 from network.catalogue.declaration.declare import Declared, Effect
 from network.catalogue.declaration.entry_path import NESTED, EntryPath
+from network.catalogue.declaration.input_field import merge_inputs
 from network.catalogue.declaration.sections import TCP
 from network.catalogue.expansions.base import Expansion
 from network.catalogue.materials import BUILT_IN, Material
@@ -108,10 +109,20 @@ class Entries(ABC):
     @cached_property
     def inputs(self) -> Mapping[str, str]:
         """The input channels this machine reads, each with a unit of the kind it must have."""
-        needed = {n.temperature: "degC" for n in self.nodes.values() if isinstance(n.temperature, str)}
-        for entry in self.by_path.values():
-            needed |= entry.needs() if isinstance(entry, Effect) else {}
-        return needed
+        counts = (pair for sensor in self.sensors.values() for pair in sensor.needs().items())
+        return merge_inputs([*self.drives.items(), *counts])
+
+    @cached_property
+    def drives(self) -> Mapping[str, str]:
+        """Those of the inputs that a run depends on: all but what only says when readings count."""
+        held = [(n.temperature, "degC") for n in self.nodes.values() if isinstance(n.temperature, str)]
+        effects = (entry for entry in self.by_path.values() if isinstance(entry, Effect))
+        return merge_inputs([*held, *(pair for effect in effects for pair in effect.needs().items())])
+
+    @cached_property
+    def switches(self) -> frozenset[str]:
+        """The inputs that say whether an entry is there, or a reading counts."""
+        return frozenset(e.gate for e in self.sensors.values() if e.gate is not None)
 
     def to_plain(self) -> dict[str, Any]:
         """The machine as a mapping that reads back as the same machine."""

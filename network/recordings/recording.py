@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -59,22 +59,24 @@ class Recording:
         """The column. Raises Refused where there is none of that name."""
         return self._column(name, Spot(self.file))
 
-    def signal(self, name: str, spot: Spot | None = None) -> Signal:
-        """A column or constant as an input; `spot` is who asks. Raises Refused: not there, or gaps and no way told."""
+    def signal(self, name: str, spot: Spot | None = None, is_switch: bool = False) -> Signal:
+        """A column or constant as an input; `spot` is who asks; is_switch: it is held whatever its unit, unless the
+        mapping says otherwise. Raises Refused: not there, or gaps and no way told."""
         if name in self.constants:
             return self.constants[name]
         column = self._column(name, spot or Spot(self.file))
-        how = self.between.get(name) or ("linear" if is_slow(unit(column.unit)) else "held")
+        how = self.between.get(name) or ("linear" if is_slow(unit(column.unit)) and not is_switch else "held")
         return (linear if how == "linear" else hold)(name, column.unit, self.t, self._without_gaps(column))
 
-    def schedule(self, input_names: Iterable[str]) -> Schedule:
-        """The inputs a machine needs, at the times of the recording. Raises Refused with every one that is missing."""
+    def schedule(self, input_names: Iterable[str], switches: Container[str] = ()) -> Schedule:
+        """The inputs a machine needs, at the times of the recording; switches: those that say whether something is
+        there. Raises Refused with every one that is missing."""
         complaints, signals, known = Complaints(), dict[str, Signal](), [*self.columns, *self.constants]
         for name in input_names:
             with collecting(complaints, Spot(self.file), name):
                 if name not in known:
                     raise self._lacks(name, known)
-                signals[name] = self.signal(name)
+                signals[name] = self.signal(name, is_switch=name in switches)
         complaints.raise_if_any()
         return Schedule(self.name, self.file, self.t, signals, self.start)
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from network.catalogue.declaration.entry_reading import Nested, read_kind
 from network.catalogue.declaration.field import REQUIRED, Field, word_of
+from network.catalogue.declaration.input_field import ANY, InputField, channel, merge_inputs
 from network.catalogue.declaration.number_fields import Amount, AmountField, ParamField
 from network.catalogue.declaration.places import Path, Place, PlaceField, PlacesField, SharesField, parse_place
 from network.catalogue.declaration.positions import AlongField
@@ -18,9 +19,10 @@ from network.platform.refusal import likely, short
 from network.platform.yaml.tree import Tree
 
 __all__ = [
-    "REQUIRED", "AlongField", "Amount", "AmountField", "Field", "FlagField", "Nested", "ParamField", "Path", "Place",
-    "PlaceField", "PlacesField", "SharesField", "WholeField", "WordField", "along", "amount", "flag", "nested", "param",
-    "parse_place", "place", "places", "read_kind", "shares", "whole", "word", "word_of",
+    "ANY", "REQUIRED", "AlongField", "Amount", "AmountField", "Field", "FlagField", "InputField", "Nested",
+    "ParamField", "Path", "Place", "PlaceField", "PlacesField", "SharesField", "WholeField", "WordField", "along",
+    "amount", "channel", "flag", "merge_inputs", "nested", "param", "parse_place", "place", "places", "read_kind",
+    "shares", "whole", "word", "word_of",
 ]  # fmt: skip
 
 

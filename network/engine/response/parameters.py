@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -74,7 +74,7 @@ def parameter(machine: Machine, path: NumberPath, number: Number | None = None) 
     fields = {f.key: f for f in entry.params().values()} if entry is not None else {}
     if entry is None or path.key not in fields:
         raise refuse(Spot(machine.file), f"there is no number '{path}'", likely(str(path), machine.uncertain))
-    field = fields[path.key]
+    field = cast(ParamField, entry.field_of(fields[path.key].attribute))
     number = number or entry.numbers.get(field.attribute, Number(float(entry.__dict__[field.attribute])))
     return _parameter(path.entry, field, number)
 

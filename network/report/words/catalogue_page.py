@@ -105,7 +105,9 @@ def _choice(cls: type[Declared]) -> str:
 
 def _remarks(cls: type[Declared]) -> Iterator[str]:
     if cls.strength:
-        yield f"Strength: {cls.fields[cls.strength].key}; at 0 it is not there."
+        strength = cls.fields[cls.strength]
+        without = "at 0 it is not there" if isinstance(strength, ParamField) else "no number to fit"
+        yield f"Strength: {strength.key}; {without}."
     if issubclass(cls, Effect) and cls.inputs:
         yield "Reads the input " + " and ".join(f"{name} [{unit}]" for name, unit in cls.inputs.items()) + "."
     if issubclass(cls, Relay):
