@@ -25,7 +25,7 @@ def drop_uncounted(machine: Machine, recording: Recording) -> Recording:
 
 
 def is_on(recording: Recording, switch: str) -> Mask:
-    """At which samples an input is not zero."""
+    """At which samples an input is not zero; at one at which it switches, what it is from then on."""
     values: Array = recording.signal(switch, is_switch=True).at(recording.t)
     return np.asarray(values != 0)
 
