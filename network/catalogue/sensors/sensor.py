@@ -105,9 +105,9 @@ class Sensor(Declared):
 
     @property
     def quantity(self) -> str:
-        if self.place:
+        if isinstance(self.measures, Place):
             return "temperature"
-        return "angle" if self.axis in ANGULAR_AXES else "displacement"
+        return "angle" if axis_of(str(self.measures)) in ANGULAR_AXES else "displacement"
 
     @property
     def unit(self) -> str:

@@ -73,5 +73,6 @@ class SensorCrosstalk(SensorEffect, kind="sensor_crosstalk"):
             taken = {e.to_plain().get("with") for e in sensor.effects if e.kind == cls.kind}
             for driver, (value, unit_text) in list_full_inputs(machine).items() if sensor.place is not None else ():
                 for sign in (1, -1) if driver not in taken else ():
-                    share = f"{sign / value:.3g} K/({unit_text})" if unit_text != "1" else f"{sign / value:.3g} K"
+                    under = f"({unit_text})" if "/" in unit_text or " " in unit_text else unit_text
+                    share = f"{sign / value:.3g} K/{under}" if under != "1" else f"{sign / value:.3g} K"
                     yield {"sensors": {name: cls.put_on(sensor, typical_body(cls, share=share, **{"with": driver}))}}
