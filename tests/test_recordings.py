@@ -27,8 +27,8 @@ RMSE = {
     "voron_2021_06_13": {"T_frame": 2.5, "T_chamber": 5.1, "dz": 48},
     "voron_2021_06_05": {"T_frame": 1.6, "T_chamber": 2.5, "dz": 600},
     "toaster_full_power": {"T_air": 85},
-    "building_train": {"T_indoor": 2.6, "T_return": 13.6},
-    "building_holdout": {"T_indoor": 1.9, "T_return": 12.5},
+    "building_train": {"T_indoor": 2.6, "T_return": 10.3},
+    "building_holdout": {"T_indoor": 1.9, "T_return": 10.1},
     "three_blocks": {
         "NTC1": 3.7, "NTC2": 3.7, "NTC3": 3.6, "NTC4": 3.6, "NTC5": 3.6, "NTC6": 0.65, "NTC8": 0.58, "NTC9": 0.58,
         "NTC10": 0.57, "NTC11": 0.40, "NTC12": 0.39, "NTC13": 0.41,
