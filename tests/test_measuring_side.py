@@ -74,8 +74,8 @@ def test_what_is_hidden_shows_and_is_fitted_when_it_is_put_back(name: str) -> No
 @each
 def test_every_solver_reads_the_same(name: str) -> None:
     machine = blocks(EFFECTS[name][0])
-    runs = [simulate(machine, schedule(), method=m, rtol=r)
-            for m, r in (("modal", None), ("expm", None), ("rosenbrock", 1e-9), ("solve_ivp:LSODA", 1e-10))]  # fmt: skip
+    methods = {"modal": None, "expm": None, "rosenbrock": 1e-9, "solve_ivp:LSODA": 1e-10}
+    runs = [simulate(machine, schedule(), method=name, rtol=rtol) for name, rtol in methods.items()]
     for channel, scale in {"Ta": 1.0, "Tb": 1.0, "dz": 1e6}.items():
         for run in runs[1:]:
             np.testing.assert_allclose(scale * run.sensors[channel], scale * runs[0].sensors[channel], atol=2e-5)
@@ -138,6 +138,22 @@ def test_three_are_not_exchanged() -> None:
     third = {"sensors": {"Tc": {"measures": "b", "noise": "0.1 K", "effects": [{"kind": "sensor_swap", "with": "Tb"}]}}}
     with pytest.raises(Refused, match="exchange two at a time"):
         blocks(exchanged("Ta")).patched(third)
+
+
+def test_the_channels_of_one_logger_share_a_number() -> None:
+    late = {"late": "10 s ± 200 s"}
+    shared = {"sensors": {
+        **shifted("dz", late["late"])["sensors"],
+        **{n: effect(n, kind="clock_shift", **{"with": "dz"})["sensors"][n] for n in ("Ta", "Tb")},
+    }}  # fmt: skip
+    each_late = [shifted(name, "150 s")["sensors"] for name in ("Ta", "Tb", "dz")]
+    recording = record(blocks({"sensors": {k: v for one in each_late for k, v in one.items()}}))
+    found = calibrate(blocks(shared), recording)
+    ((path, number),) = found.machine.uncertain.items()
+    assert path == "sensors.dz.effects.0.late" and number.value == pytest.approx(150, abs=4)
+    assert found.after.rmse_in_noise < NOTHING < compare(blocks(), recording).rmse_in_noise / 2
+    with pytest.raises(Refused, match="clock_shift with 'Tb', which has none of its own"):
+        blocks(effect("Ta", kind="clock_shift", **{"with": "Tb"}))
 
 
 # -- units ----------------------------------------------------------------------------------------------------------

@@ -94,6 +94,10 @@ def _check_sensors(machine: Entries, complaints: Complaints) -> None:
     moved = [axis for axis, entries in tcp.items.items() if not is_empty(entries) and axis not in unmoved]
     for name, sensor in machine.sensors.items():
         _check_exchange(machine, name, sensor, complaints)
+        for effect in sensor.effects:
+            if effect.follows and sensor.find_followed(machine, effect) is None:
+                wrong = f"sensors.{name}: {effect.kind} with '{short(effect.follows)}', which has none of its own"
+                complaints.refuse(sensor.spot_of("effects"), wrong, "name a sensor that has one with a number")
         if sensor.axis is not None and sensor.axis not in moved and set(moved) <= set(AXES):
             wrong = f"sensors.{name}: measures {displacement(sensor.axis)}, and nothing moves that axis"
             others = " or ".join(displacement(axis) for axis in moved)

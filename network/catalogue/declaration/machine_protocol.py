@@ -72,6 +72,8 @@ class EffectLike(EntryLike, Protocol):
     """What a sensor does to the truth."""
 
     def is_steady(self) -> bool: ...
+    @property
+    def follows(self) -> str: ...
 
 
 class SensorLike(EntryLike, Protocol):

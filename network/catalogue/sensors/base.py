@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 from itertools import takewhile
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -32,6 +32,15 @@ class SensorEffect(Effect):
     def exchanges(self) -> str:
         """The channel whose place its own reads, and the other way round; nothing where it stays."""
         return ""
+
+    @property
+    def follows(self) -> str:
+        """The channel whose effect of this kind gives it its numbers; nothing where it has its own."""
+        return ""
+
+    def take(self, other: Self) -> Self:
+        """The same with the numbers of another that it follows."""
+        return self
 
     def is_steady(self) -> bool:
         """Its reading follows from truth and state alone, at all times; only then may one with a state come after."""

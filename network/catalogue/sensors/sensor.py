@@ -89,10 +89,21 @@ class Sensor(Declared):
         return next((effect.exchanges for effect in self.effects if effect.exchanges), "")
 
     def resolve(self, machine: MachineLike) -> Self:
-        """With what it really reads, where it is exchanged with another or another with it."""
+        """With what it really reads, where it is exchanged with another or another with it, and the numbers that its
+        effects take from other channels."""
         others = (name for name, other in machine.sensors.items() if other.exchanged == self.name)
         partner = machine.sensors.get(self.exchanged or next(others, ""))
-        return self if partner is None else self.replaced(seen=partner.measures)
+        pairs = ((effect, self.find_followed(machine, effect)) for effect in self.effects)
+        effects = tuple(effect if other is None else effect.take(other) for effect, other in pairs)
+        return self.replaced(seen=None if partner is None else partner.measures, effects=effects)
+
+    @staticmethod
+    def find_followed(machine: MachineLike, effect: SensorEffect) -> Any:
+        """The effect whose numbers one takes; None where it has its own, or there is none."""
+        if not effect.follows or effect.follows not in machine.sensors:
+            return None
+        own = (other for other in machine.sensors[effect.follows].effects if not other.follows)
+        return next((other for other in own if other.kind == effect.kind), None)
 
     @property
     def place(self) -> Place | None:
