@@ -68,6 +68,7 @@ tcp:
   a: {{head tilts: {{kind: tilt, between: [shaft, housing], distance: 300 mm, direction: 1}}}}
 sensors:
   T: {{measures: housing, noise: 0.05 K}}
+  T2: {{measures: column, noise: 0.05 K}}
   dz: {{measures: tcp.z, noise: 0.3 um}}
 """,
     "one mass": HEAD + "nodes:\n  block: {heat_capacity: 2 J/K}\n" + AIR + """
@@ -147,6 +148,8 @@ class Draw:
             return {"shaft": 0.25, "housing@0.5": 0.75}
         if isinstance(field, WholeField):
             return field.allowed[self.rng.integers(len(field.allowed))] if field.allowed else field.low
+        if isinstance(field, WordField) and not field.options and field.default is REQUIRED:
+            return "T2" if "sensor" in field.meaning else "feed"
         options = field.options if isinstance(field, WordField) else ()
         return options[self.rng.integers(len(options))] if options else None
 

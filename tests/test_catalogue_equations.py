@@ -75,6 +75,8 @@ def test_a_complex_step_is_finite_at_rest_and_at_equal_temperatures(cls: type[Ef
 
 @each_law
 def test_arrays_give_what_one_by_one_gives(cls: type[Effect]) -> None:
+    if issubclass(cls, SensorEffect) and cls.looks_back:
+        return
     factors = (1.0, 0.9, 1.07)
     for seed, entry in enumerate(drawn(cls, 3)):
         numbers = [n for n in (*cls.params(), *cls.derived) if getattr(entry, n) is not None]
@@ -165,6 +167,8 @@ def test_heat_flows_from_hot_to_cold(cls: type[Link]) -> None:
 
 @each_law
 def test_the_direction_of_rotation_does_not_matter(cls: type[Effect]) -> None:
+    if issubclass(cls, SensorEffect):
+        return
     for seed, entry in enumerate(drawn(cls, 4)):
         u, x = surroundings(seed), arguments(entry, seed)
         back = {**u, "speed": -u["speed"], "feed": -u["feed"]}

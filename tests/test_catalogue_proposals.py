@@ -106,7 +106,10 @@ def test_strength_zero_changes_nothing(cls: type[Effect], name: str) -> None:
     temperatures = dict(zip(bare.nodes, rng.uniform(15, 60, len(bare.nodes)), strict=True))
     for patch in proposals(cls, bare):
         tree = Patch(patch).over(bare.tree, Spot("patch"))
-        zero = Machine.read(set_value(tree, f"{cls.path_to(cls.strength, patch)}={strength.write(Number(0.0))}"), name)
+        path = cls.path_to(cls.strength, patch)
+        own = bare.patched(patch).by_path[path.entry]
+        field = next(own.field_of(attribute) for attribute, one in own.fields.items() if one.key == path.key)
+        zero = Machine.read(set_value(tree, f"{path}={field.write(Number(0.0))}"), name)
         for seed in range(3):
             u = surroundings(seed)
             before, after = heats(bare, temperatures, u), heats(zero, temperatures, u)
@@ -165,7 +168,7 @@ def test_strength_and_shapes_are_numbers_that_can_be_freed(cls: type[Effect]) ->
                 path = cls.path_to(parameter, patch)
                 held, key = entries[path.entry], path.key
                 value = float(next(held.__dict__[a] for a, f in held.fields.items() if f.key == key))
-                field = held.params()[next(a for a, f in held.fields.items() if f.key == key)]
+                field = held.field_of(next(a for a, f in held.params().items() if f.key == key))
                 tree = set_value(tree, f"{path}={loosened(field, value)}")
                 paths.add(str(path))
             assert paths <= set(Machine.read(tree, name).uncertain)

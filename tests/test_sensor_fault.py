@@ -85,7 +85,7 @@ def test_a_window_that_ends_before_it_begins_is_refused() -> None:
 
 
 def test_a_proposal_reads_the_air_of_the_machine() -> None:
-    (patch,) = SensorFault.proposes(machine())
+    patch, _ = SensorFault.proposes(machine())
     (effect,) = patch["sensors"]["T"]["effects"]
     assert effect["surroundings"] == "ambient"
     (alone,) = SensorFault.proposes(machine("one mass").patched({"nodes": {"air": {"temperature": "19 degC"}}}))
@@ -95,7 +95,7 @@ def test_a_proposal_reads_the_air_of_the_machine() -> None:
 
 
 def test_a_lag_is_proposed_before_a_fault() -> None:
-    (patch,) = SensorLag.proposes(machine().patched({"sensors": {"T": {
+    patch, _ = SensorLag.proposes(machine().patched({"sensors": {"T": {
         "measures": "housing", "noise": "0.05 K", "effects": [fault()]}}}))  # fmt: skip
     assert [effect["kind"] for effect in patch["sensors"]["T"]["effects"]] == ["sensor_lag", "sensor_fault"]
 

@@ -10,6 +10,7 @@ import numpy as np
 from network.catalogue.declaration.declare import Advice, Array, Declared
 from network.catalogue.declaration.fields import ParamField, flag, nested, param, whole, word, word_of
 from network.catalogue.declaration.machine_protocol import MachineLike
+from network.catalogue.drift import Drift
 from network.catalogue.materials import Material
 from network.platform.quantities.units import BadNumber
 from network.platform.refusal import short
@@ -90,6 +91,7 @@ class Node(Declared):
     rotates = flag("whether it turns with the spindle", default=None)
     temperature: Any = HeldField("degC", -100, 1000, "a temperature, or the name of an input", default=None)
     melts: Melting | None = nested("a melting range", lambda: Melting)
+    drifts: Drift | None = nested("how surroundings differ from what is recorded or stated", lambda: Drift)
     stuff: Material | None = None
 
     def resolve(self, machine: MachineLike) -> Self:
@@ -149,9 +151,11 @@ class Node(Declared):
             yield "extra_heat_capacity", "has extra_heat_capacity but is no bar", "write heat_capacity"
         if self.melts is not None and not self.is_part:
             yield "melts", "melts but has no heat capacity", "give heat_capacity"
+        if self.drifts is not None:
+            yield "drifts", "drifts but its temperature is not held", "give `temperature`, or drop `drifts`"
 
     def _faults_of_held(self) -> Iterator[Advice]:
-        others = (name for name, field in self.fields.items() if name not in ("temperature", "rotates"))
+        others = (name for name, field in self.fields.items() if name not in ("temperature", "rotates", "drifts"))
         besides = [name for name in others if self.__dict__[name] != self.fields[name].initial]
         if besides:
             yield "temperature", f"is held and has {' and '.join(besides)} too", "drop `temperature`, or the rest"

@@ -10,6 +10,7 @@ import numpy as np
 from network.catalogue.declaration.declare import Declared, typical_body
 from network.catalogue.declaration.fields import InputField
 from network.catalogue.declaration.machine_protocol import MachineLike
+from network.platform.quantities.units import split_number, unit
 
 SPEED = "speed"
 """The input that what turns is read by, unless an entry says otherwise."""
@@ -17,6 +18,8 @@ SCALED = ("W", "W/K", "m^2")
 """Units of what is typically ten times as large on a machine that loses ten times as much."""
 USUAL_LOSS = 100.0
 """W/K: what the machine tool of the typical values loses to everything that is held."""
+FULL = {"rpm": 10_000.0, "m/min": 10.0, "W": 1000.0, "%": 100.0, "m": 1.0, "A": 10.0, "V": 10.0}
+"""What an input reads at full load, in a unit of its kind."""
 EXCESS = 10.0
 """K over the reference at which a loss is taken."""
 
@@ -91,3 +94,23 @@ def usual_speed(machine: MachineLike) -> dict[str, Any]:
         if "reference_speed" in entry.fields:
             return {"reference_speed": entry.to_plain()["reference_speed"].partition(" ±")[0]}
     return {}
+
+
+def list_full_inputs(machine: MachineLike) -> dict[str, tuple[float, str]]:
+    """What every input that is no temperature reads at full load, with the unit: as an entry that follows it says, or
+    usual for its kind. Inputs of other kinds are left out."""
+    told = dict(_full_by_entries(machine))
+    usual = {unit(text).dimension: (value, text) for text, value in FULL.items()}
+    speed = usual_speed(machine).get("reference_speed", "")
+    usual |= {unit("rpm").dimension: split_number(speed)} if speed else {}
+    found = {name: told.get(name) or usual.get(unit(text).dimension) for name, text in machine.inputs.items() if text}
+    return {name: full for name, full in found.items() if full}
+
+
+def _full_by_entries(machine: MachineLike) -> Iterator[tuple[str, tuple[float, str]]]:
+    """(input, value and unit) of every entry that says at which value it gives what it gives."""
+    for entry in (*machine.sources.values(), *machine.links.values()):
+        body = entry.to_plain()
+        if "at" in body and "with" in body:
+            value, text = split_number(body["at"])
+            yield body["with"], (value, text or "1")

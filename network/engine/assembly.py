@@ -15,7 +15,7 @@ from network.catalogue.mechanisms.base import Link, Mechanism, Relay, Source, St
 from network.catalogue.mechanisms.conduction import Conduction
 from network.catalogue.nodes import Node
 from network.engine.entry_groups import Flows, Guards, Heats, Rates, group_by_structure
-from network.engine.network import Network
+from network.engine.network import Held, Network
 from network.machine.lumps import weights
 from network.machine.machine import Machine
 
@@ -49,7 +49,7 @@ class _Builder:
         self.parts: dict[str, slice] = {}
         self.capacity: list[float] = []
         self.names: list[str] = []
-        self.held: dict[int, str | float] = {}
+        self.held: dict[int, Held] = {}
 
     def network(self) -> Network:
         for name, node in self.machine.nodes.items():
@@ -74,7 +74,7 @@ class _Builder:
         first, count = len(self.capacity), node.lumps
         self.parts[name] = slice(first, first + count)
         if node.is_held:
-            self.held[first] = node.temperature
+            self.held[first] = Held(node.temperature, node.drifts)
         each = np.inf if node.is_held else node.capacity / count
         self.capacity.extend([each] * count)
 

@@ -10,25 +10,43 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices, Mask
 from network.catalogue.declaration.fields import Place
+from network.catalogue.drift import Drift
 from network.catalogue.expansions.base import Reading
-from network.catalogue.mechanisms.base import Mechanism, Relay
+from network.catalogue.mechanisms.base import Inputs, Mechanism, Relay
 from network.engine.entry_groups import Flows, Heats
 from network.machine.lumps import weights
 from network.machine.machine import Machine
 
 
 @dataclass(frozen=True)
+class Held:
+    """A temperature that is given: the name of an input or a constant [°C], and how it drifts from that."""
+
+    source: str | float
+    drift: Drift | None = None
+
+    def at(self, u: Inputs) -> Array:
+        """°C, at inputs of any shape."""
+        given = u[self.source] if isinstance(self.source, str) else np.full(np.shape(u["time"]), self.source)
+        return given if self.drift is None else given + self.drift.at(u["time"])
+
+    def edges(self, duration: float) -> Array:
+        """Instants at which it bends by itself."""
+        return np.empty(0) if self.drift is None else self.drift.edges(duration)
+
+
+@dataclass(frozen=True)
 class Network:
     """N lumps; capacity [J/K] is 0 for massless junctions and inf for held nodes.
 
-    mechanisms: names as in the file, then the bars' inner conduction; parts: node → its lumps; held: lump → input
-    name or constant [°C]; states: lumps that stand for a state of an entry, by their names among the parts.
+    mechanisms: names as in the file, then the bars' inner conduction; parts: node → its lumps; held: lump → what holds
+    it; states: lumps that stand for a state of an entry, by their names among the parts.
     """
 
     machine: Machine
     parts: Mapping[str, slice]
     capacity: Array
-    held: Mapping[int, str | float]
+    held: Mapping[int, Held]
     mechanisms: tuple[str, ...]
     flows: tuple[Flows, ...]
     heats: tuple[Heats[Mechanism], ...]

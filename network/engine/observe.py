@@ -95,7 +95,15 @@ def channel(
 
 
 def _integrate_state(effect: SensorEffect, t: Array, truth: Array) -> Array:
-    """The state of an effect on a displacement channel: truth straight between samples, integrated exactly."""
+    """The state of an effect on a displacement channel: truth straight between samples, integrated exactly; `t` in any
+    order, like the begins of all intervals and then their ends."""
+    order = np.argsort(t, kind="stable")
+    state = np.empty_like(truth)
+    state[order] = _integrate_in_order(effect, t[order], truth[order])
+    return state
+
+
+def _integrate_in_order(effect: SensorEffect, t: Array, truth: Array) -> Array:
     one, zero = np.ones(()), np.zeros(())
     at_zero = float(effect.rate(zero, zero))
     by_truth, by_state = float(effect.rate(one, zero)) - at_zero, float(effect.rate(zero, one)) - at_zero

@@ -80,7 +80,8 @@ def schedule_for(machine: Machine, source: Scenario | Recording | Schedule, star
     else:
         schedule = source.schedule if isinstance(source, Scenario) else source
     complaints = Complaints()
-    for name, wanted in machine.inputs.items():
+    needed = machine.inputs if isinstance(source, Recording) else machine.drives
+    for name, wanted in needed.items():
         signal = schedule.signals.get(name)
         if signal is None:
             of = f" in {wanted}" if wanted else ""

@@ -15,6 +15,7 @@ from network.engine.balance import heat_balance, jacobian
 from network.engine.entry_groups import Rates
 from network.engine.network import Network
 from network.platform.refusal import Failed, Spot, likely, refuse
+from network.recordings.counted_readings import drop_uncounted
 from network.recordings.inputs import Schedule, Start
 from network.recordings.recording import Recording
 
@@ -58,8 +59,8 @@ def first_inputs(schedule: Schedule) -> Inputs:
 
 
 def _hold(network: Network, T: Array, u: Inputs) -> None:
-    for i, source in network.held.items():
-        T[i] = u[source] if isinstance(source, str) else source
+    for i, held in network.held.items():
+        T[i] = held.at(u)
 
 
 def _set_given(network: Network, start: Start, T: Array, file: str) -> Array:
@@ -134,6 +135,7 @@ class FirstReading:
 
 def first_readings(network: Network, recording: Recording) -> dict[str, FirstReading]:
     """Of every temperature channel that reads something in the first minute."""
+    recording = drop_uncounted(network.machine, recording)
     early, out = recording.t <= recording.t[0] + FIRST_READINGS, dict[str, FirstReading]()
     for name, sensor in network.machine.sensors.items():
         if sensor.place is not None and name in recording.columns:

@@ -17,8 +17,9 @@ from network.catalogue.declaration.sections import TCP, is_empty, section
 from network.catalogue.expansions.base import AXES
 from network.catalogue.mechanisms.base import Stream
 from network.catalogue.nodes import Node
+from network.catalogue.sensors.sensor import Sensor
 from network.platform.quantities.units import unit
-from network.platform.refusal import Complaints
+from network.platform.refusal import Complaints, likely, short
 from network.platform.yaml.tree import Branch, Items, Leaf, Tree
 
 if TYPE_CHECKING:
@@ -92,6 +93,11 @@ def _check_sensors(machine: Entries, complaints: Complaints) -> None:
     unmoved = [axis for axis in tcp.items if isinstance(tcp.items[axis], Branch) and not section(tcp, axis).items]
     moved = [axis for axis, entries in tcp.items.items() if not is_empty(entries) and axis not in unmoved]
     for name, sensor in machine.sensors.items():
+        _check_exchange(machine, name, sensor, complaints)
+        for effect in sensor.effects:
+            if effect.follows and sensor.find_followed(machine, effect) is None:
+                wrong = f"sensors.{name}: {effect.kind} with '{short(effect.follows)}', which has none of its own"
+                complaints.refuse(sensor.spot_of("effects"), wrong, "name a sensor that has one with a number")
         if sensor.axis is not None and sensor.axis not in moved and set(moved) <= set(AXES):
             wrong = f"sensors.{name}: measures {displacement(sensor.axis)}, and nothing moves that axis"
             others = " or ".join(displacement(axis) for axis in moved)
@@ -100,6 +106,28 @@ def _check_sensors(machine: Entries, complaints: Complaints) -> None:
         if name in machine.inputs or name == "time":
             what = "an input" if name != "time" else "the time column"
             complaints.refuse(sensor.spot, f"sensors.{name} has the name of {what}", "rename the sensor")
+
+
+def _check_exchange(machine: Entries, name: str, sensor: Sensor, complaints: Complaints) -> None:
+    """Two sensors that are exchanged are there, measure the same kind of thing, and neither has a third partner."""
+    with_whom = sensor.exchanged
+    if not with_whom:
+        return
+    spot, other = sensor.spot_of("effects"), machine.sensors.get(with_whom)
+    if other is None or other is sensor:
+        if with_whom == name or with_whom not in section(machine.tree, "sensors").items:
+            wrong = f"sensors.{name}: is exchanged with '{short(with_whom)}', which is no other sensor"
+            others = [one for one in machine.sensors if one != name]
+            complaints.refuse(spot, wrong, likely(with_whom, others))
+    elif other.quantity != sensor.quantity:
+        wrong = f"sensors.{name}: measures a {sensor.quantity} and is exchanged with a {other.quantity}"
+        complaints.refuse(spot, wrong, "exchange two thermometers, or two probes of one kind")
+    elif others := [n for n, s in machine.sensors.items() if n not in (name, with_whom) and s.exchanged == with_whom]:
+        wrong = f"sensors.{name}: is exchanged with {with_whom}, and so is {others[0]}"
+        complaints.refuse(spot, wrong, "exchange two at a time")
+    elif other.exchanged not in ("", name):
+        wrong = f"sensors.{name}: is exchanged with {with_whom}, which is exchanged with {other.exchanged}"
+        complaints.refuse(spot, wrong, "exchange two at a time")
 
 
 def _check_inputs(machine: Entries, complaints: Complaints) -> None:
@@ -119,7 +147,7 @@ def _needs(entry: Declared) -> Mapping[str, str]:
     held = entry.__dict__.get("temperature")
     if isinstance(held, str):
         return {held: "degC"}
-    return entry.needs() if isinstance(entry, Effect) else {}
+    return entry.needs() if isinstance(entry, Effect | Sensor) else {}
 
 
 # -- who is connected with whom -------------------------------------------------------------------------------------

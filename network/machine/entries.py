@@ -109,14 +109,21 @@ class Entries(ABC):
     @cached_property
     def inputs(self) -> Mapping[str, str]:
         """The input channels this machine reads, each with a unit of the kind it must have."""
+        counts = (pair for sensor in self.sensors.values() for pair in sensor.needs().items())
+        return merge_inputs([*self.drives.items(), *counts])
+
+    @cached_property
+    def drives(self) -> Mapping[str, str]:
+        """Those of the inputs that a run depends on: all but what only says when readings count."""
         held = [(n.temperature, "degC") for n in self.nodes.values() if isinstance(n.temperature, str)]
         effects = (entry for entry in self.by_path.values() if isinstance(entry, Effect))
         return merge_inputs([*held, *(pair for effect in effects for pair in effect.needs().items())])
 
     @cached_property
     def switches(self) -> frozenset[str]:
-        """The inputs that say whether an entry is there."""
-        return frozenset(e.gate for e in (*self.links.values(), *self.sources.values()) if e.gate is not None)
+        """The inputs that say whether an entry is there, or a reading counts."""
+        gated = (*self.links.values(), *self.sources.values(), *self.sensors.values())
+        return frozenset(e.gate for e in gated if e.gate is not None)
 
     def to_plain(self) -> dict[str, Any]:
         """The machine as a mapping that reads back as the same machine."""

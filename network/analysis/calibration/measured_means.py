@@ -19,6 +19,7 @@ from network.engine.response.model import Run, edge_pushes, start_pushes
 from network.engine.simulation import schedule_for
 from network.engine.start import start_temperatures
 from network.machine.machine import Machine
+from network.recordings.counted_readings import drop_uncounted
 from network.recordings.inputs import Schedule, Start
 from network.recordings.recording import Recording
 
@@ -122,6 +123,7 @@ def weigh_recording(
     """A recording laid out for fits of a machine; `also`: inputs that it does not read but a rival may. Raises Refused
     where it lacks an input."""
     schedule = schedule_for(machine, recording, start)
+    recording = drop_uncounted(machine, recording)
     more = {name: recording.signal(name) for name in also if name not in schedule.signals}
     schedule = replace(schedule, signals={**schedule.signals, **more})
     knots = make_knots(schedule)

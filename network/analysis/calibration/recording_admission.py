@@ -18,6 +18,7 @@ from network.machine.machine import Machine
 from network.platform.quantities.text_table import span
 from network.platform.refusal import Complaints, Refused, Spot
 from network.recordings.columns import Column
+from network.recordings.counted_readings import drop_uncounted
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 
@@ -81,7 +82,7 @@ def admit(
     for recording in recordings:
         try:
             check_fit(known, recording)
-            mended, doubts = without_stuck(machine, recording)
+            mended, doubts = without_stuck(machine, drop_uncounted(machine, recording))
             one = weigh_recording(known, mended, start)
         except Refused as refused:
             complaints.absorb(refused)

@@ -17,6 +17,7 @@ from network.machine.machine import Machine
 from network.platform.printing import tell
 from network.platform.quantities.units import unit
 from network.platform.refusal import Complaints, Spot, refuse
+from network.recordings.counted_readings import drop_uncounted
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.recording_checks import check_readings
@@ -110,6 +111,7 @@ def _compare_one(
 ) -> RecordingResidual:
     names = _channels(machine, recording)
     _check_units(machine, recording, names)
+    recording = drop_uncounted(machine, recording)
     run = simulate(machine, recording, start=start, method=method, parts=False, progress=progress)
     channels = {
         name: ChannelResidual(

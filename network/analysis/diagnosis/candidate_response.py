@@ -113,7 +113,7 @@ def _is_alike(network: Network, prediction: Prediction) -> bool:
     """Whether the lumps are those of the run, but for nodes whose temperature is given."""
     own = prediction.course.problem.plan.network
     lumps = all(network.parts.get(name) == part for name, part in own.parts.items())
-    held = own.held.items() <= network.held.items()
+    held = all(network.held.get(i) == one for i, one in own.held.items())
     return lumps and held and network.size - own.size == len(network.held) - len(own.held)
 
 
@@ -131,8 +131,7 @@ def _further(now: Network, changed: Sequence[str], prediction: Prediction) -> Pu
 
 def _stack_new_held(now: Network, own: Network, course: LinearRun) -> Array:
     """Temperatures of held nodes that were not there before (2 K, ·)."""
-    sources = [source for i, source in now.held.items() if i >= own.size]
-    columns = [course.inputs[s] if isinstance(s, str) else np.full((2 * len(course.x0), 1), s) for s in sources]
+    columns = [held.at(course.inputs) for i, held in now.held.items() if i >= own.size]
     return np.hstack([np.empty((2 * len(course.x0), 0)), *columns])
 
 

@@ -16,6 +16,7 @@ from typing import Any
 from network.catalogue.declaration.declare import Effect, list_kinds
 from network.catalogue.declaration.discovery import open_rooms
 from network.catalogue.declaration.entry_path import NumberPath, displacement
+from network.catalogue.declaration.many_units import ManyUnitsField
 from network.catalogue.declaration.number_fields import ParamField
 from network.catalogue.declaration.patch import Patch
 from network.catalogue.declaration.places import Place
@@ -222,6 +223,8 @@ def _stands(kind: type[Effect], field: ParamField, patch: Patch) -> bool:
 
 def _own(machine: Machine, path: NumberPath, field: ParamField, is_strength: bool) -> Parameter:
     value = _value(machine, path, field)
+    if isinstance(field, ManyUnitsField):
+        field = parameter(machine, path).field
     if field.unit == "degC":
         own = parameter(machine, path, Number(value, "normal", DEGREES))
         around = path.entry.section == "nodes"

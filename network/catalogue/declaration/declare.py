@@ -88,6 +88,7 @@ class Declared(ABC):
         defaults = {k: f.initial for k, f in self.fields.items()}
         self.__dict__.update(defaults | plain)
         self.__dict__.update(name=name, spot=spot or Spot("python"), numbers=numbers, _spots=dict(spots or {}))
+        self.__dict__["_units"] = {k: n.unit for k, n in numbers.items() if n.unit}
 
     def __setattr__(self, key: str, value: object) -> None:
         raise AttributeError(f"{type(self).__name__} is frozen")
@@ -107,6 +108,11 @@ class Declared(ABC):
 
     def is_given(self, field: str) -> bool:
         return self.__dict__[field] is not None
+
+    def field_of(self, attribute: str) -> Field:
+        """A field, in the unit that this entry's number came in."""
+        field, given = self.fields[attribute], self.__dict__["_units"].get(attribute, "")
+        return field.in_unit(given) if given and isinstance(field, ParamField) else field
 
     def uncertain(self) -> Mapping[str, Number]:
         """The numbers that may be calibrated: those with ± or `unknown`."""
@@ -136,7 +142,7 @@ class Declared(ABC):
         for attribute, field in self.fields.items():
             value = self.numbers.get(attribute, self.__dict__[attribute])
             if value is not None and value != field.initial:
-                body[field.key] = field.write(value)
+                body[field.key] = self.field_of(attribute).write(value)
         return body
 
     def faults(self) -> Iterator[Advice]:
@@ -237,8 +243,8 @@ class _Words(dict[str, Any]):
         self.entry = entry
 
     def __missing__(self, key: str) -> Any:
-        value, field = getattr(self.entry, key), self.entry.fields.get(key)
-        return "" if value is None else field.tell(value) if field else value
+        value = getattr(self.entry, key)
+        return "" if value is None else self.entry.field_of(key).tell(value) if key in self.entry.fields else value
 
 
 def typical_body(cls: type[Declared], **given: Any) -> dict[str, Any]:

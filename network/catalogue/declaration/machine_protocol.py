@@ -72,6 +72,8 @@ class EffectLike(EntryLike, Protocol):
     """What a sensor does to the truth."""
 
     def is_steady(self) -> bool: ...
+    @property
+    def follows(self) -> str: ...
 
 
 class SensorLike(EntryLike, Protocol):
@@ -79,6 +81,10 @@ class SensorLike(EntryLike, Protocol):
 
     @property
     def place(self) -> Place | None: ...
+    @property
+    def measures(self) -> Any: ...
+    @property
+    def exchanged(self) -> str: ...
     @property
     def effects(self) -> Sequence[EffectLike]: ...
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from copy import copy
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 from network.catalogue.declaration.field import Field, word_of
 from network.platform.quantities.number_format import format_amount
@@ -84,6 +85,15 @@ class ParamField(Field):
             return self.unit
         same = _without(of, self.any_power_of) == _without(unit(self.unit).dimension, self.any_power_of)
         return split_number(given)[1] if same and self.any_power_of in of else self.unit
+
+    def in_unit(self, unit_text: str) -> Self:
+        """The same field with its numbers in another unit, its bounds alike. What is typical is told of its own
+        dimension only."""
+        other = copy(self)
+        other.unit = unit_text
+        if unit(unit_text).dimension != unit(self.unit).dimension:
+            other._typical = 0.0
+        return other
 
     def _check_bounds(self, value: float, text: str) -> None:
         slack = 1e-12 * max(abs(self.low), abs(self.high))

@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any, cast
+from collections.abc import Iterator, Mapping
+from typing import Any, Self, cast
 
 from network.catalogue.declaration.declare import Advice, Declared, list_kinds
 from network.catalogue.declaration.entry_path import axis_of
-from network.catalogue.declaration.fields import Amount, AmountField, Field, Place, nested, parse_place, word, word_of
+from network.catalogue.declaration.fields import (
+    ANY,
+    Amount,
+    AmountField,
+    Field,
+    Place,
+    channel,
+    nested,
+    parse_place,
+    word,
+    word_of,
+)
+from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.places import PATTERN
 from network.catalogue.expansions.base import ANGULAR_AXES, AXES
 from network.catalogue.sensors.base import SensorEffect
@@ -49,29 +61,64 @@ class MeasuresField(Field):
 
 
 class Sensor(Declared):
-    """A channel of a recording. `zero: start` reads what changed since the start (a probe that was zeroed)."""
+    """A channel of a recording. `zero: start` reads what changed since the start (a probe that was zeroed).
+
+    `while: pump` lets its readings count only while that input is not zero: a thermometer in a pipe that stands, a
+    display that freezes at standstill. What is simulated is the truth at all times.
+    """
 
     section = "sensors"
     measures: Any = MeasuresField("a place, or tcp.x … tcp.c")
     noise: Amount = cast(Amount, NoiseField("1σ of one sample, like 0.05 K or 0.25 um"))
     zero = word("where the channel reads zero: at the reference, or at the start", "start", default=None)
+    gate = channel(None, ANY, "an input: its readings count only while that is not zero", key="while")
     effects: tuple[SensorEffect, ...] = nested(
         "what the sensor does to the truth", lambda: list_kinds("effects"), many=True
     )
 
+    def needs(self) -> Mapping[str, str]:
+        """The input channel that says when its readings count."""
+        return {} if self.gate is None else {self.gate: ANY}
+
+    seen: Place | str | None = None
+    """What it reads instead of what it `measures`."""
+
+    @property
+    def exchanged(self) -> str:
+        """The sensor whose place it says to read instead of its own; nothing where it reads its own."""
+        return next((effect.exchanges for effect in self.effects if effect.exchanges), "")
+
+    def resolve(self, machine: MachineLike) -> Self:
+        """With what it really reads, where it is exchanged with another or another with it, and the numbers that its
+        effects take from other channels."""
+        others = (name for name, other in machine.sensors.items() if other.exchanged == self.name)
+        partner = machine.sensors.get(self.exchanged or next(others, ""))
+        pairs = ((effect, self.find_followed(machine, effect)) for effect in self.effects)
+        effects = tuple(effect if other is None else effect.take(other) for effect, other in pairs)
+        return self.replaced(seen=None if partner is None else partner.measures, effects=effects)
+
+    @staticmethod
+    def find_followed(machine: MachineLike, effect: SensorEffect) -> Any:
+        """The effect whose numbers one takes; None where it has its own, or there is none."""
+        if not effect.follows or effect.follows not in machine.sensors:
+            return None
+        own = (other for other in machine.sensors[effect.follows].effects if not other.follows)
+        return next((other for other in own if other.kind == effect.kind), None)
+
     @property
     def place(self) -> Place | None:
-        return self.measures if isinstance(self.measures, Place) else None
+        reads = self.seen or self.measures
+        return reads if isinstance(reads, Place) else None
 
     @property
     def axis(self) -> str | None:
-        return None if self.place else axis_of(str(self.measures))
+        return None if self.place else axis_of(str(self.seen or self.measures))
 
     @property
     def quantity(self) -> str:
-        if self.place:
+        if isinstance(self.measures, Place):
             return "temperature"
-        return "angle" if self.axis in ANGULAR_AXES else "displacement"
+        return "angle" if axis_of(str(self.measures)) in ANGULAR_AXES else "displacement"
 
     @property
     def unit(self) -> str:

@@ -22,7 +22,7 @@ from network.engine.response.switchings import SwitchedCourse, build_switched_co
 from network.engine.response.warm_start import WarmStart
 from network.engine.response.waveform import course_of
 from network.engine.solvers.modal import Modes
-from network.engine.solvers.plan import Plan, interval_edges, merge_instants, spans
+from network.engine.solvers.plan import Plan, interval_edges, list_own_edges, merge_instants, spans
 from network.machine.machine import Machine
 
 __all__ = ["Model", "Prediction", "Run", "channels_of", "edge_pushes", "plan_of", "start_pushes"]
@@ -101,7 +101,7 @@ class Model:
     def _plan(self, i: int, network: Network, start: Mapping[str, float]) -> Plan:
         """The plan of a run; its edges and inputs are found once for the same edges of laws."""
         run = self.runs[i]
-        own = [group.law.edges(float(run.schedule.t[-1])) for group in network.groups]
+        own = list_own_edges(network, float(run.schedule.t[-1]))
         key = (np.concatenate([*own, np.empty(0)]).tobytes(), tuple(sorted(network.held)))
         plans = self.warm.plans
         if i not in plans or plans[i][0] != key:
@@ -214,8 +214,9 @@ def start_of(network: Network, start: Mapping[str, float], inputs: Mapping[str, 
     T0 = np.full(network.size, network.machine.reference)
     for name, part in network.parts.items():
         T0[part] = start.get(name, network.machine.reference)
-    for i, source in network.held.items():
-        T0[i] = inputs[source][0] if isinstance(source, str) else source
+    first = {name: values[0] for name, values in inputs.items()}
+    for i, held in network.held.items():
+        T0[i] = held.at(first)
     return T0
 
 

@@ -1,7 +1,8 @@
 """How channels follow base readings: a matrix where it is the same at all instants, else slopes over time.
 
 Displacements and most sensor effects are linear in the readings of their instant. A channel zeroed at its start also
-loses what it read then; a displacement behind a lag depends on all that went before and has to be computed whole.
+loses what it read then; a displacement behind a lag, or a channel whose clock is shifted, depends on what went before
+and has to be computed whole.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ def slopes_of(
 ) -> Slopes | None:
     """How channels follow the readings about what these are; None where one depends on those before its instant."""
     sensors = [machine.sensors[n] for n in names]
-    if any(s.axis is not None and any(e.has_state for e in s.effects) for s in sensors):
+    if any(e.looks_back or (e.has_state and s.axis is not None) for s in sensors for e in s.effects):
         return None
     plain = replace(machine, sensors={n: s.replaced(zero=None) for n, s in zip(names, sensors, strict=True)})
     here, there = (_differentiate(plain, outputs, r, u, names) for r in (readings, readings + 1.0))

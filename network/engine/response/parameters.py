@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -74,7 +74,7 @@ def parameter(machine: Machine, path: NumberPath, number: Number | None = None) 
     fields = {f.key: f for f in entry.params().values()} if entry is not None else {}
     if entry is None or path.key not in fields:
         raise refuse(Spot(machine.file), f"there is no number '{path}'", likely(str(path), machine.uncertain))
-    field = fields[path.key]
+    field = cast(ParamField, entry.field_of(fields[path.key].attribute))
     number = number or entry.numbers.get(field.attribute, Number(float(entry.__dict__[field.attribute])))
     return _parameter(path.entry, field, number)
 
@@ -113,7 +113,9 @@ def at_values(machine: Machine, values: Mapping[str, float]) -> Machine:
         own[path.name] = _exchange(own[path.name], path.inner, exchanged)
     machine = _with_entries(machine, held)
     if any(path.section in ("nodes", "materials") for path in changed):
-        _resolve_again(machine, held)
+        _resolve_again(machine, held, "nodes", TCP)
+    if any(path.section == "sensors" for path in changed):
+        _resolve_again(machine, held, "sensors")
     return machine
 
 
@@ -139,10 +141,11 @@ def _with_entries(machine: Machine, held: Mapping[tuple[str, str], dict[str, Any
     )  # fmt: skip
 
 
-def _resolve_again(machine: Machine, held: Mapping[tuple[str, str], dict[str, Any]]) -> None:
-    """Nodes take what materials give now, and expansions what nodes are, in the entries that a new machine holds."""
+def _resolve_again(machine: Machine, held: Mapping[tuple[str, str], dict[str, Any]], *sections: str) -> None:
+    """Nodes take what materials give now, expansions what nodes are, and sensors what others have, in the entries that
+    a new machine holds."""
     for (section, _), entries in held.items():
-        if section in ("nodes", TCP):
+        if section in sections:
             entries.update({name: entry.resolve(machine) for name, entry in entries.items()})
 
 

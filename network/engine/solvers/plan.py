@@ -63,8 +63,7 @@ class Plan:
     def evaluate_held(self, values: Mapping[str, Array]) -> Array:
         """Temperatures of the held lumps [°C] for inputs of shape (K,): (K, held)."""
         held, count = self.network.held, len(values["time"])
-        sources = [held[int(i)] for i in self.network.bound]
-        columns = [values[source] if isinstance(source, str) else np.full(count, source) for source in sources]
+        columns = [held[int(i)].at(values) for i in self.network.bound]
         return np.stack(columns, axis=1) if columns else np.zeros((count, 0))
 
     @cached_property
@@ -118,12 +117,18 @@ def interval_edges(network: Network, schedule: Schedule) -> Array:
     """Start, end, and every instant in between at which an input or a timer changes."""
     start, end = float(schedule.t[0]), float(schedule.t[-1])
     changes = [signal.t for signal in schedule.signals.values()]
-    changes += [group.law.edges(end) for group in network.groups]
+    changes += list_own_edges(network, end)
     inner = np.unique(np.concatenate([np.ravel(c) for c in changes])) if changes else np.empty(0)
     inner = inner[(inner > start + SAME_INSTANT) & (inner < end - SAME_INSTANT)]
     if len(inner):
         inner = inner[np.append(True, np.diff(inner) > SAME_INSTANT)]
     return np.concatenate([[start], inner, [end]])
+
+
+def list_own_edges(network: Network, duration: float) -> list[Array]:
+    """Instants at which the laws of a network, and what holds its nodes, jump or bend by themselves."""
+    laws = [group.law.edges(duration) for group in network.groups]
+    return laws + [held.edges(duration) for held in network.held.values()]
 
 
 def merge_instants(edges: Array, instants: Array) -> Array:

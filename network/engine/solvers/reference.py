@@ -97,8 +97,8 @@ class _Run:
         T[self.network.free] = x[: self.n]
         for part, melting, capacity in self.melting:
             T[part] = melting.temperature(T[part], capacity)
-        for i, source in self.network.held.items():
-            T[i] = u[source] if isinstance(source, str) else source
+        for i, held in self.network.held.items():
+            T[i] = held.at(u)
         if len(self.network.massless):
             self._settle(T, u)
         return T.copy()

@@ -60,12 +60,13 @@ class Unit:
 def unit(text: str) -> Unit:
     """The unit of that name. Raises BadNumber for an unknown one.
 
-    Temperatures (degC, degF, K, mK alone) carry an offset to °C; in a product (W/degC) they count as differences.
+    Temperatures (degC, degF, K, mK alone) carry an offset to °C; in a product (W/degC, K/%) they count as differences.
     """
     if text in ("", "1", "-"):
         return Unit("1", 1.0, 0.0, "dimensionless", 1.0)
     factor, dimension = _factor_and_dimension(text)
-    offset = _ZEROS.get(text, ABSOLUTE_ZERO) if dimension == "[temperature]" else 0.0
+    is_absolute = dimension == "[temperature]" and "/" not in text and "%" not in text
+    offset = _ZEROS.get(text, ABSOLUTE_ZERO) if is_absolute else 0.0
     return Unit(text, float(factor), offset, dimension, float(1 / factor))
 
 

@@ -25,7 +25,8 @@ class Number:
     """A number of a file in SI (temperatures in °C) with its prior.
 
     prior: known (never touched), log (normal in the logarithm, σ = spread), normal (σ = spread), unknown (log-uniform
-    or uniform over low..high; `value` is the start of a calibration, not something to simulate with).
+    or uniform over low..high; `value` is the start of a calibration, not something to simulate with); unit: the one it
+    was given in, where its field takes several.
     """
 
     value: float
@@ -33,6 +34,7 @@ class Number:
     spread: float = 0.0
     low: float = -math.inf
     high: float = math.inf
+    unit: str = ""
 
 
 NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"

@@ -106,7 +106,9 @@ def _choice(cls: type[Declared]) -> str:
 
 def _remarks(cls: type[Declared]) -> Iterator[str]:
     if cls.strength:
-        yield f"Strength: {cls.fields[cls.strength].key}; at 0 it is not there."
+        strength = cls.fields[cls.strength]
+        without = "at 0 it is not there" if isinstance(strength, ParamField) else "no number to fit"
+        yield f"Strength: {strength.key}; {without}."
     read = [f for f in cls.fields.values() if isinstance(f, InputField) and f.default is not None]
     if read:
         yield "Reads the input " + " and ".join(f"{f.default} [{f.unit}]" for f in read) + "."

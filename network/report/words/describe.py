@@ -51,7 +51,7 @@ def _nodes(machine: Machine) -> list[str]:
 def _node_kind(node: Node) -> str:
     if node.is_held:
         at = node.temperature if isinstance(node.temperature, str) else _celsius(float(node.temperature))
-        return f"held at {at}"
+        return f"held at {at}" + (", drifts" if node.drifts is not None else "")
     kind = "massless junction" if node.is_massless else f"bar of {node.material}" if node.is_bar else "mass"
     return kind + (", rotates" if node.rotates else "") + (", melts" if node.melts is not None else "")
 
@@ -104,6 +104,7 @@ def _sensors(machine: Machine) -> list[str]:
         noise = difference(unit(sensor.noise.unit))
         effects = ", ".join(effect.kind for effect in sensor.effects)
         more = [f"with {effects}"] * bool(effects) + ["zeroed at the start"] * bool(sensor.zero)
+        more += [f"while {sensor.gate} is not zero"] * bool(sensor.gate)
         what = ", ".join([str(sensor.measures), *more])
         rows.append([name, what, digits(noise.from_si(sensor.sigma), 2), pretty(noise.text)])
     return table(["sensor", "measures", "noise", "unit"], rows, ["noise"]) if rows else []
@@ -117,7 +118,7 @@ def _inputs(machine: Machine) -> Iterator[str]:
 
 def _uncertain(machine: Machine) -> list[str]:
     rows = [
-        _uncertain_row(f"{path}.{key}", getattr(entry.fields[key], "unit", "degC"), number)
+        _uncertain_row(f"{path}.{key}", getattr(entry.field_of(key), "unit", "degC"), number)
         for path, entry in machine.entries()
         for key, number in entry.uncertain().items()
     ]

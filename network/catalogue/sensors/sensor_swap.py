@@ -1,0 +1,45 @@
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import combinations
+from typing import Any
+
+from network.catalogue.declaration.declare import Array, typical_body
+from network.catalogue.declaration.fields import word
+from network.catalogue.declaration.machine_protocol import MachineLike
+from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.sensors.base import SensorEffect
+
+
+class SensorSwap(SensorEffect, kind="sensor_swap"):
+    """Two sensors are exchanged: reading of a = truth at the place of b, reading of b = truth at the place of a.
+
+    Crossed plugs, or two columns of a logger under each other's names. It is enough to say it at one of the two. Places
+    alone are exchanged; noise and further effects stay with the channel. No number to fit: it is there or not, so a
+    search tries pairs and needs no gradient. Two parts that warm alike cannot be told apart.
+    """
+
+    other = word("the name of the sensor it is exchanged with", key="with")
+    strength = "other"
+    sentence = "{channel} and {other} are exchanged"
+
+    @property
+    def exchanges(self) -> str:
+        return str(self.other)
+
+    def reading(self, truth: Array, state: Array, u: Inputs) -> Array:
+        return truth
+
+    @classmethod
+    def is_searched(cls) -> bool:
+        """Not yet: a count of pairs is no number that a fit could free."""
+        return False
+
+    @classmethod
+    def proposes(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
+        """Every pair of thermometers of different places that are not exchanged yet, at both of them."""
+        free = {n: s for n, s in machine.sensors.items() if s.place and not any(e.kind == cls.kind for e in s.effects)}
+        for (a, one), (b, other) in combinations(free.items(), 2):
+            if one.place != other.place:
+                yield {"sensors": {a: cls.put_on(one, typical_body(cls, **{"with": b})),
+                                   b: cls.put_on(other, typical_body(cls, **{"with": a}))}}  # fmt: skip
