@@ -33,6 +33,7 @@ from network.platform.threads import on_one_thread
 from network.recordings.channel_match import overheard
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
+from network.recordings.runs import runs_of
 
 Progress = Callable[[float], None]
 
@@ -112,12 +113,15 @@ def calibrate(
     run breaks down.
     """
     began, tell = time.perf_counter(), progress or (lambda share: None)
-    train, held_out = _several(recordings), _several(holdout)
+    given = _several(recordings), _several(holdout)
+    train, held_out = (runs_of(machine, some) for some in given)
     parameters = free_parameters(machine)
     check_parameters(machine, parameters)
+    check_apart(*given)
     check_apart(train, held_out)
     with np.errstate(over="ignore", invalid="ignore"):
-        return _calibrate(machine, parameters, train, held_out, start, seed, tell, began)
+        found = _calibrate(machine, parameters, train, held_out, start, seed, tell, began)
+    return replace(found, warnings=(*overheard(machine, *given), *found.warnings))
 
 
 def _several(recordings: Recording | Iterable[Recording]) -> tuple[Recording, ...]:
@@ -151,8 +155,7 @@ def _calibrate(
     findings += describe_starts(after, started)
     return Calibration(
         result, machine, parameters, fit, known, before, after, before_holdout, after_holdout, started,
-        started_holdout, areas, (*overheard(machine, train, held_out), *let_in.warnings),
-        tuple(findings), best.tried, seed, time.perf_counter() - began,
+        started_holdout, areas, let_in.warnings, tuple(findings), best.tried, seed, time.perf_counter() - began,
     )  # fmt: skip
 
 

@@ -18,6 +18,7 @@ from network.machine.machine import Machine
 from network.platform.refusal import Failed
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
+from network.recordings.runs import runs_of
 
 ROUNDS, CLOSE = 4, 1.0
 """How often a run is linearised about its start, and the least that another time must better the cost J."""
@@ -83,5 +84,5 @@ def compare_all_from_start(
 
 def estimate_start(machine: Machine, recordings: Sequence[Recording]) -> Comparison:
     """Residuals of recordings of a machine as it is, the start of each estimated from it."""
-    each = (compare_from_start(machine, machine, (), np.empty(0), r, None, 1.0) for r in recordings)
+    each = (compare_from_start(machine, machine, (), np.empty(0), r, None, 1.0) for r in runs_of(machine, recordings))
     return Comparison(machine, tuple(each))

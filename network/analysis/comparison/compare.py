@@ -19,6 +19,7 @@ from network.platform.refusal import Complaints, Spot, refuse
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.recording_checks import check_readings
+from network.recordings.runs import runs_of
 from network.recordings.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -80,8 +81,8 @@ def compare(
     Raises Refused where a recording lacks an input, shares no channel with the machine, or has a channel in a unit
     that does not fit.
     """
-    several = [recordings] if isinstance(recordings, Recording) else recordings
-    return Comparison(machine, tuple(_compare_one(machine, r, start, method, progress) for r in several))
+    runs = runs_of(machine, recordings)
+    return Comparison(machine, tuple(_compare_one(machine, r, start, method, progress) for r in runs))
 
 
 def check_fit(machine: Machine, source: Scenario | Recording) -> None:
