@@ -58,10 +58,11 @@ def tell_cuts(file: str, t: np.ndarray, cuts: Sequence[Cut]) -> tuple[str, ...]:
     lengths = [span(float(t[part][-1] - t[part][0])) for part in extents(len(t), cuts)]
     more = [f"and {len(cuts) - MOST} more times"] if len(cuts) > MOST else []
     why = "; ".join([*(cut.why for cut in cuts[:MOST]), *more])
-    runs = f"{len(lengths)} runs ({', '.join(lengths[:MOST])}{', …' if len(lengths) > MOST else ''})"
+    runs = f"{len(lengths)} run{'s' if len(lengths) != 1 else ''} ({', '.join(lengths[:MOST])}{', …' if len(lengths) > MOST else ''})"
     lone = len(cuts) + 1 - len(lengths)
     told = f"{file} is parted into {runs}, each with a start of its own: {why}"
-    return (told, f"{file}: {lone} samples that stand alone between two gaps are left out") if lone else (told,)
+    alone = "1 sample that stands alone is" if lone == 1 else f"{lone} samples that stand alone are"
+    return (told, f"{file}: {alone} left out") if lone else (told,)
 
 
 MOST = 5

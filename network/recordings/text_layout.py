@@ -14,7 +14,8 @@ from network.platform.refusal import Spot, refuse
 LARGEST_FILE = 500_000_000
 EXPECTED = "the first row is like `time [s],speed [rpm],T_housing [degC]`"
 UTF8 = "save it as CSV in UTF-8"
-DELIMITERS = (",", ";", "\t")
+DELIMITERS = (";", "\t", ",")
+"""In this order where two part a line alike: a comma may then stand in decimals."""
 WORKBOOKS = (".xlsx", ".xlsm")
 _CHUNK = 1 << 20
 MARK = "#"
@@ -100,17 +101,17 @@ def _find_encoding(path: Path) -> str:
 
 
 def _find_delimiter(lines: Sequence[str], layout: Layout) -> str:
-    """Of those that part the first line, the one that parts most of the others alike; of several the one with more
-    columns. A text cut off at its end has a last line that is not looked at."""
+    """Of those that part the first line, the one that parts most of the others alike. A text cut off at its end has a
+    last line that is not looked at."""
     told = [line for line in lines if line.strip() and not (layout.comment and line.startswith(layout.comment))]
     told = [line for line in told if not line.startswith(MARK)] or told
     told = told[:-1] if len(told) > 2 else told
-    best, delimiter = (0.0, 0), ","
+    best, delimiter = 0.0, ","
     for mark in DELIMITERS:
         widths = [_width(line, mark) for line in told[:50]]
         if widths and widths[0] > 1:
-            rated = (sum(width >= widths[0] for width in widths) / len(widths), widths[0])
-            best, delimiter = max((best, delimiter), (rated, mark), key=lambda pair: pair[0])
+            share = sum(width >= widths[0] for width in widths) / len(widths)
+            best, delimiter = max((best, delimiter), (share, mark), key=lambda pair: pair[0])
     return delimiter
 
 

@@ -99,7 +99,8 @@ def _channels(machine: Machine, recording: Recording) -> list[str]:
         raise refuse(Spot(machine.file), "the machine has no sensors, so no recording can be laid beside it", right)
     if not names:
         right = "name its columns like the sensors: " + ", ".join(machine.sensors)
-        raise refuse(Spot(recording.file), "no column is a sensor of this machine", right)
+        there = f" (there are: {', '.join(recording.columns)})" if recording.columns else ""
+        raise refuse(Spot(recording.file), f"no column is a sensor of this machine{there}", right)
     return names
 
 
