@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -12,6 +12,7 @@ from network.platform.quantities.text_table import span
 from network.platform.refusal import Complaints
 from network.recordings.columns import Column, Samples
 from network.recordings.gap_bridging import hinders
+from network.recordings.hygiene.glue import find_glued
 from network.recordings.time_order import LEAST, Step, find_steps
 
 
@@ -33,7 +34,16 @@ def find_cuts(samples: Samples, complaints: Complaints) -> tuple[Cut, ...]:
         why = step.sentence if step.is_back else _why_gap(samples, step, steps, cuts)
         if why:
             cuts.append(Cut(step.index, why))
-    return tuple(cuts)
+    glued = [cut for part in extents(len(samples.t), cuts) for cut in _glued(samples, part)]
+    return tuple(sorted([*cuts, *glued], key=lambda cut: cut.index))
+
+
+def _glued(samples: Samples, part: slice) -> Iterator[Cut]:
+    columns = [replace(column, values=column.values[part]) for column in samples.columns.values()]
+    for index, names in find_glued(samples.t[part], columns):
+        when = f"{float(samples.t[part][index]):.10g} s"
+        jump = f"{len(names)} temperatures jump at once ({', '.join(names[:MOST])}{', …' if len(names) > MOST else ''})"
+        yield Cut(part.start + index, f"at {when} {jump} as none does by itself, and no input does")
 
 
 def _why_gap(samples: Samples, step: Step, steps: Sequence[Step], cuts: Sequence[Cut]) -> str:
@@ -58,7 +68,8 @@ def tell_cuts(file: str, t: np.ndarray, cuts: Sequence[Cut]) -> tuple[str, ...]:
     lengths = [span(float(t[part][-1] - t[part][0])) for part in extents(len(t), cuts)]
     more = [f"and {len(cuts) - MOST} more times"] if len(cuts) > MOST else []
     why = "; ".join([*(cut.why for cut in cuts[:MOST]), *more])
-    runs = f"{len(lengths)} run{'s' if len(lengths) != 1 else ''} ({', '.join(lengths[:MOST])}{', …' if len(lengths) > MOST else ''})"
+    many = "runs" if len(lengths) != 1 else "run"
+    runs = f"{len(lengths)} {many} ({', '.join(lengths[:MOST])}{', …' if len(lengths) > MOST else ''})"
     lone = len(cuts) + 1 - len(lengths)
     told = f"{file} is parted into {runs}, each with a start of its own: {why}"
     alone = "1 sample that stands alone is" if lone == 1 else f"{lone} samples that stand alone are"

@@ -13,6 +13,7 @@ from network.platform.quantities.units import unit
 from network.platform.refusal import Complaints, Spot, likely, refuse
 from network.recordings.columns import Column, channels
 from network.recordings.csv_table import USUAL_UNITS, Heading, read_heading, refuse_twice, table
+from network.recordings.hygiene.set_aside import SetAside
 from network.recordings.inputs import Schedule, Signal, Start, hold, is_slow, linear
 from network.recordings.mapping import load_mapping
 from network.recordings.pieces import Cut, extents, find_cuts, piece_column, tell_cuts
@@ -28,7 +29,8 @@ class Recording:
     file: as given by the user; t: [s], the run starts at t[0] and t increases, within each piece where cuts part it;
     constants: inputs that a mapping gives; fill, between: by name of an input, how its gaps are filled (linear, hold)
     and how it runs between samples (linear, held; default by its unit); source: the CSV, whose line lines[k] holds
-    t[k] (k + 2 without); zeroed: channels told less their first value.
+    t[k] (k + 2 without); zeroed: channels told less their first value; excluded: what was set aside of it, None before
+    it was judged.
     """
 
     name: str
@@ -43,6 +45,7 @@ class Recording:
     lines: Indices | None = None
     cuts: tuple[Cut, ...] = ()
     zeroed: tuple[str, ...] = ()
+    excluded: tuple[SetAside, ...] | None = None
 
     def __str__(self) -> str:
         hours = (self.t[-1] - self.t[0]) / 3600

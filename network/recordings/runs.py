@@ -6,14 +6,18 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from network.machine.machine import Machine
+from network.recordings.hygiene.judgement import judge
 from network.recordings.pieces import piece_column
 from network.recordings.recording import Recording
 
 
-def runs_of(machine: Machine, recordings: Recording | Iterable[Recording]) -> tuple[Recording, ...]:
-    """The runs of one recording or of several, in their order."""
+def runs_of(
+    machine: Machine, recordings: Recording | Iterable[Recording], *, keeps_departures: bool = False
+) -> tuple[Recording, ...]:
+    """The runs of one recording or of several, in their order, without readings that cannot be true (see judge)."""
     several = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
-    return tuple(run for recording in several for run in _pieces(machine, recording))
+    pieces = (piece for recording in several for piece in _pieces(machine, recording))
+    return tuple(judge(machine, piece, keeps_departures=keeps_departures) for piece in pieces)
 
 
 def _pieces(machine: Machine, recording: Recording) -> tuple[Recording, ...]:
@@ -27,3 +31,8 @@ def _pieces(machine: Machine, recording: Recording) -> tuple[Recording, ...]:
 def _zero(piece: Recording, names: Iterable[str]) -> Recording:
     columns = {**piece.columns, **{n: piece_column(piece.columns[n], slice(None), True) for n in names}}
     return replace(piece, columns=columns)
+
+
+def tell_excluded(runs: Iterable[Recording]) -> list[str]:
+    """A sentence on everything that was set aside."""
+    return [aside.sentence(run.file) for run in runs for aside in run.excluded or ()]

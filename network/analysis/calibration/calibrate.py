@@ -33,7 +33,7 @@ from network.platform.threads import on_one_thread
 from network.recordings.channel_match import overheard
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
-from network.recordings.runs import runs_of
+from network.recordings.runs import runs_of, tell_excluded
 
 Progress = Callable[[float], None]
 
@@ -121,7 +121,7 @@ def calibrate(
     check_apart(train, held_out)
     with np.errstate(over="ignore", invalid="ignore"):
         found = _calibrate(machine, parameters, train, held_out, start, seed, tell, began)
-    return replace(found, warnings=(*overheard(machine, *given), *found.warnings))
+    return replace(found, warnings=(*overheard(machine, *given), *found.warnings, *tell_excluded(held_out)))
 
 
 def _several(recordings: Recording | Iterable[Recording]) -> tuple[Recording, ...]:

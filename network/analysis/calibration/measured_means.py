@@ -8,7 +8,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from network.analysis.calibration.data_quality import Channel, look_at
 from network.catalogue.declaration.declare import Array
 from network.engine.network import build
 from network.engine.response.intervals import first_from
@@ -18,6 +17,7 @@ from network.engine.response.model import Run, edge_pushes, start_pushes
 from network.engine.simulation import schedule_for
 from network.engine.start import start_temperatures
 from network.machine.machine import Machine
+from network.recordings.hygiene.data_quality import Channel, look_at
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 

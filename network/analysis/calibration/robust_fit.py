@@ -12,12 +12,12 @@ import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from network.analysis.calibration.coloured_noise import estimate_colours
-from network.analysis.calibration.data_quality import NORMAL
 from network.analysis.calibration.gauss_newton import Linearised, Problem, minimise
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.multistart import ADEQUATE, rms
 from network.analysis.calibration.noise import Noise, cell_widths, correlate_averages, whitener
 from network.catalogue.declaration.declare import Array
+from network.recordings.hygiene.data_quality import NORMAL
 
 OFFSETS_FAR = 3.0
 """Prior σ beyond which offsets are no offsets any more."""

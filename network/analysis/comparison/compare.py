@@ -16,6 +16,7 @@ from network.machine.machine import Machine
 from network.platform.printing import tell
 from network.platform.quantities.units import unit
 from network.platform.refusal import Complaints, Spot, refuse
+from network.recordings.hygiene.set_aside import summarise_excluded
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.recording_checks import check_readings
@@ -49,7 +50,9 @@ class RecordingResidual:
     def summary(self) -> dict[str, Any]:
         tests = {name: found.summary() for name, found in self.tests.items()}
         channels = {name: channel.summary() | {"tests": tests.get(name)} for name, channel in self.channels.items()}
-        return {"file": self.recording.file, "channels": channels, "rmse_in_noise": self.rmse_in_noise}
+        excluded = summarise_excluded(self.recording.excluded or ())
+        rmse = {"rmse_in_noise": self.rmse_in_noise}
+        return {"file": self.recording.file, "channels": channels, **rmse, "excluded": excluded}
 
 
 @dataclass(frozen=True, eq=False)

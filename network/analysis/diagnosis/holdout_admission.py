@@ -13,7 +13,7 @@ from network.platform.refusal import Complaints, Refused
 from network.recordings.channel_match import overheard
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
-from network.recordings.runs import runs_of
+from network.recordings.runs import runs_of, tell_excluded
 
 
 @dataclass(frozen=True)
@@ -30,12 +30,12 @@ def admit_runs(
 ) -> Intake:
     """Raises Refused with all that makes the recordings useless to this machine, before anything is fitted."""
     check_apart(recordings, holdout)
-    runs, held_out = runs_of(machine, recordings), runs_of(machine, holdout)
+    runs, held_out = (runs_of(machine, some, keeps_departures=True) for some in (recordings, holdout))
     check_apart(runs, held_out)
     parameters = free_parameters(machine)
     _check_held_out(at_values(machine, values_at(parameters, centres(parameters))), held_out)
     let_in = admit(machine, parameters, runs, start)
-    warnings = (*overheard(machine, recordings, holdout), *let_in.warnings)
+    warnings = (*overheard(machine, recordings, holdout), *let_in.warnings, *tell_excluded(held_out))
     return Intake(tuple(d.recording for d in let_in.data), held_out, warnings)
 
 

@@ -13,6 +13,7 @@ from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.patch import Patch
 from network.machine.machine import Machine
 from network.platform.printing import tell
+from network.recordings.hygiene.set_aside import summarise_excluded
 
 UNKNOWN = "unknown"
 """The kind of a finding that no kind of the catalogue explains."""
@@ -185,8 +186,13 @@ class Diagnosis:
             "verdict": self.verdict, "findings": [f.summary() for f in self.findings],
             "located": {"channels": channels, "nodes": nodes}, "fit": self.fits.summary(),
             "advice": [e.summary() for e in self.advice], "machine": "machine.diagnosed.yaml",
-            "seconds": self.seconds, "seed": self.seed, "notes": list(self.notes),
+            "seconds": self.seconds, "seed": self.seed, "notes": list(self.notes), "runs": self._runs(),
         }  # fmt: skip
+
+    def _runs(self) -> list[dict[str, Any]]:
+        sides = (self.fits.train_after, self.fits.holdout_after)
+        runs = [r.recording for side in sides if side is not None for r in side.recordings]
+        return [{"file": run.file, "excluded": summarise_excluded(run.excluded or ())} for run in runs]
 
     def __str__(self) -> str:
         return tell(self)

@@ -13,7 +13,7 @@ from bench.rigs.case import dump, read
 from bench.rigs.figures import Figures, Left, counted, left, pooled
 
 from network import Machine, Recording
-from network.analysis.calibration.data_quality import look_at
+from network.recordings.hygiene.data_quality import look_at
 from network.catalogue.declaration.declare import Array, Mask
 from network.platform.quantities.units import unit
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from network import Failed, Machine, Recording, Refused
-from network.analysis.calibration.data_quality import look_at
+from network.recordings.hygiene.data_quality import look_at
 from network.analysis.calibration.initial_temperatures import estimate_start
 from network.analysis.comparison.compare import RecordingResidual
 from network.catalogue.declaration.declare import Array, Mask
