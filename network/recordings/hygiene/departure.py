@@ -34,11 +34,19 @@ def find_departures(t: Array, columns: Mapping[str, Column], inputs: Array) -> I
         return
     chance = {name: chance_of_steps(t, column.values) for name, column in columns.items()}
     for name, column in columns.items():
+        own, values = chance[name], column.values
         others = np.array([chance[other] for other in columns if other != name])
-        rows = np.flatnonzero(chance[name] < FALSE_ALARM / len(columns)).tolist()
-        free = [k for k in rows if not is_driven(inputs, np.array([k]), WINDOW // 2)[0]]
-        alone = [k for k in free if not _moves_on(column.values, chance[name], k) and not _is_shared(others, k)]
-        yield from _stretches(t, column, [k for k in alone if _stays(column.values, k)])
+        kept = []
+        for k in np.flatnonzero(own < FALSE_ALARM / len(columns)).tolist():
+            if _stays(values, k) and (_unit_of(values, k) or not _happened(values, own, others, inputs, k)):
+                kept.append(k)
+        yield from _stretches(t, column, kept)
+
+
+def _happened(values: Array, chance: Array, others: Array, inputs: Array, k: int) -> bool:
+    """Whether something happened to the machine at that instant: an input jumped, others moved, or it moves on."""
+    is_input = bool(is_driven(inputs, np.array([k]), WINDOW // 2)[0])
+    return is_input or _moves_on(values, chance, k) or _is_shared(others, k)
 
 
 def _moves_on(values: Array, chance: Array, k: int) -> bool:
