@@ -193,8 +193,8 @@ def test_channels_in_a_wrong_unit_are_named() -> None:
 
     told = refusal(blocks(), changed(readings(), dz=in_millimetres))
     assert "dz reads 1e3 times what is simulated, in the same shape; check the unit in its header" in told
-    told = refusal(blocks(), changed(readings(), T_cold=in_kelvin))
-    assert "T_cold reads +2" in told and "beside the simulation, as kelvin and degrees Celsius do" in told
+    told = calibrate(blocks(), changed(readings(), T_cold=in_kelvin)).warnings[-1]
+    assert "T_cold reads as if it were told in K, above the other temperatures by 2" in told and "left out" in told
 
 
 def test_a_flat_channel_is_left_out_with_a_warning() -> None:
@@ -202,7 +202,9 @@ def test_a_flat_channel_is_left_out_with_a_warning() -> None:
         return np.full(len(values), 22.0)
 
     found = calibrate(blocks(), changed(readings(), T_cold=flat))
-    assert found.warnings[0] == "readings.csv: T_cold reads the same at all times; it is left out"
+    assert found.warnings[0] == (
+        "readings.csv: T_cold reads the same at all times, from 0 s to 80 min; 481 readings are left out"
+    )
     assert np.exp(found.theta[0]) == pytest.approx(2.4, rel=0.05)
     assert "every channel reads the same" in refusal(blocks(), changed(readings(), T_hot=flat, T_cold=flat, dz=flat))
 

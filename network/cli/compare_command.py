@@ -42,7 +42,6 @@ def compare(
         loaded = read_machine(machine, level, lumps, sets)
         from network.analysis.comparison.compare import compare as lay_beside
         from network.recordings.channel_match import overheard
-        from network.recordings.runs import tell_excluded
         from network.report.files.result_files import as_json, folder, write_text
 
         given = list(read_recordings(recordings))
@@ -69,4 +68,4 @@ def compare(
         write_text(Path(json_file), as_json(result.summary()))
     if written:
         click.echo(f"\nWritten: {', '.join(map(str, written))}", err=json_file == "-")
-    warn([*loaded.warnings, *overheard(loaded, given, ()), *tell_excluded(r.recording for r in result.recordings)])
+    warn([*loaded.warnings, *overheard(loaded, given, ()), *result.warnings])

@@ -20,7 +20,7 @@ from network.recordings.hygiene.set_aside import summarise_excluded
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.recording_checks import check_readings
-from network.recordings.runs import runs_of
+from network.recordings.runs import runs_of, tell_excluded
 from network.recordings.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -66,6 +66,11 @@ class Comparison:
     def rmse_in_noise(self) -> float:
         """√mean((residual/noise)²) over all finite samples, channels and recordings."""
         return pool_residuals(channel for r in self.recordings for channel in r.channels.values())
+
+    @property
+    def warnings(self) -> list[str]:
+        """What was set aside, a sentence each."""
+        return tell_excluded(r.recording for r in self.recordings)
 
     def summary(self) -> dict[str, Any]:
         """What `compare --json` prints."""
@@ -121,7 +126,8 @@ def _compare_one(
         for name in names
     }  # fmt: skip
     if not any(channel.n for channel in channels.values()):
-        raise refuse(Spot(recording.file), "the measured channels hold no value at all", "give at least one reading")
+        wrong = "no value that can be true" if recording.excluded else "no value at all"
+        raise refuse(Spot(recording.file), f"the measured channels hold {wrong}", "give at least one reading")
     known = {*machine.sensors, *machine.inputs, *map(displacement, machine.tcp)}
     unused = tuple(name for name in recording.columns if name not in known)
     return RecordingResidual(recording, run, channels, unused)

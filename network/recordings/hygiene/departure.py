@@ -1,5 +1,6 @@
-"""A temperature that leaves its peers from one sample to the next and stays away: an offset, a loose contact, or a unit
-that changed on the way. It jumps as its own steps do not explain, no other channel does, and no input did.
+"""A temperature that leaves its peers from one sample to the next, for good: an offset, a loose contact, or a unit that
+changed on the way. It jumps as its own steps do not explain, no other channel does, and no input did. What comes back
+is left to the diagnosis, unless another unit explains it.
 """
 
 from __future__ import annotations
@@ -36,11 +37,10 @@ def find_departures(t: Array, columns: Mapping[str, Column], inputs: Array) -> I
     for name, column in columns.items():
         own, values = chance[name], column.values
         others = np.array([chance[other] for other in columns if other != name])
-        kept = []
-        for k in np.flatnonzero(own < FALSE_ALARM / len(columns)).tolist():
-            if _stays(values, k) and (_unit_of(values, k) or not _happened(values, own, others, inputs, k)):
-                kept.append(k)
-        yield from _stretches(t, column, kept)
+        rows = np.flatnonzero(own < FALSE_ALARM).tolist()
+        kept = [k for k in rows if own[k] < FALSE_ALARM / len(columns) and _stays(values, k)]
+        kept = [k for k in kept if _unit_of(values, k) or not _happened(values, own, others, inputs, k)]
+        yield from _stretches(t, column, kept, rows)
 
 
 def _happened(values: Array, chance: Array, others: Array, inputs: Array, k: int) -> bool:
@@ -78,18 +78,18 @@ def _stays(values: Array, k: int) -> bool:
     return bool(_jump(values, k) * np.sign(step) >= STAYS * abs(step))
 
 
-def _stretches(t: Array, column: Column, jumps: list[int]) -> Iterator[SetAside]:
-    """From a jump away to the next one back, if there is one."""
-    left = list(jumps)
-    while left:
-        k = left.pop(0)
-        size = _jump(column.values, k)
-        end = len(t)
-        if left and _jump(column.values, left[0]) * size < 0:
-            end = left.pop(0)
-        rows = k + np.flatnonzero(np.isfinite(column.values[k:end]))
-        why = _unit_of(column.values, k) or "leaves the other temperatures at once"
+def _stretches(t: Array, column: Column, away: list[int], jumps: list[int]) -> Iterator[SetAside]:
+    """From a jump away to the end; where one of the jumps leads back, only what another unit explains."""
+    values, done = column.values, 0
+    for k in away:
+        size, why = _jump(values, k), _unit_of(values, k)
+        end = next((j for j in jumps if j > k and _jump(values, j) * np.sign(size) < -STAYS * abs(size)), len(t))
+        if k < done or (end < len(t) and not why):
+            continue
+        rows = k + np.flatnonzero(np.isfinite(values[k:end]))
+        why = why or "leaves the other temperatures at once, for good,"
         yield SetAside(column.name, float(t[rows[0]]), float(t[rows[-1]]), size, column.unit, why, rows)
+        done = end
 
 
 def _unit_of(values: Array, k: int) -> str:

@@ -22,7 +22,7 @@ def hanging(values: Array) -> Mask:
         return out
     same = np.diff(values[finite]) == 0
     if same.all():
-        out[finite] = True
+        out[finite] = len(finite) >= STUCK
         return out
     edges = np.flatnonzero(np.diff(np.concatenate([[0], same.astype(int), [0]])))
     for first, last in edges.reshape(-1, 2):

@@ -16,10 +16,15 @@ from network.recordings.hygiene.data_quality import WINDOW, look_at
 from network.recordings.hygiene.jumps import is_driven
 from network.recordings.hygiene.set_aside import SetAside
 
+FEW = 0.03
+"""Share of the readings: where more lie apart, they are no exception."""
+
 
 def find_lone_readings(t: Array, column: Column, declared: float, inputs: Array) -> Iterator[SetAside]:
     """All of a channel as one; declared: 1σ of a sample."""
     rows = np.flatnonzero(look_at(column.name, column.values, declared).apart)
+    if len(rows) > FEW * np.isfinite(column.values).sum():
+        return
     rows = rows[~is_driven(inputs, rows, WINDOW // 2)]
     if not len(rows):
         return
