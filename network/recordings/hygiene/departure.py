@@ -22,7 +22,7 @@ WINDOW = 9
 """Samples on either side whose medians tell whether a jump stays; it is no lone reading then."""
 STAYS = 0.5
 """Share of a jump that has to be left."""
-TOGETHER = 0.05
+TOGETHER = 0.01
 """Chance of as many large steps of other channels at one instant, below which something happened to the machine."""
 UNITS = (("degF", 1.8, 32.0), ("K", 1.0, 273.15))
 CLOSE = 0.05
@@ -84,12 +84,14 @@ def _stretches(t: Array, column: Column, away: list[int], jumps: list[int]) -> I
     for k in away:
         size, why = _jump(values, k), _unit_of(values, k)
         end = next((j for j in jumps if j > k and _jump(values, j) * np.sign(size) < -STAYS * abs(size)), len(t))
-        if k < done or (end < len(t) and not why):
+        if k < done:
+            continue
+        done = end + 1
+        if end < len(t) and not why:
             continue
         rows = k + np.flatnonzero(np.isfinite(values[k:end]))
         why = why or "leaves the other temperatures at once, for good,"
         yield SetAside(column.name, float(t[rows[0]]), float(t[rows[-1]]), size, column.unit, why, rows)
-        done = end
 
 
 def _unit_of(values: Array, k: int) -> str:
