@@ -1,9 +1,10 @@
 """Steps of a channel from one sample to the next that its own tail of steps does not explain.
 
-The sizes of the steps, less the trend about each, have a tail; above its (L + 1)-th largest it is taken for a power law, the heaviest that is
-usual, with the exponent 1/γ of the K steps below: i ln(x_i/x_{i+1}) are exponential with mean γ (Rényi, Hill). Then (L + 1) (1 + ln(x/x_{L+1})/(K γ))^-K steps above x are
-expected, the uncertainty of γ counted in (γ is a mean of K exponential values, the ratio has an F distribution): the
-probability that one there is chance. Up to L jumps leave the tail alone. γ is at least that of a normal tail.
+The sizes of the steps, less the trend about each, have a tail; above its (L + 1)-th largest it is taken for a power
+law, the heaviest that is usual, with the exponent 1/γ of the K steps below: i ln(x_i/x_{i+1}) are exponential with
+mean γ (Rényi, Hill). Then (L + 1) (1 + ln(x/x_{L+1})/(K γ))^-K steps above x are expected, the uncertainty of γ counted
+in (γ is a mean of K exponential values, the ratio has an F distribution): the probability that one there is chance. Up
+to L jumps leave the tail alone. γ is at least that of a normal tail.
 Source: Hill (1975), "A simple general approach to inference about the tail of a distribution".
 """
 
