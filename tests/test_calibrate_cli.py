@@ -202,9 +202,7 @@ def test_a_flat_channel_is_left_out_with_a_warning() -> None:
         return np.full(len(values), 22.0)
 
     found = calibrate(blocks(), changed(readings(), T_cold=flat))
-    assert found.warnings[0] == (
-        "readings.csv: T_cold reads the same at all times, from 0 s to 80 min; 481 readings are left out"
-    )
+    assert found.warnings[0] == "readings.csv: T_cold reads the same at all times; it is left out"
     assert np.exp(found.theta[0]) == pytest.approx(2.4, rel=0.05)
     assert "every channel reads the same" in refusal(blocks(), changed(readings(), T_hot=flat, T_cold=flat, dz=flat))
 

@@ -16,7 +16,7 @@ from network.recordings.hygiene.frozen import hanging
 from network.recordings.hygiene.glue import held_inputs
 from network.recordings.hygiene.lone_readings import find_lone_readings
 from network.recordings.hygiene.scatter import find_scatter
-from network.recordings.hygiene.set_aside import SetAside
+from network.recordings.hygiene.set_aside import ALWAYS, SetAside
 from network.recordings.hygiene.wrong_unit import find_wrong_units
 from network.recordings.recording import Recording
 from network.recordings.recording_checks import temperatures
@@ -45,7 +45,7 @@ def _of_channel(machine: Machine, recording: Recording, column: Column, inputs: 
     rows = np.flatnonzero(hanging(column.values))
     if len(rows):
         always = len(rows) == np.isfinite(column.values).sum()
-        why = "reads the same at all times," if always else "is stuck"
+        why = ALWAYS if always else "is stuck"
         yield SetAside(
             column.name, float(recording.t[rows[0]]), float(recording.t[rows[-1]]), 0.0, column.unit, why, rows
         )

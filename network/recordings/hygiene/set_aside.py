@@ -10,6 +10,8 @@ from network.catalogue.declaration.declare import Indices
 from network.platform.quantities.text_table import digits, span
 from network.platform.quantities.units import difference, unit
 
+ALWAYS = "reads the same at all times"
+
 
 @dataclass(frozen=True, eq=False)
 class SetAside:
@@ -47,6 +49,8 @@ class SetAside:
 
     def sentence(self, file: str) -> str:
         """What a user reads."""
+        if self.why == ALWAYS:
+            return f"{file}: {self.channel} {self.why}; it is left out"
         many = f"{self.readings} readings" if self.readings != 1 else "1 reading"
         when = f"from {span(self.begin)} to {span(self.until)}" if self.readings != 1 else f"at {span(self.begin)}"
         value, shown = self.shown_size
