@@ -196,8 +196,8 @@ def test_channels_in_a_wrong_unit_are_named() -> None:
 
     told = refusal(blocks(), changed(readings(), dz=in_millimetres))
     assert "dz reads 1e3 times what is simulated, in the same shape; check the unit in its header" in told
-    told = refusal(blocks(), changed(readings(), T_cold=in_kelvin))
-    assert "T_cold reads +2" in told and "beside the simulation, as kelvin and degrees Celsius do" in told
+    told = calibrate(blocks(), changed(readings(), T_cold=in_kelvin)).warnings[-1]
+    assert "T_cold reads as if it were told in K, above the other temperatures by 2" in told and "left out" in told
 
 
 def test_a_flat_channel_is_left_out_with_a_warning() -> None:

@@ -157,7 +157,7 @@ def test_check_tells_all_files_at_once(tmp_path: Path, capsys: pytest.CaptureFix
     worse.write_text("speed [rpm],ambient [degC]\n0,20\n1,20\n")
     assert run("check", GANTRY, str(wrong), str(worse)) == 2
     err = capsys.readouterr().err
-    assert "has its columns separated by" in err and "has no time column" in err
+    assert "the machine needs the input `ambient`, which the recording lacks" in err and "has no time column" in err
 
 
 def test_check_json_names_what_is_in_it(capsys: pytest.CaptureFixture[str]) -> None:

@@ -10,7 +10,7 @@ import pytest
 from measured_side import SENSORS, UNCERTAIN, blocks, record, schedule
 
 from network import Recording, Refused, calibrate, compare, diagnose, simulate
-from network.engine.network import build
+from network.engine.assembly import build
 from network.engine.start import start_temperatures
 from network.recordings.columns import Column
 from network.recordings.counted_readings import drop_uncounted

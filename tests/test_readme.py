@@ -110,6 +110,6 @@ def test_the_files_shown_load(tmp_path: Path) -> None:
     assert set(Scenario.load(tmp_path / "s.yaml").schedule.signals) == {"speed", "ambient"}
     (tmp_path / "r.csv").write_text(csv + csv.splitlines()[1].replace("0,0,", "10,0,", 1) + "\n")
     assert Recording.load(tmp_path / "r.csv").columns["dz"].unit == "um"
-    (tmp_path / "m.yaml").write_text(mapping.replace("interval: 120 s", "# interval"))
-    (tmp_path / "data.csv").write_text("time_s,Q1_pct,T1_C\n0,0,21\n1,,22\n")
-    assert Recording.load(tmp_path / "m.yaml").signal("Q1").end[-1] == 0.0
+    (tmp_path / "m.yaml").write_text(mapping)
+    (tmp_path / "run_20200615.csv").write_text("time_min,PT01,speed_rpm,TC08\n0,21,0,20\n1,22,100,20.5\n")
+    assert Recording.load(tmp_path / "m.yaml").signal("ambient").t[-1] == 60.0

@@ -20,9 +20,10 @@ SHARED = Path(__file__).parents[2] / "shared"
 HEAD = "time [s],speed [rpm],T [degC]\n"
 FIRST_ROW = "the first row is like `time [s],speed [rpm],T_housing [degC]`"
 NUMBER = "write a number, or leave the field empty for a gap"
-SEPARATOR = "use commas between columns, and points in decimals"
+COMMA = 'write 21.5, or say `decimal: ","` in a mapping'
 FIELDS = "separate columns by one comma, and write decimals with a point"
 FINITE = "give a finite number, or an empty field for a gap"
+CLOCK = "`time: {column: …, unit: …}` or `interval: 10 s`"
 UTF8 = "is not UTF-8 text; save it as CSV in UTF-8"
 TIME = "has no time column; name one `time [s]`, `time [min]` or `time [h]`"
 START = "give a temperature like `22 degC`, `{housing: 24 degC, others: 22 degC}` or `steady`"
@@ -119,14 +120,9 @@ def test_a_mapping_says_how_it_runs_between_samples(tmp_path: Path) -> None:
 CSV_FAULTS = [
     ("", f": is empty; {FIRST_ROW}"),
     ("\n \n", f": is empty; {FIRST_ROW}"),
-    ("\n" + HEAD, f": begins with an empty line; {FIRST_ROW}"),
     (HEAD, ": has a header and no values; give at least two rows below the header"),
     (HEAD + "0,1,2\n\n", ": has only one row of values; give at least two rows below the header"),
-    ("time [s];T [K]\n0,5;1\n", f":1: has its columns separated by ';'; {SEPARATOR}"),
-    ("time [s]\tT [K]\n", f":1: has its columns separated by tabs; {SEPARATOR}"),
-    ("time [s],T [°C]\n0,1\n".encode("latin-1"), f":1: {UTF8}"),
-    ((HEAD + "0,1,2\n1,2,°\n").encode("latin-1"), f":3: {UTF8}"),
-    (HEAD.encode("utf-16"), f":1: {UTF8}"),
+    ((HEAD + "0,1,2\n1,2,°\n").encode("latin-1"), f":3: column 'T [degC]' has the text '°'; {NUMBER}"),
     (HEAD.encode("utf-16-le"), f":1: {UTF8}"),
     ("t [s],T [K]\n0,1\n1,2\n", f":1: {TIME}"),
     ("Time [s],a [1]\n0,1\n1,2\n", f":1: {TIME} (did you mean 'Time [s]'?)"),
@@ -135,12 +131,11 @@ CSV_FAULTS = [
     ("time [s],T (°C)\n0,1\n1,2\n", ":1: column 'T (°C)': has no unit; write `T [unit]`, as in `T [degC]`"),
     ("time [s],T [foo]\n0,1\n1,2\n", f":1: column 'T [foo]': {no_unit('foo')}"),
     ("time [s],T [K],T [degC]\n0,1,2\n1,2,3\n", f":1: the column 'T' is there 2 times; {KEEP}"),
-    (HEAD + "0,1,2\n1,n/a,2\n", f":3: column 'speed [rpm]' has the text 'n/a'; {NUMBER}"),
+    (HEAD + "0,1,2\n1,off,2\n", f":3: column 'speed [rpm]' has the text 'off'; {NUMBER}"),
     (HEAD + "0,1,2\n1,1_0,2\n", f":3: column 'speed [rpm]' has the text '1_0'; {NUMBER}"),
-    (HEAD + '0,1,2\n1,2,"21,5"\n', ":3: column 'T [degC]' has the text '21,5'; write 21.5"),
+    (HEAD + '0,1,2\n1,2,"21,5"\n', f":3: column 'T [degC]' has the text '21,5'; {COMMA}"),
     (HEAD + "0,1,2\n1,2,21,5\n", f":3: has 4 fields, the header has 3; {FIELDS}"),
     (HEAD + "0,1,2\n1,2\n", ":3: has 2 fields, the header has 3; keep the comma of an empty field"),
-    (HEAD + "0,1,2\n\n1,2,3\n", ":3: is an empty line; take it out, or write nan for a gap"),
     (HEAD + '0,1,2\n1,2,"3\n"\n', ":3: has a line break inside of quotes; keep a row in one line"),
     (HEAD + "0,1,2\n1,-inf,3\n", f":3: column 'speed [rpm]' is infinite; {FINITE}"),
     (HEAD + "0,1,2\n,2,3\n2,3,4\n", ":3: has no time; give every row a time"),
@@ -159,11 +154,11 @@ def test_refused_csv_files_as_the_user_reads_it(tmp_path: Path, text: str | byte
 def test_all_faults_are_told_and_of_many_the_first(tmp_path: Path) -> None:
     with pytest.raises(Refused) as refused:
         load(tmp_path, HEAD + "0,a,b\n0,1,inf\n-1,2\n5,6,7\n")
-    assert [refusal.spot.line for refusal in refused.value.refusals] == [2, 2, 3, 3, 4]
+    assert [refusal.spot.line for refusal in refused.value.refusals] == [2, 2, 3, 4]
     with pytest.raises(Refused) as refused:
         load(tmp_path, HEAD + "".join(f"{k},x,1\n" for k in range(1000)))
-    assert len(refused.value.refusals) == 21
-    assert "22: is not looked at, nor what follows; correct what is above first" in str(refused.value)
+    like = "column 'speed [rpm]' has the text 'x' (999 more rows like it, the last in line 1001)"
+    assert str(refused.value) == f"{tmp_path / 'r.csv'}:2: {like}; {NUMBER}"
 
 
 def test_files_that_are_none(tmp_path: Path) -> None:
@@ -185,7 +180,7 @@ MAPPING_FAULTS = [
     (TIMED + "intervall: 1 s", "5: the mapping has an unknown key 'intervall'; did you mean 'interval'?"),
     ("interval: 1 s", "1: the mapping has no `columns`; add `columns: {theirs: \"ours [unit]\"}`"),
     ("columns: {}\ninterval: 1 s", "3: columns: is not a mapping of names; write `columns: {name: …}`"),
-    (AMBIENT, '3: no column is mapped to time; map one to "time [s]", or give `interval: 10 s`'),
+    (AMBIENT, f'3: no column is mapped to time; map one to "time [s]", or give {CLOCK}'),
     ('columns: {sample: "time [s]"}\ninterval: 1 s', "4: interval is given beside a time column; keep one of them"),
     (AMBIENT + "interval: 0 s", "4: interval: '0 s' is not above zero; give a time above zero"),
     ('columns: {T_am: "T [degC]"}\ninterval: 1 s', "3: the file f.csv has no column 'T_am'; did you mean 'T_amb'?"),
@@ -218,8 +213,9 @@ def test_refused_mappings_as_the_user_reads_it(tmp_path: Path, text: str, messag
 def test_the_file_behind_a_mapping_is_refused_with_its_own_lines(tmp_path: Path) -> None:
     with pytest.raises(Refused) as refused:
         mapped(tmp_path, 'columns: {sample: "time [s]", utc: "door [1]"}')
-    text = f"{tmp_path / 'f.csv'}:2: column 'utc' has the text 'a_b'; {NUMBER}"
-    assert str(refused.value.refusals[0]) == text and len(refused.value.refusals) == 4
+    like = "(3 more rows like it, the last in line 5)"
+    text = f"{tmp_path / 'f.csv'}:2: column 'utc' has the text 'a_b' {like}; {NUMBER}"
+    assert str(refused.value) == text
     with pytest.raises(Refused, match=r"m.yaml:2: file: there is no file '.*g.csv'; give its path relative to the map"):
         load(tmp_path, f"recording: x\nfile: g.csv\n{TIMED}", "m.yaml")
     (tmp_path / "g.csv").write_text("T_amb,T_amb\n1,2\n2,3\n")
@@ -266,7 +262,7 @@ def test_a_zeroed_channel_begins_at_zero_where_the_part_begins(tmp_path: Path) -
     late = parted(tmp_path, "from: 2 h\nzero: {dz: start}")
     assert late.measured("dz").values * 1e6 == pytest.approx([0, 1, 2, 3])
     assert np.isnan(late.measured("speed").values[1]), "other channels stay as they are"
-    with pytest.raises(Refused, match=r"m.yaml: the input 'speed' has no value at 1 of 4 times, first at 10800 s"):
+    with pytest.raises(Refused, match=r"g.csv:5: the input 'speed' has no value at 1 of 4 times, first at 10800 s"):
         late.schedule(["speed"])
 
 

@@ -298,6 +298,13 @@ def laid_beside(run: Trajectory, added: dict[str, Any], seed: int = 3, **more: C
     return compare(run.machine, recording, start=Start(others=22.0)).recordings[0]
 
 
+def noisy(cleaned: RecordingResidual, added: Any) -> dict[str, Column]:
+    """T_bed with what is added to the run."""
+    column = cleaned.recording.columns["T_bed"]
+    draw = np.random.default_rng(4).standard_normal(len(column.values))
+    return {"T_bed": replace(column, values=cleaned.channels["T_bed"].simulated + 0.05 * draw + added)}
+
+
 def test_noise_alone_is_told_in_one_sentence(run: Trajectory) -> None:
     told = [telling(laid_beside(run, {}, seed).tests) for seed in range(12)]
     assert told.count(["All residuals look like white noise."]) >= 8
@@ -306,7 +313,12 @@ def test_noise_alone_is_told_in_one_sentence(run: Trajectory) -> None:
 def test_a_few_readings_far_apart_are_told_and_the_rest_is_judged_without_them(run: Trajectory) -> None:
     spikes = np.zeros(len(run.t))
     spikes[100:2300:200] = 40.0 * (-1.0) ** np.arange(11)
-    residual = laid_beside(run, {"T_bed": spikes})
+    cleaned = laid_beside(run, {"T_bed": spikes})
+    (aside,) = cleaned.recording.excluded or ()
+    assert (aside.channel, aside.readings) == ("T_bed", 11) and abs(aside.size) == pytest.approx(40, abs=0.5)
+    assert telling(cleaned.tests) == ["All residuals look like white noise."]
+    as_it_is = replace(cleaned.recording, columns=cleaned.recording.columns | noisy(cleaned, spikes))
+    residual = compare(run.machine, as_it_is, start=Start(others=22.0)).recordings[0]
     told = telling(residual.tests)
     assert told[0].startswith("T_bed: 11 readings lie up to 40 K apart from the rest, which is judged without them")
     assert "look like white noise" in told[1] and len(told) == 2

@@ -67,7 +67,7 @@ def compare(
     _print(result, text, json_file)
     if written:
         click.echo(f"\nWritten: {', '.join(map(str, written))}", err=json_file == "-")
-    warn([*loaded.warnings, *overheard(loaded, given, ()), *doubt_starts(loaded, given, stated)])
+    warn([*loaded.warnings, *overheard(loaded, given, ()), *doubt_starts(loaded, given, stated), *result.warnings])
 
 
 def _print(result: Comparison, text: str, json_file: str | None) -> None:

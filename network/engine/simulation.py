@@ -11,6 +11,7 @@ from network.catalogue.declaration.declare import Array
 from network.engine.assembly import build
 from network.engine.network import Network
 from network.engine.observe import observe
+from network.engine.piecewise import join_runs
 from network.engine.solvers.carry_out import Progress, solve_schedule
 from network.engine.start import start_temperatures
 from network.engine.trajectory import Trajectory
@@ -20,6 +21,7 @@ from network.platform.refusal import Complaints, Failed, Spot, likely
 from network.platform.threads import on_one_thread
 from network.recordings.inputs import Schedule, Start
 from network.recordings.recording import Recording
+from network.recordings.runs import runs_of
 from network.recordings.scenario import Scenario
 
 HOPELESS = 1e4
@@ -39,6 +41,13 @@ def simulate(
     integration breaks down.
     """
     check_known(machine)
+    if isinstance(source, Recording) and source.cuts:
+        each = [
+            simulate(machine, piece, method=method, start=start, parts=parts, rtol=rtol, progress=progress,
+                     noise_seed=None if noise_seed is None else noise_seed + k)
+            for k, piece in enumerate(runs_of(machine, source))
+        ]  # fmt: skip
+        return join_runs(source, each)
     schedule = schedule_for(machine, source, start)
     network = build(machine)
     recording = source if isinstance(source, Recording) else None

@@ -13,8 +13,10 @@ from network.recordings.recording_checks import doubtful_units
 
 
 def overheard(machine: Machine, recordings: Sequence[Recording], holdout: Sequence[Recording]) -> list[str]:
-    """Sentences on columns that may be meant for a sensor, sensors without any reading, and units that may be wrong."""
-    told = [*_find_misnamed(machine, (*recordings, *holdout)), *_unread(machine, recordings, holdout)]
+    """Sentences on how recordings were parted, on columns that may be meant for a sensor, sensors without any reading,
+    and units that may be wrong."""
+    told = [remark for one in (*recordings, *holdout) for remark in one.remarks]
+    told += [*_find_misnamed(machine, (*recordings, *holdout)), *_unread(machine, recordings, holdout)]
     return told + [sentence for one in (*recordings, *holdout) for sentence in doubtful_units(machine, one)]
 
 

@@ -4,40 +4,53 @@ from __future__ import annotations
 
 import csv
 import io
-import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
-from typing import TextIO, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
-from network.catalogue.declaration.declare import Array
+from network.catalogue.declaration.declare import Array, Indices
 from network.platform.files import replace_file
-from network.platform.package_data import hint
 from network.platform.quantities.units import BadNumber, Unit, unit
-from network.platform.refusal import Complaints, Spot, refuse
+from network.platform.refusal import Complaints, Spot
+from network.recordings.alike import Alike
+from network.recordings.numbers import read_numbers
+from network.recordings.stamps import find_form, read_stamps
+from network.recordings.table_rows import Header, Row, open_text, table_rows
+from network.recordings.text_layout import Layout, find_layout
 
-LARGEST_FILE = 500_000_000
-MOST_FAULTS = 20
-_EXPECTED = "the first row is like `time [s],speed [rpm],T_housing [degC]`"
-USUAL_UNITS = {"speed": "rpm", "feed": "m/min", "ambient": "degC"}
+_TIMES = "write `time [s]`, `time [min]` or `time [h]`; without a unit it is stamps like 2020-06-15T08:30 or 08:30:00"
+USUAL_UNITS = {"speed": "rpm", "feed": "m/min", "ambient": "degC", "time": "s"}
 
 
 @dataclass(frozen=True)
 class Heading:
-    """A column that is read: its name and unit with us, its label in the file and where it stands there."""
+    """A column that is read: its name and unit with us, its label in the file and where it stands there; stamp: the
+    form of time stamps, '' for numbers."""
 
     name: str
     unit: Unit
     label: str
     index: int = -1
+    stamp: str = ""
 
 
-Choose: TypeAlias = Callable[[list[str], Complaints], list[Heading]]
+@dataclass(frozen=True, eq=False)
+class Table:
+    """cells: rows × columns, in the units of the file; lines: where each row stands in it."""
+
+    file: str
+    headings: tuple[Heading, ...]
+    cells: Array
+    lines: Indices
+    header: Header
+
+
+Choose: TypeAlias = Callable[[Header, Complaints], list[Heading]]
 
 
 def read_heading(text: str) -> Heading:
@@ -59,80 +72,39 @@ def refuse_twice(names: Sequence[str], spot: Spot, complaints: Complaints) -> No
         complaints.refuse(spot, f"the column '{name}' is there {names.count(name)} times", "keep or map one of them")
 
 
-@contextmanager
-def _text(path: Path) -> Iterator[TextIO]:
-    """The file as text; what is no readable UTF-8 CSV is refused with its line."""
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as handle:
-            yield handle
-    except UnicodeDecodeError:
-        raise refuse(Spot(str(path), _undecodable(path)), "is not UTF-8 text", "save it as CSV in UTF-8") from None
-    except csv.Error as error:
-        raise refuse(Spot(str(path)), f"is not CSV: {error}", "look for quotes that are not closed") from None
-    except OSError as error:
-        raise refuse(Spot(str(path)), f"cannot be read: {error.strerror}", "give a file you may read") from None
-
-
-def _undecodable(path: Path) -> int:
-    with path.open("rb") as handle:
-        for line, content in enumerate(handle, 1):
-            try:
-                content.decode("utf-8")
-            except UnicodeDecodeError:
-                return line
-    return 0
-
-
-def _header(path: Path) -> list[str]:
-    spot = Spot(str(path))
-    if not path.is_file():
-        wrong = "is not a file" if path.exists() else "there is no such file"
-        raise refuse(spot, wrong, f"give the path of a recording{hint(path)}")
-    if path.stat().st_size > LARGEST_FILE:
-        wrong = f"has {path.stat().st_size / 1e6:.0f} MB, more than {LARGEST_FILE / 1e6:.0f} MB"
-        raise refuse(spot, wrong, "split it, or take fewer samples")
-    with _text(path) as handle:
-        header = [text.strip() for text in next(csv.reader(handle), [])]
-        if not any(header):
-            raise refuse(spot, "is empty" if not handle.read(1000).strip() else "begins with an empty line", _EXPECTED)
-    seen = next((name for mark, name in ((";", "';'"), ("\t", "tabs")) if mark in header[0]), "")
-    if len(header) == 1 and seen:
-        wrong = f"has its columns separated by {seen}"
-        raise refuse(Spot(str(path), 1), wrong, "use commas between columns, and points in decimals")
-    if "\0" in header[0]:
-        raise refuse(Spot(str(path), 1), "is not UTF-8 text", "save it as CSV in UTF-8")
-    return header
-
-
-def table(path: Path, choose: Choose, complaints: Complaints) -> tuple[list[Heading], Array]:
-    """The chosen columns, in the units of the file: rows × columns, row k from line k + 2."""
-    header = _header(path)
+def table(path: Path, choose: Choose, complaints: Complaints, layout: Layout | None = None) -> Table:
+    """The chosen columns, in the units of the file. Raises Refused for what is no table."""
+    layout = find_layout(path, layout or Layout())
+    header, rows = table_rows(path, layout)
     headings = choose(header, complaints)
     if not headings:
-        return [], np.empty((0, 0))
-    try:
-        cells = _read_clean(path, len(header), headings)
-    except ValueError:
-        cells = _walk(path, len(header), headings, complaints)
+        return Table(str(path), (), np.empty((0, 0)), np.empty(0, int), header)
+    faults = Alike(str(path))
+    quick = _read_clean(path, len(header.labels), headings) if layout.is_plain and header.line == 1 else None
+    cells, lines = quick or _read_texts(rows, header, headings, layout, faults)
+    faults.tell(complaints)
     if len(cells) < 2 and not complaints.refusals:
         wrong = "has only one row of values" if len(cells) else "has a header and no values"
         complaints.refuse(Spot(str(path)), wrong, "give at least two rows below the header")
-    for row, k in np.argwhere(np.isinf(cells))[:MOST_FAULTS]:
-        wrong = f"column '{headings[k].label}' is infinite"
-        complaints.refuse(Spot(str(path), int(row) + 2), wrong, "give a finite number, or an empty field for a gap")
-    return headings, cells
+    return Table(str(path), tuple(headings), cells, lines, header)
 
 
-def _read_clean(path: Path, width: int, headings: Sequence[Heading]) -> Array:
-    """The fast way. Raises ValueError for anything but plain numbers and gaps; `_walk` then says what it is."""
-    with _text(path) as handle:
-        next(handle)
-        rows = _plain_rows(handle, width - 1)
-        first = next(rows, None)
-        if first is None:
-            raise ValueError
-        use = [heading.index for heading in headings]
-        return np.loadtxt(chain([first], rows), delimiter=",", comments=None, usecols=use, ndmin=2, dtype=np.float64)
+def _read_clean(path: Path, width: int, headings: Sequence[Heading]) -> tuple[Array, Indices] | None:
+    """The fast way; None for anything but plain numbers and gaps."""
+    if any(heading.stamp for heading in headings):
+        return None
+    try:
+        with open_text(path, "utf-8-sig") as handle:
+            next(handle)
+            rows = _plain_rows(handle, width - 1)
+            first = next(rows, None)
+            if first is None:
+                return None
+            use = [heading.index for heading in headings]
+            cells = np.loadtxt(chain([first], rows), delimiter=",", comments=None, usecols=use, ndmin=2)
+    except ValueError:
+        return None
+    return (cells, np.arange(len(cells)) + 2) if not np.isinf(cells).any() else None
 
 
 def _plain_rows(lines: Iterable[str], commas: int) -> Iterator[str]:
@@ -144,64 +116,58 @@ def _plain_rows(lines: Iterable[str], commas: int) -> Iterator[str]:
         yield line
 
 
-def _walk(path: Path, width: int, headings: Sequence[Heading], complaints: Complaints) -> Array:
-    """The slow way, which names every fault with its line, up to a number that can be read."""
-    rows: list[list[float]] = []
-    blank: list[int] = []
-    with _text(path) as handle:
-        reader = csv.reader(handle)
-        next(reader)
-        for line, row in enumerate(reader, 2):
-            spot = Spot(str(path), line)
-            if reader.line_num != line:
-                raise refuse(spot, "has a line break inside of quotes", "keep a row in one line")
-            blank += [line] if not row else []
-            rows.append(_row(row, width, headings, spot, complaints) if row else [math.nan] * len(headings))
-            if len(complaints.refusals) >= MOST_FAULTS:
-                spot = Spot(str(path), line + 1)
-                complaints.refuse(spot, "is not looked at, nor what follows", "correct what is above first")
-                break
-    while blank and blank[-1] == len(rows) + 1:
-        blank.pop()
-        rows.pop()
-    for line in blank[:MOST_FAULTS]:
-        complaints.refuse(Spot(str(path), line), "is an empty line", "take it out, or write nan for a gap")
-    return np.array(rows, float).reshape(-1, len(headings))
+def _read_texts(
+    rows: Iterable[Row], header: Header, headings: Sequence[Heading], layout: Layout, faults: Alike
+) -> tuple[Array, Indices]:
+    """The slow way, which reads what is not plain and names every fault with its line."""
+    has_times = any(heading.name == "time" for heading in headings)
+    texts, lines = _split_columns(rows, len(header.labels), headings, has_times, faults)
+    commas = layout.decimal == "," if layout.decimal or layout.delimiter == "," else None
+    columns = []
+    for heading, cells in zip(headings, texts, strict=True):
+        form = find_form(cells, heading.stamp) if heading.stamp else ""
+        if form:
+            columns.append(read_stamps(cells, lines, heading.label, form, faults))
+            continue
+        if heading.stamp:
+            faults.add("unit", header.line, f"column '{heading.label}' has no unit, and no time stamps", _TIMES)
+        columns.append(read_numbers(cells, lines, heading.label, commas, faults))
+    return np.array(columns, float).T.reshape(-1, len(headings)), np.array(lines, int)
 
 
-def _row(
-    row: Sequence[str], width: int, headings: Sequence[Heading], spot: Spot, complaints: Complaints
-) -> list[float]:
-    if len(row) == width:
-        return [_cell(row[heading.index].strip(), heading, spot, complaints) for heading in headings]
+def _split_columns(
+    rows: Iterable[Row], width: int, headings: Sequence[Heading], has_times: bool, faults: Alike
+) -> tuple[list[list[str]], list[int]]:
+    """The cells of every column that is read. Blank lines are passed over where rows have a time of their own."""
+    texts: list[list[str]] = [[] for _ in headings]
+    lines, empty = list[int](), list[Row]()
+    for line, row in rows:
+        empty.append((line, row))
+        if not any(row):
+            continue
+        for number, given in empty[-1:] if has_times or not lines else empty:
+            cells = _check_width(given, width, number, faults)
+            if cells:
+                lines.append(number)
+                for text, heading in zip(texts, headings, strict=True):
+                    text.append(cells[heading.index])
+        empty.clear()
+    return texts, lines
+
+
+def _check_width(row: list[str], width: int, line: int, faults: Alike) -> list[str]:
+    """The cells of a row as wide as the header; none where it is faulty."""
+    cells = row[:width] if not any(row[width:]) else row
+    if len(cells) == width:
+        return cells
+    if not any(row):
+        right = "take it out, or write nan for a gap, for rows without a time count by their place"
+        faults.add("blank", line, "is an empty line", right)
+        return []
     right = "separate columns by one comma, and write decimals with a point"
-    right = right if len(row) > width else "keep the comma of an empty field"
-    complaints.refuse(spot, f"has {len(row)} fields, the header has {width}", right)
-    return [math.nan] * len(headings)
-
-
-def _cell(text: str, heading: Heading, spot: Spot, complaints: Complaints) -> float:
-    try:
-        if "_" in text or not text.isascii():  # Python would read 1_0 as ten
-            raise ValueError
-        return float(text or "nan")
-    except ValueError:
-        is_comma = re.fullmatch(r"[+-]?\d+,\d+", text)
-        right = f"write {text.replace(',', '.')}" if is_comma else "write a number, or leave the field empty for a gap"
-        complaints.refuse(spot, f"column '{heading.label}' has the text '{text[:40]}'", right)
-        return math.nan
-
-
-def check_times(raw: Array, unit_text: str, file: str, complaints: Complaints) -> None:
-    told_of = {refusal.spot.line for refusal in complaints.refusals if refusal.spot.file == file}
-    for row in np.flatnonzero(np.isnan(raw))[:MOST_FAULTS]:
-        if row + 2 not in told_of:
-            complaints.refuse(Spot(file, int(row) + 2), "has no time", "give every row a time")
-    known = np.flatnonzero(np.isfinite(raw))
-    for k in np.flatnonzero(np.diff(raw[known]) <= 0)[:MOST_FAULTS]:
-        before, now = (f"{raw[row]:.12g} {unit_text}" for row in known[k : k + 2])
-        wrong = f"the time {now} stands twice" if before == now else f"the time goes back from {before} to {now}"
-        complaints.refuse(Spot(file, int(known[k + 1]) + 2), wrong, "give rows in the order of time, each time once")
+    right = right if len(cells) > width else "keep the comma of an empty field"
+    faults.add(("width", len(cells)), line, f"has {len(cells)} fields, the header has {width}", right)
+    return []
 
 
 def write_csv(path: str | Path, t: Array, columns: Mapping[str, tuple[str, Array]]) -> None:

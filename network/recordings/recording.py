@@ -8,13 +8,17 @@ from pathlib import Path
 
 import numpy as np
 
-from network.catalogue.declaration.declare import Array, Mask
+from network.catalogue.declaration.declare import Array, Indices, Mask
 from network.platform.quantities.units import unit
 from network.platform.refusal import Complaints, Spot, likely, refuse
 from network.recordings.columns import Column, channels
 from network.recordings.csv_table import USUAL_UNITS, Heading, read_heading, refuse_twice, table
+from network.recordings.hygiene.set_aside import SetAside
 from network.recordings.inputs import Schedule, Signal, Start, hold, is_slow, linear
 from network.recordings.mapping import load_mapping
+from network.recordings.pieces import Cut, extents, find_cuts, piece_column, tell_cuts
+from network.recordings.stamps import AUTO
+from network.recordings.table_rows import Header
 from network.recordings.yaml_values import collecting
 
 
@@ -22,10 +26,11 @@ from network.recordings.yaml_values import collecting
 class Recording:
     """Channels over time.
 
-    file: as given by the user; t: [s], strictly increasing, the run starts at t[0]; constants: inputs that a mapping
-    gives; fill, between: by name of an input, how its gaps are filled (linear, hold) and how it runs between samples
-    (linear, held; default by its unit); source: the CSV, whose line k + 2 holds t[k]; offsets: whether its sensors may
-    be off by a constant.
+    file: as given by the user; t: [s], the run starts at t[0] and t increases, within each piece where cuts part it;
+    constants: inputs that a mapping gives; fill, between: by name of an input, how its gaps are filled (linear, hold)
+    and how it runs between samples (linear, held; default by its unit); source: the CSV, whose line lines[k] holds
+    t[k] (k + 2 without); zeroed: channels told less their first value; excluded: what was set aside of it, None before
+    it was judged; offsets: whether its sensors may be off by a constant.
     """
 
     name: str
@@ -37,6 +42,10 @@ class Recording:
     fill: Mapping[str, str] = field(default_factory=dict)
     between: Mapping[str, str] = field(default_factory=dict)
     source: str = ""
+    lines: Indices | None = None
+    cuts: tuple[Cut, ...] = ()
+    zeroed: tuple[str, ...] = ()
+    excluded: tuple[SetAside, ...] | None = None
     offsets: bool = True
 
     def __str__(self) -> str:
@@ -51,6 +60,26 @@ class Recording:
             return cls(**vars(load_mapping(path)))
         return _load_csv(path)
 
+    @property
+    def pieces(self) -> tuple[Recording, ...]:
+        """The runs that it holds: itself, or `file, part 1`, `file, part 2` … where it is parted. `start` is that of
+        the first, the others begin at their first readings."""
+        parts = extents(len(self.t), self.cuts)
+        return tuple(self._piece(part, number) for number, part in enumerate(parts, 1)) if self.cuts else (self,)
+
+    def _piece(self, part: slice, number: int) -> Recording:
+        columns = {n: piece_column(c, part, n in self.zeroed) for n, c in self.columns.items()}
+        lines = np.arange(len(self.t)) + 2 if self.lines is None else self.lines
+        return replace(
+            self, name=f"{self.name}, part {number}", file=f"{self.file}, part {number}", t=self.t[part],
+            columns=columns, lines=lines[part], cuts=(), start=self.start if part.start == 0 else None,
+        )  # fmt: skip
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is to be told of how it was read."""
+        return tell_cuts(self.file, self.t, self.cuts)
+
     def until(self, share: float) -> Recording:
         """Its beginning, to a share of its length."""
         return self._keep(self.t <= self.t[0] + share * (self.t[-1] - self.t[0]))
@@ -61,7 +90,7 @@ class Recording:
 
     def _keep(self, kept: Mask) -> Recording:
         columns = {n: replace(c, values=c.values[kept]) for n, c in self.columns.items()}
-        return replace(self, t=self.t[kept], columns=columns)
+        return replace(self, t=self.t[kept], columns=columns, lines=None if self.lines is None else self.lines[kept])
 
     def measured(self, name: str) -> Column:
         """The column. Raises Refused where there is none of that name."""
@@ -110,7 +139,8 @@ class Recording:
             latest = np.searchsorted(known, np.arange(len(values)), side="right") - 1
             return values[known[np.clip(latest, 0, None)]]
         first = int(np.argmax(~np.isfinite(values)))
-        spot = Spot(self.source, first + 2) if self.source else Spot(self.file)
+        line = first + 2 if self.lines is None else int(self.lines[first])
+        spot = Spot(self.source, line) if self.source else Spot(self.file)
         count = f"{len(values) - len(known)} of {len(values)} times, first at {self.t[first]:.10g} s"
         wrong = f"the input '{column.name}' has no value at {count}"
         right = f"fill them in, or read it through a mapping with `fill: {{{column.name}: linear}}` (or hold)"
@@ -118,21 +148,26 @@ class Recording:
 
 
 def _load_csv(path: Path) -> Recording:
-    complaints, spot = Complaints(), Spot(str(path), 1)
+    complaints = Complaints()
 
-    def choose(header: list[str], complaints: Complaints) -> list[Heading]:
-        headings = []
-        for index, text in enumerate(header):
+    def choose(header: Header, complaints: Complaints) -> list[Heading]:
+        headings, told, spot = [], header.told, Spot(str(path), header.line)
+        for index, text in enumerate(told):
+            if text == "time":
+                headings.append(Heading("time", unit("s"), text, index, AUTO))
+                continue
             with collecting(complaints, spot, f"column '{text}'" if text else f"column {index + 1}"):
                 headings.append(replace(read_heading(text), index=index))
         refuse_twice([heading.name for heading in headings], spot, complaints)
-        if not any(text.partition("[")[0].strip() == "time" for text in header):
-            near = likely("time", header)
+        if not any(text.partition("[")[0].strip() == "time" for text in told):
+            near = likely("time", told)
             right = "name one `time [s]`, `time [min]` or `time [h]`" + (f" ({near})" if near.startswith("did") else "")
             complaints.refuse(spot, "has no time column", right)
         return headings
 
-    headings, cells = table(path, choose, complaints)
-    t, columns = channels(headings, cells, str(path), None, complaints)
+    read = table(path, choose, complaints)
     complaints.raise_if_any()
-    return Recording(path.stem, str(path), t, columns, source=str(path))
+    samples = channels([read], None)
+    cuts = find_cuts(samples, complaints)
+    complaints.raise_if_any()
+    return Recording(path.stem, str(path), samples.t, samples.columns, source=str(path), lines=samples.lines, cuts=cuts)

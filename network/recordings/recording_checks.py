@@ -29,7 +29,7 @@ AGREE = 2 / 3
 
 def check_readings(machine: Machine, recording: Recording, complaints: Complaints) -> None:
     """Complains of channels and inputs whose temperatures no machine tool has."""
-    for name, column in _temperatures(machine, recording).items():
+    for name, column in temperatures(machine, recording).items():
         low = COLDEST if name in machine.sensors else COLDEST_INPUT
         values = column.values[np.isfinite(column.values)]
         wrong = values[(values < low) | (values > HOTTEST)]
@@ -50,7 +50,13 @@ def _impossible(column: Column, value: float) -> tuple[str, str]:
 
 def doubtful_units(machine: Machine, recording: Recording) -> Iterator[str]:
     """Sentences on channels that start where the others would if they were told in another unit."""
-    starts = {name: _start(recording.t, c.values) for name, c in _temperatures(machine, recording).items()}
+    for name, text, above in misread_units(machine, recording):
+        yield f"{recording.file}: {name} starts {above:.0f} K above the other temperatures; is it in {text}?"
+
+
+def misread_units(machine: Machine, recording: Recording) -> Iterator[tuple[str, str, float]]:
+    """Such channels, the unit, and how far above the others each starts as it stands [K]."""
+    starts = {name: _start(recording.t, c.values) for name, c in temperatures(machine, recording).items()}
     for name in [name for name in starts if name in machine.sensors]:
         others = np.array([T for other, T in starts.items() if other != name and np.isfinite(T)])
         middle = float(np.median(others)) if len(others) else np.nan
@@ -58,8 +64,7 @@ def doubtful_units(machine: Machine, recording: Recording) -> Iterator[str]:
             continue
         for text in ("degF", "K"):
             if abs(starts[name] - (middle - unit(text).offset) / unit(text).scale) < CLOSE:
-                above = f"{starts[name] - middle:.0f} K above the other temperatures"
-                yield f"{recording.file}: {name} starts {above}; is it in {text}?"
+                yield name, text, starts[name] - middle
 
 
 def _start(t: Array, values: Array) -> float:
@@ -67,7 +72,7 @@ def _start(t: Array, values: Array) -> float:
     return float(np.median(early)) if len(early) else np.nan
 
 
-def _temperatures(machine: Machine, recording: Recording) -> Mapping[str, Column]:
+def temperatures(machine: Machine, recording: Recording) -> Mapping[str, Column]:
     """Channels and inputs of a machine that are temperatures and not differences."""
     sensed = [name for name, sensor in machine.sensors.items() if sensor.place and not sensor.zero]
     names = [*sensed, *(name for name in machine.inputs if name not in sensed)]

@@ -15,11 +15,11 @@ from rich.table import Table
 
 from network import Failed, Machine, Recording, calibrate
 from network.analysis.calibration.calibrate import Calibration
-from network.analysis.calibration.data_quality import look_at
 from network.analysis.comparison.channel_residual import ChannelResidual
 from network.analysis.comparison.compare import Comparison
 from network.catalogue.declaration.declare import Array
 from network.platform.quantities.units import difference, unit
+from network.recordings.hygiene.data_quality import look_at
 
 ROOT = Path(__file__).parents[2]
 RECORDINGS = ROOT.parent / "shared" / "recordings"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -37,6 +37,7 @@ from network.platform.threads import on_one_thread
 from network.recordings.channel_match import overheard
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
+from network.recordings.runs import runs_of, tell_excluded
 
 Progress = Callable[[float], None]
 
@@ -118,12 +119,15 @@ def calibrate(
     run breaks down.
     """
     began, tell = time.perf_counter(), progress or (lambda share: None)
-    train, held_out = share_starts(machine, _several(recordings), _several(holdout), start)
+    given = _several(recordings), _several(holdout)
+    train, held_out = share_starts(machine, runs_of(machine, given[0]), runs_of(machine, given[1]), start)
     parameters = free_parameters(machine)
     check_parameters(machine, parameters)
+    check_apart(*given)
     check_apart(train, held_out)
     with np.errstate(over="ignore", invalid="ignore"):
-        return _calibrate(machine, parameters, train, held_out, start, seed, tell, began)
+        found = _calibrate(machine, parameters, train, held_out, start, seed, tell, began)
+    return replace(found, warnings=(*overheard(machine, *given), *found.warnings, *tell_excluded(held_out)))
 
 
 def _several(recordings: Recording | Iterable[Recording]) -> tuple[Recording, ...]:
@@ -151,8 +155,8 @@ def _calibrate(
     findings += describe_disagreements(apart)
     return Calibration(
         result, machine, parameters, fit, known, before, after, before_holdout, after_holdout, *stated,
-        areas, apart, (*overheard(machine, train, held_out), *doubts, *let_in.warnings),
-        tuple(findings), null.found.tried, seed, time.perf_counter() - began,
+        areas, apart, (*doubts, *let_in.warnings), tuple(findings), null.found.tried, seed,
+        time.perf_counter() - began,
     )  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from network.analysis.calibration.gauss_newton import Problem, linearise, make_p
 from network.analysis.calibration.linearised import Linearised
 from network.analysis.calibration.measured_means import START_ANYWHERE, Measured, weigh_recording
 from network.analysis.calibration.misfit import lasting_misfit
+from network.analysis.comparison.common_start import share_start_rule
 from network.analysis.comparison.compare import Comparison, RecordingResidual, compare
 from network.analysis.comparison.run_constants import (
     InputConstant,
@@ -24,6 +25,7 @@ from network.machine.machine import Machine
 from network.platform.refusal import Failed
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
+from network.recordings.runs import runs_of
 
 ROUNDS, CLOSE = 4, 1.0
 """How often a run is linearised about its constants, and the least that another time must better the cost J."""
@@ -172,4 +174,5 @@ def compare_all_estimated(of: Numbers, recordings: Iterable[Recording], held_out
 
 def compare_estimating(machine: Machine, recordings: Iterable[Recording]) -> Comparison:
     """Residuals of recordings of a machine as it is, the constants of each estimated from the whole of it."""
-    return Comparison(machine, tuple(compare_estimated(Numbers.of(machine), r) for r in recordings))
+    runs = share_start_rule(machine, runs_of(machine, recordings))
+    return Comparison(machine, tuple(compare_estimated(Numbers.of(machine), r) for r in runs))

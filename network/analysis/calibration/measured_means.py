@@ -8,7 +8,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from network.analysis.calibration.data_quality import Channel, look_at
 from network.analysis.comparison.common_start import START
 from network.catalogue.declaration.declare import Array
 from network.engine.assembly import build
@@ -20,6 +19,7 @@ from network.engine.simulation import schedule_for
 from network.engine.start import start_temperatures
 from network.machine.machine import Machine
 from network.recordings.counted_readings import drop_uncounted
+from network.recordings.hygiene.data_quality import Channel, look_at
 from network.recordings.inputs import Schedule, Start
 from network.recordings.recording import Recording
 

@@ -3,29 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from network.analysis.calibration.measured_means import Measured, weigh_recording
 from network.analysis.comparison.compare import check_fit
-from network.catalogue.declaration.declare import Array
 from network.engine.assembly import build
 from network.engine.response.parameters import Parameter, at_values, centres, values_at
 from network.engine.time_constants import time_constants
 from network.machine.machine import Machine
 from network.platform.quantities.text_table import span
-from network.platform.refusal import Complaints, Refused, Spot
-from network.recordings.columns import Column
+from network.platform.refusal import Complaints, Refused, Spot, refuse
 from network.recordings.counted_readings import drop_uncounted
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
+from network.recordings.runs import tell_excluded
 
 MOVES = 4.0
 """Of the noise of a mean: what a channel has to move by to tell anything."""
-STUCK, STUCK_SHARE, REPEATS = 60, 0.1, 0.5
-"""Equal readings in a row (and share of all) that mean a hanging sensor, where fewer than REPEATS repeat elsewhere."""
 
 
 @dataclass(frozen=True)
@@ -82,12 +79,12 @@ def admit(
     for recording in recordings:
         try:
             check_fit(known, recording)
-            mended, doubts = without_stuck(machine, drop_uncounted(machine, recording))
-            one = weigh_recording(known, mended, start)
+            _check_alive(machine, recording)
+            one = weigh_recording(known, drop_uncounted(machine, recording), start)
         except Refused as refused:
             complaints.absorb(refused)
             continue
-        warnings += doubts
+        warnings += tell_excluded([recording])
         data.append(one)
     complaints.raise_if_any()
     _check_length(known, data, complaints)
@@ -96,49 +93,12 @@ def admit(
     return Admitted(tuple(data), (*warnings, *_counts(data, parameters)))
 
 
-def without_stuck(machine: Machine, recording: Recording) -> tuple[Recording, list[str]]:
-    """The recording without channels that never change, and without the stretches in which one hangs."""
-    doubts, columns = [], dict(recording.columns)
-    names = [n for n in machine.sensors if n in recording.columns]
-    for name in names:
-        values = recording.columns[name].values
-        hangs = hanging(values)
-        finite = np.isfinite(values)
-        if not finite.any() or not hangs.any():
-            continue
-        unit_text = recording.columns[name].unit
-        columns[name] = Column(name, unit_text, np.where(hangs, np.nan, values))
-        if hangs[finite].all():
-            doubts.append(f"{recording.file}: {name} reads the same at all times; it is left out")
-        else:
-            first, last = (float(recording.t[k]) for k in np.flatnonzero(hangs)[[0, -1]])
-            when = f"from {span(first)} to {span(last)}"
-            doubts.append(f"{recording.file}: {name} is stuck {when}; that stretch is left out")
-    if all(not np.isfinite(columns[n].values).any() for n in names):
-        complaints = Complaints()
+def _check_alive(machine: Machine, recording: Recording) -> None:
+    """Raises Refused where hygiene has left nothing of any channel."""
+    names = [name for name in machine.sensors if name in recording.columns]
+    if all(not np.isfinite(recording.columns[name].values).any() for name in names):
         wrong = "every channel reads the same at all times, or nothing"
-        complaints.refuse(Spot(recording.file), wrong, "check the sensors' wiring, and record again")
-        complaints.raise_if_any()
-    return replace(recording, columns=columns), doubts
-
-
-def hanging(values: Array) -> Array:
-    """Where a channel stands still as no working sensor does: always, or long in a row while it else rarely repeats."""
-    finite = np.flatnonzero(np.isfinite(values))
-    out = np.zeros(len(values), bool)
-    if len(finite) < 2:
-        return out
-    same = np.diff(values[finite]) == 0
-    if same.all():
-        out[finite] = True
-        return out
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], same.astype(int), [0]])))
-    for first, last in edges.reshape(-1, 2):
-        count = last - first + 1
-        elsewhere = np.concatenate([same[:first], same[last:]])
-        if count >= max(STUCK, STUCK_SHARE * len(finite)) and len(elsewhere) and elsewhere.mean() < REPEATS:
-            out[finite[first + 1 : last + 1]] = True
-    return out
+        raise refuse(Spot(recording.file), wrong, "check the sensors' wiring, and record again")
 
 
 def _check_length(machine: Machine, data: Sequence[Measured], complaints: Complaints) -> None:

@@ -13,12 +13,12 @@ import numpy as np
 from scipy.linalg import LinAlgError
 
 from network.analysis.calibration.coloured_noise import estimate_colours
-from network.analysis.calibration.data_quality import NORMAL
 from network.analysis.calibration.gauss_newton import Linearised, Problem, minimise
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.multistart import rms
 from network.analysis.calibration.noise import Noise, whitener
 from network.catalogue.declaration.declare import Array
+from network.recordings.hygiene.data_quality import NORMAL
 
 OFFSETS_FAR = 3.0
 """Prior σ beyond which offsets are no offsets any more."""

@@ -18,9 +18,11 @@ from network.platform.printing import tell
 from network.platform.quantities.units import unit
 from network.platform.refusal import Complaints, Spot, refuse
 from network.recordings.counted_readings import drop_uncounted
+from network.recordings.hygiene.set_aside import summarise_excluded
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.recording_checks import check_readings
+from network.recordings.runs import runs_of, tell_excluded
 from network.recordings.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -52,7 +54,9 @@ class RecordingResidual:
     def summary(self) -> dict[str, Any]:
         tests = {name: found.summary() for name, found in self.tests.items()}
         channels = {name: channel.summary() | {"tests": tests.get(name)} for name, channel in self.channels.items()}
-        return {"file": self.recording.file, "channels": channels, "rmse_in_noise": self.rmse_in_noise}
+        excluded = summarise_excluded(self.recording.excluded or ())
+        rmse = {"rmse_in_noise": self.rmse_in_noise}
+        return {"file": self.recording.file, "channels": channels, **rmse, "excluded": excluded}
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +70,11 @@ class Comparison:
     def rmse_in_noise(self) -> float:
         """√mean((residual/noise)²) over all finite samples, channels and recordings."""
         return pool_residuals(channel for r in self.recordings for channel in r.channels.values())
+
+    @property
+    def warnings(self) -> list[str]:
+        """What was set aside, a sentence each."""
+        return tell_excluded(r.recording for r in self.recordings)
 
     def summary(self) -> dict[str, Any]:
         """What `compare --json` prints."""
@@ -84,8 +93,8 @@ def compare(
     Raises Refused where a recording lacks an input, shares no channel with the machine, or has a channel in a unit
     that does not fit.
     """
-    several = share_start_rule(machine, [recordings] if isinstance(recordings, Recording) else recordings, start)
-    return Comparison(machine, tuple(_compare_one(machine, r, start, method, progress) for r in several))
+    runs = share_start_rule(machine, runs_of(machine, recordings), start)
+    return Comparison(machine, tuple(_compare_one(machine, r, start, method, progress) for r in runs))
 
 
 def check_fit(machine: Machine, source: Scenario | Recording) -> None:
@@ -102,7 +111,8 @@ def _channels(machine: Machine, recording: Recording) -> list[str]:
         raise refuse(Spot(machine.file), "the machine has no sensors, so no recording can be laid beside it", right)
     if not names:
         right = "name its columns like the sensors: " + ", ".join(machine.sensors)
-        raise refuse(Spot(recording.file), "no column is a sensor of this machine", right)
+        there = f" (there are: {', '.join(recording.columns)})" if recording.columns else ""
+        raise refuse(Spot(recording.file), f"no column is a sensor of this machine{there}", right)
     return names
 
 
@@ -121,7 +131,8 @@ def _compare_one(
         for name in names
     }  # fmt: skip
     if not any(channel.n for channel in channels.values()):
-        raise refuse(Spot(recording.file), "the measured channels hold no value at all", "give at least one reading")
+        wrong = "no value that can be true" if recording.excluded else "no value at all"
+        raise refuse(Spot(recording.file), f"the measured channels hold {wrong}", "give at least one reading")
     known = {*machine.sensors, *machine.inputs, *map(displacement, machine.tcp)}
     unused = tuple(name for name in recording.columns if name not in known)
     return RecordingResidual(recording, run, channels, unused)

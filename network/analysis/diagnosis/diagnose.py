@@ -55,8 +55,8 @@ def diagnose(
     The same seed gives the same diagnosis. Raises Refused for recordings that cannot tell anything.
     """
     began, tell = time.perf_counter(), progress or (lambda share: None)
-    runs = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
-    let_in = admit_runs(machine, runs, tuple(holdout), start)
+    given = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
+    let_in = admit_runs(machine, given, tuple(holdout), start)
     with processes(jobs, __name__):
         null = estimate_null(machine, free_parameters(machine), let_in.data, start, seed, lambda x: tell(0.05 * x))
         found = _search(Case(machine, let_in.recordings, start), null, seed, jobs, tell)

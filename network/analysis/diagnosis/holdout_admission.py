@@ -15,6 +15,7 @@ from network.platform.refusal import Complaints, Refused
 from network.recordings.channel_match import overheard
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
+from network.recordings.runs import runs_of, tell_excluded
 
 
 @dataclass(frozen=True)
@@ -33,13 +34,15 @@ def admit_runs(
 ) -> Intake:
     """Raises Refused with all that makes the recordings useless to this machine, before anything is fitted."""
     check_apart(recordings, holdout)
+    runs, held_out = (runs_of(machine, some, keeps_departures=True) for some in (recordings, holdout))
+    check_apart(runs, held_out)
     parameters = free_parameters(machine)
-    _check_held_out(at_values(machine, values_at(parameters, centres(parameters))), holdout)
-    recordings, holdout = share_starts(machine, recordings, holdout, start)
-    let_in = admit(machine, parameters, recordings, start)
-    doubts = doubt_starts(machine, (*recordings, *holdout), start)
-    warnings = (*overheard(machine, recordings, holdout), *doubts, *let_in.warnings)
-    return Intake(tuple(d.recording for d in let_in.data), tuple(holdout), let_in.data, warnings)
+    _check_held_out(at_values(machine, values_at(parameters, centres(parameters))), held_out)
+    train, held = share_starts(machine, runs, held_out, start)
+    let_in = admit(machine, parameters, train, start)
+    doubts = doubt_starts(machine, (*train, *held), start)
+    warnings = (*overheard(machine, recordings, holdout), *doubts, *let_in.warnings, *tell_excluded(held))
+    return Intake(tuple(d.recording for d in let_in.data), tuple(held), let_in.data, warnings)
 
 
 def _check_held_out(machine: Machine, holdout: Sequence[Recording]) -> None:

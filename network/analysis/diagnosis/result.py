@@ -14,6 +14,7 @@ from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.patch import Patch
 from network.machine.machine import Machine
 from network.platform.printing import tell
+from network.recordings.hygiene.set_aside import summarise_excluded
 
 UNKNOWN = "unknown"
 """The kind of a finding that no kind of the catalogue explains."""
@@ -138,7 +139,8 @@ class Fits:
     def list_runs(self, units: Mapping[str, str]) -> list[dict[str, Any]]:
         """The constants of every run with what was found; units: of the channels."""
         runs = (*self.train_after.recordings, *(self.holdout_after.recordings if self.holdout_after else ()))
-        return [{"file": r.recording.file, **r.constants.summary(units)} for r in runs if r.constants]
+        return [{"file": r.recording.file, **r.constants.summary(units),
+                 "excluded": summarise_excluded(r.recording.excluded or ())} for r in runs if r.constants]  # fmt: skip
 
     def summary(self) -> dict[str, Any]:
         held = self.holdout_before is not None and self.holdout_after is not None

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from network.platform.quantities.units import difference, unit
+from network.recordings.hygiene.set_aside import summarise_excluded
 
 if TYPE_CHECKING:
     from network.analysis.calibration.calibrate import Calibration
@@ -97,7 +98,14 @@ def _before_after(
 def _residuals(comparison: Comparison) -> dict[str, Any]:
     from network.analysis.calibration.calibrate import pool_channels
 
-    each = [{"file": r.recording.file, "rmse_in_noise": r.rmse_in_noise} for r in comparison.recordings]
+    each = [
+        {
+            "file": r.recording.file,
+            "rmse_in_noise": r.rmse_in_noise,
+            "excluded": summarise_excluded(r.recording.excluded or ()),
+        }
+        for r in comparison.recordings
+    ]
     return {
         "rmse_in_noise": comparison.rmse_in_noise,
         "channels": dict(pool_channels(comparison)),

@@ -49,6 +49,7 @@ def tell_source(machine: Machine, source: Scenario | Recording) -> str:
         return f"{source.schedule.file}: scenario '{source.name}', {extent}; fits"
     t = source.t
     lines = [f"{source.file}: recording '{source.name}', {(t[-1] - t[0]) / 3600:.4g} h, {len(t)} samples; fits"]
+    lines += [f"  {remark}" for remark in source.remarks]
     for name in machine.sensors:
         if name in source.columns:
             lines.append(f"  {name}: {_extent(source.columns[name].values, machine.sensors[name].unit)}")

@@ -13,9 +13,9 @@ from bench.rigs.case import dump, read
 from bench.rigs.figures import Figures, Left, counted, left, pooled
 
 from network import Machine, Recording
-from network.analysis.calibration.data_quality import look_at
 from network.catalogue.declaration.declare import Array, Mask
 from network.platform.quantities.units import unit
+from network.recordings.hygiene.data_quality import look_at
 
 LAGS, SHORTEST = 5, 1 / 64
 """How many, and the shortest as a share of the longest training run, which is the longest."""

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from network import Failed, Machine, Recording, Refused
-from network.analysis.calibration.data_quality import look_at
 from network.analysis.calibration.estimated_constants import compare_estimating
 from network.analysis.comparison.compare import RecordingResidual
 from network.catalogue.declaration.declare import Array, Mask
 from network.engine.response.parameters import at_values, centres, free_parameters, values_at
 from network.platform.quantities.units import difference, unit
+from network.recordings.hygiene.data_quality import look_at
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from network.analysis.calibration.data_quality import NORMAL
 from network.catalogue.declaration.declare import Array, Mask
+from network.recordings.hygiene.data_quality import NORMAL
 
 BIN = 60.0
 """s."""
