@@ -36,7 +36,7 @@ def in_a_pipe(seed: int = 1, **patch: Any) -> Recording:
 def test_readings_count_only_while_the_input_runs() -> None:
     recording = in_a_pipe()
     plain, gated = (compare(blocks(p), recording).recordings[0] for p in ({}, counts("Tb", "pump")))
-    assert plain.channels["Tb"].rmse_in_noise > 50
+    assert plain.channels["Tb"].rmse_in_noise > 30
     assert gated.channels["Tb"].rmse_in_noise == pytest.approx(1, abs=0.15)
     on = recording.columns["pump"].values > 0
     assert np.array_equal(gated.channels["Tb"].finite, on) and gated.channels["Ta"].n == len(recording.t)
@@ -49,7 +49,7 @@ def test_a_fit_is_not_drawn_by_what_does_not_count() -> None:
     assert found.after.rmse_in_noise < 1.2 and found.after_holdout is not None
     assert found.after_holdout.rmse_in_noise < 1.2
     assert found.machine.nodes["b"].capacity == pytest.approx(8000, rel=0.02)
-    assert calibrate(blocks(UNCERTAIN), recording).after.rmse_in_noise > 20
+    assert calibrate(blocks(UNCERTAIN), recording).after.rmse_in_noise > 12
 
 
 def test_a_diagnosis_finds_nothing_behind_readings_that_do_not_count() -> None:
@@ -64,7 +64,7 @@ def test_a_display_that_freezes_at_standstill() -> None:
     dz = recording.columns["dz"]
     frozen = replace(recording, columns={**recording.columns, "dz": replace(dz, values=dz.values[last])})
     plain, gated = (compare(blocks(p), frozen).recordings[0].channels["dz"] for p in ({}, counts("dz", "Q1")))
-    assert plain.rmse_in_noise > 10 and gated.rmse_in_noise < 1.2 and gated.n == runs.sum()
+    assert plain.n < len(runs) and gated.rmse_in_noise < 1.2 and gated.n == runs.sum()
 
 
 def test_a_run_does_not_start_at_a_reading_that_does_not_count() -> None:

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from network.machine.machine import Machine
+from network.recordings.counted_readings import drop_uncounted
 from network.recordings.hygiene.judgement import judge
 from network.recordings.pieces import piece_column
 from network.recordings.recording import Recording
@@ -17,7 +18,8 @@ def runs_of(
     """The runs of one recording or of several, in their order, without readings that cannot be true (see judge)."""
     several = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
     pieces = (piece for recording in several for piece in _pieces(machine, recording))
-    return tuple(judge(machine, piece, keeps_departures=keeps_departures) for piece in pieces)
+    counted = (drop_uncounted(machine, piece) for piece in pieces)
+    return tuple(judge(machine, piece, keeps_departures=keeps_departures) for piece in counted)
 
 
 def _pieces(machine: Machine, recording: Recording) -> tuple[Recording, ...]:
