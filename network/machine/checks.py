@@ -17,6 +17,7 @@ from network.catalogue.declaration.sections import TCP, is_empty, section
 from network.catalogue.expansions.base import AXES
 from network.catalogue.mechanisms.base import Stream
 from network.catalogue.nodes import Node
+from network.machine.validity import check_validity
 from network.platform.quantities.units import unit
 from network.platform.refusal import Complaints
 from network.platform.yaml.tree import Branch, Items, Leaf, Tree
@@ -51,6 +52,7 @@ def check_machine(machine: Entries, complaints: Complaints) -> None:
     _check_sensors(machine, complaints)
     _check_inputs(machine, complaints)
     _check_connections(machine, complaints)
+    check_validity(machine, complaints)
 
 
 def _check_entries(machine: Entries, complaints: Complaints) -> None:
