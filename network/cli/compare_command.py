@@ -17,6 +17,7 @@ from network.cli.options import (
     results_go_to,
     start_option,
     warn,
+    warn_of_extrapolation,
 )
 from network.recordings.start_rule import ESTIMATED
 from network.report.progress import share_bar
@@ -52,20 +53,25 @@ def compare(
         else:
             result = lay_beside(loaded, given, start=read_start(start), method=method, progress=bar.over(given))
         bar.now("testing residuals", 1.0)
-        text = str(result) if json_file != "-" else ""
+        from network.analysis.calibration.band_coverage import measure_coverage
+        from network.report.words.band_words import tell_coverage
+
+        coverage = measure_coverage(loaded, result)
+        text = "\n".join([str(result), *tell_coverage(coverage)]) if json_file != "-" else ""
+        summary = result.summary() | {"coverage": [c.summary() for c in coverage]}
         written = []
         if output is not None:
             from network.report.files.pictures import draw_comparison
 
             written = draw_comparison(result, folder(output))
     if json_file == "-":
-        print_json(result.summary())
+        print_json(summary)
     else:
         click.echo(text)
     if json_file not in (None, "-"):
         assert json_file is not None
         folder(Path(json_file).parent)
-        write_text(Path(json_file), as_json(result.summary()))
+        write_text(Path(json_file), as_json(summary))
     if written:
         click.echo(f"\nWritten: {', '.join(map(str, written))}", err=json_file == "-")
-    warn([*loaded.warnings, *overheard(loaded, given, ())])
+    warn([*loaded.warnings, *overheard(loaded, given, ()), *warn_of_extrapolation(loaded, given)])

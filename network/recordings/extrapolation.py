@@ -40,7 +40,8 @@ def _list_beyond(name: str, allowed: Range, low: float, high: float) -> Iterator
 
 def _tell_range(allowed: Range) -> str:
     low, high = (format_amount(x, allowed.unit) for x in (allowed.low, allowed.high))
-    return f"at {low}" if low == high else f"from {low} to {high}"
+    behind = high.rpartition(" ")[2]
+    return f"at {low}" if low == high else f"from {low.removesuffix(f' {behind}')} to {high}"
 
 
 def extent(signal: Signal, t: Array) -> tuple[float, float]:

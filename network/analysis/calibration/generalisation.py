@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.stats import norm, t
@@ -50,8 +51,8 @@ class Fold:
 
 @dataclass(frozen=True, eq=False)
 class Unseen:
-    """Of one channel in one fold, SI: what is left of cells' means, and the readings in each; due: its variance by noise
-    and by what is uncertain about the numbers."""
+    """Of one channel in one fold, SI. left: of cells' means; counts: readings in each; due: variance by noise and by what
+    is uncertain about the numbers."""
 
     left: Array
     counts: Array
@@ -76,7 +77,6 @@ def estimate_left(known: Uncertainty) -> dict[str, float]:
                 counts = data.counts[data.known][rows]
                 pooled.setdefault(axis, []).append(Unseen(left[rows], counts, due[rows] + noise))
     return {axis: _pool(several) for axis, several in pooled.items()}
-
 
 
 def state_validity(machine: Machine, known: Uncertainty) -> Validity:
@@ -108,7 +108,7 @@ def _count_independent(several: Sequence[Unseen]) -> float:
 
 
 def _channel_of_rows(data: Measured) -> Indices:
-    return np.repeat(np.arange(len(data.run.channels)), data.run.knots.cells)[data.known]
+    return np.asarray(np.repeat(np.arange(len(data.run.channels)), data.run.knots.cells)[data.known])
 
 
 def _folds(data: Sequence[Measured]) -> Iterator[Fold]:
@@ -120,7 +120,7 @@ def _folds(data: Sequence[Measured]) -> Iterator[Fold]:
             yield Fold(r, np.ones(len(later), bool), ~later, later)
             continue
         ends = np.linspace(begun, float(d.recording.t[-1]) + 1.0, BLOCKS + 1)
-        for low, high in zip(ends[:-1], ends[1:], strict=True):
+        for low, high in pairwise(ends):
             block = np.asarray((centres >= low) & (centres < high))
             yield Fold(r, block, ~block, block)
 
