@@ -90,7 +90,8 @@ class Bands:
 
 def band(into: Bands, seed: int, train: int, concealed: str | None) -> None:
     """One machine calibrated on so many runs, and its bands on two more."""
-    drawn = drawn_machine(np.random.default_rng(seed), runs=train + 2)
+    with patch("proof.drawn.snapped", between_samples):
+        drawn = drawn_machine(np.random.default_rng(seed), runs=train + 2)
     machine, recordings = loaded(drawn)
     if concealed is not None:
         section, name = concealed.split(".")

@@ -51,8 +51,8 @@ class Fold:
 
 @dataclass(frozen=True, eq=False)
 class Unseen:
-    """Of one channel in one fold, SI. left: of cells' means; counts: readings in each; due: variance by noise and by what
-    is uncertain about the numbers."""
+    """Of one channel in one fold, SI. left: of cells' means; counts: readings in each; due: variance by noise and by
+    what is uncertain about the numbers."""
 
     left: Array
     counts: Array
@@ -122,7 +122,7 @@ def _folds(data: Sequence[Measured]) -> Iterator[Fold]:
         ends = np.linspace(begun, float(d.recording.t[-1]) + 1.0, BLOCKS + 1)
         for low, high in pairwise(ends):
             block = np.asarray((centres >= low) & (centres < high))
-            yield Fold(r, block, ~block, block)
+            yield Fold(r, block, ~later, block)
 
 
 def _leave_out(known: Uncertainty, fold: Fold) -> tuple[Array, Array]:
