@@ -1,4 +1,4 @@
-"""Bands of 95 % on every run of a calibrated machine, and warnings where a schedule leaves what it was calibrated in."""
+"""Bands of 95 % on every run of a calibrated machine, and warnings where a schedule leaves its range."""
 
 from __future__ import annotations
 
@@ -105,8 +105,8 @@ def test_what_cannot_be_read_of_it_is_refused(wrong: Calibration) -> None:
     with pytest.raises(Refused) as refused:
         wrong.machine.patched({"calibrated": given})
     told = str(refused.value)
-    for wanted in ("'0 rpm' is not a range", "ends the wrong way round", "calibrated.left.q is no axis", "'3 K' is in K",
-                   "no row of a correlation's root", "unknown key 'more'"):  # fmt: skip
+    for wanted in ("'0 rpm' is not a range", "ends the wrong way round", "calibrated.left.q is no axis",
+                   "'3 K' is in K", "no row of a correlation's root", "unknown key 'more'"):  # fmt: skip
         assert wanted in told, wanted
     with pytest.raises(Refused, match=r"ranges\.speed is in degC, and the machine reads it in rpm"):
         wrong.machine.patched({"calibrated": {"ranges": {"speed": "0..30 degC"}}})
@@ -166,8 +166,8 @@ def test_an_axis_that_nothing_measured_has_its_numbers_only() -> None:
 
 # -- whether they hold ----------------------------------------------------------------------------------------------
 def test_bands_and_intervals_hold_what_they_promise() -> None:
-    """Numbers drawn from their priors, a complete machine. Of 48 numbers less than 81 % inside happens once in 2000 where
-    95 % are. Readings of a run lie off together, so that of eight runs most have to hold."""
+    """Numbers drawn from their priors, a complete machine. Of 48 numbers less than 81 % inside happens once in 2000
+    where 95 % are. Readings of a run lie off together, so that of eight runs most have to hold."""
     inside, z = [], []
     for seed in range(8):
         machine = drawn(100 + seed)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -21,6 +22,10 @@ from network.cli.options import (
 )
 from network.recordings.start_rule import ESTIMATED
 from network.report.progress import share_bar
+
+if TYPE_CHECKING:
+    from network.analysis.comparison.compare import Comparison
+    from network.machine.machine import Machine
 
 
 @click.command()
@@ -53,17 +58,8 @@ def compare(
         else:
             result = lay_beside(loaded, given, start=read_start(start), method=method, progress=bar.over(given))
         bar.now("testing residuals", 1.0)
-        from network.analysis.calibration.band_coverage import measure_coverage
-        from network.report.words.band_words import tell_coverage
-
-        coverage = measure_coverage(loaded, result)
-        text = "\n".join([str(result), *tell_coverage(coverage)]) if json_file != "-" else ""
-        summary = result.summary() | {"coverage": [c.summary() for c in coverage]}
-        written = []
-        if output is not None:
-            from network.report.files.pictures import draw_comparison
-
-            written = draw_comparison(result, folder(output))
+        text, summary = _tell(loaded, result, json_file != "-")
+        written = _draw(result, output) if output is not None else []
     if json_file == "-":
         print_json(summary)
     else:
@@ -75,3 +71,20 @@ def compare(
     if written:
         click.echo(f"\nWritten: {', '.join(map(str, written))}", err=json_file == "-")
     warn([*loaded.warnings, *overheard(loaded, given, ()), *warn_of_extrapolation(loaded, given)])
+
+
+def _tell(machine: Machine, result: Comparison, in_words: bool) -> tuple[str, dict[str, Any]]:
+    """What is said and what goes into JSON; of a calibrated machine with the share of readings inside its bands."""
+    from network.analysis.calibration.band_coverage import measure_coverage
+    from network.report.words.band_words import tell_coverage
+
+    coverage = measure_coverage(machine, result)
+    text = "\n".join([str(result), *tell_coverage(coverage)]) if in_words else ""
+    return text, result.summary() | {"coverage": [c.summary() for c in coverage]}
+
+
+def _draw(result: Comparison, output: str) -> list[Path]:
+    from network.report.files.pictures import draw_comparison
+    from network.report.files.result_files import folder
+
+    return draw_comparison(result, folder(output))

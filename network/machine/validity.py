@@ -10,16 +10,13 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from network.catalogue.declaration.sections import CALIBRATED, section
 from network.catalogue.expansions.base import ANGULAR_AXES, AXES
 from network.platform.quantities.units import NUMBER, BadNumber, in_unit, show, unit
 from network.platform.refusal import Complaints, likely, short
 from network.platform.yaml.tree import Branch, Items, Leaf, Tree
-
-if TYPE_CHECKING:
-    from network.machine.entries import Entries
 
 T = TypeVar("T")
 KEYS = ("ranges", "left", "correlation_root")
@@ -122,21 +119,3 @@ def _row(path: str, tree: Tree) -> tuple[float, ...]:
     if not any(row) or any(abs(x) > 1 for x in row):
         raise BadNumber("is no row of a correlation's root", "calibrate again, or take it out")
     return row
-
-
-def check_validity(machine: Entries, complaints: Complaints) -> None:
-    """Ranges are in the units of the inputs, and the numbers spoken of are still uncertain."""
-    stated = machine.calibrated
-    if stated is None:
-        return
-    spot = machine.tree.key_spot(CALIBRATED)
-    for name, r in stated.ranges.items():
-        wanted = machine.inputs.get(name)
-        if wanted is not None and unit(r.unit).dimension != unit(wanted).dimension:
-            wrong = f"{CALIBRATED}.ranges.{name} is in {r.unit}, and the machine reads it in {wanted}"
-            complaints.refuse(spot, wrong, f"give it in a unit like {wanted}")
-    gone = [path for path in stated.root if path not in machine.uncertain]
-    if gone and not complaints.refusals:
-        several = f" and {len(gone) - 1} more" if len(gone) > 1 else ""
-        wrong = f"{CALIBRATED} speaks of {gone[0]}{several}, no uncertain number of this machine: it is left aside"
-        complaints.warn(spot, wrong, "there are no bands and no ranges until it is calibrated again")

@@ -134,9 +134,7 @@ def _draw_band(axes: Axes, t: Array, middle: Array, width: Array) -> None:
 
 def _band_told(centre: Array, std: Array, measured: Array | None, unit_text: str) -> str:
     given = gap_unit(unit_text)
-    text = (
-        f"mean blue, 95 % shaded: ±{number(LEVEL * float(std.max()) / given.scale, given.text, 3)} at most"
-    )
+    text = f"mean blue, 95 % shaded: ±{number(LEVEL * float(std.max()) / given.scale, given.text, 3)} at most"
     if measured is None:
         return text
     there = np.isfinite(measured)

@@ -99,4 +99,6 @@ def _bands(c: Calibration) -> Iterator[str]:
     alone = [axis for axis, b in widest.items() if b.left is None]
     if alone:
         yield f"Along {join_names(alone)} that counts its numbers only: no probe measured it."
+    if len(c.data) == 1 and len(alone) < len(axes):
+        yield "What it leaves on other runs is told from parts of a single one; calibrate on several to be surer."
     yield from tell_coverage(c.coverage)
