@@ -6,7 +6,7 @@ import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -33,6 +33,12 @@ from network.platform.refusal import Complaints, Failed, Refused
 from network.platform.stopping import STATUS, stoppable, tell_stopped
 from network.platform.threads import begin_on_one_thread
 from network.report.progress import share_bar
+
+if TYPE_CHECKING:
+    from network.analysis.calibration.tcp_bands import Band
+    from network.machine.machine import Machine
+    from network.recordings.recording import Recording
+    from network.recordings.scenario import Scenario
 
 
 class _PipeClosed(Exception):
@@ -132,25 +138,38 @@ def simulate(
         loaded = read_machine(machine, level, lumps, sets)
         from network.engine.simulation import simulate as run
         from network.recordings.load_source import load_source
+        from network.report.files.band_files import write_bands
         from network.report.files.result_files import folder, write_run
+        from network.report.words.band_words import summarise_bands, tell_bands
 
         driver = load_source(source)
         result = run(
             loaded, driver, method=method, start=read_start(start), noise_seed=seed if noise else None,
             progress=bar.over([driver]),
         )  # fmt: skip
+        bands = _bands(loaded, driver, start)
         where = folder(output)
-        written = write_run(result, where)
+        written = [*write_run(result, where), *write_bands(result, bands, where)]
         if not no_plots:
             bar.now("drawing the run", 1.0)
             from network.report.files.pictures import draw_run
 
-            written += draw_run(result, where)
+            written += draw_run(result, where, bands)
     if as_json:
-        print_json(result.summary())
+        print_json(result.summary() | {"bands": summarise_bands(bands)})
     else:
-        click.echo(f"{result}\n\nWritten: {', '.join(map(str, written))}")
+        click.echo("\n".join([str(result), *tell_bands(bands)]))
+        click.echo(f"\nWritten: {', '.join(map(str, written))}")
     warn(result.warnings)
+
+
+def _bands(machine: Machine, driver: Scenario | Recording, start: str | None) -> tuple[Band, ...]:
+    """Of a calibrated machine; any other has none and need not wait for what makes them."""
+    if machine.validity is None:
+        return ()
+    from network.analysis.calibration.tcp_bands import bands_of
+
+    return bands_of(machine, driver, read_start(start))
 
 
 @cli.command()

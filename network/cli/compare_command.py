@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -18,12 +18,14 @@ from network.cli.options import (
     results_go_to,
     start_option,
     warn,
+    warn_of_extrapolation,
 )
 from network.recordings.start_rule import ESTIMATED
 from network.report.progress import share_bar
 
 if TYPE_CHECKING:
     from network.analysis.comparison.compare import Comparison
+    from network.machine.machine import Machine
 
 
 @click.command()
@@ -47,7 +49,6 @@ def compare(
         from network.analysis.comparison.common_start import doubt_starts
         from network.analysis.comparison.compare import compare as lay_beside
         from network.recordings.channel_match import overheard
-        from network.report.files.result_files import folder
 
         given, stated = list(read_recordings(recordings)), None
         if start == ESTIMATED:
@@ -58,25 +59,39 @@ def compare(
             stated = read_start(start)
             result = lay_beside(loaded, given, start=stated, method=method, progress=bar.over(given))
         bar.now("testing residuals", 1.0)
-        text = str(result) if json_file != "-" else ""
-        written = []
-        if output is not None:
-            from network.report.files.pictures import draw_comparison
-
-            written = draw_comparison(result, folder(output))
-    _print(result, text, json_file)
+        text, summary = _tell(loaded, result, json_file != "-")
+        written = _draw(result, output) if output is not None else []
+    _print(summary, text, json_file)
     if written:
         click.echo(f"\nWritten: {', '.join(map(str, written))}", err=json_file == "-")
-    warn([*loaded.warnings, *overheard(loaded, given, ()), *doubt_starts(loaded, given, stated), *result.warnings])
+    doubts = (*doubt_starts(loaded, given, stated), *warn_of_extrapolation(loaded, given))
+    warn([*loaded.warnings, *overheard(loaded, given, ()), *doubts, *result.warnings])
 
 
-def _print(result: Comparison, text: str, json_file: str | None) -> None:
+def _print(summary: dict[str, Any], text: str, json_file: str | None) -> None:
     if json_file == "-":
-        print_json(result.summary())
+        print_json(summary)
         return
     click.echo(text)
     if json_file is not None:
         from network.report.files.result_files import as_json, folder, write_text
 
         folder(Path(json_file).parent)
-        write_text(Path(json_file), as_json(result.summary()))
+        write_text(Path(json_file), as_json(summary))
+
+
+def _tell(machine: Machine, result: Comparison, in_words: bool) -> tuple[str, dict[str, Any]]:
+    """What is said and what goes into JSON; of a calibrated machine with the share of readings inside its bands."""
+    from network.analysis.calibration.band_coverage import measure_coverage
+    from network.report.words.band_words import tell_coverage
+
+    coverage = measure_coverage(machine, result)
+    text = "\n".join([str(result), *tell_coverage(coverage)]) if in_words else ""
+    return text, result.summary() | {"coverage": [c.summary() for c in coverage]}
+
+
+def _draw(result: Comparison, output: str) -> list[Path]:
+    from network.report.files.pictures import draw_comparison
+    from network.report.files.result_files import folder
+
+    return draw_comparison(result, folder(output))

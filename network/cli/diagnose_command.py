@@ -20,6 +20,7 @@ from network.cli.options import (
     results_go_to,
     start_option,
     warn,
+    warn_of_extrapolation,
 )
 from network.report.progress import share_bar
 
@@ -64,7 +65,7 @@ def diagnose(
         print_json(result.summary())
     else:
         click.echo(f"{text}\n\nWritten: {', '.join(map(str, written))}")
-    warn([*loaded.warnings, *overheard(loaded, runs, held_out)])
+    warn([*loaded.warnings, *overheard(loaded, runs, held_out), *warn_of_extrapolation(loaded, [*runs, *held_out])])
 
 
 @click.command()

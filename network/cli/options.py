@@ -95,6 +95,13 @@ def read_recordings(paths: Sequence[str]) -> Iterator[Recording]:
     complaints.raise_if_any()
 
 
+def warn_of_extrapolation(machine: Machine, recordings: Iterable[Recording]) -> Iterator[str]:
+    """Of a calibrated machine: inputs of all recordings that leave the range it was calibrated in."""
+    from network.recordings.extrapolation import list_extrapolated
+
+    yield from list_extrapolated(machine, [recording.schedule(machine.inputs) for recording in recordings])
+
+
 def read_start(text: str | None) -> Start | None:
     if text is None:
         return None

@@ -17,6 +17,7 @@ from network.engine.solvers import modal
 from network.engine.solvers.carry_out import Outcome
 from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
+from network.recordings.extrapolation import list_extrapolated
 from network.recordings.inputs import Schedule
 
 PLAUSIBLE = (-60.0, 400.0)
@@ -49,7 +50,7 @@ def observe(
     return Trajectory(
         machine, schedule, network, plan.t, {n: u[n] for n in schedule.signals if n in machine.inputs}, sensors, tcp,
         contributions, parts, _part_heat(network, parts, outcome), outcome.T_start, outcome.T_end, outcome.account,
-        outcome.switches, plan.method, plan.why, seconds, outcome.error, tuple(_warnings(network, outcome)),
+        outcome.switches, plan.method, plan.why, seconds, outcome.error, tuple(_warnings(network, schedule, outcome)),
         {key[1]: values for key, values in rows.items() if key[0] == "state"},
     )  # fmt: skip
 
@@ -129,8 +130,9 @@ def _part_heat(network: Network, parts: Mapping[str, Array], outcome: Outcome) -
     return heat
 
 
-def _warnings(network: Network, outcome: Outcome) -> Iterator[str]:
+def _warnings(network: Network, schedule: Schedule, outcome: Outcome) -> Iterator[str]:
     yield from (str(warning) for warning in network.machine.warnings)
+    yield from list_extrapolated(network.machine, [schedule])
     plan = outcome.plan
     u = {name: np.concatenate([plan.left[name], plan.right[name]]) for name in plan.left}
     for path, entry in network.machine.entries():

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from network.catalogue.declaration.declare import Declared, Effect
 from network.catalogue.declaration.entry_path import EntryPath, displacement
 from network.catalogue.declaration.fields import Place, PlacesField, SharesField
-from network.catalogue.declaration.sections import TCP, is_empty, section
+from network.catalogue.declaration.sections import CALIBRATED, TCP, is_empty, section
 from network.catalogue.expansions.base import AXES
 from network.catalogue.mechanisms.base import Stream
 from network.catalogue.nodes import Node
@@ -52,6 +52,7 @@ def check_machine(machine: Entries, complaints: Complaints) -> None:
     _check_sensors(machine, complaints)
     _check_inputs(machine, complaints)
     _check_connections(machine, complaints)
+    _check_validity(machine, complaints)
 
 
 def _check_entries(machine: Entries, complaints: Complaints) -> None:
@@ -141,6 +142,24 @@ def _check_inputs(machine: Entries, complaints: Complaints) -> None:
                 complaints.refuse(entry.spot, wrong, "one input has one kind of unit")
             if name == "time":
                 complaints.refuse(entry.spot, f"{path} reads an input named 'time'", "give it another name")
+
+
+def _check_validity(machine: Entries, complaints: Complaints) -> None:
+    """Ranges are in the units of the inputs, and the numbers spoken of are still uncertain."""
+    stated = machine.calibrated
+    if stated is None:
+        return
+    spot = machine.tree.key_spot(CALIBRATED)
+    for name, r in stated.ranges.items():
+        wanted = machine.inputs.get(name)
+        if wanted is not None and unit(r.unit).dimension != unit(wanted).dimension:
+            wrong = f"{CALIBRATED}.ranges.{name} is in {r.unit}, and the machine reads it in {wanted}"
+            complaints.refuse(spot, wrong, f"give it in a unit like {wanted}")
+    gone = [path for path in stated.root if path not in machine.uncertain]
+    if gone and not complaints.refusals:
+        several = f" and {len(gone) - 1} more" if len(gone) > 1 else ""
+        wrong = f"{CALIBRATED} speaks of {gone[0]}{several}, no uncertain number of this machine: it is left aside"
+        complaints.warn(spot, wrong, "there are no bands and no ranges until it is calibrated again")
 
 
 def _needs(entry: Declared) -> Mapping[str, str]:

@@ -17,6 +17,7 @@ from network.catalogue.materials import BUILT_IN, Material
 from network.catalogue.mechanisms.base import Link, Source, State, Stream
 from network.catalogue.nodes import Node
 from network.catalogue.sensors.sensor import Sensor
+from network.machine.validity import Validity
 from network.platform.quantities.units import Number
 from network.platform.refusal import Complaints, Refusal
 from network.platform.yaml.document import Branch, plain
@@ -27,7 +28,7 @@ class Entries(ABC):
     """Everything a machine file says, with materials, lengths and the reference filled in.
 
     reference: temperature of zero displacement [°C]; tcp: axis → name → entry; tree: the file as merged, from which
-    patches start; warnings: what was doubtful in it.
+    patches start; warnings: what was doubtful in it; calibrated: what its file says of a calibration.
     """
 
     name: str
@@ -42,6 +43,7 @@ class Entries(ABC):
     tree: Branch
     file: str
     warnings: tuple[Refusal, ...] = field(default=())
+    calibrated: Validity | None = None
 
     @classmethod
     @abstractmethod
@@ -105,6 +107,12 @@ class Entries(ABC):
     def uncertain(self) -> Mapping[str, Number]:
         """Path, as its user writes it → number with ± or `unknown`."""
         return {f"{path}.{key}": n for path, entry in self.by_path.items() for key, n in entry.uncertain().items()}
+
+    @cached_property
+    def validity(self) -> Validity | None:
+        """What its calibration says of it; None where a number that this speaks of is no uncertain one any more."""
+        stated = self.calibrated
+        return stated if stated is not None and set(stated.root) <= set(self.uncertain) else None
 
     @cached_property
     def inputs(self) -> Mapping[str, str]:

@@ -20,6 +20,7 @@ from network.catalogue.mechanisms.base import Link, Source, Stream
 from network.catalogue.nodes import Node
 from network.catalogue.sensors.sensor import Sensor
 from network.machine.checks import places_of
+from network.machine.validity import read_validity
 from network.platform.quantities.units import BadNumber, in_unit
 from network.platform.refusal import Complaints, likely, short
 from network.platform.yaml.tree import Branch, Leaf, Tree
@@ -53,6 +54,7 @@ class MachineReader:
         machine = cls(
             name=self._name(), reference=self._reference(), nodes=nodes, links=links, sources=sources, tcp=tcp,
             sensors=sensors, materials=stuffs, closed_form=self._read_closed_form(), tree=self.tree, file=self.file,
+            calibrated=read_validity(self.tree, self.complaints),
         )  # fmt: skip
         axes = {(TCP, axis): entries for axis, entries in tcp.items()}
         self._resolve(machine, {("nodes", ""): nodes, ("links", ""): links, ("sources", ""): sources, **axes,

@@ -19,6 +19,7 @@ from network.catalogue.materials import Material
 from network.catalogue.nodes import Node
 from network.catalogue.sensors.sensor import Sensor
 from network.machine.reader import ROLES
+from network.machine.validity import KEYS
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 Schema = dict[str, Any]
@@ -28,7 +29,8 @@ def schema() -> Schema:
     """The schema of a machine file, or of a patch in its form."""
     patch = _sections()
     single = {"machine": _text("name of the machine"), "reference": _text("temperature of zero displacement: 22 degC")}
-    top = {**single, "extends": _text("another machine file, from this file's folder"), **patch}
+    top = {**single, "extends": _text("another machine file, from this file's folder"),
+           "calibrated": _calibrated(), **patch}  # fmt: skip
     return {
         "$schema": DIALECT,
         "title": "Machine file of lptn",
@@ -36,6 +38,15 @@ def schema() -> Schema:
         "anyOf": [{"required": ["machine", "reference", "nodes"]}, {"required": ["extends"]}],
         "$defs": {**_definitions(), "level": _object({**single, **patch, **_level_keys()})},
     }
+
+
+def _calibrated() -> Schema:
+    """What `lptn calibrate` writes of itself."""
+    row = {"type": "array", "items": {"type": "number"}, "minItems": 1}
+    held = ({"type": "string"}, {"type": "string"}, row)
+    inside = {key: {"type": "object", "additionalProperties": each} for key, each in zip(KEYS, held, strict=True)}
+    about = "written by lptn calibrate: where the machine holds, what it leaves, how its numbers are tied"
+    return {"description": about, **_object(inside), "type": ["object", "null"]}
 
 
 def _sections() -> Schema:

@@ -10,7 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from network.analysis.calibration.band_coverage import Coverage, measure_coverage
+from network.analysis.calibration.calibrated_patch import with_validity
 from network.analysis.calibration.estimated_constants import Numbers, compare_all_estimated
+from network.analysis.calibration.generalisation import state_validity
 from network.analysis.calibration.identifiability_report import (
     describe_constants,
     describe_disagreements,
@@ -48,7 +51,8 @@ class Calibration:
     minimum and its uncertainty; before, after, before_holdout, after_holdout: residuals on the recordings calibrated on
     and on those held out (None without), the constants of each run estimated, of those held out from their beginning;
     `before` with unknown numbers at their priors' centres; stated, stated_holdout: after with constants as stated and
-    starts by rule, as `simulate` runs it; bands: of the tool centre point, by recording; disagreements: numbers that
+    starts by rule, as `simulate` runs it; bands: of the tool centre point, by recording; coverage: of
+    its bands on the runs held out; disagreements: numbers that
     runs want differently; warnings: what was wrong with the input; sentences: what the result means."""
 
     machine: Machine
@@ -63,6 +67,7 @@ class Calibration:
     stated: Comparison
     stated_holdout: Comparison | None
     bands: tuple[tuple[Band, ...], ...]
+    coverage: tuple[Coverage, ...]
     disagreements: tuple[Disagreement, ...]
     warnings: tuple[str, ...]
     sentences: tuple[str, ...]
@@ -141,9 +146,12 @@ def _calibrate(
     let_in = admit(machine, parameters, train, start)
     null = estimate_null(machine, parameters, let_in.data, start, seed, lambda share: tell(0.1 + 0.8 * share))
     nominal = at_values(machine, values_at(parameters, centres(parameters)))
-    result, fit, known = null.machine, null.fit, null.known
+    fit, known = null.fit, null.known
+    validity = state_validity(machine, known)
+    result = with_validity(null.machine, validity)
     areas = tuple(
-        bands(machine, parameters, fit.at.theta, known.theta_covariance, r, start) for r in (*train, *held_out)
+        bands(machine, parameters, fit.at.theta, known.theta_covariance, r, start, validity.left)
+        for r in (*train, *held_out)
     )
     before, before_holdout = _compare_runs(Numbers.of(nominal, start), train, held_out)
     after, after_holdout = _compare_runs(null.numbers(start), train, held_out)
@@ -155,8 +163,8 @@ def _calibrate(
     findings += describe_disagreements(apart)
     return Calibration(
         result, machine, parameters, fit, known, before, after, before_holdout, after_holdout, *stated,
-        areas, apart, (*doubts, *let_in.warnings), tuple(findings), null.found.tried, seed,
-        time.perf_counter() - began,
+        areas, measure_coverage(result, after_holdout), apart, (*doubts, *let_in.warnings), tuple(findings),
+        null.found.tried, seed, time.perf_counter() - began,
     )  # fmt: skip
 
 

@@ -6,9 +6,11 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from network.catalogue.declaration.patch import exchange_value
+from network.catalogue.declaration.sections import CALIBRATED
 from network.engine.response.parameters import Parameter
 from network.machine.file_layers import is_made_of, patch_from
 from network.machine.machine import Machine
+from network.machine.validity import Validity
 from network.platform.quantities.units import Number, difference, unit
 from network.platform.refusal import Spot, refuse
 from network.platform.yaml.document import Branch, Tree, dump
@@ -33,12 +35,19 @@ def text_of(p: Parameter, value: float, spread: float) -> str:
 def with_fitted_numbers(
     machine: Machine, parameters: Iterable[Parameter], theta: Iterable[float], std: Iterable[float]
 ) -> Machine:
-    """The machine with value ± standard error for each number, so that its tree says so, too."""
+    """The machine with value ± standard error for each number, so that its tree says so, too; what it said of an
+    earlier calibration goes."""
     tree: Tree = machine.tree
     for p, x, s in zip(parameters, theta, std, strict=True):
         tree = exchange_value(tree, (*p.entry.keys, p.field.key), text_of(p, p.value(x), s))
     assert isinstance(tree, Branch)
-    return Machine.read(tree, machine.file)
+    items = {key: child for key, child in tree.items.items() if key != CALIBRATED}
+    return Machine.read(Branch(items, tree.spot, tree.keys), machine.file)
+
+
+def with_validity(machine: Machine, validity: Validity) -> Machine:
+    """The machine that says of itself how far its calibration holds."""
+    return machine.patched({CALIBRATED: validity.to_plain()}, CALIBRATED)
 
 
 def patch_text(machine: Machine, where: Path, remark: str) -> str:

@@ -9,8 +9,10 @@ NAMED = ("nodes", "links", "sources", "sensors", "materials", "levels")
 """Sections of entries by name."""
 TCP = "tcp"
 """The section of entries by axis and name."""
-SECTIONS = ("machine", "reference", "extends", "closed_form", *NAMED, TCP)
-_MAPPINGS = (*NAMED, TCP, "closed_form")
+CALIBRATED = "calibrated"
+"""The section that says how far a calibration holds."""
+SECTIONS = ("machine", "reference", "extends", "closed_form", *NAMED, TCP, CALIBRATED)
+_MAPPINGS = (*NAMED, TCP, "closed_form", CALIBRATED)
 _ONLY_IN_LEVELS = ("lumps", "merge")
 
 
@@ -66,7 +68,7 @@ def _check_axes(tcp: Branch, complaints: Complaints) -> None:
 
 
 def _check_levels(levels: Branch, complaints: Complaints) -> None:
-    known = [*_ONLY_IN_LEVELS, *(key for key in SECTIONS if key not in ("extends", "levels"))]
+    known = [*_ONLY_IN_LEVELS, *(key for key in SECTIONS if key not in ("extends", "levels", CALIBRATED))]
     for name, level in levels.items.items():
         if isinstance(level, Branch):
             for key in (key for key in level.items if key not in known):

@@ -82,6 +82,8 @@ def parse(text: str, spot: Spot) -> Tree:
     return tree
 
 
+WIDE = 160
+"""Letters of a line of a file that is written."""
 _PLAIN = (("bool", "true|false"), ("int", "[+-]?(0|[1-9][0-9]*)"), ("float", r"[+-]?(0|[1-9][0-9]*)\.[0-9]+"))
 
 
@@ -97,19 +99,30 @@ class _Dumper(yaml.SafeDumper):
 
     def represent_dict(self, data: Any) -> yaml.MappingNode:
         node = super().represent_dict(data)
-        node.flow_style = "kind" in data or not any(_holds_mapping(value) for value in data.values())
+        node.flow_style = "kind" in data or not (any(map(_holds_mapping, data.values())) or _is_table(data))
+        return node
+
+    def represent_list(self, data: Any) -> yaml.SequenceNode:
+        node = super().represent_list(data)
+        node.flow_style = node.flow_style or not any(map(_holds_mapping, data))
         return node
 
 
 _Dumper.add_representer(str, _Dumper.represent_str)
 _Dumper.add_representer(dict, _Dumper.represent_dict)
+_Dumper.add_representer(list, _Dumper.represent_list)
 
 
 def _holds_mapping(value: Any) -> bool:
     return isinstance(value, dict) or (isinstance(value, list) and any(map(_holds_mapping, value)))
 
 
+def _is_table(data: Mapping[str, Any]) -> bool:
+    """Rows of values by name that would not fit one line."""
+    return bool(data) and all(isinstance(v, list) for v in data.values()) and len(str(data)) > WIDE
+
+
 def dump(value: Mapping[str, Any]) -> str:
     """A mapping as YAML text: order kept, an entry in one line where it fits."""
     texts = plain(tree_of(value, Spot("")))
-    return yaml.dump(texts, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=160)
+    return yaml.dump(texts, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=WIDE)

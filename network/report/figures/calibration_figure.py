@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from network.analysis.calibration.uncertainty import LEVEL
 from network.catalogue.declaration.declare import Array, Indices
 from network.platform.quantities.number_format import number
 from network.platform.quantities.units import unit
@@ -99,13 +100,13 @@ def _far(names: Sequence[str], shift: Array, order: Indices) -> str:
 
 # -- a posterior band -----------------------------------------------------------------------------------------------
 def band_figure(t: Array, centre: Array, std: Array, measured: Array | None, unit: str, name: str) -> Figure:
-    """A channel with the band that holds 95 % of its posterior (±2 std), and below it measured less centre.
+    """A channel with its band of 95 % (±1.96 std), and below it measured less centre.
 
     t: [s]; centre, std, measured: in SI (°C), NaN in gaps; unit: what they are shown in, um for the tool centre point.
     """
     figure, (values, apart) = stack_panels((2.6, 1.5), right=0.3)
     scale = gap_unit(unit).scale
-    middle, width = _convert(centre, unit), 2 * std / scale
+    middle, width = _convert(centre, unit), LEVEL * std / scale
     if measured is not None:
         draw_measured(values, t, _convert(measured, unit), GREY, 0.9, clock(t)[1])
         draw_measured(apart, t, (measured - centre) / scale, GREY, 0.7, clock(t)[1])
@@ -115,7 +116,7 @@ def band_figure(t: Array, centre: Array, std: Array, measured: Array | None, uni
     label_y(values, name_text(name, 16), unit)
     label_y(apart, "measured − mean", gap_unit(unit).text)
     set_clock([values, apart], t)
-    write_title(figure, f"{name}: posterior", _band_told(centre, std, measured, unit))
+    write_title(figure, f"{name}: band", _band_told(centre, std, measured, unit))
     return figure
 
 
@@ -133,11 +134,9 @@ def _draw_band(axes: Axes, t: Array, middle: Array, width: Array) -> None:
 
 def _band_told(centre: Array, std: Array, measured: Array | None, unit_text: str) -> str:
     given = gap_unit(unit_text)
-    text = (
-        f"mean blue, 95 % of the posterior shaded: ±{number(2 * float(std.max()) / given.scale, given.text, 3)} at most"
-    )
+    text = f"mean blue, 95 % shaded: ±{number(LEVEL * float(std.max()) / given.scale, given.text, 3)} at most"
     if measured is None:
         return text
     there = np.isfinite(measured)
-    share = float(np.mean(np.abs(measured - centre)[there] < 2 * std[there])) if there.any() else float("nan")
+    share = float(np.mean(np.abs(measured - centre)[there] < LEVEL * std[there])) if there.any() else float("nan")
     return f"{text}; measured grey, {100 * share:.0f} % of it within the band (its own noise is not in the band)"

@@ -43,6 +43,16 @@ class Curve:
 
 
 @dataclass(frozen=True)
+class Shade:
+    """An area between two courses, in the unit of its panel; t [s]."""
+
+    t: Array
+    low: Array
+    high: Array
+    colour: str
+
+
+@dataclass(frozen=True)
 class Panel:
     """height: in inches, more where the labels need it; from_zero: whether zero is always in sight."""
 
@@ -52,6 +62,7 @@ class Panel:
     curves: Sequence[Curve]
     labels: Sequence[EndLabel]
     from_zero: bool = False
+    shades: Sequence[Shade] = ()
 
 
 def panel_of(quantity: str, unit_text: str, height: float, rows: Mapping[str, Array], t: Array) -> Panel:
@@ -76,6 +87,8 @@ def draw_panels(panels: Sequence[Panel], t: Array) -> tuple[Figure, list[Axes]]:
     heights = [max(panel.height, room_for(len(panel.labels))) for panel in panels]
     figure, drawn = stack_panels(heights, right=beside([label for panel in panels for label in panel.labels]))
     for panel, axes in zip(panels, drawn, strict=True):
+        for shade in panel.shades:
+            axes.fill_between(shade.t / clock(t)[1], shade.low, shade.high, color=shade.colour, alpha=0.22, linewidth=0)
         for curve in panel.curves:
             style: dict[str, Any] = {"color": curve.colour, "linestyle": curve.dashes, "linewidth": curve.width}
             axes.plot(curve.t / clock(t)[1], curve.values, **style)

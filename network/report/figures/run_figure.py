@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,21 +24,25 @@ from network.report.figures.canvas import (  # fmt: skip
     shorten,
     write_title,
 )
-from network.report.figures.lines import clock, outline
-from network.report.figures.panels import Curve, Panel, draw_panels, panel_of
+from network.report.figures.labels import EndLabel
+from network.report.figures.lines import clock, decimate_together, outline
+from network.report.figures.panels import Curve, Panel, Shade, draw_panels, panel_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from network.analysis.calibration.tcp_bands import Band
+
 FEW = 3
 """Fewer temperature sensors than this: the parts are shown instead."""
 MANY_SWITCHES = 60
+POINTS = 1000
 
 
-def run_figure(run: Trajectory) -> Figure:
-    """Temperatures, displacement and inputs of a run on one time axis."""
-    panels = list(_panels(run))
+def run_figure(run: Trajectory, bands: Sequence[Band] = ()) -> Figure:
+    """Temperatures, displacement and inputs of a run on one time axis; bands: of 95 %, shaded about their axes."""
+    panels = list(_panels(run, bands))
     if not panels:
         return without_panels(run, "nothing to show: no temperatures, no tool centre point, no inputs")
     figure, axes = draw_panels(panels, run.t)
@@ -59,16 +64,30 @@ def without_panels(run: Trajectory, why: str) -> Figure:
 
 
 # -- panels of a run ------------------------------------------------------------------------------------------------
-def _panels(run: Trajectory) -> Iterator[Panel]:
+def _panels(run: Trajectory, bands: Sequence[Band] = ()) -> Iterator[Panel]:
     temperatures = _temperatures(run)
     if temperatures:
         yield panel_of("temperature", "degC", 2.9, temperatures, run.t)
     for quantity, angular, height in (("TCP displacement", False, 2.1), ("TCP angle", True, 1.6)):
         rows = {a: in_unit(v, unit(axis_unit(a))) for a, v in run.tcp.items() if (a in ANGULAR_AXES) == angular}
         if rows:
-            yield panel_of(quantity, "urad" if angular else "um", height, rows, run.t)
+            shown = "urad" if angular else "um"
+            yield _shaded(panel_of(quantity, shown, height, rows, run.t), run, [b for b in bands if b.axis in rows])
     for shown, signals in _drivers(run).items():
         yield input_panel(signals, shown, run.t)
+
+
+def _shaded(panel: Panel, run: Trajectory, bands: Sequence[Band]) -> Panel:
+    """The panel with bands behind its curves, and their name below those of the curves."""
+    shades, axes = [], [axis for axis in run.tcp if (axis in ANGULAR_AXES) == (panel.unit == "urad")]
+    for band in bands:
+        index = decimate_together(run.t, limits := [*band.limits(run.t, run.tcp[band.axis])], POINTS)
+        low, high = (in_unit(v[index], unit(band.unit)) for v in limits)
+        shades.append(Shade(run.t[index], low, high, look(axes.index(band.axis))[0]))
+    if not shades:
+        return panel
+    named = EndLabel(float("nan"), "shaded: 95 %", shades[0].colour, "solid", 4.0)
+    return replace(panel, shades=shades, labels=[*panel.labels, named])
 
 
 def _temperatures(run: Trajectory) -> Mapping[str, Array]:

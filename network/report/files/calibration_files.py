@@ -84,7 +84,7 @@ def _band(c: Calibration, band: Band) -> Figure:
 
     last = (c.after_holdout or c.after).recordings[-1]
     measured = [channel.measured for name, channel in last.channels.items() if _reads(c.machine, name, band.axis)]
-    centre, std = band.at(last.recording.t)
+    centre, std = (np.interp(last.recording.t, band.t, v) for v in (band.centre, band.total))
     return band_figure(
         last.recording.t, centre, std, measured[0] if measured else None, band.unit, displacement(band.axis)
     )

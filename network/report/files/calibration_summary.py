@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from network.analysis.calibration.band_coverage import pool_coverage
 from network.platform.quantities.units import difference, unit
 from network.recordings.hygiene.set_aside import summarise_excluded
 
@@ -28,6 +29,8 @@ def summary(c: Calibration) -> dict[str, Any]:
                 "holdout": _before_after(c, c.before_holdout, c.after_holdout, c.stated_holdout)},
         "tcp_bands": [{"recording": r.recording.file, "axes": [b.summary() for b in own]}
                       for r, own in zip(_all(c), c.bands, strict=True)],
+        "coverage": {"inside": pool_coverage(c.coverage), "channels": [k.summary() for k in c.coverage]},
+        "validity": c.machine.validity.to_plain() if c.machine.validity else None,
         "one_machine": {"agree": not c.disagreements, "numbers": [d.summary() for d in c.disagreements]},
         "warnings": list(c.warnings), "sentences": list(c.sentences), "beginnings": c.tried, "seed": c.seed,
         "seconds": c.seconds,

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
+from network.analysis.calibration.tcp_bands import Band
 from network.analysis.comparison.compare import Comparison
 from network.engine.trajectory import Trajectory
 from network.report.figures.all_figures import comparison_figure, contributions_figure, network_figure, run_figure, save
 
 
-def draw_run(run: Trajectory, where: Path) -> list[Path]:
+def draw_run(run: Trajectory, where: Path, bands: Sequence[Band] = ()) -> list[Path]:
     """run.png, network.png and, where something moves the tool centre point, contributions.png."""
-    pictures = {"run.png": run_figure(run), "network.png": network_figure(run.machine, run)}
+    pictures = {"run.png": run_figure(run, bands), "network.png": network_figure(run.machine, run)}
     if run.tcp:
         pictures["contributions.png"] = contributions_figure(run)
     for name, figure in pictures.items():

@@ -13,9 +13,11 @@ from network.engine.response.parameters import Parameter
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits, format_shift, span, table
 from network.platform.quantities.units import difference, unit
+from network.report.words.band_words import tell_coverage
 
 if TYPE_CHECKING:
     from network.analysis.calibration.calibrate import Calibration
+    from network.analysis.calibration.tcp_bands import Band
 
 
 def tell_calibration(c: Calibration) -> str:
@@ -86,16 +88,17 @@ def _residuals(c: Calibration) -> Iterator[str]:
 
 
 def _bands(c: Calibration) -> Iterator[str]:
-    """The largest ±1σ of every axis over all recordings."""
-    largest: dict[str, tuple[float, str]] = {}
-    for own in c.bands:
-        for band in own:
-            if band.largest >= largest.get(band.axis, (-1.0, ""))[0]:
-                largest[band.axis] = band.largest, band.unit
-    axes = [f"{axis} to ±{digits(value, 2)} {pretty(unit_text)}" for axis, (value, unit_text) in largest.items()]
-    if axes and c.known.misfit > 1:
-        along = join_names(axes)
-        yield f"By their own uncertainty these numbers leave the tool centre point along {along} at worst (1σ);"
-        yield "what is missing from the machine comes on top."
-    elif axes:
-        yield f"These numbers tell the tool centre point along {join_names(axes)} at worst (1σ)."
+    """The widest band of every axis over all recordings, and whether bands held on what was held out."""
+    widest: dict[str, Band] = {}
+    for band in (band for own in c.bands for band in own):
+        if band.axis not in widest or band.widest > widest[band.axis].widest:
+            widest[band.axis] = band
+    axes = [f"{b.axis} to ±{digits(b.widest, 2)} {pretty(b.unit)}" for b in widest.values()]
+    if axes:
+        yield f"The calibrated machine tells the tool centre point along {join_names(axes)} at worst (95 %)."
+    alone = [axis for axis, b in widest.items() if b.left is None]
+    if alone:
+        yield f"Along {join_names(alone)} that counts its numbers only: no probe measured it."
+    if len(c.data) == 1 and len(alone) < len(axes):
+        yield "What it leaves on other runs is told from parts of a single one; calibrate on several to be surer."
+    yield from tell_coverage(c.coverage)
