@@ -82,6 +82,7 @@ AXES = "the axes are x, y, z, a, b, c"
 CHANGE = "change or take out this entry too"
 LINKS = ", ".join(kinds("links"))
 LISTED = "known are: machine, reference, extends, closed_form, nodes, links, sources, sensors, materials, levels, tcp"
+LISTED += ", calibrated"
 
 
 @pytest.mark.parametrize(

@@ -129,7 +129,7 @@ ONE_FAULT = [
 ]
 ONE_INPUT = [
     ("8000", "'8000' has no unit; write it like `8000 rpm`, only a switch (0 or 1) goes without"),
-    ("20 degC ± 1 K", "'20 degC ± 1 K' has a spread; inputs are known, so drop the ±"),
+    ("20 degC ± 1 K", "'20 degC ± 1 K' has a spread; what drives a schedule is known, so drop the ±"),
     ("-1 K", "'-1 K' is out of range; give a finite value, a temperature above absolute zero"),
     ("[]", f"has no steps; {FORMS}"),
     ("{}", f"is a mapping of no known form; {FORMS}"),

@@ -11,7 +11,7 @@ import numpy as np
 from network.analysis.calibration.gauss_newton import Problem, linearise, make_problem
 from network.analysis.calibration.linearised import Linearised
 from network.analysis.calibration.measured_means import START_ANYWHERE, Measured, weigh_recording
-from network.analysis.calibration.misfit import lasting_misfit
+from network.analysis.calibration.misfit import prior_firmness
 from network.analysis.comparison.common_start import share_start_rule
 from network.analysis.comparison.compare import Comparison, RecordingResidual, compare
 from network.analysis.comparison.run_constants import (
@@ -31,8 +31,6 @@ ROUNDS, CLOSE = 4, 1.0
 """How often a run is linearised about its constants, and the least that another time must better the cost J."""
 NUISANCE = 3.0
 """Prior σ that an offset may be taken to: beyond, it is a fault of the sensor and not a nuisance."""
-FIRMED = 5
-"""Times that this is worked out: it settles within a few per cent."""
 TRIED = (0.0, -0.7, 0.7)
 """K by which parts that may start anywhere are moved before."""
 
@@ -106,20 +104,12 @@ def _settle(
             fit = linearise(problem(start, inputs), np.empty(0))
         except Failed:
             break
-        firm = firm or _firmness(fit)
+        firm = firm or prior_firmness(fit)
         fit = fit.temper(1.0, firm)
         if best is not None and fit.cost > best.cost - CLOSE:
             break
         best, (start, inputs, _) = fit, _constants_of(fit)
     return best
-
-
-def _firmness(fit: Linearised) -> float:
-    """By how much priors are narrowed, so that the misfit that is left asks for just that."""
-    firm = 1.0
-    for _ in range(FIRMED):
-        firm = lasting_misfit(fit.temper(1.0, firm))
-    return firm
 
 
 def _constants_of(fit: Linearised) -> tuple[dict[str, float], dict[str, float], dict[str, float]]:

@@ -12,7 +12,7 @@ from scipy.linalg import cho_factor, solve_triangular
 from scipy.optimize import lsq_linear
 
 from network.analysis.calibration.linearised import Linearised, linearise, residual_cost, residual_of, with_slopes
-from network.analysis.calibration.misfit import chi_of, lasting_misfit
+from network.analysis.calibration.misfit import chi_of
 from network.analysis.calibration.problem import Problem, make_problem
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import centres
@@ -56,7 +56,7 @@ def minimise(
 def _temper_priors(at: Linearised, free: bool = False) -> Linearised:
     """The same point with priors narrowed by the misfit that is left; those of θ only far off."""
     chi = max(1.0, chi_of(at))
-    return at.temper(chi if chi > FAR and not free else 1.0, lasting_misfit(at))
+    return at.temper(chi if chi > FAR and not free else 1.0, chi)
 
 
 def _improve(at: Linearised, damping: float, low: Array, high: Array) -> tuple[Linearised, float, float]:

@@ -26,6 +26,12 @@ def lasting_misfit(at: Linearised) -> float:
     return max(1.0, chi_of(at) * float(np.sqrt((1 + (rho := persistence(at))) / (1 - rho))))
 
 
+def prior_firmness(at: Linearised) -> float:
+    """By how much priors of constants of a run are narrowed: by the misfit that lasts where they are as wide as stated,
+    so that they take what they explain and do not mend the rest."""
+    return lasting_misfit(at.temper(1.0, 1.0))
+
+
 def persistence(at: Linearised) -> float:
     """ρ ≥ 0: correlation of whitened residuals from one cell of a channel to the next, less what chance brings."""
     square = pairs = along = first = 0.0
