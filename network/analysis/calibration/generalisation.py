@@ -20,11 +20,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.stats import norm, t
+from scipy.special import ndtri, stdtrit
 
 from network.analysis.calibration.linearised import Linearised
 from network.analysis.calibration.measured_means import Measured
-from network.analysis.calibration.misfit import CHANCE
+from network.analysis.calibration.misfit import correlate_neighbours
 from network.analysis.calibration.uncertainty import Uncertainty
 from network.analysis.comparison.run_constants import find_scored_from
 from network.catalogue.declaration.declare import Array, Indices, Mask
@@ -93,17 +93,12 @@ def _pool(several: Sequence[Unseen]) -> float:
     counts = np.concatenate([u.counts for u in several])
     excess = np.concatenate([u.left**2 - u.due for u in several])
     mean = float(counts @ excess / counts.sum())
-    return float(np.sqrt(max(mean, 0.0)) * t.ppf(HALF, _count_independent(several)) / norm.ppf(HALF))
+    return float(np.sqrt(max(mean, 0.0)) * stdtrit(_count_independent(several), HALF) / ndtri(HALF))
 
 
 def _count_independent(several: Sequence[Unseen]) -> float:
     """ν of all folds together."""
-    along = sum(float(u.left[1:] @ u.left[:-1]) for u in several)
-    square = sum(float(u.left[1:] @ u.left[1:] + u.left[:-1] @ u.left[:-1]) / 2 for u in several)
-    pairs = sum(len(u.left) - 1 for u in several)
-    if pairs < 1 or square <= 0:
-        return float(len(several))
-    rho = float(np.clip(along / square - CHANCE / np.sqrt(pairs), 0.0, 1.0))
+    rho = correlate_neighbours(u.left for u in several)
     return max(sum(len(u.left) for u in several) * (1 - rho) / (1 + rho), float(len(several)))
 
 

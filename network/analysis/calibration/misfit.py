@@ -8,9 +8,12 @@ J. R. Statist. Soc. Suppl. 8 (1946) 184, for a first-order process; unverified.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+
 import numpy as np
 
 from network.analysis.calibration.linearised import Linearised
+from network.catalogue.declaration.declare import Array
 
 CHANCE = 2.0
 """Standard errors of ρ of white noise that are taken off it."""
@@ -34,14 +37,25 @@ def prior_firmness(at: Linearised) -> float:
 
 def persistence(at: Linearised) -> float:
     """ρ ≥ 0: correlation of whitened residuals from one cell of a channel to the next, less what chance brings."""
-    square = pairs = along = first = 0.0
-    for whitener in at.problem.whiteners:
-        for rows, _ in whitener.blocks:
-            own = at.left[int(first) + rows.start : int(first) + rows.stop]
-            along += float(own[1:] @ own[:-1])
-            square += float(own[1:] @ own[1:] + own[:-1] @ own[:-1]) / 2
-            pairs += max(len(own) - 1, 0)
-        first += whitener.blocks[-1][0].stop if whitener.blocks else 0
+    return correlate_neighbours(_channel_residuals(at))
+
+
+def correlate_neighbours(several: Iterable[Array]) -> float:
+    """ρ ≥ 0 of all series together: Σ xᵢxᵢ₊₁ over Σ (xᵢ² + xᵢ₊₁²)/2, less CHANCE standard errors of white noise."""
+    along = square = 0.0
+    pairs = 0
+    for x in several:
+        along += float(x[1:] @ x[:-1])
+        square += float(x[1:] @ x[1:] + x[:-1] @ x[:-1]) / 2
+        pairs += max(len(x) - 1, 0)
     if pairs < 1 or square <= 0:
         return 0.0
     return float(np.clip(along / square - CHANCE / np.sqrt(pairs), 0.0, 1 - 1 / pairs))
+
+
+def _channel_residuals(at: Linearised) -> Iterator[Array]:
+    first = 0
+    for whitener in at.problem.whiteners:
+        for rows, _ in whitener.blocks:
+            yield at.left[first + rows.start : first + rows.stop]
+        first += whitener.blocks[-1][0].stop if whitener.blocks else 0
