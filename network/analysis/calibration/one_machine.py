@@ -18,6 +18,7 @@ from network.analysis.calibration.gauss_newton import make_problem, minimise
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.misfit import lasting_misfit
 from network.analysis.calibration.null import Null
+from network.analysis.calibration.uncertainty import covariance
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import Parameter
 from network.platform.refusal import Failed
@@ -37,11 +38,8 @@ class Disagreement:
     sigma: float
 
     def summary(self) -> dict[str, Any]:
-        from network.platform.quantities.units import difference, unit
-
-        p, scale = self.parameter, difference(unit(self.parameter.field.unit)).scale
-        shown = difference(unit(p.field.unit)) if p.field.unit == "K" else unit(p.field.unit)
-        values = [{"file": file, "value": shown.from_si(p.value(x)), "std": p.std(x, self.std[file]) / scale}
+        p = self.parameter
+        values = [{"file": file, "value": p.to_unit(p.value(x)), "std": p.std_to_unit(p.std(x, self.std[file]))}
                   for file, x in self.theta.items()]  # fmt: skip
         return {"path": p.path, "unit": p.field.unit, "values": values, "sigma": self.sigma}
 
@@ -73,8 +71,7 @@ def _fit_alone(null: Null, data: Measured) -> tuple[Array, Array] | None:
         at = minimise(problem, null.fit.at.theta, STEPS)
     except Failed:
         return None
-    covariance = np.linalg.inv(at.normal / lasting_misfit(at) ** 2 + np.diag(at.stated_prior[1] ** -2.0))
-    return at.theta, np.sqrt(np.diag(covariance))[: at.free]
+    return at.theta, np.sqrt(np.diag(covariance(at, lasting_misfit(at))))[: at.free]
 
 
 def _apart(theta: Array, std: Array, r: int) -> Array:

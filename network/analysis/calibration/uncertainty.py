@@ -82,14 +82,22 @@ class Uncertainty:
 def uncertainty(at: Linearised) -> Uncertainty:
     """Standard errors of a minimum, profiles where they may be skew."""
     misfit = lasting_misfit(at)
-    precision = at.normal / misfit**2 + np.diag(at.stated_prior[1] ** -2.0)
-    covariance = np.asarray(np.linalg.inv(precision), np.float64)
-    std = np.sqrt(np.diag(covariance)[: at.free])
-    found = Uncertainty(at, misfit, covariance, np.asarray(np.array([std, std]).T, np.float64))
+    C = covariance(at, misfit)
+    std = np.sqrt(np.diag(C)[: at.free])
+    found = Uncertainty(at, misfit, C, np.asarray(np.array([std, std]).T, np.float64))
     sides = np.array(found.sides, float)
     for j in profile_interval(found):
         sides[j] = _sides(found, j)
     return replace(found, sides=sides)
+
+
+def covariance(at: Linearised, misfit: float) -> Array:
+    """(SᵀS/s² + V⁻¹)⁻¹ of (θ, η), s the misfit."""
+    return np.asarray(np.linalg.inv(_precision(at, misfit)), np.float64)
+
+
+def _precision(at: Linearised, misfit: float) -> Array:
+    return at.normal / misfit**2 + np.diag(at.stated_prior[1] ** -2.0)
 
 
 def profile_interval(known: Uncertainty) -> list[int]:
@@ -138,7 +146,7 @@ def _gain(at: Linearised, misfit: float, j: int) -> float:
     mean, spread = at.stated_prior
     here = np.concatenate([at.theta, at.eta])
     gradient = at.slopes @ at.left / misfit**2 + (mean - here) / spread**2
-    precision = at.normal / misfit**2 + np.diag(spread**-2.0)
+    precision = _precision(at, misfit)
     others = np.delete(np.arange(len(mean)), j)
     g = gradient[others]
     return max(float(g @ np.linalg.solve(precision[np.ix_(others, others)], g)), 0.0)

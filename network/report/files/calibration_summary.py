@@ -41,18 +41,12 @@ def _all(c: Calibration) -> list[Any]:
     return [*c.after.recordings, *(c.after_holdout.recordings if c.after_holdout else ())]
 
 
-def convert_value(p: Parameter, value: float) -> float:
-    given = unit(p.field.unit)
-    return (difference(given) if p.field.unit == "K" else given).from_si(value)
-
-
 def _parameter(c: Calibration, j: int) -> dict[str, Any]:
     p, theta = c.parameters[j], float(c.theta[j])
-    scale = difference(unit(p.field.unit)).scale
-    low, high = (convert_value(p, p.value(x)) for x in c.known.interval(j))
+    low, high = (p.to_unit(p.value(x)) for x in c.known.interval(j))
     moved = float(c.shift[j])
     return {
-        "path": p.path, "value": convert_value(p, p.value(theta)), "std": p.std(theta, float(c.std[j])) / scale,
+        "path": p.path, "value": p.to_unit(p.value(theta)), "std": p.std_to_unit(p.std(theta, float(c.std[j]))),
         "unit": p.field.unit, "interval95": [low, high], "prior": prior(p),
         "shift": moved if np.isfinite(moved) else None,
         "at_bound": j in c.known.at_bound, "prior_only": j in c.known.prior_only,
@@ -63,9 +57,9 @@ def prior(p: Parameter) -> dict[str, Any]:
     """kind: log (std is that of the logarithm), normal, unknown (low, high)."""
     kind = "log" if p.is_log else "normal"
     if p.is_unknown:
-        return {"kind": "unknown", "low": convert_value(p, p.value(p.low)), "high": convert_value(p, p.value(p.high))}
-    std = p.spread if p.is_log else p.spread / difference(unit(p.field.unit)).scale
-    return {"kind": kind, "value": convert_value(p, p.value(p.centre)), "std": std}
+        return {"kind": "unknown", "low": p.to_unit(p.value(p.low)), "high": p.to_unit(p.value(p.high))}
+    std = p.spread if p.is_log else p.std_to_unit(p.spread)
+    return {"kind": kind, "value": p.to_unit(p.value(p.centre)), "std": std}
 
 
 def noise_summary(c: Calibration) -> dict[str, Any]:
