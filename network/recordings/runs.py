@@ -16,10 +16,14 @@ def runs_of(
     machine: Machine, recordings: Recording | Iterable[Recording], *, keeps_departures: bool = False
 ) -> tuple[Recording, ...]:
     """The runs of one recording or of several, in their order, without readings that cannot be true (see judge)."""
-    several = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
-    pieces = (piece for recording in several for piece in _pieces(machine, recording))
+    pieces = (piece for recording in as_several(recordings) for piece in _pieces(machine, recording))
     counted = (drop_uncounted(machine, piece) for piece in pieces)
     return tuple(judge(machine, piece, keeps_departures=keeps_departures) for piece in counted)
+
+
+def as_several(recordings: Recording | Iterable[Recording]) -> tuple[Recording, ...]:
+    """One recording or several, as several."""
+    return (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
 
 
 def _pieces(machine: Machine, recording: Recording) -> tuple[Recording, ...]:

@@ -33,14 +33,14 @@ from network.analysis.comparison.channel_residual import pool_residuals
 from network.analysis.comparison.common_start import doubt_starts, share_starts
 from network.analysis.comparison.compare import Comparison, compare
 from network.catalogue.declaration.declare import Array
-from network.engine.response.parameters import Parameter, at_values, centres, free_parameters, values_at
+from network.engine.response.parameters import Parameter, at_prior_centres, free_parameters
 from network.machine.machine import Machine
 from network.platform.printing import summarise, tell
 from network.platform.threads import on_one_thread
 from network.recordings.channel_match import overheard
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
-from network.recordings.runs import runs_of, tell_excluded
+from network.recordings.runs import as_several, runs_of, tell_excluded
 
 Progress = Callable[[float], None]
 
@@ -124,7 +124,7 @@ def calibrate(
     run breaks down.
     """
     began, tell = time.perf_counter(), progress or (lambda share: None)
-    given = _several(recordings), _several(holdout)
+    given = as_several(recordings), as_several(holdout)
     train, held_out = share_starts(machine, runs_of(machine, given[0]), runs_of(machine, given[1]), start)
     parameters = free_parameters(machine)
     check_parameters(machine, parameters)
@@ -135,17 +135,12 @@ def calibrate(
     return replace(found, warnings=(*overheard(machine, *given), *found.warnings, *tell_excluded(held_out)))
 
 
-def _several(recordings: Recording | Iterable[Recording]) -> tuple[Recording, ...]:
-    return (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
-
-
 def _calibrate(
     machine: Machine, parameters: tuple[Parameter, ...], train: Sequence[Recording], held_out: Sequence[Recording],
     start: Start | None, seed: int, tell: Progress, began: float,
 ) -> Calibration:  # fmt: skip
     let_in = admit(machine, parameters, train, start)
     null = estimate_null(machine, parameters, let_in.data, start, seed, lambda share: tell(0.1 + 0.8 * share))
-    nominal = at_values(machine, values_at(parameters, centres(parameters)))
     fit, known = null.fit, null.known
     validity = state_validity(machine, known)
     result = with_validity(null.machine, validity)
@@ -153,7 +148,7 @@ def _calibrate(
         bands(machine, parameters, fit.at.theta, known.theta_covariance, r, start, validity.left)
         for r in (*train, *held_out)
     )
-    before, before_holdout = _compare_runs(Numbers.of(nominal, start), train, held_out)
+    before, before_holdout = _compare_runs(Numbers.of(at_prior_centres(machine, parameters), start), train, held_out)
     after, after_holdout = _compare_runs(null.numbers(start), train, held_out)
     stated = compare(result, train, start=start), compare(result, held_out, start=start) if held_out else None
     findings = [*describe_holdout(before_holdout, after_holdout, after), *sentences(null.found, fit, known)]

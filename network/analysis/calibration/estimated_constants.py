@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -10,15 +10,11 @@ import numpy as np
 
 from network.analysis.calibration.gauss_newton import Problem, linearise, make_problem
 from network.analysis.calibration.linearised import Linearised
-from network.analysis.calibration.measured_means import START_ANYWHERE, Measured, weigh_recording
+from network.analysis.calibration.measured_means import OFFSET_LIMIT, START_ANYWHERE, Measured, weigh_recording
 from network.analysis.calibration.misfit import prior_firmness
 from network.analysis.comparison.common_start import share_start_rule
 from network.analysis.comparison.compare import Comparison, RecordingResidual, compare
-from network.analysis.comparison.run_constants import (
-    InputConstant,
-    RunConstants,
-    find_scored_from,
-)
+from network.analysis.comparison.run_constants import InputConstant, RunConstants, find_scored_from
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import Parameter, at_values, values_at
 from network.machine.machine import Machine
@@ -29,8 +25,6 @@ from network.recordings.runs import runs_of
 
 ROUNDS, CLOSE = 4, 1.0
 """How often a run is linearised about its constants, and the least that another time must better the cost J."""
-NUISANCE = 3.0
-"""Prior σ that an offset may be taken to: beyond, it is a fault of the sensor and not a nuisance."""
 TRIED = (0.0, -0.7, 0.7)
 """K by which parts that may start anywhere are moved before."""
 
@@ -119,7 +113,7 @@ def _constants_of(fit: Linearised) -> tuple[dict[str, float], dict[str, float], 
     start = data.move_start(own[: len(data.starts)])
     inputs = data.move_inputs(own[len(own) - len(data.inputs) :])
     pairs = zip(offsets, fit.eta, strict=False)
-    within = [(n.name, np.clip(x, -NUISANCE * n.spread, NUISANCE * n.spread)) for n, x in pairs]
+    within = [(n.name, np.clip(x, -OFFSET_LIMIT * n.spread, OFFSET_LIMIT * n.spread)) for n, x in pairs]
     return start, inputs, {name: float(x) for name, x in within}
 
 
@@ -158,11 +152,12 @@ def compare_with_constants(machine: Machine, recording: Recording, constants: Ru
 
 def compare_all_estimated(of: Numbers, recordings: Iterable[Recording], held_out: bool = False) -> Comparison | None:
     """The same of several; None without recordings."""
-    each: Sequence[RecordingResidual] = [compare_estimated(of, r, held_out) for r in recordings]
-    return Comparison(of.machine, tuple(each)) if each else None
+    each = tuple(compare_estimated(of, r, held_out) for r in recordings)
+    return Comparison(of.machine, each) if each else None
 
 
 def compare_estimating(machine: Machine, recordings: Iterable[Recording]) -> Comparison:
     """Residuals of recordings of a machine as it is, the constants of each estimated from the whole of it."""
     runs = share_start_rule(machine, runs_of(machine, recordings))
-    return Comparison(machine, tuple(compare_estimated(Numbers.of(machine), r) for r in runs))
+    of = Numbers.of(machine)
+    return Comparison(machine, tuple(compare_estimated(of, r) for r in runs))

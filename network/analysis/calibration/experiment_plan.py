@@ -23,7 +23,7 @@ from network.catalogue.declaration.entry_path import displacement
 from network.catalogue.declaration.fields import Amount, Place
 from network.catalogue.sensors.sensor import Sensor
 from network.engine.response.model import Model, start_pushes
-from network.engine.response.parameters import Parameter, at_values, centres, free_parameters, values_at
+from network.engine.response.parameters import Parameter, at_prior_centres, centres, free_parameters
 from network.engine.trajectory import axis_unit
 from network.machine.machine import Machine
 from network.platform.printing import summarise, tell
@@ -103,7 +103,7 @@ def foresee(machine: Machine, source: Scenario | Recording, *, start: Start | No
 def _foresee(
     machine: Machine, parameters: tuple[Parameter, ...], source: Scenario | Recording, start: Start | None
 ) -> Foresight:
-    known = at_values(machine, values_at(parameters, centres(parameters)))
+    known = at_prior_centres(machine, parameters)
     further = candidates(machine)
     gained = information(replace(known, sensors={**machine.sensors, **further}), parameters, source, start)
     n, theta = len(parameters), centres(parameters)

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from network.analysis.calibration.measured_means import OFFSET_LIMIT
 from network.analysis.calibration.multistart import ADEQUATE, Found, rms
 from network.analysis.calibration.one_machine import Disagreement
 from network.analysis.calibration.robust_fit import Fit
@@ -185,7 +186,10 @@ def _noise(fit: Fit) -> Iterator[str]:
         if told:
             yield f"Sensors read off by a constant: {list_names(told)}"
     elif fit.refused:
-        yield "Constant errors of the sensors were not let into the fit: they would have covered up what is missing"
+        yield (
+            f"Constant errors of sensors take no part in the fit: one would be more than {OFFSET_LIMIT:g} times what "
+            "its kind is off by, so something else is missing"
+        )
     coloured = [f"{n} ({amount(s, units[n])} over {span(tau)})" for n, (s, tau) in fit.noise.coloured.items()]
     if coloured:
         yield f"Residuals last longer than white noise would, and every ± allows for it: {list_names(coloured)}"

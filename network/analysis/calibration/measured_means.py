@@ -25,6 +25,8 @@ from network.recordings.recording import Recording
 
 OFFSET = {"degC": 0.1, "um": 0.25e-6, "urad": 0.25e-6}
 """Prior 1σ of a channel's constant error, by its unit (SI)."""
+OFFSET_LIMIT = 3.0
+"""Prior σ that a constant error may be taken to: beyond, it is a fault of the sensor and no nuisance."""
 START_ANYWHERE = 1.0
 """K: the same where neither tells it and the part is no solid one but a capacity, like a tank."""
 START_SHARE = 0.5

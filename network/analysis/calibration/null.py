@@ -19,7 +19,7 @@ from network.analysis.calibration.robust_fit import Fit, fit_robustly
 from network.analysis.calibration.uncertainty import Uncertainty, uncertainty
 from network.analysis.calibration.unit_mistakes import misread
 from network.analysis.comparison.compare import compare
-from network.engine.response.parameters import Parameter, at_values, centres, values_at
+from network.engine.response.parameters import Parameter, at_prior_centres, values_at
 from network.machine.machine import Machine
 from network.platform.refusal import Complaints
 from network.recordings.inputs import Start
@@ -55,8 +55,7 @@ def estimate_null(
     Raises Refused where a channel is in another unit than told, Failed where every run breaks down."""
     problem = make_problem(machine, parameters, data)
     found = best_start(replace(problem, offsets=()), np.random.default_rng(seed), lambda share: tell(0.6 * share))
-    nominal = at_values(machine, values_at(parameters, centres(parameters)))
-    given = compare(nominal, [d.recording for d in data], start=start)
+    given = compare(at_prior_centres(machine, parameters), [d.recording for d in data], start=start)
     complaints = Complaints([*misread(found.at, given)])
     complaints.raise_if_any()
     tell(0.6)

@@ -11,7 +11,7 @@ import numpy as np
 from network.analysis.calibration.measured_means import Measured, weigh_recording
 from network.analysis.comparison.compare import check_fit
 from network.engine.assembly import build
-from network.engine.response.parameters import Parameter, at_values, centres, values_at
+from network.engine.response.parameters import Parameter, at_prior_centres
 from network.engine.time_constants import time_constants
 from network.machine.machine import Machine
 from network.platform.quantities.text_table import span
@@ -75,7 +75,7 @@ def admit(
 ) -> Admitted:
     """Raises Refused with all that makes the recordings useless to this machine."""
     complaints, warnings, data = Complaints(), list[str](), list[Measured]()
-    known = at_values(machine, values_at(parameters, centres(parameters)))
+    known = at_prior_centres(machine, parameters)
     for recording in recordings:
         try:
             check_fit(known, recording)

@@ -1,7 +1,7 @@
 """From a first fit to one whose uncertainty can be believed: coloured noise, sensors' offsets, readings that lie apart.
 
 A machine that lacks some physics would abuse them: colour is bounded by what sensors of a kind share, offsets by their
-priors, which count the more the longer a misfit lasts.
+priors, which count the more the farther off the machine is.
 """
 
 from __future__ import annotations
@@ -14,14 +14,12 @@ from scipy.linalg import LinAlgError
 
 from network.analysis.calibration.coloured_noise import estimate_colours
 from network.analysis.calibration.gauss_newton import Linearised, Problem, minimise
-from network.analysis.calibration.measured_means import Measured
+from network.analysis.calibration.measured_means import OFFSET_LIMIT, Measured
 from network.analysis.calibration.multistart import rms
 from network.analysis.calibration.noise import Noise, whitener
 from network.catalogue.declaration.declare import Array
 from network.recordings.hygiene.data_quality import NORMAL
 
-OFFSETS_FAR = 3.0
-"""Prior σ beyond which offsets are no offsets any more."""
 HUBER, MOST_WEIGHTED = 4.0, 0.1
 """Robust deviations from which a cell counts less; if more cells than this share do, the model is wrong, not they."""
 LET_GO = 1.4
@@ -60,7 +58,7 @@ def _with_offsets(problem: Problem, fit: Fit) -> Fit:
         return fit
     at = minimise(replace(fit.at.problem, offsets=problem.offsets), fit.at.theta)
     far = np.abs(at.eta[: len(problem.offsets)]) / [n.spread for n in problem.offsets]
-    if far.max() < OFFSETS_FAR:
+    if far.max() < OFFSET_LIMIT:
         return replace(fit, at=at, offsets=True, refused=False)
     return replace(fit, refused=True)
 

@@ -9,7 +9,7 @@ from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.recording_admission import admit, check_apart
 from network.analysis.comparison.common_start import doubt_starts, share_starts
 from network.analysis.comparison.compare import check_fit
-from network.engine.response.parameters import at_values, centres, free_parameters, values_at
+from network.engine.response.parameters import at_prior_centres, free_parameters
 from network.machine.machine import Machine
 from network.platform.refusal import Complaints, Refused
 from network.recordings.channel_match import overheard
@@ -37,7 +37,7 @@ def admit_runs(
     runs, held_out = (runs_of(machine, some, keeps_departures=True) for some in (recordings, holdout))
     check_apart(runs, held_out)
     parameters = free_parameters(machine)
-    _check_held_out(at_values(machine, values_at(parameters, centres(parameters))), held_out)
+    _check_held_out(at_prior_centres(machine, parameters), held_out)
     train, held = share_starts(machine, runs, held_out, start)
     let_in = admit(machine, parameters, train, start)
     doubts = doubt_starts(machine, (*train, *held), start)

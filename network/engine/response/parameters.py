@@ -15,7 +15,7 @@ from network.catalogue.declaration.entry_path import EntryPath, Keys, NumberPath
 from network.catalogue.declaration.number_fields import ParamField
 from network.catalogue.declaration.sections import TCP
 from network.machine.machine import Machine
-from network.platform.quantities.units import Number, show
+from network.platform.quantities.units import Number, difference, show, unit
 from network.platform.refusal import Spot, likely, refuse
 
 SECTIONS = ("materials", "nodes", "links", "sources", "sensors")
@@ -62,6 +62,15 @@ class Parameter:
 
     def format_value(self, theta: float, digits: int = 4) -> str:
         return show(self.value(theta), self.field.unit, digits)
+
+    def to_unit(self, value: float) -> float:
+        """A value in the unit its field is stated in; a difference of temperatures in kelvin."""
+        given = unit(self.field.unit)
+        return (difference(given) if self.field.unit == "K" else given).from_si(value)
+
+    def std_to_unit(self, std: float) -> float:
+        """1σ of the value in that unit."""
+        return std / difference(unit(self.field.unit)).scale
 
     @property
     def is_unknown(self) -> bool:
@@ -156,3 +165,8 @@ def centres(parameters: Sequence[Parameter]) -> Array:
 def values_at(parameters: Iterable[Parameter], theta: Array) -> dict[str, float]:
     """Numbers in SI by path."""
     return {p.path: p.value(float(x)) for p, x in zip(parameters, theta, strict=True)}
+
+
+def at_prior_centres(machine: Machine, parameters: Sequence[Parameter]) -> Machine:
+    """The machine before anything is learned."""
+    return at_values(machine, values_at(parameters, centres(parameters)))

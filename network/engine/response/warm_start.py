@@ -12,9 +12,9 @@ from network.engine.solvers.plan import Plan
 
 @dataclass(eq=False)
 class WarmStart:
-    """Run by run. guess: the course that the search for
-    a bent one begins from; plans: with what they depend on; slopes: of the channels, where they stay the same at all
-    instants and θ; resampled: the cells of the intervals between the last edges."""
+    """Run by run. guess: the course that the search for a bent one begins from; plans: with what they depend on;
+    slopes: of the channels, where they stay the same at all instants and θ; resampled: the cells of the intervals
+    between the last edges."""
 
     guess: dict[int, tuple[Array, Array]] = field(default_factory=dict)
     plans: dict[int, tuple[object, Plan]] = field(default_factory=dict)
