@@ -36,6 +36,10 @@ TRIES, PLACES = 8, 3
 """Effects that are drawn to find a visible one, and places of one that changes the drawing."""
 ROOM = 2.0
 """K by which a room that is not recorded may differ from what the user states."""
+SHARE_DRAWN = 0.7
+"""Of it, what the means of the runs are drawn from, evenly to both sides."""
+ROOM_STD = 1.0
+"""K: ± that the user writes behind it, 1σ of what is drawn (1.4 K/√3) rounded up."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +111,7 @@ def make_case(rng: Generator, slot: Slot) -> Case:
 def programmed(rng: Generator, slot: Slot) -> tuple[Program, ...]:
     """What is done to the machine; its axes move where they heat it, or now and then to tempt."""
     layout, is_stated = slot.layout, slot.room == "stated"
-    made = programs(rng, layout.top_speed, layout.reference, slot.runs, 0.7 * ROOM if is_stated else 0.45)
+    made = programs(rng, layout.top_speed, layout.reference, slot.runs, SHARE_DRAWN * ROOM if is_stated else 0.45)
     if is_stated:
         made = tuple(replace(program, waves=()) for program in made)
     if layout.feeds or FeedHeat in slot.effects or rng.random() < 0.4:
@@ -195,7 +199,7 @@ def files_of(slot: Slot, layout: Layout, recordings: Sequence[Recording]) -> dic
     for (given, table), recording in zip(named(slot).items(), recordings, strict=True):
         files[table] = recording.text()
         if given != table:
-            files[given] = recording.mapping(table.removesuffix(".csv"), table, layout.reference)
+            files[given] = recording.mapping(table.removesuffix(".csv"), table, layout.reference, ROOM_STD)
     return files
 
 

@@ -89,11 +89,12 @@ class Recording:
     units: Mapping[str, str]
     digits: Mapping[str, int]
 
-    def mapping(self, name: str, file: str, room: float) -> str:
-        """The mapping that a user writes for it where the room [°C] was not recorded."""
+    def mapping(self, name: str, file: str, room: float, std: float) -> str:
+        """The mapping that a user writes for it where the room [°C] was not recorded but is known to ± std [K]."""
         headings = [f"{column} [{self.units[column]}]" for column in self.columns]
         columns = [f'  "{heading}": "{heading}"' for heading in headings]
-        lines = [f"recording: {name}", f"file: {file}", "columns:", *columns, f"inputs: {{ambient: {room:g} degC}}"]
+        inputs = f"inputs: {{ambient: {room:g} degC ± {std:g} K}}"
+        lines = [f"recording: {name}", f"file: {file}", "columns:", *columns, inputs]
         return "\n".join(lines) + "\n"
 
     def text(self) -> str:
