@@ -37,6 +37,7 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from network.analysis.calibration.calibrate import calibrate as calibrate
+    from network.analysis.calibration.tcp_bands import bands_of as bands_of
     from network.analysis.comparison.compare import compare as compare
     from network.analysis.diagnosis.diagnose import diagnose as diagnose
     from network.analysis.sweep.sweep import sweep as sweep
@@ -51,6 +52,7 @@ _HOME = {
     "Machine": "machine.machine", "Scenario": "recordings.scenario", "Recording": "recordings.recording",
     "simulate": "engine.simulation", "compare": "analysis.comparison.compare",
     "calibrate": "analysis.calibration.calibrate", "sweep": "analysis.sweep.sweep",
+    "bands_of": "analysis.calibration.tcp_bands",
     "diagnose": "analysis.diagnosis.diagnose", "Refused": "platform.refusal", "Failed": "platform.refusal",
 }  # fmt: skip
 __all__ = [*_HOME, "__version__"]

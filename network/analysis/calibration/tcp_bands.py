@@ -3,6 +3,8 @@
 Half the band of 95 % is 1.96 √(σ_θ(t)² + left²): σ_θ² = Sᵀ C S, S the slopes of the axis by θ along this very run and C
 their covariance; left: what the machine leaves on runs it has not seen (generalisation.py). A probe that reads zero at
 the start shares what is left then, and less of it later: its band is too wide near the start, and no wider than √2.
+Range: σ_θ is linearised. Where numbers of an incomplete machine are known to some 10 % only and cancel each other, it
+can be half of what drawn numbers spread; what the machine leaves is then several times either.
 """
 
 from __future__ import annotations
