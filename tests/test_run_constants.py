@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -96,6 +96,36 @@ def test_constants_do_not_take_a_drift() -> None:
     left = compare_estimated(Numbers.of(two_blocks()), run_in(22.0, more=drift))
     alone = compare_estimated(Numbers.of(two_blocks()), run_in(22.0))
     assert left.rmse_in_noise > 4 > 1.2 > alone.rmse_in_noise
+
+
+def in_known_rooms(runs: Sequence[Recording]) -> list[Recording]:
+    pairs = zip(runs, ROOMS, strict=True)
+    return [replace(r, constants={"ambient": constant("ambient", "degC", x)}) for r, x in pairs]
+
+
+@pytest.mark.parametrize("course", [lambda t: 0.6 * (t > 7200), lambda t: 0.3 * t / 3600], ids=["step", "drift"])
+def test_unknown_rooms_hide_neither_a_step_nor_a_drift(course: Callable[[np.ndarray], np.ndarray]) -> None:
+    """Of a sensor, in a fit of all numbers: as much is left with rooms to ± 2 K as where they are known."""
+    amiss = {"T_body": course(np.arange(1441) * 10.0)}
+    runs = [run_in(ROOMS[0], seed=1, more=amiss), run_in(ROOMS[1], ANOTHER, seed=2, more=amiss)]
+    exact = in_known_rooms(runs)
+    free, known = (calibrate(two_blocks(), each).after.rmse_in_noise for each in (runs, exact))
+    assert free > 2 and free == pytest.approx(known, rel=0.05)
+
+
+def test_a_weak_constant_source_in_every_run_moves_all_rooms_alike() -> None:
+    """6 W that are always on cannot be told from rooms warmer by half a kelvin: known rooms show it, unknown ones say
+    how far they went for it."""
+    source = {"oil": {"kind": "heat_source", "into": {"body": 1}, "power": "6 W"}}
+    truth = two_blocks().patched({"sources": source})
+    runs = [run_in(ROOMS[0], seed=1, machine=truth), run_in(ROOMS[1], ANOTHER, seed=2, machine=truth)]
+    exact = in_known_rooms(runs)
+    assert calibrate(two_blocks(), exact).after.rmse_in_noise > 1.5
+    free = calibrate(two_blocks(), runs)
+    found = [r.constants.inputs["ambient"].value for r in free.after.recordings if r.constants]
+    off = np.array(found) - ROOMS
+    assert off == pytest.approx([0.55, 0.55], abs=0.1)
+    assert any("ambient" in sentence for sentence in free.sentences)
 
 
 def mapping(folder: Path, text: str) -> Path:
