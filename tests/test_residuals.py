@@ -257,6 +257,32 @@ def test_uneven_samples_are_laid_on_even_steps() -> None:
     assert Grid.of(np.arange(200_000) * 1.0).n <= 65536
 
 
+def test_as_many_short_steps_as_long_ones_are_no_even_grid() -> None:
+    """Their median is their mean, so there are as many steps as samples; each still stands where it was read."""
+    t = np.concatenate([[0.0], np.cumsum([10.0] * 100 + [40.0] * 100)])
+    grid = Grid.of(t)
+    assert not grid.is_identity
+    placed = grid.put(t)
+    there = np.isfinite(placed)
+    np.testing.assert_allclose(placed[there], grid.t[there], atol=grid.step / 2)
+
+
+def test_each_step_takes_as_many_of_shorter_ones() -> None:
+    t = np.concatenate([np.arange(0.0, 4000.0, 10.0), np.arange(4000.0, 40_000.0, 40.0)])
+    counts = np.bincount(Grid.of(t).index)[1:99]
+    assert (counts == 4).all()
+
+
+def test_white_noise_is_told_of_samples_and_not_of_their_means() -> None:
+    t = np.concatenate([np.arange(0.0, 4000.0, 10.0), np.arange(4000.0, 40_000.0, 40.0)])
+    noise = white((1, len(t)))
+    grid = Grid.of(t)
+    values, there = fill_gaps(grid.put(noise[0])[None])
+    r, pairs = autocorrelations(values, there)
+    found = whiteness(channel(noise[0]), values[0], r[0], pairs[0], grid.step)
+    assert found is not None and found.scatter == pytest.approx(1.0, rel=0.05)
+
+
 # -- a whole recording ----------------------------------------------------------------------------------------------
 @pytest.fixture(scope="module")
 def mill() -> Machine:

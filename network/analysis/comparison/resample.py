@@ -16,19 +16,19 @@ EVEN = 0.01
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """t: middles of the steps [s], n of them; index: the step that each sample falls into."""
+    """t: middles of the steps [s], n of them; index: the step that each sample falls into, is_identity: one each."""
 
     t: Array
     index: Indices
+    is_identity: bool
 
     @classmethod
     def of(cls, t: Array) -> Grid:
         steps = np.diff(t)
         step = max(float(np.median(steps)), float(t[-1] - t[0]) / (MOST - 1)) if len(t) > 1 else 1.0
-        index = np.rint((t - t[0]) / step).astype(np.intp)
-        if len(t) <= MOST and (not len(steps) or float(np.ptp(steps)) <= EVEN * step):
-            index = np.arange(len(t))
-        return cls(float(t[0]) + step * np.arange(index[-1] + 1), index)
+        is_even = len(t) <= MOST and (not len(steps) or float(np.ptp(steps)) <= EVEN * step)
+        index = np.arange(len(t)) if is_even else np.floor((t - t[0]) / step + 0.5).astype(np.intp)
+        return cls(float(t[0]) + step * np.arange(index[-1] + 1), index, is_even)
 
     @property
     def n(self) -> int:
@@ -38,10 +38,6 @@ class Grid:
     def step(self) -> float:
         """[s]"""
         return float(self.t[1] - self.t[0]) if self.n > 1 else 1.0
-
-    @property
-    def is_identity(self) -> bool:
-        return len(self.index) == self.n and int(self.index[0]) == 0
 
     def put(self, values: Array) -> Array:
         """Means of the finite samples in each step, NaN where there is none."""

@@ -79,8 +79,8 @@ def whiteness(channel: ChannelResidual, values: Array, r: Array, pairs: Array, s
     q = ljung_box(r[: lags + 1], pairs[: lags + 1])
     distance = cumulative_distance(values)
     p_distance = kolmogorov(distance, (len(values) - 1) // 2, float(pairs[0]) / len(values))
-    scatter = channel.sigma * float(np.sqrt((values**2).sum() / pairs[0]))
-    about = channel.name, channel.unit, channel.sigma, float(np.nanmean(channel.residual)), scatter
+    mean, scatter = float(np.nanmean(channel.residual)), float(np.nanstd(channel.residual))
+    about = channel.name, channel.unit, channel.sigma, mean, scatter
     return Whiteness(*about, q, lags, float(gammaincc(lags / 2, q / 2)), distance, p_distance, lasting(r) * step)
 
 
