@@ -34,6 +34,24 @@ def add(more: int, item: int) -> tuple[int, int]:
     return item + more, os.getpid()
 
 
+class Found:
+    """What takes the interpreter a moment to pack."""
+
+    def __reduce__(self) -> tuple[type[Found], tuple[()]]:
+        time.sleep(1e-5)
+        return Found, ()
+
+
+def remember(item: tuple[dict[int, Found], int]) -> int:
+    """Work that keeps what it found with something that the items share."""
+    shared, own = item
+    began = time.monotonic()
+    while time.monotonic() < began + 0.05:
+        shared[len(shared)] = Found()
+        time.sleep(1e-4)
+    return own
+
+
 def divide(item: int) -> float:
     return 1 / item
 
@@ -58,6 +76,11 @@ def is_gone(pid: int) -> bool:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
     except OSError:
         return True
+
+
+def test_items_may_share_what_work_changes() -> None:
+    shared = {k: Found() for k in range(200)}
+    assert run_all(remember, [(shared, k) for k in range(8)], 2) == [*range(8)]
 
 
 def test_results_come_in_their_order_whoever_worked() -> None:

@@ -6,6 +6,7 @@ work. However that one ends, they end too.
 
 from __future__ import annotations
 
+import pickle
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, as_completed
@@ -71,10 +72,14 @@ def _one_by_one(work: Callable[[Item], Result], items: Sequence[Item], say: Told
 
 
 class _Shared:
-    """Items that are taken one by one, by other processes and by this one."""
+    """Items that are taken one by one, by other processes and by this one.
+
+    They are packed before any work begins: what they share would change while another thread packs it.
+    """
 
     def __init__(self, pool: Pool, shelf: Path, items: Sequence[Any], say: Told) -> None:
         self.pool, self.shelf, self.items, self.say = pool, shelf, items, say
+        self.parcels = [pickle.dumps(item, pickle.HIGHEST_PROTOCOL) for item in items]
         self.left, self.lock, self.told = iter(range(len(items))), threading.Lock(), 0
         self.there: dict[int, Future[Any]] = {}
 
@@ -105,7 +110,7 @@ class _Shared:
         with self.lock:
             i = next(self.left, None)
             if i is not None:
-                self.there[i] = self.pool.submit(self.shelf, self.items[i])
+                self.there[i] = self.pool.submit(self.shelf, self.parcels[i])
         if i is not None:
             self.there[i].add_done_callback(self.send)
 

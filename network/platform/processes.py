@@ -52,8 +52,9 @@ class Pool:
         finally:
             shelf.unlink(missing_ok=True)
 
-    def submit(self, shelf: Path, item: Any) -> Future[Any]:
-        return self.executor.submit(_work_on, str(shelf), item)
+    def submit(self, shelf: Path, parcel: bytes) -> Future[Any]:
+        """Work on a pickled item."""
+        return self.executor.submit(_work_on, str(shelf), parcel)
 
     def end(self) -> None:
         for process in self.context.started:
@@ -122,8 +123,8 @@ def _end_with_parent() -> None:
 
 
 @on_one_thread
-def _work_on(shelf: str, item: Any) -> Any:
+def _work_on(shelf: str, parcel: bytes) -> Any:
     if shelf not in _LAST:
         _LAST.clear()
         _LAST[shelf] = pickle.loads(Path(shelf).read_bytes())
-    return _LAST[shelf](item)
+    return _LAST[shelf](pickle.loads(parcel))
