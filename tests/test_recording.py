@@ -12,6 +12,7 @@ import pytest
 
 from network.platform.quantities.units import BadNumber, unit
 from network.platform.refusal import Refused
+from network.recordings.columns import Column
 from network.recordings.csv_table import write_csv
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
@@ -106,6 +107,16 @@ def test_inputs_of_a_mapping(tmp_path: Path) -> None:
     assert list(schedule.signals["ambient"].at(halfway)) == [20.5, 21.5, 22, 22]
     assert list(schedule.signals["level"].at(halfway)) == [0, 1, 0.5, 0.5]
     assert list(schedule.signals["speed"].at(halfway)) == pytest.approx([2 * math.pi] * 4)
+
+
+@pytest.mark.parametrize(("unit_text", "values", "is_held"), [
+    ("A", [0, 0, 0, 2, 2, 2, 2, 1, 1], True), ("W", [5, 5, 5, 5], True), ("A", [0, 0.3, 0.9, 0.9, 1.4, 1.2], False),
+    ("degC", [20, 20, 20, 21, 21, 21], False), ("rpm", [0, 1, 2, 3], True),
+])  # fmt: skip
+def test_a_power_or_current_that_is_set_in_steps_holds(unit_text: str, values: list[float], is_held: bool) -> None:
+    t = np.arange(len(values)) * 10.0
+    recording = Recording("r", "r.csv", t, {"Q": Column("Q", unit_text, np.array(values, float))})
+    assert recording.signal("Q").is_held == is_held
 
 
 def test_a_mapping_says_how_it_runs_between_samples(tmp_path: Path) -> None:

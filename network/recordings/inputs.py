@@ -84,6 +84,13 @@ def is_slow(of: Unit) -> bool:
     return of.dimension not in fast
 
 
+def is_stepped(of: Unit, values: Array) -> bool:
+    """Whether a slow quantity that is no temperature (power, current, flow) is set in steps: at half of all samples and
+    more it reads exactly what it read before. One that only creeps is then held wrongly by its last digit, at most."""
+    given = values[np.isfinite(values)]
+    return not of.is_temperature and len(given) > 1 and 2 * int((np.diff(given) == 0).sum()) >= len(given) - 1
+
+
 @dataclass(frozen=True)
 class Start:
     """Where a run begins. `steady`: in equilibrium with the inputs at its start; `read`: at its first readings, also

@@ -14,7 +14,7 @@ from network.platform.refusal import Complaints, Spot, likely, refuse
 from network.recordings.columns import Column, channels
 from network.recordings.csv_table import USUAL_UNITS, Heading, read_heading, refuse_twice, table
 from network.recordings.hygiene.set_aside import SetAside
-from network.recordings.inputs import Schedule, Signal, Start, hold, is_slow, linear
+from network.recordings.inputs import Schedule, Signal, Start, hold, is_slow, is_stepped, linear
 from network.recordings.mapping import load_mapping
 from network.recordings.pieces import Cut, extents, find_cuts, piece_column, tell_cuts
 from network.recordings.stamps import AUTO
@@ -102,7 +102,9 @@ class Recording:
         if name in self.constants:
             return self.constants[name]
         column = self._column(name, spot or Spot(self.file))
-        how = self.between.get(name) or ("linear" if is_slow(unit(column.unit)) and not is_switch else "held")
+        read = unit(column.unit)
+        is_held = is_switch or not is_slow(read) or is_stepped(read, column.values)
+        how = self.between.get(name) or ("held" if is_held else "linear")
         return (linear if how == "linear" else hold)(name, column.unit, self.t, self._without_gaps(column))
 
     def schedule(self, input_names: Iterable[str], switches: Container[str] = ()) -> Schedule:

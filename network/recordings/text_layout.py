@@ -16,6 +16,7 @@ EXPECTED = "the first row is like `time [s],speed [rpm],T_housing [degC]`"
 UTF8 = "save it as CSV in UTF-8"
 DELIMITERS = (";", "\t", ",")
 """In this order where two part a line alike: a comma may then stand in decimals."""
+ENCODINGS = ("utf-8-sig", "cp1252")
 WORKBOOKS = (".xlsx", ".xlsm")
 _CHUNK = 1 << 20
 MARK = "#"
@@ -85,19 +86,27 @@ def _begins_with_digit(cell: str) -> bool:
 
 
 def _find_encoding(path: Path) -> str:
-    """UTF-8; UTF-16 by its mark; else the 8 bits of Windows in western Europe, which loggers there write."""
-    decoder = codecs.getincrementaldecoder("utf-8")()
+    """UTF-8; UTF-16 by its mark; else the 8 bits of Windows in western Europe, which loggers there write. Raises
+    Refused where it is none of them."""
     with path.open("rb") as handle:
         if handle.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
             return "utf-16"
-        handle.seek(0)
+    found = next((name for name in ENCODINGS if _is_all_in(path, name)), None)
+    if found is None:
+        raise refuse(Spot(str(path), 1), "is text neither of UTF-8 nor of Windows in western Europe (cp1252)", UTF8)
+    return found
+
+
+def _is_all_in(path: Path, encoding: str) -> bool:
+    decoder = codecs.getincrementaldecoder(encoding)()
+    with path.open("rb") as handle:
         try:
             while chunk := handle.read(_CHUNK):
                 decoder.decode(chunk)
             decoder.decode(b"", final=True)
         except UnicodeDecodeError:
-            return "cp1252"
-    return "utf-8-sig"
+            return False
+    return True
 
 
 def _find_delimiter(lines: Sequence[str], layout: Layout) -> str:
