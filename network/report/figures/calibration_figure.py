@@ -99,10 +99,13 @@ def _far(names: Sequence[str], shift: Array, order: Indices) -> str:
 
 
 # -- a posterior band -----------------------------------------------------------------------------------------------
-def band_figure(t: Array, centre: Array, std: Array, measured: Array | None, unit: str, name: str) -> Figure:
+def band_figure(
+    t: Array, centre: Array, std: Array, measured: Array | None, unit: str, name: str, inside: float | None = None
+) -> Figure:
     """A channel with its band of 95 % (±1.96 std), and below it measured less centre.
 
-    t: [s]; centre, std, measured: in SI (°C), NaN in gaps; unit: what they are shown in, um for the tool centre point.
+    t: [s]; centre, std, measured: in SI (°C), NaN in gaps; unit: what they are shown in, um for the tool centre point;
+    inside: share of the readings within the band and their own noise.
     """
     figure, (values, apart) = stack_panels((2.6, 1.5), right=0.3)
     scale = gap_unit(unit).scale
@@ -116,7 +119,7 @@ def band_figure(t: Array, centre: Array, std: Array, measured: Array | None, uni
     label_y(values, name_text(name, 16), unit)
     label_y(apart, "measured − mean", gap_unit(unit).text)
     set_clock([values, apart], t)
-    write_title(figure, f"{name}: band", _band_told(centre, std, measured, unit))
+    write_title(figure, f"{name}: band", _band_told(std, measured is not None, unit, inside))
     return figure
 
 
@@ -132,11 +135,10 @@ def _draw_band(axes: Axes, t: Array, middle: Array, width: Array) -> None:
     axes.plot(times, middle[index], color=MOVED, linewidth=1.2)
 
 
-def _band_told(centre: Array, std: Array, measured: Array | None, unit_text: str) -> str:
+def _band_told(std: Array, is_measured: bool, unit_text: str, inside: float | None) -> str:
     given = gap_unit(unit_text)
     text = f"mean blue, 95 % shaded: ±{number(LEVEL * float(std.max()) / given.scale, given.text, 3)} at most"
-    if measured is None:
+    if not is_measured:
         return text
-    there = np.isfinite(measured)
-    share = float(np.mean(np.abs(measured - centre)[there] < LEVEL * std[there])) if there.any() else float("nan")
-    return f"{text}; measured grey, {100 * share:.0f} % of it within the band (its own noise is not in the band)"
+    share = "" if inside is None else f", {100 * inside:.3g} % of it within the band and its own noise"
+    return f"{text}; measured grey{share}"

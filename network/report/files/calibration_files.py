@@ -79,15 +79,16 @@ def _shifts(c: Calibration) -> Figure:
 
 
 def _band(c: Calibration, band: Band) -> Figure:
-    """Of one axis over the last recording, with the probe that measures it."""
+    """Of one axis over the last recording, with the probe that measures it, the run's constants taken out."""
     from network.report.figures.calibration_figure import band_figure
 
     last = (c.after_holdout or c.after).recordings[-1]
-    measured = [channel.measured for name, channel in last.channels.items() if _reads(c.machine, name, band.axis)]
-    centre, std = (np.interp(last.recording.t, band.t, v) for v in (band.centre, band.total))
-    return band_figure(
-        last.recording.t, centre, std, measured[0] if measured else None, band.unit, displacement(band.axis)
-    )
+    t, file = last.recording.t, last.recording.file
+    centre, std = (np.interp(t, band.t, v) for v in (band.centre, band.total))
+    name = next((n for n in last.channels if _reads(c.machine, n, band.axis)), None)
+    measured = None if name is None else centre + last.channels[name].residual
+    inside = next((k.inside for k in c.coverage if (k.file, k.channel) == (file, name)), None)
+    return band_figure(t, centre, std, measured, band.unit, displacement(band.axis), inside)
 
 
 def _reads(machine: Machine, name: str, axis: str) -> bool:
