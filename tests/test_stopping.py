@@ -34,12 +34,15 @@ SLEEPER = "import os, pathlib, time\npathlib.Path('../../..', f'{os.getpid()}.pi
 DEAF = """
 import multiprocessing, pathlib, time
 from network.cli import cli, main
-from network.cli.options import results_go_to
+from network.platform.publication import publication
 
 @cli.command()
 def deaf():
-    results_go_to("new/out")
-    pathlib.Path("new/out/.diagnosis.x").mkdir(parents=True)
+    with publication("new/out") as draft:
+        pathlib.Path(draft, "run.png").touch()
+        be_deaf()
+
+def be_deaf():
     multiprocessing.get_context("fork").Process(target=time.sleep, args=(60,)).start()
     pathlib.Path("begun.pid").touch()
     while True:

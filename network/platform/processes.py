@@ -20,8 +20,8 @@ from multiprocessing.context import SpawnContext, SpawnProcess
 from pathlib import Path
 from typing import Any
 
+from network.platform.held_folder import passing_folder
 from network.platform.refusal import Failed, Spot, refuse
-from network.platform.stopping import on_stop
 from network.platform.threads import begin_on_one_thread, on_one_thread
 
 PR_SET_PDEATHSIG = 1
@@ -64,9 +64,8 @@ class Pool:
 @contextmanager
 def pool_of(jobs: int) -> Iterator[Pool]:
     """Processes, so many with this one; whatever goes wrong, none is left running, and no file."""
-    folder = tempfile.TemporaryDirectory(prefix="lptn-")
-    with folder, on_stop(folder.cleanup):
-        pool = Pool(jobs, Path(folder.name))
+    with passing_folder(Path(tempfile.gettempdir()), "jobs") as folder:
+        pool = Pool(jobs, folder)
         try:
             yield pool
         except BrokenProcessPool:
