@@ -30,7 +30,6 @@ from network.cli.options import (
     warn,
 )
 from network.platform.refusal import Complaints, Failed, Refused
-from network.platform.stopping import STATUS, stoppable, tell_stopped
 from network.platform.threads import begin_on_one_thread
 from network.report.progress import share_bar
 
@@ -254,12 +253,11 @@ def paper(as_json: bool) -> None:
         click.echo("\n".join(tell_paper()))
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """The entry point: every refusal a sentence on stderr, never a traceback for bad input."""
+def run(arguments: Sequence[str] | None = None) -> None:
+    """Every refusal a sentence on stderr, never a traceback for bad input. Raises KeyboardInterrupt where stopped."""
     begin_on_one_thread()
     try:
-        with stoppable():
-            cli.main(args=None if arguments is None else list(arguments), prog_name="lptn", standalone_mode=False)
+        cli.main(args=None if arguments is None else list(arguments), prog_name="lptn", standalone_mode=False)
     except Refused as refused:
         click.echo(str(refused), err=True)
         sys.exit(2)
@@ -277,6 +275,5 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except OSError as error:
         click.echo(f"lptn: {error.filename or 'standard output'}: {error.strerror}", err=True)
         sys.exit(1)
-    except (click.Abort, KeyboardInterrupt):
-        tell_stopped(lambda sentence: click.echo(sentence, err=True))
-        sys.exit(STATUS)
+    except click.Abort:
+        raise KeyboardInterrupt from None

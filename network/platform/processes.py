@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from network.platform.held_folder import passing_folder
-from network.platform.refusal import Failed, Spot, refuse
+from network.platform.refusal import Failed, Refused, Spot, refuse
 from network.platform.threads import begin_on_one_thread, on_one_thread
 
 PR_SET_PDEATHSIG = 1
@@ -36,11 +36,11 @@ class Pool:
         try:
             self.executor = ProcessPoolExecutor(self.others, self.context, _begin)
         except (ValueError, NotImplementedError, OSError) as error:
-            raise refuse(Spot(f"--jobs {jobs}"), f"cannot be had here ({error})", "use fewer, or --jobs 1") from None
+            raise _cannot_be_had(jobs, error) from None
 
     def load(self, module: str) -> None:
         for _ in range(self.others):
-            self.executor.submit(import_module, module)
+            self._send(import_module, module)
 
     @contextmanager
     def shelve(self, work: Callable[[Any], Any]) -> Iterator[Path]:
@@ -53,12 +53,24 @@ class Pool:
             shelf.unlink(missing_ok=True)
 
     def submit(self, shelf: Path, item: Any) -> Future[Any]:
-        return self.executor.submit(_work_on, str(shelf), item)
+        return self._send(_work_on, str(shelf), item)
+
+    def _send(self, work: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        """Processes begin when the first work is there for them. Raises Refused where one cannot begin."""
+        try:
+            return self.executor.submit(work, *arguments)
+        except OSError as error:
+            raise _cannot_be_had(self.others + 1, error) from None
 
     def end(self) -> None:
         for process in self.context.started:
-            process.terminate()
+            if process.pid is not None:  # else it could not begin
+                process.terminate()
         self.executor.shutdown(cancel_futures=True)
+
+
+def _cannot_be_had(jobs: int, error: Exception) -> Refused:
+    return refuse(Spot(f"--jobs {jobs}"), f"cannot be had here ({error})", "use fewer, or --jobs 1")
 
 
 @contextmanager
