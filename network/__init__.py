@@ -6,7 +6,7 @@ print(run)
 
 The rooms, each of which uses itself and those above it in this list (tests/test_rooms.py):
 
-platform     what every room stands on: refusals, files written whole or not at all, processes, signals; units and
+platform     what every room stands on: refusals, results put into folders at once, processes, signals; units and
              numbers as text (quantities), YAML with the line of every value (yaml).
 catalogue    the physics: one effect is one small file in mechanisms, expansions, sensors or suspects; declaration is
              the grammar that an entry is written in. A new effect is a new file here, and nothing else changes.

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from fits import USUAL, problem_of, recorded, speeds, two_blocks
 
+from network.analysis.calibration.coloured_noise import LAGS, colour
 from network.analysis.calibration.noise import Noise, whitener
 from network.analysis.calibration.ornstein_uhlenbeck import correlate_cell_means
 
@@ -34,3 +35,10 @@ def test_channels_are_whitened_one_by_one_as_their_whole_covariance_says():
     np.testing.assert_allclose(root @ covariance @ root.T, np.eye(known.sum()), atol=1e-9)
     np.testing.assert_allclose(white.colour(white.again(np.eye(known.sum()))), np.eye(known.sum()), atol=1e-9)
     assert white.log_determinant == pytest.approx(np.linalg.slogdet(covariance)[1], rel=1e-10)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, LAGS[-1]])
+def test_short_recordings_tell_no_colour(count):
+    """However many there are: not one of them has two samples as far apart as the longest lag."""
+    draw = np.random.default_rng(1)
+    assert colour([draw.standard_normal(count) for _ in range(400)], 10.0) == (0.0, 0.0, 0.0)

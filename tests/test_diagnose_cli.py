@@ -24,10 +24,10 @@ from network.analysis.diagnosis.result import UNKNOWN
 from network.catalogue.declaration.discovery import kinds, open_rooms
 from network.catalogue.declaration.registry import sections
 from network.cli import main
-from network.cli.diagnose_command import PICTURES
 from network.recordings.columns import Column
 from network.recordings.csv_table import write_csv
 from network.recordings.recording import Recording
+from network.report.files.diagnosis_files import PICTURES
 from network.report.words.verdict_words import MEANING
 
 ROOT = Path(network.__file__).parent

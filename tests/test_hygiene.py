@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from network import Machine, Recording, calibrate, compare, diagnose, simulate
-from network.cli.commands import main
+from network.cli import main
 from network.platform.refusal import Complaints
 from network.recordings.columns import Column, Samples
 from network.recordings.csv_table import write_csv

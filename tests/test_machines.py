@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 from scipy.optimize import fsolve
 
 from network.analysis.comparison.compare import compare
@@ -434,7 +435,7 @@ def test_a_saddle_alone_follows_shop_day_with_the_gain_and_lag_of_first_order() 
     t, T = result.t / 3600, result.parts["saddle"]
 
     def harmonic(values: np.ndarray) -> complex:
-        return complex(np.trapezoid(values * np.exp(-2j * pi * t / 24), t) / 12)
+        return complex(trapezoid(values * np.exp(-2j * pi * t / 24), t) / 12)
 
     tau = 7200 * 500 * 500e-4 * 0.42 / 6.3 / 3600
     driven = harmonic(air_of_shop_day(t)) - 2 * tau * (T[-1] - T[0]) / 24

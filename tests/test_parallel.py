@@ -119,6 +119,15 @@ def test_processes_that_cannot_be_had_are_told_in_a_sentence(monkeypatch: pytest
         run_all(divide, [1, 2], 0)
 
 
+def test_a_process_that_cannot_begin_is_told_in_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_process(self: object) -> None:
+        raise BlockingIOError(11, "Resource temporarily unavailable")
+
+    monkeypatch.setattr(beside._Worker, "start", no_process)
+    with pytest.raises(Refused, match=r"--jobs 2: cannot be had here .*unavailable.*; use fewer, or --jobs 1"):
+        run_all(divide, [1, 2], 2)
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc, and the work does not let go of the interpreter")
 def test_processes_end_with_one_that_is_killed(tmp_path: Path) -> None:
     environment = {**os.environ, "PYTHONPATH": f"{TESTS.parent}:{TESTS}"}

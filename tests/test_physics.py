@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from build import RPM, machine, schedule
+from scipy.integrate import trapezoid
 
 from network import simulate
 from network.engine.assembly import build
@@ -170,7 +171,7 @@ def test_bar_heated_at_one_end_converges_at_second_order() -> None:
     inside = (3 * xi**2 - 1) / 6 - 2 / np.pi**2 * (
         (-1.0) ** n / n**2 * np.exp(-(n**2) * np.pi**2 * fourier) * np.cos(np.outer(xi, n) * np.pi)
     ).sum(axis=1)
-    expected = 20 + float(np.trapezoid(P / S * t / (rho_c * L) + P / S * L / k * inside, xi) / 0.1)
+    expected = 20 + float(trapezoid(P / S * t / (rho_c * L) + P / S * L / k * inside, xi) / 0.1)
     errors = []
     for lumps in (10, 20, 40, 80):
         heated = bar(

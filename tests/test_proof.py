@@ -30,6 +30,7 @@ from proof.scattered import FEATURES, scattered
 from proof.sealed import Broken, opened
 from proof.system import Array, Loss, Relay, System
 from proof.written import machine_text
+from scipy.integrate import trapezoid
 
 from network import Machine, Recording, simulate
 
@@ -233,7 +234,7 @@ def test_what_is_outside_the_catalogue_tells_the_course_of_its_heat(kind: type[E
     T = track_of(build, program, {}, 5.0).at(times, np.eye(len(build.capacity)))[:, cell]
     heat = effect.course(T, times, program, 0)
     absorbed = build.capacity[cell] * (T[-1] - T[0])
-    assert heat is not None and absorbed == pytest.approx(np.trapezoid(heat, times), rel=0.03, abs=300)
+    assert heat is not None and absorbed == pytest.approx(trapezoid(heat, times), rel=0.03, abs=300)
 
 
 def test_coloured_noise_has_its_variance_and_memory() -> None:

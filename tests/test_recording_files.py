@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from network import Machine, Recording, calibrate, compare, diagnose, simulate
-from network.cli.commands import main
+from network.cli import main
 from network.platform.refusal import Refused
 from network.recordings.csv_table import write_csv
 from network.recordings.gap_bridging import hinders

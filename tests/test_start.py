@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from build import machine, schedule
 
-from network import Failed, Recording, compare, simulate
+from network import Failed, Recording, Refused, compare, simulate
 from network.analysis.comparison.common_start import doubt_starts, share_start_rule
 from network.recordings.inputs import Start
 from network.recordings.recording import Column
+from network.recordings.yaml_values import start_of
 
 
 def chain():
@@ -98,3 +100,24 @@ def test_an_island_has_no_steady_state() -> None:
     )
     with pytest.raises(Failed, match="no steady state"):
         simulate(island, schedule([0, 10.0], start=Start(steady=True)))
+
+
+BOMB = [f"{new}: &{new} [{', '.join([f'*{old}'] * 9)}]" for old, new in pairwise("abcdefgh")]
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("[" * 3000, "a value is nested too deeply; at most 40 levels"),
+        ("[" * 5, "a bracket is opened here and not closed properly; close it, with commas inside"),
+        ("{a: 20 degC, a: 30 degC}", "'a' is given twice; keep one of them"),
+        ("{a: &a [*a]}", "'*a' contains itself; take the alias out of what `&a` marks"),
+        ("!!python/object:os.system x", "a value has the YAML tag '!!python/object:os.system'; write plain values"),
+        (f"{{a: &a [1, 1], {', '.join(BOMB)}}}", "this expands to more than 200000 values"),
+        ("", "start: is empty; give a temperature like `22 degC`"),
+    ],
+)  # fmt: skip
+def test_a_start_on_the_command_line_is_read_as_carefully_as_a_file(text: str, told: str) -> None:
+    with pytest.raises(Refused) as caught:
+        start_of(text)
+    assert str(caught.value).startswith(f"--start: {told}")

@@ -9,6 +9,7 @@ import build as small
 import numpy as np
 import pytest
 from fits import recorded
+from scipy.integrate import trapezoid
 
 from network import Machine, calibrate
 from network.analysis.diagnosis.candidates import kinds as searched
@@ -188,7 +189,7 @@ def test_every_flow_goes_by_the_mode_of_its_own_relay() -> None:
     assert brought["sources.cooler"] == 0
     begun = next(t for t, name, _ in made.switches if name == "weak")
     excess = np.where(made.t >= begun, made.shown("T") - 20, 0.0)
-    assert brought["links.weak"] == pytest.approx(-10 * np.trapezoid(excess, made.t), rel=2e-3)
+    assert brought["links.weak"] == pytest.approx(-10 * trapezoid(excess, made.t), rel=2e-3)
     assert sum(brought.values()) == pytest.approx(made.energy.total_stored, rel=1e-5)
 
 

@@ -34,12 +34,15 @@ SLEEPER = "import os, pathlib, time\npathlib.Path('../../..', f'{os.getpid()}.pi
 DEAF = """
 import multiprocessing, pathlib, time
 from network.cli import cli, main
-from network.cli.options import results_go_to
+from network.platform.publication import publication
 
 @cli.command()
 def deaf():
-    results_go_to("new/out")
-    pathlib.Path("new/out/.diagnosis.x").mkdir(parents=True)
+    with publication("new/out") as draft:
+        pathlib.Path(draft, "run.png").touch()
+        be_deaf()
+
+def be_deaf():
     multiprocessing.get_context("fork").Process(target=time.sleep, args=(60,)).start()
     pathlib.Path("begun.pid").touch()
     while True:
@@ -49,6 +52,20 @@ def deaf():
             pass
 
 main(["deaf"])
+"""
+
+
+LOADING = """
+import builtins, os, signal, sys
+real, left = builtins.__import__, [int(sys.argv[1])]
+def interrupted(name, *rest):
+    left[0] -= name.startswith("network")
+    if left[0] == 0:
+        os.kill(os.getpid(), signal.SIGINT)
+    return real(name, *rest)
+from network.cli import main
+builtins.__import__ = interrupted
+main(["paper"])
 """
 
 
@@ -93,3 +110,11 @@ def test_a_command_ends_even_if_its_interrupt_is_lost(tmp_path: Path) -> None:
     _, told = program.communicate(timeout=5)
     assert program.returncode == 130 and told.strip() == "lptn: stopped; nothing half-written was left"
     assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize("imports", [1, 2, 7, 30])
+def test_a_command_can_be_stopped_while_it_is_loaded(imports: int) -> None:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-c", LOADING, str(imports)]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 130 and done.stderr.strip() == "lptn: stopped; nothing half-written was left"

@@ -248,6 +248,18 @@ def test_json_shape(levels: Sweep, capsys: pytest.CaptureFixture[str]) -> None:
     assert [*vary["runs"][0]["tcp"]["y"]] == ["max", "min", "final", "unit"]
 
 
+def test_levels_that_do_not_differ_are_drawn_too(tmp_path: Path) -> None:
+    """A bar that is heated and cooled all along has one temperature, however many lumps it has."""
+    even = heated_bar(
+        links={"skin": {"kind": "convection", "between": ["bar", "air"], "conductance": "20 W/K"}},
+        sources={"heater": {"kind": "heat_source", "into": {"bar": 1}, "power": "50 W"}},
+    )
+    for tolerance in (None, "1 um"):
+        result = sweep(even, Scenario.of("half an hour", "30 min"), levels=[1, 2], tolerance=tolerance)
+        assert all(gap.largest < 1e-12 for run in result.levels if (gap := result.gap(run, "z")))
+        assert write_sweep(result, tmp_path)[-1].stat().st_size > 1000
+
+
 # -- refusals -------------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("wish", "said"),

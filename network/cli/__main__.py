@@ -1,5 +1,5 @@
 """`python -m network.cli` is `lptn`."""
 
-from network.cli.commands import main
+from network.cli import main
 
 main()

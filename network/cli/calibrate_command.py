@@ -29,8 +29,7 @@ if TYPE_CHECKING:
     from network.analysis.calibration.experiment_plan import Foresight
     from network.machine.machine import Machine
 
-PICTURES = tuple(f"{side}{what}-*.png" for side in ("", "holdout-") for what in ("fit", "residual"))
-PICTURES += ("shifts.png", "band-*.png")
+PLAN = "plan.json"
 
 
 @click.command()
@@ -79,14 +78,16 @@ def _check_no_recordings(recordings: Sequence[str], holdout: Sequence[str]) -> N
 
 def _plan(machine: Machine, scenario: str, output: str | None, start: str | None) -> tuple[Foresight, list[Path]]:
     from network.analysis.calibration.experiment_plan import foresee
-    from network.report.files.result_files import as_json, folder, write_text
+    from network.platform.files import write_text
+    from network.platform.publication import publication
+    from network.report.files.result_files import as_json
 
     plan = foresee(machine, read_fitting(machine, scenario), start=read_start(start))
     if output is None:
         return plan, []
-    path = folder(output) / "plan.json"
-    write_text(path, as_json(plan.summary()))
-    return plan, [path]
+    with publication(output) as draft:
+        write_text(draft / PLAN, as_json(plan.summary()))
+    return plan, [Path(output) / PLAN]
 
 
 def _calibrate(
@@ -96,12 +97,9 @@ def _calibrate(
     from network.analysis.calibration.calibrate import calibrate as run
     from network.analysis.calibration.calibrated_patch import check_target
     from network.report.files.calibration_files import write_calibration
-    from network.report.files.result_files import folder, replacing
 
     check_target(machine, Path(output))
     train, held_out = list(read_recordings(recordings)), list(read_recordings(holdout))
     result = run(machine, train, held_out, start=read_start(start), seed=seed, progress=bar)
     bar.now("drawing the calibration", 1.0)
-    where = folder(output)
-    with replacing(where, "calibration.json", PICTURES):
-        return result, write_calibration(result, where, pictures=not no_plots)
+    return result, write_calibration(result, Path(output), pictures=not no_plots)

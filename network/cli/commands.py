@@ -30,12 +30,12 @@ from network.cli.options import (
     warn,
 )
 from network.platform.refusal import Complaints, Failed, Refused
-from network.platform.stopping import STATUS, stoppable, tell_stopped
 from network.platform.threads import begin_on_one_thread
 from network.report.progress import share_bar
 
 if TYPE_CHECKING:
     from network.analysis.calibration.tcp_bands import Band
+    from network.engine.trajectory import Trajectory
     from network.machine.machine import Machine
     from network.recordings.recording import Recording
     from network.recordings.scenario import Scenario
@@ -110,8 +110,8 @@ def draw(machine: str, output: str, level: str | None, lumps: Sequence[str], set
     with share_bar(f"drawing {Path(machine).name}"):
         results_go_to(path.parent)
         loaded = read_machine(machine, level, lumps, sets)
+        from network.platform.folders import folder
         from network.report.figures.all_figures import network_figure, save
-        from network.report.files.result_files import folder
 
         folder(path.parent)
         save(network_figure(loaded), path)
@@ -138,8 +138,6 @@ def simulate(
         loaded = read_machine(machine, level, lumps, sets)
         from network.engine.simulation import simulate as run
         from network.recordings.load_source import load_source
-        from network.report.files.band_files import write_bands
-        from network.report.files.result_files import folder, write_run
         from network.report.words.band_words import summarise_bands, tell_bands
 
         driver = load_source(source)
@@ -148,19 +146,28 @@ def simulate(
             progress=bar.over([driver]),
         )  # fmt: skip
         bands = _bands(loaded, driver, start)
-        where = folder(output)
-        written = [*write_run(result, where), *write_bands(result, bands, where)]
-        if not no_plots:
-            bar.now("drawing the run", 1.0)
-            from network.report.files.pictures import draw_run
-
-            written += draw_run(result, where, bands)
+        bar.now("drawing the run", 1.0)
+        written = _write(result, bands, output, not no_plots)
     if as_json:
         print_json(result.summary() | {"bands": summarise_bands(bands)})
     else:
         click.echo("\n".join([str(result), *tell_bands(bands)]))
         click.echo(f"\nWritten: {', '.join(map(str, written))}")
     warn(result.warnings)
+
+
+def _write(result: Trajectory, bands: Sequence[Band], output: str, pictures: bool) -> list[Path]:
+    from network.platform.publication import publication
+    from network.report.files.band_files import write_bands
+    from network.report.files.result_files import RUN, write_run
+
+    with publication(output, RUN) as draft:
+        made = [*write_run(result, draft), *write_bands(result, bands, draft)]
+        if pictures:
+            from network.report.files.pictures import draw_run
+
+            made += draw_run(result, draft, bands)
+    return [Path(output) / path.name for path in made]
 
 
 def _bands(machine: Machine, driver: Scenario | Recording, start: str | None) -> tuple[Band, ...]:
@@ -246,12 +253,11 @@ def paper(as_json: bool) -> None:
         click.echo("\n".join(tell_paper()))
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """The entry point: every refusal a sentence on stderr, never a traceback for bad input."""
+def run(arguments: Sequence[str] | None = None) -> None:
+    """Every refusal a sentence on stderr, never a traceback for bad input. Raises KeyboardInterrupt where stopped."""
     begin_on_one_thread()
     try:
-        with stoppable():
-            cli.main(args=None if arguments is None else list(arguments), prog_name="lptn", standalone_mode=False)
+        cli.main(args=None if arguments is None else list(arguments), prog_name="lptn", standalone_mode=False)
     except Refused as refused:
         click.echo(str(refused), err=True)
         sys.exit(2)
@@ -269,6 +275,5 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except OSError as error:
         click.echo(f"lptn: {error.filename or 'standard output'}: {error.strerror}", err=True)
         sys.exit(1)
-    except (click.Abort, KeyboardInterrupt):
-        tell_stopped(lambda sentence: click.echo(sentence, err=True))
-        sys.exit(STATUS)
+    except click.Abort:
+        raise KeyboardInterrupt from None

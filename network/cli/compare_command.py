@@ -60,24 +60,15 @@ def compare(
             result = lay_beside(loaded, given, start=stated, method=method, progress=bar.over(given))
         bar.now("testing residuals", 1.0)
         text, summary = _tell(loaded, result, json_file != "-")
-        written = _draw(result, output) if output is not None else []
-    _print(summary, text, json_file)
+        written = _write(result, summary, output, json_file)
+    if json_file == "-":
+        print_json(summary)
+    else:
+        click.echo(text)
     if written:
         click.echo(f"\nWritten: {', '.join(map(str, written))}", err=json_file == "-")
     doubts = (*doubt_starts(loaded, given, stated), *warn_of_extrapolation(loaded, given))
     warn([*loaded.warnings, *overheard(loaded, given, ()), *doubts, *result.warnings])
-
-
-def _print(summary: dict[str, Any], text: str, json_file: str | None) -> None:
-    if json_file == "-":
-        print_json(summary)
-        return
-    click.echo(text)
-    if json_file is not None:
-        from network.report.files.result_files import as_json, folder, write_text
-
-        folder(Path(json_file).parent)
-        write_text(Path(json_file), as_json(summary))
 
 
 def _tell(machine: Machine, result: Comparison, in_words: bool) -> tuple[str, dict[str, Any]]:
@@ -90,8 +81,23 @@ def _tell(machine: Machine, result: Comparison, in_words: bool) -> tuple[str, di
     return text, result.summary() | {"coverage": [c.summary() for c in coverage]}
 
 
-def _draw(result: Comparison, output: str) -> list[Path]:
+def _write(result: Comparison, summary: dict[str, Any], output: str | None, json_file: str | None) -> list[Path]:
+    """Pictures and residuals, at once where they go into one folder; the pictures that were written."""
+    from network.platform.files import write_text
+    from network.platform.folders import folder
+    from network.platform.publication import publication
     from network.report.files.pictures import draw_comparison
-    from network.report.files.result_files import folder
+    from network.report.files.result_files import as_json
 
-    return draw_comparison(result, folder(output))
+    left = None if json_file in (None, "-") else Path(str(json_file))
+    written: list[Path] = []
+    if output is not None:
+        with publication(output) as draft:
+            written = [Path(output) / path.name for path in draw_comparison(result, draft)]
+            if left is not None and left.parent.resolve() == Path(output).resolve() and not left.is_symlink():
+                write_text(draft / left.name, as_json(summary))
+                left = None
+    if left is not None:
+        folder(left.parent)
+        write_text(left, as_json(summary))
+    return written

@@ -15,7 +15,9 @@ from network.cli.demo_missing_physics import tell_missing
 from network.engine.simulation import simulate
 from network.engine.trajectory import Trajectory, axis_unit, in_difference_unit
 from network.machine.machine import Machine
+from network.platform.folders import folder
 from network.platform.package_data import find_shipped
+from network.platform.publication import publication
 from network.platform.quantities.number_format import pretty
 from network.recordings.csv_table import write_csv
 from network.recordings.recording import Recording
@@ -23,7 +25,7 @@ from network.recordings.scenario import Scenario
 from network.report.figures.all_figures import save
 from network.report.figures.sweep_figure import levels_figure
 from network.report.files.pictures import draw_comparison, draw_run
-from network.report.files.result_files import folder, write_run
+from network.report.files.result_files import RUN, write_run
 from network.report.words.sweep_words import tell_tolerance
 
 ROUGHER_LEVELS = ("paper", "1", "2", "4", "8", "16")
@@ -61,7 +63,9 @@ def _simulation(machine: Machine, scenario: Scenario, where: Path) -> Iterator[s
     for axis in run.tcp:
         yield from _movement(run, axis)
     yield from _heat(run)
-    yield from _tell_files([*write_run(run, where), *draw_run(run, where)])
+    with publication(where, RUN) as draft:
+        made = [*write_run(run, draft), *draw_run(run, draft)]
+    yield from _tell_files([where / path.name for path in made])
 
 
 def _simplification(machine: Machine, scenario: Scenario, where: Path) -> Iterator[str]:

@@ -24,8 +24,6 @@ from network.cli.options import (
 )
 from network.report.progress import share_bar
 
-PICTURES = ("network.png", "candidates.png", "heat.png", "fit-*.png", "holdout-fit-*.png")
-
 jobs_option = click.option(
     "--jobs", type=Whole(1), default=os.cpu_count() or 1, show_default=True, metavar="N", help="processes"
 )
@@ -50,7 +48,6 @@ def diagnose(
         from network.analysis.diagnosis.diagnose import diagnose as run
         from network.recordings.channel_match import overheard
         from network.report.files.diagnosis_files import check_target, write_diagnosis
-        from network.report.files.result_files import replacing
 
         results_go_to(output)
         loaded = read_machine(machine, level, lumps, sets)
@@ -58,8 +55,7 @@ def diagnose(
         begins, runs, held_out = read_start(start), [*read_recordings(recordings)], [*read_recordings(holdout)]
         result = run(loaded, runs, held_out, start=begins, seed=seed, jobs=jobs, progress=bar)
         bar.now("drawing what was found", 1.0)
-        with replacing(where, "diagnosis.json", PICTURES):
-            written = write_diagnosis(result, where, pictures=not no_plots)
+        written = write_diagnosis(result, where, pictures=not no_plots)
         text = "" if as_json else str(result)
     if as_json:
         print_json(result.summary())
@@ -84,7 +80,9 @@ def prove(
     """Conceals effects in machines of a separate truth, diagnoses each blind, then opens the keys and scores."""
     with share_bar("proving") as bar:
         from network.cli.proof import prove as run
-        from network.report.files.result_files import as_json, folder, write_text
+        from network.platform.files import write_text
+        from network.platform.folders import folder
+        from network.report.files.result_files import as_json
 
         def tell(done: int, of: int, sentence: str) -> None:
             click.echo(f"{done}/{of} {sentence}", err=True)

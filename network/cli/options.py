@@ -60,11 +60,11 @@ def output_folder(default: str) -> Callable[[Command], Command]:
 
 
 def results_go_to(path: str | Path | None) -> None:
-    """For the rest of the command: see results_in. Raises Refused for a folder that cannot be had."""
-    from network.report.files.result_files import results_in
+    """Raises Refused for a folder that cannot be had, before anything is read."""
+    from network.platform.folders import check_folder
 
     if path is not None:
-        click.get_current_context().with_resource(results_in(path))
+        check_folder(path)
 
 
 def read_machine(path: str, level: str | None, lumps: Sequence[str], sets: Sequence[str]) -> Machine:

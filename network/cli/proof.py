@@ -13,9 +13,11 @@ from typing import Any
 
 from network.cli import proof_case
 from network.cli.proof_case import ABLATED, RECORD, TESTS, Runs, Way, diagnose, read_mapping
+from network.platform.files import write_text
+from network.platform.folders import check_folder, not_there, remove_empty
 from network.platform.refusal import Spot, refuse
 from network.platform.stopping import on_stop
-from network.report.files.result_files import as_json, check_folder, not_there, remove_empty, write_text
+from network.report.files.result_files import as_json
 
 CASES, SEED = 40, 0
 CASES_FILE = "cases.json"

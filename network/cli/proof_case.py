@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from network.platform.files import write_text
 from network.platform.process_groups import Ended, Groups
-from network.report.files.result_files import as_json, write_text
+from network.report.files.result_files import as_json
 
 TESTS = Path(__file__).resolve().parents[2] / "tests"
 LIMIT = 150.0

@@ -13,15 +13,19 @@ from network.catalogue.sensors.base import SensorEffect
 from network.catalogue.sensors.sensor import Sensor
 from network.engine.energy import sum_stored_heat
 from network.engine.network import Network
+from network.engine.runaway import extremes
 from network.engine.solvers import modal
 from network.engine.solvers.carry_out import Outcome
 from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
 from network.recordings.extrapolation import list_extrapolated
 from network.recordings.inputs import Schedule
+from network.recordings.possible_input import find_impossible
 
 PLAUSIBLE = (-60.0, 400.0)
-"""°C: a part outside is computed, and warned about."""
+"""°C: a part that ends outside is computed, and warned about."""
+POSSIBLE = (-200.0, 1400.0)
+"""°C: the same for any instant; from liquid nitrogen to the wire of a heating element (FeCrAl)."""
 
 
 def observe(
@@ -130,14 +134,30 @@ def _part_heat(network: Network, parts: Mapping[str, Array], outcome: Outcome) -
     return heat
 
 
+def _tell_impossible(machine: Machine, schedule: Schedule) -> Iterator[str]:
+    """Of a recording, whose readings are not all refused for a loose contact."""
+    for name in (name for name, wanted in machine.inputs.items() if wanted == "degC" and name in schedule.signals):
+        worst = find_impossible(schedule.signals[name])
+        if worst is not None:
+            yield f"{schedule.file}: {name} reads up to {worst:.4g} degC, which is taken as it stands; take it out"
+
+
 def _warnings(network: Network, schedule: Schedule, outcome: Outcome) -> Iterator[str]:
     yield from (str(warning) for warning in network.machine.warnings)
     yield from list_extrapolated(network.machine, [schedule])
+    yield from _tell_impossible(network.machine, schedule)
     plan = outcome.plan
     u = {name: np.concatenate([plan.left[name], plan.right[name]]) for name in plan.left}
     for path, entry in network.machine.entries():
         yield from (f"{path}: {remark}" for remark in (entry.remarks(u) if isinstance(entry, Effect) else ()))
-    for name, part in network.bodies.items():
-        T = float(outcome.T_end[part].max())
-        if not PLAUSIBLE[0] < T < PLAUSIBLE[1]:
+    yield from _tell_implausible(network, outcome)
+
+
+def _tell_implausible(network: Network, outcome: Outcome) -> Iterator[str]:
+    for name, (low, high) in extremes(network, outcome).items():
+        T = float(outcome.T_end[network.bodies[name]].max())
+        far = high if not high < POSSIBLE[1] else low
+        if not POSSIBLE[0] < far < POSSIBLE[1]:
+            yield f"{name} reaches {far:.4g} degC; check its heat sources and losses"
+        elif not PLAUSIBLE[0] < T < PLAUSIBLE[1]:
             yield f"{name} ends at {T:.4g} degC; check its heat sources and losses"

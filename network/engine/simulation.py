@@ -7,25 +7,24 @@ from dataclasses import replace
 
 import numpy as np
 
-from network.catalogue.declaration.declare import Array
 from network.engine.assembly import build
-from network.engine.network import Network
 from network.engine.observe import observe
 from network.engine.piecewise import join_runs
+from network.engine.runaway import check_sane
 from network.engine.solvers.carry_out import Progress, solve_schedule
 from network.engine.start import start_temperatures
 from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
 from network.platform.quantities.units import unit
-from network.platform.refusal import Complaints, Failed, Spot, likely
+from network.platform.refusal import Complaints, Spot, likely
 from network.platform.threads import on_one_thread
 from network.recordings.inputs import Schedule, Start
+from network.recordings.possible_input import check_possible
 from network.recordings.recording import Recording
+from network.recordings.recording_checks import check_readings
 from network.recordings.runs import runs_of
 from network.recordings.scenario import Scenario
-
-HOPELESS = 1e4
-"""°C: beyond it nothing computed means anything."""
+from network.recordings.yaml_values import collecting
 
 
 @on_one_thread
@@ -56,19 +55,8 @@ def simulate(
         began = time.perf_counter()
         outcome = solve_schedule(network, schedule, T0, method, parts, rtol, progress)
         seconds = time.perf_counter() - began
-    _check_sane(network, outcome.T_end)
+        check_sane(network, outcome)
     return observe(network, schedule, outcome, seconds, noise_seed)
-
-
-def _check_sane(network: Network, T_end: Array) -> None:
-    """Raises Failed for a machine that has run away."""
-    for name, part in network.bodies.items():
-        T = float(T_end[part].max())
-        if not -HOPELESS < T < HOPELESS:
-            raise Failed(
-                f"{name} reaches {T:.3g} degC: it runs away; a heat source grows with its own temperature faster than "
-                "the heat can leave, check friction that grows with temperature"
-            )
 
 
 def check_known(machine: Machine) -> None:
@@ -99,5 +87,10 @@ def schedule_for(machine: Machine, source: Scenario | Recording | Schedule, star
         elif wanted and signal.dimension != unit(wanted).dimension:
             wrong = f"the input `{name}` is in {signal.unit}, and the machine reads it in {wanted}"
             complaints.refuse(Spot(schedule.file), wrong, f"give it in a unit like {wanted}")
+        elif wanted == "degC" and not isinstance(source, Recording):
+            with collecting(complaints, Spot(schedule.file), f"the input `{name}`"):
+                check_possible(signal)
+    if isinstance(source, Recording):
+        check_readings(machine, source, complaints)
     complaints.raise_if_any()
     return replace(schedule, start=start) if start is not None else schedule

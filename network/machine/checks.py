@@ -99,6 +99,9 @@ def _check_sensors(machine: Entries, complaints: Complaints) -> None:
             if effect.follows and sensor.find_followed(machine, effect) is None:
                 wrong = f"sensors.{name}: {effect.kind} with '{short(effect.follows)}', which has none of its own"
                 complaints.refuse(sensor.spot_of("effects"), wrong, "name a sensor that has one with a number")
+        if sensor.place is not None and machine.nodes[sensor.place.node].is_held:
+            wrong = f"sensors.{name}: measures {sensor.place.node}, whose temperature is held: it tells nothing of the"
+            complaints.warn(sensor.spot_of("measures"), f"{wrong} machine", "measure a part, or take it out")
         if sensor.axis is not None and sensor.axis not in moved and set(moved) <= set(AXES):
             wrong = f"sensors.{name}: measures {displacement(sensor.axis)}, and nothing moves that axis"
             others = " or ".join(displacement(axis) for axis in moved)

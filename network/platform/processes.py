@@ -20,8 +20,8 @@ from multiprocessing.context import SpawnContext, SpawnProcess
 from pathlib import Path
 from typing import Any
 
-from network.platform.refusal import Failed, Spot, refuse
-from network.platform.stopping import on_stop
+from network.platform.held_folder import passing_folder
+from network.platform.refusal import Failed, Refused, Spot, refuse
 from network.platform.threads import begin_on_one_thread, on_one_thread
 
 PR_SET_PDEATHSIG = 1
@@ -36,11 +36,11 @@ class Pool:
         try:
             self.executor = ProcessPoolExecutor(self.others, self.context, _begin)
         except (ValueError, NotImplementedError, OSError) as error:
-            raise refuse(Spot(f"--jobs {jobs}"), f"cannot be had here ({error})", "use fewer, or --jobs 1") from None
+            raise _cannot_be_had(jobs, error) from None
 
     def load(self, module: str) -> None:
         for _ in range(self.others):
-            self.executor.submit(import_module, module)
+            self._send(import_module, module)
 
     @contextmanager
     def shelve(self, work: Callable[[Any], Any]) -> Iterator[Path]:
@@ -54,20 +54,31 @@ class Pool:
 
     def submit(self, shelf: Path, parcel: bytes) -> Future[Any]:
         """Work on a pickled item."""
-        return self.executor.submit(_work_on, str(shelf), parcel)
+        return self._send(_work_on, str(shelf), parcel)
+
+    def _send(self, work: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        """Processes begin when the first work is there for them. Raises Refused where one cannot begin."""
+        try:
+            return self.executor.submit(work, *arguments)
+        except OSError as error:
+            raise _cannot_be_had(self.others + 1, error) from None
 
     def end(self) -> None:
         for process in self.context.started:
-            process.terminate()
+            if process.pid is not None:  # else it could not begin
+                process.terminate()
         self.executor.shutdown(cancel_futures=True)
+
+
+def _cannot_be_had(jobs: int, error: Exception) -> Refused:
+    return refuse(Spot(f"--jobs {jobs}"), f"cannot be had here ({error})", "use fewer, or --jobs 1")
 
 
 @contextmanager
 def pool_of(jobs: int) -> Iterator[Pool]:
     """Processes, so many with this one; whatever goes wrong, none is left running, and no file."""
-    folder = tempfile.TemporaryDirectory(prefix="lptn-")
-    with folder, on_stop(folder.cleanup):
-        pool = Pool(jobs, Path(folder.name))
+    with passing_folder(Path(tempfile.gettempdir()), "jobs") as folder:
+        pool = Pool(jobs, folder)
         try:
             yield pool
         except BrokenProcessPool:

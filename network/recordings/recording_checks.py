@@ -12,11 +12,10 @@ from network.platform.quantities.text_table import digits
 from network.platform.quantities.units import unit
 from network.platform.refusal import Complaints, Spot
 from network.recordings.columns import Column
+from network.recordings.possible_input import COLDEST_INPUT
 from network.recordings.recording import Recording
 from network.recordings.yaml_values import COLDEST, HOTTEST
 
-COLDEST_INPUT = -200.0
-"""°C of what cools it: liquid nitrogen."""
 MOST = 0.9
 """Of the readings: fewer that cannot be true are a loose contact, which is looked for later."""
 USUAL = (-30.0, 150.0)

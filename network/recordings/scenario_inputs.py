@@ -14,6 +14,7 @@ from network.platform.quantities.units import BadNumber, Unit, difference, split
 from network.platform.refusal import Complaints, likely
 from network.platform.yaml.document import Branch, Items, Leaf, Tree
 from network.recordings.inputs import Signal, constant, linear
+from network.recordings.possible_input import check_possible
 from network.recordings.recording import Recording
 from network.recordings.yaml_values import check_keys, collecting, quantity, seconds, shift
 
@@ -35,6 +36,8 @@ def signals(tree: Tree, duration: float, folder: Path) -> dict[str, Signal]:
     for name, child in tree.items.items():
         with collecting(complaints, tree.key_spot(name), f"inputs.{name}"):
             signals[name] = _Input(name, duration, folder).read(child)
+            if signals[name].unit in ("degC", "degF"):  # K may be a difference
+                check_possible(signals[name])
     complaints.raise_if_any()
     return signals
 

@@ -7,8 +7,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-import yaml
-
 from network.catalogue.declaration.fields import word_of
 from network.platform.quantities.units import (
     BadNumber,
@@ -20,9 +18,8 @@ from network.platform.quantities.units import (
     spread_parts,
     unit,
 )
-from network.platform.refusal import Complaints, Refused, Spot, likely, refuse
-from network.platform.yaml import document
-from network.platform.yaml.document import Branch, Leaf, Tree
+from network.platform.refusal import Complaints, Refused, Spot, likely
+from network.platform.yaml.document import Branch, Leaf, Tree, parse
 from network.recordings.inputs import Start
 
 ABSOLUTE_ZERO = -273.15
@@ -144,9 +141,4 @@ def _temperature(tree: Tree) -> float:
 
 def start_of(text: str) -> Start:
     """The start given on the command line, in the form of a file. Raises Refused."""
-    spot = Spot("--start")
-    try:
-        value = yaml.load(text, Loader=yaml.BaseLoader)
-    except yaml.YAMLError:
-        raise refuse(spot, f"'{text}' is not understood", "write '22 degC', 'steady' or '{housing: 24 degC}'") from None
-    return parse_start(document.tree_of(value, spot))
+    return parse_start(parse(text, Spot("--start")))

@@ -135,6 +135,6 @@ def colour(series: Sequence[Array], interval: float) -> tuple[float, float, floa
 
 def _structure(series: Sequence[Array], lag: int) -> float:
     """Mean squared difference over a lag; the largest hundredth (jumps, outliers) is left out."""
-    squared = np.concatenate([(e[lag:] - e[:-lag]) ** 2 for e in series if len(e) > lag])
+    squared = np.concatenate([np.empty(0), *((e[lag:] - e[:-lag]) ** 2 for e in series if len(e) > lag)])
     squared = np.sort(squared[np.isfinite(squared)])
     return float(squared[: max(1, int(CLIP * len(squared)))].mean()) / 0.93 if len(squared) else np.nan

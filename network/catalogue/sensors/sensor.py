@@ -28,6 +28,11 @@ from network.platform.refusal import short
 from network.platform.yaml.tree import Tree
 
 NOISE_UNITS = {"temperature": "K", "displacement": "um", "angle": "urad"}
+LEAST_NOISE = 1e-6
+"""In these units: what the best instruments of a laboratory resolve, a microkelvin, a picometre, a picoradian."""
+MOST_NOISE = {"temperature": 140.0, "displacement": 1e5, "angle": 1e6}
+"""In these units: 1σ of a reading that says nothing: even over the 480 K that a part may have, a tenth of a metre, a
+radian."""
 
 
 class NoiseField(AmountField):
@@ -135,14 +140,21 @@ class Sensor(Declared):
         return self.noise.value
 
     def faults(self) -> Iterator[Advice]:
-        if unit(self.noise.unit).dimension != unit(self.noise_unit).dimension:
-            wrong = f"noise '{self.noise}' is not the noise of a {self.quantity}"
-            yield "noise", wrong, f"give it in {self.noise_unit}, as in 0.05 {self.noise_unit}"
+        yield from self._faults_of_noise()
         if self.zero and self.place:
             yield "zero", "a temperature is not zeroed at the start", "drop `zero`, it is for displacements"
         if self.axis is not None and self.axis not in AXES:
             yield "measures", f"there is no axis '{short(self.axis)}'", "the axes are " + ", ".join(AXES)
         yield from self._faults_of_effects()
+
+    def _faults_of_noise(self) -> Iterator[Advice]:
+        given, most = unit(self.noise_unit), MOST_NOISE[self.quantity]
+        if unit(self.noise.unit).dimension != given.dimension:
+            wrong = f"noise '{self.noise}' is not the noise of a {self.quantity}"
+            yield "noise", wrong, f"give it in {self.noise_unit}, as in 0.05 {self.noise_unit}"
+        elif not LEAST_NOISE <= self.sigma / given.scale <= most:
+            wrong = f"noise '{self.noise}' is no noise that a {self.quantity} is measured with"
+            yield "noise", wrong, f"give 1σ of one sample, from {LEAST_NOISE:g} to {most:g} {self.noise_unit}"
 
     def _faults_of_effects(self) -> Iterator[Advice]:
         before = ""

@@ -50,11 +50,18 @@ def modes_of(regime: Regime, scale: Array) -> Modes:
     B = scale[:, None] * regime.A / scale
     if regime.is_symmetric:
         values, U = np.linalg.eigh((B + B.T) / 2)
-        return Modes(np.maximum(-values, 0.0), U / scale[:, None], U.T * scale, 1.0)
+        return Modes(_without_rounding(-values), U / scale[:, None], U.T * scale, 1.0)
     values, U = np.linalg.eig(B)
     condition = float(np.linalg.cond(U))
     inverse = np.linalg.inv(U) if condition < 1e12 else np.zeros_like(U)
     return Modes(-values, U / scale[:, None], inverse * scale, condition)
+
+
+def _without_rounding(rates: Array) -> Array:
+    """A machine that nothing cools has a mode of rate 0, which rounding (N ε of the largest) makes a slow growth; what
+    grows faster than that does grow: heat that rises with its own temperature."""
+    noise = len(rates) * np.finfo(float).eps * np.abs(rates).max(initial=0.0)
+    return np.where(np.abs(rates) <= noise, 0.0, rates)
 
 
 def phi(z: Array) -> tuple[Array, Array, Array]:

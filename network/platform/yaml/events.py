@@ -103,8 +103,8 @@ class Builder:
         if text == "<<" and not quoted:
             self.complaints.refuse(spot, "'<<' merges another mapping", "write its entries out, or use `extends:`")
         if text in top.keys:
-            first = top.keys[text].line
-            self.complaints.refuse(spot, f"'{text}' is given twice (first in line {first})", "keep one of them")
+            first = f" (first in line {top.keys[text].line})" if top.keys[text].line else ""
+            self.complaints.refuse(spot, f"'{text}' is given twice{first}", "keep one of them")
         top.key = text
         top.keys.setdefault(text, spot)
 

@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from network.catalogue.declaration.declare import Array
 from network.platform.files import replace_file
@@ -127,8 +127,7 @@ def _cut_to(text: str, size: float, bold: bool, points: float) -> str:
 
 def size_of(axes: Axes) -> tuple[float, float]:
     """Width and height of the axes [in]."""
-    figure, place = axes.get_figure(root=True), axes.get_position()
-    assert figure is not None
+    figure, place = cast("Figure", axes.get_figure()), axes.get_position()
     width, height = figure.get_size_inches()
     return float(place.width * width), float(place.height * height)
 

@@ -35,6 +35,8 @@ def draw_gaps(axes: Axes, sweep: Sweep) -> None:
     _finish(axes, sweep, {level: max(some) for level, some in found.items() if some})
     units = " or ".join(dict.fromkeys(pretty(axis_unit(axis)) for axis in sizes))
     headline(axes, name_text(f"largest difference to {lumps_of(sweep.finest.level)} [{units}]", 60))
+    if not any(sizes.values()):
+        axes.text(0.5, 0.7, "none", transform=axes.transAxes, fontsize=FONT, color=INK, ha="center")
     if axes.get_legend_handles_labels()[0]:
         axes.legend(fontsize=SMALL, frameon=False, loc="lower left", handlelength=1.6)
 
@@ -75,11 +77,12 @@ def _draw_tolerance(axes: Axes, sweep: Sweep) -> None:
 
 
 def _finish(axes: Axes, sweep: Sweep, highest: Mapping[str, float]) -> None:
-    """Logarithmic axes, the numbers of lumps as ticks, and the level's name above its highest point."""
+    """Logarithmic axes, the numbers of lumps as ticks, and the level's name above its highest point; nothing can stand
+    on a logarithmic axis where nothing is drawn."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
     axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set_yscale("log" if highest else "linear")
     ticks = sorted({run.lumps for run in sweep.levels}, reverse=True)
     kept: list[int] = []
     for count in ticks:
@@ -88,7 +91,8 @@ def _finish(axes: Axes, sweep: Sweep, highest: Mapping[str, float]) -> None:
     axes.set_xlim(min(ticks) / 1.35, max(ticks) * 1.35)
     axes.set_xticks(kept, [str(count) for count in kept])
     axes.xaxis.set_minor_locator(NullLocator())
-    axes.yaxis.set_major_locator(LogLocator(numticks=6, subs=(1.0, 2.0, 5.0) if _narrow(highest) else (1.0,)))
+    decades = LogLocator(numticks=6, subs=(1.0, 2.0, 5.0) if _narrow(highest) else (1.0,))
+    axes.yaxis.set_major_locator(decades if highest else NullLocator())
     axes.yaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.margins(y=0.2)

@@ -14,10 +14,9 @@ FILE = "bands.csv"
 
 
 def write_bands(run: Trajectory, bands: Sequence[Band], where: Path) -> list[Path]:
-    """Lower and upper end for each axis; nothing, and none that lay there, without bands."""
+    """Lower and upper end for each axis; nothing without bands."""
     path = where / FILE
     if not bands:
-        path.unlink(missing_ok=True)
         return []
     columns: dict[str, tuple[str, Array]] = {}
     for band in bands:

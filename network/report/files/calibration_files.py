@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-from tempfile import mkdtemp
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +12,8 @@ import numpy as np
 from network.analysis.calibration.calibrated_patch import FILE, patch_text
 from network.analysis.comparison.amounts import join_names
 from network.catalogue.declaration.entry_path import displacement
-from network.report.files.result_files import as_json, put_in_place
+from network.platform.publication import Kind, publication
+from network.report.files.result_files import as_json
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,11 +23,13 @@ if TYPE_CHECKING:
     from network.analysis.comparison.compare import Comparison
     from network.machine.machine import Machine
 
+PICTURES = tuple(f"{side}{what}-*.png" for side in ("", "holdout-") for what in ("fit", "residual"))
+CALIBRATION = Kind("calibration.json", (*PICTURES, "shifts.png", "band-*.png"))
+
 
 def write_calibration(c: Calibration, where: Path, pictures: bool = True) -> list[Path]:
-    """machine.calibrated.yaml, calibration.json and pictures; everything is made beside and then put in its place."""
-    draft = Path(mkdtemp(prefix=".calibration.", dir=where))
-    try:
+    """machine.calibrated.yaml, calibration.json and pictures, all of them or none."""
+    with publication(where, CALIBRATION) as draft:
         (draft / FILE).write_text(patch_text(c.machine, where, remark(c)), encoding="utf-8", newline="\n")
         (draft / "calibration.json").write_text(as_json(c.summary()), encoding="utf-8", newline="\n")
         for name, figure in figures(c) if pictures else ():
@@ -39,9 +40,6 @@ def write_calibration(c: Calibration, where: Path, pictures: bool = True) -> lis
             draft.iterdir(),
             key=lambda path: ([".yaml", ".json"].index(path.suffix) if path.suffix != ".png" else 2, path.name),
         )
-        put_in_place(made, where)
-    finally:
-        shutil.rmtree(draft, ignore_errors=True)
     return [where / path.name for path in made]
 
 

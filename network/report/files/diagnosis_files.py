@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 import math
-import shutil
 from collections.abc import Mapping
 from pathlib import Path
-from tempfile import mkdtemp
 from typing import TYPE_CHECKING, Any
 
 from network.machine.file_layers import is_made_of
+from network.platform.folders import folder
+from network.platform.publication import Kind, publication
 from network.platform.refusal import Spot, refuse
 from network.report.files.diagnosis_patch import FILE, patch_text
 from network.report.files.diagnosis_pictures import Picture, pictures_of
 from network.report.files.page import Shown, page
-from network.report.files.result_files import as_json, folder, put_in_place
+from network.report.files.result_files import as_json
 
 if TYPE_CHECKING:
     from network.analysis.diagnosis.result import Diagnosis
     from network.machine.machine import Machine
 
 ORDER = (".html", ".yaml", ".json", ".png")
+PICTURES = ("network.png", "candidates.png", "heat.png", "fit-*.png", "holdout-fit-*.png")
+DIAGNOSIS = Kind("diagnosis.json", PICTURES)
 
 
 def check_target(machine: Machine, where: Path) -> Path:
@@ -35,16 +37,10 @@ def check_target(machine: Machine, where: Path) -> Path:
 
 
 def write_diagnosis(d: Diagnosis, where: Path, pictures: bool = True) -> list[Path]:
-    """report.html, machine.diagnosed.yaml, diagnosis.json and pictures; everything is made beside and then put in its
-    place."""
-    where = folder(where)
-    draft = Path(mkdtemp(prefix=".diagnosis.", dir=where))
-    try:
+    """report.html, machine.diagnosed.yaml, diagnosis.json and pictures, all of them or none."""
+    with publication(where, DIAGNOSIS) as draft:
         _fill(d, draft, where, pictures)
         made = sorted(draft.iterdir(), key=lambda path: (ORDER.index(path.suffix), path.name))
-        put_in_place(made, where)
-    finally:
-        shutil.rmtree(draft, ignore_errors=True)
     return [where / path.name for path in made]
 
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from network.platform.files import write_text
+from network.platform.publication import publication
 from network.report.figures.canvas import save
 from network.report.figures.grid_figure import grid_figure
 from network.report.figures.sweep_figure import levels_figure
-from network.report.files.result_files import as_json, folder, write_table, write_text
+from network.report.files.result_files import as_json, write_table
 from network.report.words.sweep_words import level_table, run_table
 
 if TYPE_CHECKING:
@@ -16,10 +18,11 @@ if TYPE_CHECKING:
 
 
 def write_sweep(sweep: Sweep, output: str | Path) -> list[Path]:
-    """Writes them into a folder, each whole or not at all. Raises Refused where that cannot be."""
-    where = folder(output)
-    table, summary, picture = (where / f"sweep.{ending}" for ending in ("csv", "json", "png"))
-    write_table(table, *(run_table(sweep) if sweep.runs else level_table(sweep)))
-    write_text(summary, as_json(sweep.summary()))
-    save(grid_figure(sweep) if sweep.runs else levels_figure(sweep), picture)
-    return [table, summary, picture]
+    """Puts them into a folder, all or none. Raises Refused where that cannot be."""
+    names = [f"sweep.{ending}" for ending in ("csv", "json", "png")]
+    with publication(output) as draft:
+        table, summary, picture = (draft / name for name in names)
+        write_table(table, *(run_table(sweep) if sweep.runs else level_table(sweep)))
+        write_text(summary, as_json(sweep.summary()))
+        save(grid_figure(sweep) if sweep.runs else levels_figure(sweep), picture)
+    return [Path(output) / name for name in names]
