@@ -137,9 +137,10 @@ def simulate(
         results_go_to(output)
         loaded = read_machine(machine, level, lumps, sets)
         from network.engine.simulation import simulate as run
+        from network.engine.superposition.superpose import superpose
         from network.recordings.load_source import load_source
         from network.report.files.band_files import write_bands
-        from network.report.files.result_files import folder, write_run
+        from network.report.files.result_files import folder, run_summary, write_run
         from network.report.words.band_words import summarise_bands, tell_bands
 
         driver = load_source(source)
@@ -147,18 +148,18 @@ def simulate(
             loaded, driver, method=method, start=read_start(start), noise_seed=seed if noise else None,
             progress=bar.over([driver]),
         )  # fmt: skip
-        bands = _bands(loaded, driver, start)
+        shares, bands = superpose(result), _bands(loaded, driver, start)
         where = folder(output)
-        written = [*write_run(result, where), *write_bands(result, bands, where)]
+        written = [*write_run(result, where, shares), *write_bands(result, bands, where)]
         if not no_plots:
             bar.now("drawing the run", 1.0)
             from network.report.files.pictures import draw_run
 
-            written += draw_run(result, where, bands)
+            written += draw_run(result, where, bands, shares)
     if as_json:
-        print_json(result.summary() | {"bands": summarise_bands(bands)})
+        print_json(run_summary(result, shares) | {"bands": summarise_bands(bands)})
     else:
-        click.echo("\n".join([str(result), *tell_bands(bands)]))
+        click.echo("\n".join([str(result), "", str(shares), *tell_bands(bands)]))
         click.echo(f"\nWritten: {', '.join(map(str, written))}")
     warn(result.warnings)
 
