@@ -13,10 +13,12 @@ catalogue    the physics: one effect is one small file in mechanisms, expansions
 machine      a machine file read, checked over the whole, changed by patches, levels and `--set`.
 recordings   what drives a machine and what was measured on it: scenarios, recordings, mappings, inputs over time.
 engine       from a machine to a run: the network as arrays, the heat balance, solvers, trajectories; how channels
-             answer to heat and parameters (response); the closed form of the heat-quantity method (paper).
+             answer to heat and parameters (response); what each heat source moves (superposition); the closed form of
+             the heat-quantity method (paper).
 analysis     what runs and recordings tell:
   comparison   residuals in units of noise, and tests of them;
   sweep        simplification levels and varied numbers;
+  acceptance   the thermal tests of ISO 230-3, from simulations and recordings;
   calibration  uncertain numbers from recordings: parameters, noise, Gauss-Newton, multistart, uncertainty;
   diagnosis    missing physics: screening, refits, forward selection, backward elimination, cross-validation, verdict.
 report       results in words, pictures and files; the page of a diagnosis.
@@ -42,6 +44,7 @@ if TYPE_CHECKING:
     from network.analysis.diagnosis.diagnose import diagnose as diagnose
     from network.analysis.sweep.sweep import sweep as sweep
     from network.engine.simulation import simulate as simulate
+    from network.engine.superposition.superpose import superpose as superpose
     from network.machine.machine import Machine as Machine
     from network.platform.refusal import Failed as Failed
     from network.platform.refusal import Refused as Refused
@@ -50,7 +53,8 @@ if TYPE_CHECKING:
 
 _HOME = {
     "Machine": "machine.machine", "Scenario": "recordings.scenario", "Recording": "recordings.recording",
-    "simulate": "engine.simulation", "compare": "analysis.comparison.compare",
+    "simulate": "engine.simulation", "superpose": "engine.superposition.superpose",
+    "compare": "analysis.comparison.compare",
     "calibrate": "analysis.calibration.calibrate", "sweep": "analysis.sweep.sweep",
     "bands_of": "analysis.calibration.tcp_bands",
     "diagnose": "analysis.diagnosis.diagnose", "Refused": "platform.refusal", "Failed": "platform.refusal",

@@ -15,6 +15,7 @@ from network.cli.calibrate_command import calibrate
 from network.cli.compare_command import compare
 from network.cli.demo_command import demo
 from network.cli.diagnose_command import diagnose, prove
+from network.cli.iso230_command import iso230
 from network.cli.options import (
     Whole,
     json_flag,
@@ -35,6 +36,7 @@ from network.report.progress import share_bar
 
 if TYPE_CHECKING:
     from network.analysis.calibration.tcp_bands import Band
+    from network.engine.superposition.superposition import Superposition
     from network.engine.trajectory import Trajectory
     from network.machine.machine import Machine
     from network.recordings.recording import Recording
@@ -64,6 +66,7 @@ cli.add_command(calibrate)
 cli.add_command(compare)
 cli.add_command(demo)
 cli.add_command(diagnose)
+cli.add_command(iso230)
 cli.add_command(prove)
 
 
@@ -137,7 +140,9 @@ def simulate(
         results_go_to(output)
         loaded = read_machine(machine, level, lumps, sets)
         from network.engine.simulation import simulate as run
+        from network.engine.superposition.superpose import superpose
         from network.recordings.load_source import load_source
+        from network.report.files.result_files import run_summary
         from network.report.words.band_words import summarise_bands, tell_bands
 
         driver = load_source(source)
@@ -145,28 +150,30 @@ def simulate(
             loaded, driver, method=method, start=read_start(start), noise_seed=seed if noise else None,
             progress=bar.over([driver]),
         )  # fmt: skip
-        bands = _bands(loaded, driver, start)
+        shares, bands = superpose(result), _bands(loaded, driver, start)
         bar.now("drawing the run", 1.0)
-        written = _write(result, bands, output, not no_plots)
+        written = _write(result, shares, bands, output, not no_plots)
     if as_json:
-        print_json(result.summary() | {"bands": summarise_bands(bands)})
+        print_json(run_summary(result, shares) | {"bands": summarise_bands(bands)})
     else:
-        click.echo("\n".join([str(result), *tell_bands(bands)]))
+        click.echo("\n".join([str(result), "", str(shares), *tell_bands(bands)]))
         click.echo(f"\nWritten: {', '.join(map(str, written))}")
     warn(result.warnings)
 
 
-def _write(result: Trajectory, bands: Sequence[Band], output: str, pictures: bool) -> list[Path]:
+def _write(
+    result: Trajectory, shares: Superposition | None, bands: Sequence[Band], output: str, pictures: bool
+) -> list[Path]:
     from network.platform.publication import publication
     from network.report.files.band_files import write_bands
     from network.report.files.result_files import RUN, write_run
 
     with publication(output, RUN) as draft:
-        made = [*write_run(result, draft), *write_bands(result, bands, draft)]
+        made = [*write_run(result, draft, shares), *write_bands(result, bands, draft)]
         if pictures:
             from network.report.files.pictures import draw_run
 
-            made += draw_run(result, draft, bands)
+            made += draw_run(result, draft, bands, shares)
     return [Path(output) / path.name for path in made]
 
 

@@ -122,6 +122,7 @@ _MEANING = {
     "summary.json": "extremes, energy account, method",
     "run.png": "temperatures and displacement over the speed schedule",
     "contributions.png": "which part moves the tool centre point, and when",
+    "sources.png": "which heat source moves it, and when",
     "network.png": "the machine as a network, with the mean heat flows",
     "levels.png": "the simplification levels over time, their error and cost",
     "recording.png": "measured over simulated, residuals in units of noise",

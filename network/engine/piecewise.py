@@ -30,7 +30,7 @@ def join_runs(recording: Recording, runs: Sequence[Trajectory]) -> Trajectory:
         heat=_joined(runs, lambda run: run.heat), states=_joined(runs, lambda run: run.states), T_end=last.T_end,
         energy=_sum_accounts([run.energy for run in runs]), switches=tuple(s for run in runs for s in run.switches),
         solve_seconds=sum(run.solve_seconds for run in runs), error=max(run.error for run in runs),
-        warnings=(*warnings, *recording.remarks),
+        warnings=(*warnings, *recording.remarks), pieces=tuple(runs),
     )  # fmt: skip
 
 

@@ -30,7 +30,8 @@ class Trajectory:
 
     inputs, sensors: by name; tcp: axis → displacement [m] or angle [rad]; contributions: (axis, entry) → the same;
     parts: node → mean temperature [°C]; heat: part → heat absorbed since the start [J]; T_start, T_end: all lumps;
-    error: estimate of the numerical error [K]; switches: (instant, entry, on or off); states: of entries, by path.
+    error: estimate of the numerical error [K]; switches: (instant, entry, on or off); states: of entries, by path;
+    pieces: the runs it was joined from, where a recording is parted.
     """
 
     machine: Machine
@@ -53,6 +54,11 @@ class Trajectory:
     error: float
     warnings: tuple[str, ...]
     states: Mapping[str, Array] = field(default_factory=dict)
+    pieces: tuple[Trajectory, ...] = ()
+
+    def of_axis(self, axis: str) -> dict[str, Array]:
+        """The contributions to an axis, by entry [m, rad]."""
+        return {name: values for (a, name), values in self.contributions.items() if a == axis}
 
     def columns(self) -> Iterator[tuple[str, str, Array]]:
         """(name, unit, values in SI) of every input, sensor and tcp axis: the columns of results.csv."""

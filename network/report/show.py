@@ -11,6 +11,8 @@ from typing import Any
 TELL = {
     "Machine": ("words.words", "describe"),
     "Trajectory": ("words.words", "tell_run"),
+    "Superposition": ("words.source_words", "tell_superposition"),
+    "ThermalTest": ("words.thermal_test_words", "tell_thermal_test"),
     "Comparison": ("words.words", "tell_comparison"),
     "Sweep": ("words.sweep_words", "tell_sweep"),
     "Calibration": ("words.calibration_words", "tell_calibration"),

@@ -37,12 +37,13 @@ class Outcome:
 
 def solve_schedule(
     network: Network, schedule: Schedule, T0: Array, method: str = "auto", parts: bool = True,
-    rtol: float | None = None, progress: Progress | None = None,
+    rtol: float | None = None, progress: Progress | None = None, outputs: Readouts | None = None,
 ) -> Outcome:  # fmt: skip
-    """Plans and solves; from the temperatures of all lumps at the start to base readings and the energy account."""
+    """Plans and solves; from the temperatures of all lumps at the start to base readings (`outputs`, if not those of
+    the machine) and the energy account."""
     wants_heat = any(r.how == "heat" for e in network.machine.expansions.values() for r in e.readings())
     plan = make_plan(network, schedule, T0, method, stop_at_samples=wants_heat)
-    outputs = readouts(network, parts)
+    outputs = outputs or readouts(network, parts)
     if plan.method == "rosenbrock" or plan.method.startswith("solve_ivp"):
         return _by_steps(plan, outputs, rtol, progress)
     switches: tuple[tuple[float, int, int], ...] = ()

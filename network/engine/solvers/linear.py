@@ -6,6 +6,7 @@ straight from f0 to f1.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -113,17 +114,25 @@ def reduce(plan: Plan, readouts: Readouts) -> LinearProblem:
     inputs = ({name: values[k] for name, values in plan.left.items()} for k in distinct)
     regimes = tuple(regime_from(network, affine_matrix(network, u, modes), readouts) for u in inputs)
     forcing = _forcing(plan)
-    n = len(network.free) + readouts.states
-    f0, f1 = (np.empty((len(plan.edges) - 1, n)) for _ in range(2))
-    for r, regime in enumerate(regimes):
-        at = np.flatnonzero(regime_of == r)
-        for f, held, heat in zip((f0, f1), forcing.held, forcing.heat, strict=True):
-            f[at] = held[at] @ regime.F_held.T + heat[at] @ regime.F_heat.T
-            f[at, len(network.free) :] += readouts.state_constant
+    f0, f1 = force_states(regimes, regime_of, forcing, readouts)
     first = regimes[int(regime_of[0])]
     x0 = _start(plan, first, readouts, forcing)
     scale = np.concatenate([np.sqrt(network.capacity[network.free]), np.ones(readouts.states)])
     return LinearProblem(plan, readouts, regimes, regime_of, forcing, f0, f1, x0, scale)
+
+
+def force_states(
+    regimes: Sequence[Regime], regime_of: Indices, forcing: Forcing, readouts: Readouts
+) -> tuple[Array, Array]:
+    """What drives the states just after and just before the edges of every interval: (K, n) each."""
+    n = len(regimes[0].A)
+    f0, f1 = (np.empty((len(regime_of), n)) for _ in range(2))
+    for r, regime in enumerate(regimes):
+        at = np.flatnonzero(regime_of == r)
+        for f, held, heat in zip((f0, f1), forcing.held, forcing.heat, strict=True):
+            f[at] = held[at] @ regime.F_held.T + heat[at] @ regime.F_heat.T
+            f[at, n - readouts.states :] += readouts.state_constant
+    return f0, f1
 
 
 def _forcing(plan: Plan) -> Forcing:

@@ -7,15 +7,27 @@ from pathlib import Path
 
 from network.analysis.calibration.tcp_bands import Band
 from network.analysis.comparison.compare import Comparison
+from network.engine.superposition.superposition import Superposition
 from network.engine.trajectory import Trajectory
-from network.report.figures.all_figures import comparison_figure, contributions_figure, network_figure, run_figure, save
+from network.report.figures.all_figures import (
+    comparison_figure,
+    contributions_figure,
+    network_figure,
+    run_figure,
+    save,
+    sources_figure,
+)
 
 
-def draw_run(run: Trajectory, where: Path, bands: Sequence[Band] = ()) -> list[Path]:
-    """run.png, network.png and, where something moves the tool centre point, contributions.png."""
+def draw_run(
+    run: Trajectory, where: Path, bands: Sequence[Band] = (), shares: Superposition | None = None
+) -> list[Path]:
+    """run.png, network.png and, where something moves the tool centre point, contributions.png and sources.png."""
     pictures = {"run.png": run_figure(run, bands), "network.png": network_figure(run.machine, run)}
     if run.tcp:
         pictures["contributions.png"] = contributions_figure(run)
+    if shares is not None and run.tcp:
+        pictures["sources.png"] = sources_figure(shares)
     for name, figure in pictures.items():
         save(figure, where / name)
     return [where / name for name in pictures]

@@ -6,15 +6,18 @@ import csv
 import io
 import json
 from collections.abc import Iterable, Mapping
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
+from network.engine.superposition.superposition import Superposition
 from network.engine.trajectory import Trajectory
 from network.platform.files import write_text
 from network.platform.publication import Kind
 from network.recordings.csv_table import write_csv
+from network.report.words.source_words import summarise_superposition
 
-RUN = Kind("summary.json", ("run.png", "network.png", "contributions.png", "bands.csv"))
+RUN = Kind("summary.json", ("run.png", "network.png", "contributions.png", "sources.png", "bands.csv"))
 """What `lptn simulate` leaves in a folder."""
 
 
@@ -40,10 +43,17 @@ def write_table(path: Path, header: Iterable[object], rows: Iterable[Iterable[ob
     write_text(path, text.getvalue())
 
 
-def write_run(run: Trajectory, where: Path) -> list[Path]:
-    """results.csv (a recording's format), parts.csv (what every part has and does), and summary.json."""
+def run_summary(run: Trajectory, shares: Superposition | None) -> dict[str, Any]:
+    """What summary.json holds; `from`: where the movement comes from."""
+    return run.summary() | ({} if shares is None else {"from": summarise_superposition(shares)})
+
+
+def write_run(run: Trajectory, where: Path, shares: Superposition | None = None) -> list[Path]:
+    """results.csv (a recording's format), parts.csv (what every part has and does, and where the movement comes from),
+    and summary.json."""
     results, parts, summary = (where / name for name in ("results.csv", "parts.csv", "summary.json"))
-    for path, columns in ((results, run.columns()), (parts, run.part_columns())):
+    more = shares.columns() if shares is not None else ()
+    for path, columns in ((results, run.columns()), (parts, chain(run.part_columns(), more))):
         write_csv(path, run.t, {name: (unit_text, values) for name, unit_text, values in columns})
-    write_text(summary, as_json(run.summary()))
+    write_text(summary, as_json(run_summary(run, shares)))
     return [results, parts, summary]

@@ -63,7 +63,7 @@ def _displacements(run: Trajectory) -> list[str]:
 
 def _main_contributor(run: Trajectory, axis: str, shown: Unit) -> str:
     """The largest contribution where the axis is furthest from zero, with its share there."""
-    mine = {name: values for (a, name), values in run.contributions.items() if a == axis}
+    mine = run.of_axis(axis)
     peak = int(np.argmax(np.abs(run.tcp[axis])))
     name = max(mine, key=lambda n: abs(float(mine[n][peak])), default=None)
     if name is None:

@@ -1,0 +1,83 @@
+"""The command `lptn iso230`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+
+from network.cli.options import (
+    json_flag,
+    machine_options,
+    print_json,
+    read_machine,
+    read_start,
+    results_go_to,
+    start_option,
+    warn,
+)
+from network.platform.package_data import find_shipped
+from network.report.progress import share_bar
+
+PROGRAMS = ("etve", "spindle_constant", "spindle_spectrum", "linear_axis", "rotary_axis")
+
+
+@click.command()
+@machine_options
+@click.argument("program", type=click.Path())
+@click.option("--top", "tops", multiple=True, metavar="INPUT=VALUE", help="scale an input of PROGRAM, 'speed=9000 rpm'")
+@click.option("--tool-length", metavar="LENGTH", help="also the drift at a tool that is longer by this, like '150 mm'")
+@click.option("-o", "--output", type=click.Path(), metavar="DIR", help="report.html, iso230.json and a picture")
+@start_option
+@json_flag
+def iso230(
+    machine: str, program: str, tops: Sequence[str], tool_length: str | None, output: str | None, start: str | None,
+    level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
+) -> None:  # fmt: skip
+    """A thermal test of ISO 230-3 on a MACHINE: simulated along PROGRAM (a scenario, or one of the programs shipped:
+    etve, spindle_constant, spindle_spectrum, linear_axis, rotary_axis), or from a recording."""
+    with share_bar(f"testing {Path(machine).name}") as bar:
+        results_go_to(output)
+        loaded = read_machine(machine, level, lumps, sets)
+        from network.analysis.acceptance.thermal_test import evaluate_thermal_test
+        from network.recordings.load_source import load_source
+        from network.recordings.scaled_inputs import scale_inputs
+
+        length = _read_length(tool_length)
+        source = scale_inputs(load_source(_find_program(program)), tops)
+        test = evaluate_thermal_test(loaded, source, tool_length=length, start=read_start(start))
+        written = []
+        if output is not None:
+            bar.now("drawing the test", 1.0)
+            from network.platform.publication import publication
+            from network.report.files.thermal_test_files import TEST, write_thermal_test
+
+            with publication(output, TEST) as draft:
+                written = [Path(output) / path.name for path in write_thermal_test(test, draft)]
+    if as_json:
+        print_json(test.summary())
+    else:
+        click.echo(str(test))
+    if written:
+        click.echo(f"\nWritten: {', '.join(map(str, written))}", err=as_json)
+    warn(map(str, loaded.warnings))
+
+
+def _find_program(program: str) -> Path:
+    """A file, or a program that is shipped by its short name."""
+    if program in PROGRAMS and not Path(program).exists():
+        return find_shipped("scenarios", f"iso230_{program}.yaml")
+    return Path(program)
+
+
+def _read_length(text: str | None) -> float | None:
+    from network.platform.quantities.units import BadNumber, in_unit
+    from network.platform.refusal import Spot, refuse
+
+    if text is None:
+        return None
+    try:
+        return in_unit(text, "mm")
+    except BadNumber as bad:
+        raise refuse(Spot("--tool-length"), f"'{text}' {bad.wrong}", bad.right) from None

@@ -1,0 +1,42 @@
+"""Linear networks: each cause alone, in the modes of the run. The answers add up to the run but for rounding."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Array
+from network.engine.solvers import expm, modal
+from network.engine.solvers.linear import Forcing, LinearProblem, force_states
+from network.engine.superposition.causes import Cause
+
+
+def answer_exactly(problem: LinearProblem, causes: Sequence[Cause], base: float) -> Array:
+    """Rises over `base` [°C] that each cause brings to the readouts: (causes, rows, instants)."""
+    return np.stack([_answer(problem, cause, base) for cause in causes])
+
+
+def _answer(problem: LinearProblem, cause: Cause, base: float) -> Array:
+    forcing = _forcing_of(problem, cause, base)
+    f0, f1 = force_states(problem.regimes, problem.regime_of, forcing, problem.readouts)
+    network = problem.plan.network
+    x0 = problem.plan.T0[network.free] - base if cause.is_start else np.zeros(problem.order)
+    alone = replace(problem, forcing=forcing, f0=f0, f1=f1, x0=x0)
+    solution = modal.solve(alone) if problem.plan.method != "expm" else None
+    return (solution or expm.solve(alone)).y
+
+
+def _forcing_of(problem: LinearProblem, cause: Cause, base: float) -> Forcing:
+    network, given = problem.plan.network, problem.forcing
+    groups = (*network.heats, *network.relays)
+    held: list[Array] = [np.zeros_like(values) for values in given.held]
+    heat: list[Array] = [np.zeros_like(values) for values in given.heat]
+    for side in (0, 1):
+        if cause.held is not None:
+            held[side][:, cause.held] = given.held[side][:, cause.held] - base
+        if cause.source is not None:
+            group, column = cause.source
+            heat[side] = np.multiply.outer(given.sources[group][side][:, column], groups[group].into[:, column])
+    return Forcing((held[0], held[1]), (heat[0], heat[1]), ())

@@ -1,0 +1,171 @@
+"""ISO 230-3: figures of a drift against closed forms, tests on shipped machines and recordings, refusals."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from network import Machine, Recording, Refused, Scenario
+from network.analysis.acceptance.drift_measures import HOUR, find_range, find_stability, smooth_readings
+from network.analysis.acceptance.motion import TITLES
+from network.analysis.acceptance.thermal_test import ThermalTest, evaluate_thermal_test
+from network.cli import main
+
+ROOT = Path(__file__).parents[1]
+MACHINES, PROGRAMS = ROOT / "machines", ROOT / "scenarios"
+GANTRY = str(MACHINES / "gantry_spindle.yaml")
+
+
+def evaluate_on(machine: str, program: str, tool_length: float | None = None) -> ThermalTest:
+    source = Scenario.load(PROGRAMS / f"iso230_{program}.yaml")
+    return evaluate_thermal_test(Machine.load(MACHINES / f"{machine}.yaml"), source, tool_length=tool_length)
+
+
+def status(*words: str) -> int:
+    with pytest.raises(SystemExit) as end:
+        main(words)
+        raise SystemExit(0)
+    return int(end.value.code or 0)
+
+
+@pytest.mark.parametrize("minutes", [30, 60, 90])
+def test_an_exponential_is_stable_when_its_closed_form_says(minutes: float) -> None:
+    """1 − e^(−t/τ): the change of an hour is e^(−(t − 60 min)/τ) of that of the first one; 15 % of it at
+    60 min + τ ln(1/0.15)."""
+    t = np.arange(0, 8 * HOUR, 20.0)
+    course = 1 - np.exp(-t / (60 * minutes))
+    expected = 60 + minutes * np.log(1 / 0.15)
+    found = find_stability(t, course, 0.0, float(t[-1]))
+    assert found is not None and expected <= found / 60 < expected + 1
+    assert find_range(t, course, 0, HOUR) == pytest.approx(1 - np.exp(-60 / minutes))
+    assert find_stability(t, t, 0.0, float(t[-1])) is None
+    assert find_stability(t, course, 0.0, 1.9 * HOUR) is None
+
+
+def test_readings_are_smoothed_so_that_noise_is_no_drift() -> None:
+    """A straight drift is kept to its ends, also over gaps; of noise less than half is left."""
+    rng = np.random.default_rng(0)
+    t = np.arange(0, 4 * HOUR, 10.0)
+    noisy = rng.normal(size=len(t))
+    noisy[100:200] = np.nan
+    smooth_t, smooth = smooth_readings(t, noisy)
+    assert np.ptp(smooth) < (np.nanmax(noisy) - np.nanmin(noisy)) / 2 and len(smooth) < len(np.arange(0, 4 * HOUR, 60))
+    smooth_t, smooth = smooth_readings(t, np.where(np.isnan(noisy), np.nan, 5 * t))
+    np.testing.assert_allclose(smooth, 5 * smooth_t, rtol=1e-9, atol=1e-6)
+    assert (smooth_t[0], smooth_t[-1]) == (t[0], t[-1])
+
+
+@pytest.mark.parametrize(
+    ("machine", "program", "test"),
+    [
+        ("vertical_mill", "etve", "etve"), ("gantry_spindle", "spindle_constant", "spindle_constant"),
+        ("belt_lathe", "spindle_spectrum", "spindle_spectrum"), ("ball_screw_axis", "linear_axis", "linear_axis"),
+        ("cnc_lathe", "spindle_constant", "spindle_constant"), ("cnc_lathe", "linear_axis", "linear_axis"),
+        ("paper_8000", "spindle_constant", "spindle_constant"),
+    ],
+)  # fmt: skip
+def test_programs_run_on_shipped_machines(machine: str, program: str, test: str) -> None:
+    """The contract's keys; drift is the range of the simulated axis, first and last 60 min lie within it."""
+    result = evaluate_on(machine, program)
+    told = result.summary()
+    assert told["test"] == test and TITLES[test] in told["title"] and told["from"] == "simulation"
+    assert result.run is not None
+    for axis, figures in told["axes"].items():
+        assert {"drift", "first_60_min", "last_60_min", "stable_after_min", "tilt"} <= figures.keys()
+        assert 0 <= figures["last_60_min"]["value"] <= figures["drift"]["value"]
+        if test != "linear_axis":
+            assert figures["drift"]["value"] == pytest.approx(1e6 * np.ptp(result.run.tcp[axis]))
+    assert str(result).startswith(result.machine.name)
+
+
+def test_a_table_that_turns_is_a_rotary_axis() -> None:
+    """What reads another speed than the spindle's; the spindle, which the program does not name, rests."""
+    table = "sources.table={kind: bearing_friction, into: {beam: 1}, torque: 40 N m, input: rotary_speed}"
+    program = Scenario.load(PROGRAMS / "iso230_rotary_axis.yaml")
+    told = evaluate_thermal_test(Machine.load(GANTRY, sets=[table]), program).summary()
+    assert told["test"] == "rotary_axis" and told["axes"]["y"]["drift"]["value"] > 0.5
+    assert told["motion_min"] == {"begin": 10, "end": 250}
+
+
+def test_a_moving_axis_is_told_at_both_ends_of_its_travel() -> None:
+    """The screw grows from its fixed bearing: what stands further off moves more, in the ratio of the lengths that
+    carry heat at most."""
+    x = evaluate_on("ball_screw_axis", "linear_axis").axes["x"]
+    near, far = x.targets.values()
+    assert list(x.targets) == pytest.approx([0.0, 0.6]) and x.drift == far.drift > 2 * near.drift
+    assert x.stable_after is not None and x.first > 0.8 * x.drift
+
+
+def test_a_longer_tool_is_carried_by_the_rotation() -> None:
+    """x − b L: as twice the length makes the range of x − 2 b L, not twice that of x − b L."""
+    results = {length: evaluate_on("belt_lathe", "spindle_constant", length).axes["x"] for length in (0.0, 0.15, 0.3)}
+    run = evaluate_on("belt_lathe", "spindle_constant").run
+    assert run is not None
+    for length, drift in results.items():
+        assert drift.offset == pytest.approx(np.ptp(run.tcp["x"] - length * run.tcp["b"]))
+        assert drift.tilt == pytest.approx(np.ptp(run.tcp["b"]))
+
+
+def test_a_recording_tells_what_was_measured_and_beside_it_the_machine(tmp_path: Path) -> None:
+    """A noisy run of the same machine: measured and simulated agree to a micrometre, four σ of a sample."""
+    program = str(PROGRAMS / "iso230_spindle_constant.yaml")
+    main(["simulate", GANTRY, program, "-o", str(tmp_path), "--no-plots", "--noise", "--seed", "1"])
+    recording = Recording.load(tmp_path / "results.csv")
+    result = evaluate_thermal_test(Machine.load(GANTRY), recording)
+    told = result.summary()
+    assert told["from"] == "recording" and told["test"] == "spindle_constant"
+    for axis in ("z", "y"):
+        measured, simulated = told["axes"][axis], told["simulated"][axis]
+        for key in ("drift", "first_60_min", "last_60_min"):
+            assert measured[key]["value"] == pytest.approx(simulated[key]["value"], abs=1.0)
+
+
+def test_the_command_leaves_a_page_with_everything_in_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["iso230", GANTRY, "spindle_spectrum", "--top", "speed=8000 rpm", "-o", str(tmp_path)]
+    assert status(*words) == 0 and "last 60 min" in capsys.readouterr().out
+    assert {path.name for path in tmp_path.iterdir()} == {"report.html", "iso230.json", "iso230.png"}
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    drift = json.loads((tmp_path / "iso230.json").read_text())["axes"]["z"]["drift"]["value"]
+    assert f"{drift:.1f}" in page and "data:image/png;base64" in page and "http" not in page
+    assert status(*words[:5], "--json") == 0
+    assert json.loads(capsys.readouterr().out)["axes"]["z"]["drift"]["value"] == pytest.approx(drift)
+
+
+def test_the_readme_shows_what_comes_out(capsys: pytest.CaptureFixture[str]) -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    shown = next(block for block in readme.split("```") if block.startswith("\nSimulated along"))
+    assert status("iso230", GANTRY, "spindle_constant", "--top", "speed=8000 rpm") == 0
+    assert shown.strip() in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        ((GANTRY, "rotary_axis"), "rotary_speed, which this machine does not read; give a program that moves speed"),
+        ((str(MACHINES / "specimen_bar.yaml"), "etve"), "needs the input `heater`"),
+        ((str(MACHINES / "toaster_oven.yaml"), "etve"), "moves no tool centre point"),
+        ((GANTRY, "spindle_constant", "--tool-length", "150 mm"), "has no rotation a or b"),
+        ((GANTRY, "spindle_constant", "--tool-length", "150"), "'150' has no unit"),
+        ((GANTRY, "spindle_constant", "--top", "sped=8000 rpm"), "did you mean 'speed'"),
+        ((GANTRY, "iso230_rest.yaml", "--top", "speed=8 rpm"), "scales 'speed', which is zero throughout"),
+    ],
+)  # fmt: skip
+@pytest.mark.usefixtures("rest")
+def test_bad_input_is_refused(words: tuple[str, ...], says: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert status("iso230", *words) == 2
+    assert says in capsys.readouterr().err
+
+
+@pytest.fixture
+def rest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("iso230_rest.yaml").write_text("scenario: rest\nduration: 4 h\ninputs: {speed: 0 rpm, ambient: 20 degC}\n")
+
+
+def test_a_recording_without_displacement_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "r.csv").write_text("time [s],speed [rpm],ambient [degC]\n0,0,20\n60,8000,20\n")
+    with pytest.raises(Refused, match="record one of the displacement channels of this machine: dz, dy"):
+        evaluate_thermal_test(Machine.load(GANTRY), Recording.load(tmp_path / "r.csv"))

@@ -1,0 +1,159 @@
+"""Where the movement comes from: shares against runs without a source, sums, laws that bend, what is told."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from build import machine
+from fit_networks import machines
+from test_figures import check_legible
+
+from network import Machine, Recording, Scenario, simulate, superpose
+from network.cli import main
+from network.engine.superposition.superpose import ALONG, AT_ONCE, EXACTLY
+from network.report.figures.all_figures import sources_figure
+
+ROOT = Path(__file__).parents[1]
+GANTRY, WARM_UP = ROOT / "machines" / "gantry_spindle.yaml", ROOT / "scenarios" / "warm_up_and_stop.yaml"
+DAY = {"speed": [{"for": "40 min", "at": "8000 rpm"}, {"at": "0 rpm"}], "air": "23 degC", "ambient": "23 degC"}
+
+
+def day(start: Any = "21 degC") -> Scenario:
+    return Scenario.of("a run", "80 min", DAY, output="20 s", start=start)
+
+
+def test_a_source_moved_what_a_run_without_it_lacks() -> None:
+    """Exact superposition, against the difference of two simulations."""
+    schedule = Scenario.load(WARM_UP)
+    whole = simulate(Machine.load(GANTRY), schedule)
+    shares = superpose(whole)
+    assert shares.how == EXACTLY
+    for source in whole.machine.sources:
+        without = simulate(Machine.load(GANTRY, sets=[f"sources.{source}=null"]), schedule)
+        for axis in whole.tcp:
+            own = shares.sum_by(axis, "cause")[(source,)]
+            np.testing.assert_allclose(own, whole.tcp[axis] - without.tcp[axis], atol=1e-15)
+
+
+@pytest.mark.parametrize("name", machines())
+def test_shares_add_up_to_the_movement(name: str) -> None:
+    """Bars, junctions, streams with delay, fans, relays to rounding; radiation and viscosity to less than is told."""
+    run = simulate(machines()[name], day({"motor": "25 degC", "others": "21 degC"}))
+    shares = superpose(run)
+    assert shares.how == (ALONG if name == "bent" else EXACTLY)
+    total = sum(share.values for share in shares.shares)
+    allowed = 5e-4 * np.abs(run.tcp["z"]).max() if name == "bent" else 1e-14
+    np.testing.assert_allclose(total, run.tcp["z"], atol=allowed)
+    np.testing.assert_allclose(total + shares.remainder["z"], run.tcp["z"], atol=1e-18)
+    assert {share.cause for share in shares.shares} >= {"start", "air", *run.machine.sources}
+
+
+GROWS = {"kind": "stretching", "of": "plate", "length": "400 mm", "expansion": "1.1e-5 1/K", "direction": 1}
+
+
+def odd(**sections: Any) -> Machine:
+    """A motor on a plate in a room; the sections are laid over it."""
+    given: dict[str, Any] = {
+        "links": {
+            "foot": {"kind": "conduction", "between": ["motor", "plate"], "conductance": "9 W/K"},
+            "skin": {"kind": "convection", "between": ["plate", "air"], "conductance": "4 W/K"},
+        },
+        "sources": {"rub": {"kind": "heat_source", "into": {"motor": 1}, "power": "90 W", "with": "running"}},
+        "tcp": {"z": {"grows": GROWS}},
+    }
+    nodes = {"motor": {"heat_capacity": "6 kJ/K"}, "plate": {"heat_capacity": "20 kJ/K"}, "air": {"temperature": "air"}}
+    merged = {key: {**given.get(key, {}), **sections.get(key, {})} for key in given}
+    return machine({**nodes, **sections.get("nodes", {})}, **merged)
+
+
+WAX = {"heat_capacity": "5 kJ/K", "melts": {"at": "26 degC", "over": "2 K", "latent_heat": "60 kJ"}}
+CHILLER = {"kind": "pi_cooling", "into": {"plate": 1}, "watches": "plate", "set": "22 degC", "gain": "30 W/K",
+           "reset_time": "10 min"}  # fmt: skip
+COOLER = {"kind": "thermostat_cooling", "into": {"plate": 1}, "watches": "plate", "set": "24 degC",
+          "hysteresis": "0.5 K", "power": "200 W"}  # fmt: skip
+GLOW = {"kind": "radiation", "between": ["plate", "air"], "emissivity_area": "0.5 m^2"}
+BEND = {"kind": "bending", "between": ["motor", "plate"], "distance": "200 mm", "length": "2 m", "direction": 1,
+        "expansion": "1.1e-5 1/K"}  # fmt: skip
+SPIN = {"kind": "centrifugal_growth", "displacement": "9 um", "reference_speed": "8000 rpm", "direction": -1}
+ODD = {
+    "melts": odd(nodes={"motor": WAX}), "chiller": odd(sources={"chiller": CHILLER}),
+    "radiates and switches": odd(links={"glow": GLOW}, sources={"cooler": COOLER}),
+    "bends": odd(tcp={"z": {"grows": GROWS, "bends": BEND}}), "spins": odd(tcp={"z": {"grows": GROWS, "spins": SPIN}}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_odd_machines_are_told_with_what_is_left(name: str) -> None:
+    run = simulate(ODD[name], day())
+    shares = superpose(run)
+    assert shares.is_told_whole
+    assert shares.how == (EXACTLY if name in ("bends", "spins") else ALONG)
+    if name == "spins":
+        at_once = shares.sum_by("z", "kind", "cause")["centrifugal_growth", AT_ONCE]
+        np.testing.assert_allclose(at_once[:100], -9e-6, rtol=1e-12)
+        assert not at_once[-100:].any()
+
+
+def test_two_heats_into_one_part_share_as_their_watts_whatever_its_losses_do() -> None:
+    """One part that radiates: both rises obey the same balance, so their ratio is that of the powers at all times."""
+    two = {name: {"kind": "heat_source", "into": {"plate": 1}, "power": f"{watts} W"}
+           for name, watts in (("weak", 30), ("strong", 120))}  # fmt: skip
+    links = {"glow": GLOW, "skin": None, "foot": None}
+    alone = machine({"plate": {"heat_capacity": "20 kJ/K"}, "air": {"temperature": "air"}},
+                    links={name: link for name, link in links.items() if link}, sources=two,
+                    tcp={"z": {"grows": GROWS}})  # fmt: skip
+    sums = superpose(simulate(alone, day())).sum_by("z", "cause")
+    np.testing.assert_allclose(sums["strong",][1:] / sums["weak",][1:], 4.0, rtol=1e-9)
+
+
+def test_a_machine_in_a_warm_room_is_moved_by_neither_room_nor_start() -> None:
+    """Warm all through: 3 K over the reference is displaced at the start, and nothing of it is movement."""
+    rest = Scenario.of("rest", "1 h", {**DAY, "speed": "0 rpm"}, start="23 degC")
+    run = simulate(odd(), rest)
+    sums = superpose(run).sum_by("z", "cause")
+    np.testing.assert_allclose(sums["start",], 3 * 400e-3 * 1.1e-5, rtol=1e-12)
+    np.testing.assert_allclose([sums["air",], sums["rub",]], 0.0, atol=1e-15)
+
+
+def test_pieces_of_a_recording_are_told_one_by_one(tmp_path: Path) -> None:
+    """A gap parts it: the shares run on the clock of the file, begun anew."""
+    times = np.concatenate([np.arange(0, 3000, 30), np.arange(20000, 23000, 30)])
+    rows = [f"{t},{8000 if t < 20000 else 3000},{23 if t < 20000 else 27}" for t in times]
+    (tmp_path / "r.csv").write_text("time [s],speed [rpm],air [degC]\n" + "\n".join(rows))
+    recording = Recording.load(tmp_path / "r.csv")
+    assert recording.cuts
+    run = simulate(odd(), recording)
+    shares = superpose(run)
+    np.testing.assert_allclose(sum(s.values for s in shares.shares), run.tcp["z"], atol=1e-14)
+
+
+def test_the_command_tells_writes_and_draws_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The words add up to what they say; the columns of parts.csv to the axis."""
+    main(["simulate", str(GANTRY), str(WARM_UP), "-o", str(tmp_path)])
+    sentence = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("Of ") and " z " in line)
+    assert sentence in (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+    whole, *parts = (float(n.replace("−", "-")) for n in re.findall(r"[+−][\d.]+(?= µm| from)", sentence))
+    assert whole == pytest.approx(sum(parts), abs=0.11) and "motor loss" in sentence
+    told = json.loads((tmp_path / "summary.json").read_text())["from"]["z"]
+    assert told["sentence"] == sentence and told["remainder"] < 1e-6
+    assert sum(told["by_part"].values()) == pytest.approx(told["moved"]) == pytest.approx(whole, abs=0.05)
+    columns = Recording.load(tmp_path / "parts.csv").columns
+    z = simulate(Machine.load(GANTRY), Scenario.load(WARM_UP)).tcp["z"]
+    for family in ("from.z.", "through.z.", "by.z.", "share.z.", "tcp.z."):
+        total = sum(column.values for name, column in columns.items() if name.startswith(family))
+        np.testing.assert_allclose(total, z, atol=2e-11)
+    assert (tmp_path / "sources.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("name", ["bends", "spins"])
+def test_the_picture_is_legible(name: str, tmp_path: Path) -> None:
+    """Also with kinds of movement in a panel of their own."""
+    shares = superpose(simulate(ODD[name], day()))
+    figure = sources_figure(shares)
+    assert len(figure.axes) == 2
+    check_legible(figure, tmp_path / "x.png")
