@@ -1,0 +1,109 @@
+"""Heat capacities, conductances and powers from lags and gains, which tell their ratios only.
+
+A fit gives τ = C/ΣG, shares w = G/ΣG and gains g = P/ΣG. A recorded power in W makes C = τ P/g of it; any other input is
+given a usual heat at its largest value, and all heats, conductances and capacities of what hangs together may be off by
+the same factor. A part that follows another is given as large a heat capacity, less where it would take more than half
+of the other's heat: how large it is, is seen only in what it takes back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from network.analysis.drafting.part_models import ALWAYS, AROUND, OTHER, Identified, PartModel
+from network.catalogue.mechanisms.bearing_friction import BearingFriction
+from network.catalogue.mechanisms.guide_friction import GuideFriction
+from network.catalogue.mechanisms.heat_source import HeatSource
+from network.catalogue.typical_values import USUAL_LOSS
+from network.platform.quantities.units import unit
+
+POWER = unit("W").dimension
+MOST, LEAST = 0.5, 0.1
+"""Of a part's conductance: the most that one which follows it takes, the least that is left for the surroundings."""
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """One part. capacity [J/K]; around: conductance to the surroundings [W/K]; to_parent: to the part it follows, None
+    without; to_held: to temperatures that are held, by name; heats: by input and ALWAYS, at its largest value [W];
+    is_known: whether a power in W told them."""
+
+    capacity: float
+    around: float
+    to_parent: float | None
+    to_held: Mapping[str, float]
+    heats: Mapping[str, float]
+    is_known: bool
+
+
+def size_parts(found: Identified) -> tuple[Sizes, ...]:
+    """Of every part."""
+    capacity, known = list[float](), list[bool]()
+    for model in found.models:
+        own = _from_powers(found, model)
+        known.append(own is not None or (model.parent is not None and known[model.parent]))
+        capacity.append(own or _from_usual(found, model, capacity))
+    given = [_taken(found.models, k, capacity) for k in range(len(capacity))]
+    return tuple(_sizes(found, m, C, taken, is_known)
+                 for m, C, taken, is_known in zip(found.models, capacity, given, known, strict=True))  # fmt: skip
+
+
+def _from_powers(found: Identified, model: PartModel) -> float | None:
+    """By the recorded power that heats it most, which parts that follow no other share alike; parts that follow one have
+    no share in a power that heats such a part."""
+    told = list[float]()
+    for name, gain in model.fit.weights.items():
+        if name in found.largest and _kind(found, name) == POWER:
+            heated = [m for m in found.models if name in m.fit.weights]
+            roots = [m for m in heated if m.parent is None] or heated
+            if model in roots:
+                told.append(model.fit.tau / len(roots) / abs(gain))
+    return min(told, default=None)
+
+
+def _from_usual(found: Identified, model: PartModel, before: Sequence[float]) -> float:
+    fit = model.fit
+    if model.parent is not None:
+        parent = found.models[model.parent].fit
+        share = max(fit.weights.get(OTHER, 1.0), 1e-3)
+        return min(before[model.parent], MOST * before[model.parent] / parent.tau * fit.tau / share)
+    heats = (*found.roles.inputs, ALWAYS)
+    rises = {name: abs(_heat(found, name, g)) for name, g in fit.weights.items() if name in heats}
+    if not rises or max(rises.values()) == 0:
+        return fit.tau * USUAL_LOSS / len(found.models)
+    name = max(rises, key=lambda n: rises[n])
+    return fit.tau * usual_heat(found.units.get(name, "W"), found.largest.get(name, 1.0)) / rises[name]
+
+
+def _kind(found: Identified, name: str) -> str:
+    return unit(found.units[name]).dimension
+
+
+def usual_heat(unit_text: str, largest: float) -> float:
+    """What such an input usually gives at that value [W]."""
+    dimension = unit(unit_text).dimension
+    if dimension == unit("rpm").dimension:
+        return BearingFriction.params()["torque"].proposal() * largest
+    if dimension == unit("m/min").dimension:
+        return GuideFriction.params()["power_per_feed"].proposal() * largest
+    return HeatSource.params()["power"].proposal()
+
+
+def _taken(models: Sequence[PartModel], k: int, capacity: Sequence[float]) -> float:
+    """By those that follow it [W/K]."""
+    return sum(m.fit.weights.get(OTHER, 0.0) * C / m.fit.tau
+               for m, C in zip(models, capacity, strict=True) if m.parent == k)  # fmt: skip
+
+
+def _sizes(found: Identified, model: PartModel, C: float, taken: float, is_known: bool) -> Sizes:
+    whole, weights = C / model.fit.tau, model.fit.weights
+    around = max(weights.get(AROUND, 0.0) * whole - taken, LEAST * whole)
+    heats = {name: _heat(found, name, g * whole) for name, g in weights.items() if name in (*found.roles.inputs, ALWAYS)}
+    held = {name: weights[name] * whole for name in found.roles.held if name in weights}
+    return Sizes(C, around, weights[OTHER] * whole if OTHER in weights else None, held, heats, is_known)
+
+
+def _heat(found: Identified, name: str, per_unit: float) -> float:
+    """At the largest value of an input."""
+    return per_unit * found.largest.get(name, 1.0) ** (2 if found.goes_squared(name) else 1)
