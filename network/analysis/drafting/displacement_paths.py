@@ -1,13 +1,16 @@
 """Which parts move the tool: displacement as a sum of their rises, by least squares and evidence.
 
-d(t) − d(0) = Σ k_p (T_p(t) − T_p(0)), k = ± α L of a part that stretches. Forward selection by BIC, as for what drives a
-temperature; each run has a zero of its own.
+d(t) − d(0) = Σ k_p (T_p(t) − T_p(0)), k = ± α L of a part that stretches. A machine will know T_p to s_p, what its lag
+model leaves, and so d to Σ k_p² s_p² at best: slopes minimise |d − Σ k T|² + n Σ k² s², which keeps large ones of opposite
+sign away that hold in these recordings only. Forward selection by BIC of that sum, one or two parts at a time, because
+paths of opposite sign show only together; each run has a zero of its own.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
@@ -79,36 +82,61 @@ def _targets(found: Identified, name: str, gate: str) -> Array:
     return np.concatenate(rows)
 
 
+@dataclass(frozen=True, eq=False)
+class _Candidates:
+    """Displacement and temperatures of all that may move it, each run about its own mean, where all are known.
+
+    known: s² of each; run: of each cell."""
+
+    x: Array
+    y: Array
+    known: Array
+    run: Array
+
+    def fit(self, use: Sequence[int]) -> tuple[float, Array]:
+        """(mean square left, that of the temperatures in it; slopes)."""
+        x, n = self.x[:, use], max(len(self.y), 1)
+        moments, joint = x.T @ x / n + np.diag(self.known[use]), x.T @ self.y / n
+        slopes = np.linalg.lstsq(moments, joint, rcond=1e-12)[0]
+        return float(self.y @ self.y / n - joint @ slopes), np.asarray(slopes)
+
+    def independent(self, use: Sequence[int], slopes: Array) -> float:
+        return count_independent(self.y - self.x[:, use] @ slopes, self.run)
+
+
 def _select(found: Identified, target: Array) -> tuple[dict[int | str, float], float]:
     """Parts that are worth a place, with their slopes, and the rms that they leave."""
-    run = np.repeat(np.arange(len(found.courses)), [c.cells for c in found.courses])
+    keys: list[int | str] = [*range(len(found.models)), *found.roles.held]
+    all_of = _candidates(found, target)
+    use, (square, slopes) = list[int](), all_of.fit([])
+    while len(all_of.y) > FEWEST:
+        free = [k for k in range(len(keys)) if k not in use]
+        tried = {add: all_of.fit([*use, *add]) for add in (*((k,) for k in free), *combinations(free, 2))}
+        best = [min((a for a in tried if len(a) == size), key=lambda a: tried[a][0], default=()) for size in (1, 2)]
+        gains = {a: _gain(all_of, square, [*use, *a], tried[a], len(a)) for a in best if a}
+        add = max(gains, key=lambda a: gains[a], default=())
+        if not add or gains[add] <= 0:
+            break
+        use, (square, slopes) = [*use, *add], tried[add]
+    left = all_of.y - all_of.x[:, use] @ slopes
+    rms = float(np.sqrt(np.mean(left**2))) if len(left) else 0.0
+    return dict(zip([keys[k] for k in use], slopes.tolist(), strict=True)), rms
+
+
+def _candidates(found: Identified, target: Array) -> _Candidates:
     rows = [m.group.mean for m in found.models]
     rows += [np.concatenate([c.values[name] for c in found.courses]) for name in found.roles.held]
-    keys: list[int | str] = [*range(len(found.models)), *found.roles.held]
-    use, best = list[int](), _fit(rows, [], target, run)
-    while len(use) < len(rows):
-        tried = {k: _fit(rows, [*use, k], target, run) for k in range(len(rows)) if k not in use}
-        k = min(tried, key=lambda j: tried[j][1])
-        worth = count_independent(tried[k][2], run)
-        if worth * np.log(max(best[1], 1e-30) / max(tried[k][1], 1e-30)) <= np.log(max(worth, 2.0)):
-            break
-        use, best = [*use, k], tried[k]
-    return dict(zip([keys[k] for k in use], best[0].tolist(), strict=True)), float(np.sqrt(best[1]))
+    known = np.array([*(m.fit.square for m in found.models), *(0.0 for _ in found.roles.held)])
+    run = np.repeat(np.arange(len(found.courses)), [c.cells for c in found.courses])
+    there = np.isfinite(target) & np.isfinite(rows).all(axis=0)
+    x, y = np.stack(rows, axis=1)[there], target[there][:, None]
+    return _Candidates(_centre(x, run[there]), _centre(y, run[there])[:, 0], known, run[there])
 
 
-def _fit(rows: Sequence[Array], use: Sequence[int], target: Array, run: Array) -> tuple[Array, float, Array]:
-    """(slopes, mean square left, residual); each run about its own mean."""
-    there = np.isfinite(target)
-    for k in use:
-        there = there & np.isfinite(rows[k])
-    if there.sum() <= len(use) + len(np.unique(run)):
-        return np.zeros(len(use)), np.inf, np.full(len(target), np.nan)
-    x = np.stack([rows[k][there] for k in use], axis=1) if use else np.empty((int(there.sum()), 0))
-    x, y = _centre(x, run[there]), _centre(target[there][:, None], run[there])[:, 0]
-    slopes = np.linalg.lstsq(x, y, rcond=None)[0]
-    residual = np.full(len(target), np.nan)
-    residual[there] = y - x @ slopes
-    return slopes, float(np.nanmean(residual**2)), residual
+def _gain(all_of: _Candidates, before: float, use: Sequence[int], after: tuple[float, Array], more: int) -> float:
+    """Nats of evidence, as of lag models."""
+    n = all_of.independent(use, after[1])
+    return float(n * np.log(max(before, 1e-30) / max(after[0], 1e-30)) - more * np.log(max(n, 2.0))) / 2
 
 
 def _centre(x: Array, run: Array) -> Array:

@@ -32,6 +32,11 @@ class Names:
         return self.parts[key] if isinstance(key, int) else self.held[key]
 
 
+def behind(part: str) -> str:
+    """The name of what is behind a part."""
+    return f"behind {part}"
+
+
 def name_nodes(found: Identified) -> Names:
     """No two alike."""
     ambient = fresh_name(found.roles.ambient or "ambient", ())
@@ -62,7 +67,10 @@ def sections_of(
 
 def _nodes(found: Identified, sizes: Sequence[Sizes], names: Names) -> Iterator[tuple[str, Any]]:
     for name, size in zip(names.parts, sizes, strict=True):
-        yield name, {"heat_capacity": f"{amount_of(size.capacity, 'J/K')} {SURE if size.is_known else VAGUE}"}
+        spread = SURE if size.is_known else VAGUE
+        yield name, {"heat_capacity": f"{amount_of(size.capacity, 'J/K')} {spread}"}
+        if size.behind:
+            yield behind(name), {"heat_capacity": f"{amount_of(size.behind[0], 'J/K')} {spread}"}
     held = found.roles.ambient or f"{show(found.level, 'degC', 4)} ± {show(found.spread, 'K', 2)}"
     yield names.ambient, {"temperature": held}
     for column, name in names.held.items():
@@ -73,6 +81,8 @@ def _links(found: Identified, sizes: Sequence[Sizes], names: Names) -> Iterator[
     for k, (model, size) in enumerate(zip(found.models, sizes, strict=True)):
         spread, own = SURE if size.is_known else VAGUE, names.parts[k]
         yield f"{own} skin", _link("convection", own, names.ambient, size.around, spread)
+        if size.behind:
+            yield f"{own} to {behind(own)}", _link("conduction", own, behind(own), size.behind[1], spread)
         if model.parent is not None and size.to_parent:
             other = names.parts[model.parent]
             yield f"{other} to {own}", _link("conduction", other, own, size.to_parent, spread)
@@ -139,7 +149,10 @@ def _stretches(path: Path, names: Names) -> Iterator[tuple[str, Any]]:
 def _sensors(found: Identified, paths: Sequence[Path], names: Names) -> Iterator[tuple[str, Any]]:
     for name, model in zip(names.parts, found.models, strict=True):
         for sensor in model.group.sensors:
-            yield sensor, {"measures": name, "noise": show(found.noise[sensor], "K", 2)}
+            lags = model.fit.lags
+            late = [{"kind": "sensor_lag", "lag": f"{show(lags.short, 's', 3)} {VAGUE}"}] if lags and lags.is_late else []
+            body = {"measures": name, "noise": show(found.noise[sensor], "K", 2)}
+            yield sensor, body | ({"effects": late} if late else {})
     for path in paths:
         if path.slopes:
             gate = {"while": path.gate} if path.gate else {}

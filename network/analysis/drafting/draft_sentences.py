@@ -9,7 +9,7 @@ import numpy as np
 from network.analysis.comparison.amounts import amount, join_names
 from network.analysis.drafting.channel_roles import Wishes
 from network.analysis.drafting.displacement_paths import Path
-from network.analysis.drafting.draft_entries import Names
+from network.analysis.drafting.draft_entries import Names, behind
 from network.analysis.drafting.heat_scale import Sizes
 from network.analysis.drafting.part_models import ALWAYS, OTHER, Identified, PartModel
 from network.platform.quantities.number_format import format_amount
@@ -72,11 +72,21 @@ def tell_part(found: Identified, k: int, names: Names) -> Iterator[str]:
         apart = amount(model.group.apart, "K", 2)
         yield f"{join_names(sensors)} move alike ({apart} apart, rms): one part, {own}."
     follows = [*_tell_heats(found, model), *_tell_links(model, names)]
+    yield from _tell_behind(model, own)
     lasts = f"63 % in {span(model.fit.tau)}"
     if follows:
         yield f"{own} follows {join_names(follows)}; {lasts}; {amount(model.fit.rms, 'K', 2)} is left."
     else:
         yield f"{own} is not seen to follow anything but its surroundings; {lasts}; {amount(model.fit.rms, 'K', 2)} is left."
+
+
+def _tell_behind(model: PartModel, own: str) -> Iterator[str]:
+    lags = model.fit.lags
+    if lags and lags.is_late:
+        yield f"{own} begins to move late: its sensors lag by {span(lags.short)}, or what heats it does."
+    elif lags:
+        short, long = span(lags.short), span(lags.long)
+        yield f"{own} has two time constants, {short} and {long}: {behind(own)} stands for what it warms without a sensor."
 
 
 def _tell_heats(found: Identified, model: PartModel) -> Iterator[str]:

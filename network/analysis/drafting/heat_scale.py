@@ -1,9 +1,9 @@
 """Heat capacities, conductances and powers from lags and gains, which tell their ratios only.
 
-A fit gives τ = C/ΣG, shares w = G/ΣG and gains g = P/ΣG. A recorded power in W makes C = τ P/g of it; any other input is
+A fit gives τ = C/ΣG, shares w = G/ΣG and gains g = P/ΣG. A recorded power in W makes ΣG = P/g of it; any other input is
 given a usual heat at its largest value, and all heats, conductances and capacities of what hangs together may be off by
-the same factor. A part that follows another is given as large a heat capacity, less where it would take more than half
-of the other's heat: how large it is, is seen only in what it takes back.
+the same factor. What follows a part is seen in that part's own fit: of its heat it takes G (1 − w), of its heat capacity
+it is w C. How large it is, is not told, so it is given half of both, at the most the heat capacity of the other.
 """
 
 from __future__ import annotations
@@ -20,16 +20,17 @@ from network.platform.quantities.units import unit
 
 POWER = unit("W").dimension
 MOST, LEAST = 0.5, 0.1
-"""Of a part's conductance: the most that one which follows it takes, the least that is left for the surroundings."""
+"""Of a part's conductance and heat capacity: the most that one which follows it takes, and the least that is left."""
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """One part. capacity [J/K]; around: conductance to the surroundings [W/K]; to_parent: to the part it follows, None
+    """One part. capacity [J/K]; behind: heat capacity of a part behind it and conductance to that [J/K, W/K], or None; around: conductance to the surroundings [W/K]; to_parent: to the part it follows, None
     without; to_held: to temperatures that are held, by name; heats: by input and ALWAYS, at its largest value [W];
     is_known: whether a power in W told them."""
 
     capacity: float
+    behind: tuple[float, float] | None
     around: float
     to_parent: float | None
     to_held: Mapping[str, float]
@@ -39,26 +40,24 @@ class Sizes:
 
 def size_parts(found: Identified) -> tuple[Sizes, ...]:
     """Of every part."""
-    capacity, known = list[float](), list[bool]()
+    whole, known = list[float](), list[bool]()
     for model in found.models:
         own = _from_powers(found, model)
         known.append(own is not None or (model.parent is not None and known[model.parent]))
-        capacity.append(own or _from_usual(found, model, capacity))
-    given = [_taken(found.models, k, capacity) for k in range(len(capacity))]
-    return tuple(_sizes(found, m, C, taken, is_known)
-                 for m, C, taken, is_known in zip(found.models, capacity, given, known, strict=True))  # fmt: skip
+        whole.append(own or _from_usual(found, model, whole))
+    return tuple(_sizes(found, k, whole, is_known) for k, is_known in enumerate(known))
 
 
 def _from_powers(found: Identified, model: PartModel) -> float | None:
-    """By the recorded power that heats it most, which parts that follow no other share alike; parts that follow one have
-    no share in a power that heats such a part."""
+    """ΣG by the recorded power that heats it most, which parts that follow no other share alike; parts that follow one
+    have no share in a power that heats such a part."""
     told = list[float]()
     for name, gain in model.fit.weights.items():
         if name in found.largest and _kind(found, name) == POWER:
             heated = [m for m in found.models if name in m.fit.weights]
             roots = [m for m in heated if m.parent is None] or heated
             if model in roots:
-                told.append(model.fit.tau / len(roots) / abs(gain))
+                told.append(1 / len(roots) / abs(gain))
     return min(told, default=None)
 
 
@@ -66,14 +65,16 @@ def _from_usual(found: Identified, model: PartModel, before: Sequence[float]) ->
     fit = model.fit
     if model.parent is not None:
         parent = found.models[model.parent].fit
-        share = max(fit.weights.get(OTHER, 1.0), 1e-3)
-        return min(before[model.parent], MOST * before[model.parent] / parent.tau * fit.tau / share)
+        share = min(max(fit.weights.get(OTHER, 1.0), 1e-3), 1.0)
+        capacity = before[model.parent] * parent.tau
+        by_heat = MOST * before[model.parent] / (share * max(1 - share, 1e-3))
+        return min(capacity / fit.tau, MOST * capacity / share / fit.tau, by_heat)
     heats = (*found.roles.inputs, ALWAYS)
     rises = {name: abs(_heat(found, name, g)) for name, g in fit.weights.items() if name in heats}
     if not rises or max(rises.values()) == 0:
-        return fit.tau * USUAL_LOSS / len(found.models)
+        return USUAL_LOSS / len(found.models)
     name = max(rises, key=lambda n: rises[n])
-    return fit.tau * usual_heat(found.units.get(name, "W"), found.largest.get(name, 1.0)) / rises[name]
+    return usual_heat(found.units.get(name, "W"), found.largest.get(name, 1.0)) / rises[name]
 
 
 def _kind(found: Identified, name: str) -> str:
@@ -90,18 +91,23 @@ def usual_heat(unit_text: str, largest: float) -> float:
     return HeatSource.params()["power"].proposal()
 
 
-def _taken(models: Sequence[PartModel], k: int, capacity: Sequence[float]) -> float:
-    """By those that follow it [W/K]."""
-    return sum(m.fit.weights.get(OTHER, 0.0) * C / m.fit.tau
-               for m, C in zip(models, capacity, strict=True) if m.parent == k)  # fmt: skip
-
-
-def _sizes(found: Identified, model: PartModel, C: float, taken: float, is_known: bool) -> Sizes:
-    whole, weights = C / model.fit.tau, model.fit.weights
+def _sizes(found: Identified, k: int, every: Sequence[float], is_known: bool) -> Sizes:
+    model, whole = found.models[k], every[k]
+    fit, weights = model.fit, model.fit.weights
+    after = [(m.fit, every[j]) for j, m in enumerate(found.models) if m.parent == k]
+    taken = sum(other.weights.get(OTHER, 0.0) * (1 - other.weights.get(OTHER, 0.0)) * G for other, G in after)
+    held_by = sum(other.weights.get(OTHER, 0.0) * other.tau * G for other, G in after)
     around = max(weights.get(AROUND, 0.0) * whole - taken, LEAST * whole)
+    capacity, behind = fit.tau * whole, None
+    if fit.lags and fit.lags.is_late:
+        capacity = fit.lags.long * whole
+    elif fit.lags:
+        capacity = fit.lags.own * whole
+        behind = fit.lags.behind * whole, fit.lags.behind * whole / fit.lags.zero
     heats = {name: _heat(found, name, g * whole) for name, g in weights.items() if name in (*found.roles.inputs, ALWAYS)}
     held = {name: weights[name] * whole for name in found.roles.held if name in weights}
-    return Sizes(C, around, weights[OTHER] * whole if OTHER in weights else None, held, heats, is_known)
+    to_parent = weights[OTHER] * whole if OTHER in weights else None
+    return Sizes(max(capacity - held_by, LEAST * capacity), behind, around, to_parent, held, heats, is_known)
 
 
 def _heat(found: Identified, name: str, per_unit: float) -> float:

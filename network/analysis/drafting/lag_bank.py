@@ -35,7 +35,7 @@ class LagBank:
         there = np.isfinite(target)[:, None]
         found = []
         for lagged, decay in zip(self.lagged, self.decays, strict=True):
-            y = target - self._begins(target) * decay
+            y = target - self.begins(target) * decay
             x = np.hstack([lagged, y[:, None]])
             x = np.where(there, x, 0.0)
             found.append(x.T @ x)
@@ -45,9 +45,9 @@ class LagBank:
         """What columns leave of a target at the k-th time constant, NaN in gaps."""
         use = [self.names.index(name) for name in weights]
         told = self.lagged[k][:, use] @ np.array(list(weights.values())) if use else np.zeros(len(target))
-        return np.asarray(target - self._begins(target) * self.decays[k] - told)
+        return np.asarray(target - self.begins(target) * self.decays[k] - told)
 
-    def _begins(self, target: Array) -> Array:
+    def begins(self, target: Array) -> Array:
         """The first reading of its run, at every cell; 0 in a run without any."""
         rows = np.split(target, self.first[1:])
         known = [row[np.isfinite(row)] for row in rows]

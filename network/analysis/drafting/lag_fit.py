@@ -8,10 +8,11 @@ through one lag, and of its first reading times e^(−t/τ).
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
-from scipy.optimize import nnls
+from scipy.optimize import brentq, nnls
 
 from network.analysis.comparison.lags import autocorrelations, until_dead
 from network.analysis.drafting.lag_bank import LagBank
@@ -19,14 +20,55 @@ from network.catalogue.declaration.declare import Array, Indices
 
 RIDGE = 1e-11
 """Of the squares of a column: what keeps columns apart that rounding cannot."""
+COARSE, SHARES = 3, (0.1, 0.25, 0.4, 0.55, 0.7, 0.85)
+"""Of the grid of time constants, and shares of the shorter of two lags."""
 BOUND = 1e6
 """How many times as heavy as the readings it weighs that conductances add up to the whole."""
 
 
+@dataclass(frozen=True)
+class TwoLags:
+    """A part with another behind it that has no sensor and loses no heat but to it: in place of one lag the share `a` of
+    one and 1 − a of a longer [s]. With G all that the part loses heat by and τ_z = a τ₂ + (1 − a) τ₁, its transfer
+    function (1 + τ_z s)/((1 + τ₁ s)(1 + τ₂ s)) has C₁ = G τ₁ τ₂/τ_z, C₂ = G (τ_z − τ₁)(τ₂ − τ_z)/τ_z and C₂/τ_z between.
+    Where τ_z = 0, a = −τ₁/(τ₂ − τ₁), one lag stands behind the other: a sensor of lag τ₁ on a part of τ₂.
+    """
+
+    short: float
+    long: float
+    share: float
+
+    @property
+    def is_late(self) -> bool:
+        """Whether one lag stands behind the other."""
+        return self.share < 0
+
+    @property
+    def zero(self) -> float:
+        return self.share * self.long + (1 - self.share) * self.short
+
+    @property
+    def own(self) -> float:
+        """C₁/G [s]."""
+        return self.short * self.long / self.zero
+
+    @property
+    def behind(self) -> float:
+        """C₂/G [s]."""
+        return (self.zero - self.short) * (self.long - self.zero) / self.zero
+
+    @property
+    def most(self) -> float:
+        """When 63 % of a step is reached [s]."""
+        left = lambda t: self.share * np.exp(-t / self.short) + (1 - self.share) * np.exp(-t / self.long) - np.exp(-1)
+        return float(brentq(left, self.short / 2, 2 * self.long))
+
+
 @dataclass(frozen=True, eq=False)
 class LagFit:
-    """tau: [s]; weights: w of temperatures and g of inputs; square: mean square that is left; numbers: how many were
-    fitted; residual: over all cells, NaN in gaps; independent: readings that are worth one each."""
+    """tau: [s], 63 % of a step where there are two lags; weights: w of temperatures and g of inputs; square: mean square that is left; numbers: how many were
+    fitted; residual: over all cells, NaN in gaps; independent: readings that are worth one each; lags: of two,
+    None for one."""
 
     tau: float
     weights: Mapping[str, float]
@@ -34,6 +76,7 @@ class LagFit:
     numbers: int
     residual: Array
     independent: float
+    lags: TwoLags | None = None
 
     @property
     def rms(self) -> float:
@@ -62,32 +105,59 @@ class Fitting:
     def fit(self, drivers: Sequence[str]) -> LagFit:
         """The best time constant and weights of these drivers."""
         use = [self.bank.names.index(name) for name in drivers]
-        known = max(int(np.isfinite(self.target).sum()), 1)
-        found = [self._at(k, use, drivers) for k in range(len(self.bank.taus))]
+        found = [self._solve(m[np.ix_([*use, -1], [*use, -1])], drivers) for m in self.moments]
         squares = np.array([square for square, _ in found])
         k = int(np.argmin(squares))
-        weights = {name: float(w) for name, w in zip(drivers, found[k][1], strict=True) if w != 0}
+        weights = _by_name(drivers, found[k][1])
         residual = self.bank.residual(self.target, k, weights)
-        left = max(float(np.nansum(residual**2)) / known, self.floor)
-        numbers = 1 + sum(name not in self.conducts for name in drivers)
-        numbers += max(sum(name in self.conducts for name in drivers) - 1, 0)
-        return LagFit(self._between(squares, k), weights, left, numbers, residual, count_independent(residual, self.bank.run))
+        return self._told(self._between(squares, k), weights, residual, self._numbers(drivers))
 
-    def _at(self, k: int, use: Sequence[int], drivers: Sequence[str]) -> tuple[float, Array]:
-        """(sum of squares left, weights) at the k-th time constant: non-negative least squares from the moments."""
-        G, b, yy = self.moments[k][np.ix_(use, use)], self.moments[k][use, -1], self.moments[k][-1, -1]
+    def fit_two(self, drivers: Sequence[str], only_late: bool) -> LagFit:
+        """The same with two lags, on every third of the grid; only_late: one behind the other."""
+        use, y0 = [self.bank.names.index(name) for name in drivers], self.bank.begins(self.target)
+        there = np.isfinite(self.target)
+        best, kept = np.inf, None
+        for j, k in combinations(range(0, len(self.bank.taus), COARSE), 2):
+            short, long = self.bank.taus[[j, k]]
+            for share in (float(-short / (long - short)), *(() if only_late else SHARES)):
+                x = share * self.bank.lagged[j][:, use] + (1 - share) * self.bank.lagged[k][:, use]
+                y = self.target - y0 * (share * self.bank.decays[j] + (1 - share) * self.bank.decays[k])
+                both = np.column_stack([x, y])[there]
+                square, w = self._solve(both.T @ both, drivers)
+                if square < best:
+                    lags = TwoLags(float(short), float(long), share)
+                    best, kept = square, (lags, w, y - x @ w)
+        assert kept is not None
+        lags, w, residual = kept
+        more = 1 if lags.is_late else 2
+        told = self._told(lags.most, _by_name(drivers, w), residual, self._numbers(drivers) + more)
+        return replace(told, lags=lags)
+
+    def _told(self, tau: float, weights: Mapping[str, float], residual: Array, numbers: int) -> LagFit:
+        known = max(int(np.isfinite(self.target).sum()), 1)
+        left = max(float(np.nansum(residual**2)) / known, self.floor)
+        return LagFit(tau, weights, left, numbers, residual, count_independent(residual, self.bank.run))
+
+    def _numbers(self, drivers: Sequence[str]) -> int:
+        """A time constant, a gain for every input, and shares that add up to 1."""
+        conduct = sum(name in self.conducts for name in drivers)
+        return 1 + len(drivers) - conduct + max(conduct - 1, 0)
+
+    def _solve(self, moments: Array, drivers: Sequence[str]) -> tuple[float, Array]:
+        """(sum of squares left, weights): non-negative least squares from moments of drivers and target."""
+        G, b, yy = moments[:-1, :-1], moments[:-1, -1], float(moments[-1, -1])
         flow = np.array([name in self.conducts for name in drivers], float)
         heavy = BOUND * max(float(np.trace(G)), yy, 1e-300) * bool(flow.any())
         A = G + heavy * np.outer(flow, flow) + np.diag(RIDGE * np.diag(G) + 1e-300)
         c = b + heavy * flow
         free = [i for i, name in enumerate(drivers) if name in self.signed]
-        flip = np.hstack([np.eye(len(use)), -np.eye(len(use))[:, free]])
+        flip = np.hstack([np.eye(len(drivers)), -np.eye(len(drivers))[:, free]])
         scale = 1 / np.sqrt(np.maximum(np.diag(A), 1e-300))
         values, vectors = np.linalg.eigh(A * np.outer(scale, scale))
         root = np.sqrt(np.maximum(values, 1e-14 * values.max()))
         w, _ = nnls((root[:, None] * vectors.T) @ np.diag(1 / scale) @ flip, (vectors.T @ (scale * c)) / root)
-        weights = flip @ w
-        return float(yy - 2 * weights @ b + weights @ G @ weights), np.asarray(weights)
+        weights = np.asarray(flip @ w)
+        return float(yy - 2 * weights @ b + weights @ G @ weights), weights
 
     def _between(self, squares: Array, k: int) -> float:
         """The least of the parabola through the logarithms about the best of the grid."""
@@ -112,6 +182,10 @@ class Fitting:
             best = tried[j]
             chosen.append(left.pop(j))
         return best
+
+
+def _by_name(drivers: Sequence[str], weights: Array) -> dict[str, float]:
+    return {name: float(w) for name, w in zip(drivers, weights, strict=True) if w != 0}
 
 
 def count_independent(residual: Array, run: Indices) -> float:

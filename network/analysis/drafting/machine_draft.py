@@ -34,7 +34,8 @@ WIDTH = 116
 
 @dataclass(frozen=True, eq=False)
 class Draft:
-    """text: the file; machine: the same, read; found, sizes, paths, names: what it was made of; sentences: why."""
+    """text: the file; machine: the same, read; found, sizes, paths, names: what it was made of; sentences: why;
+    warnings: what of the recordings will not fit it."""
 
     text: str
     machine: Machine
@@ -43,6 +44,7 @@ class Draft:
     paths: tuple[Path, ...]
     names: Names
     sentences: tuple[str, ...]
+    warnings: tuple[str, ...]
 
     def __str__(self) -> str:
         return "\n".join(self.sentences)
@@ -88,7 +90,18 @@ def draft(recordings: Sequence[Recording], wishes: Wishes = Wishes(), progress: 
     text = _write(title, found, sections, names, sentences)
     tree = parse(text, Spot(FILE))
     assert isinstance(tree, Branch)
-    return Draft(text, Machine.read(tree, FILE), found, sizes, paths, names, sentences)
+    warnings = tuple(_doubt_starts(recordings, names))
+    return Draft(text, Machine.read(tree, FILE), found, sizes, paths, names, sentences, warnings)
+
+
+def _doubt_starts(recordings: Sequence[Recording], names: Names) -> Iterator[str]:
+    """Sentences on mappings that begin at nodes of another machine."""
+    for recording in recordings:
+        strange = [n for n in (recording.start.nodes if recording.start else None) or {} if n not in names.parts]
+        if strange:
+            named = join_names([f"'{n}'" for n in strange])
+            right = f"take `start:` out of it, or name {join_names(list(names.parts))}"
+            yield f"{recording.file}: its start names {named}, which the draft has not; {right}"
 
 
 def _check_lengths(runs: Sequence[Recording]) -> None:

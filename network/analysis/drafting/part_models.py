@@ -213,7 +213,20 @@ class _Bench:
                 model = replace(model, fit=fit, parent=rank[parent], gain=gains[rank[parent]])
             models.append(model)
             tell(0.7 + 0.3 * (place + 1) / len(order))
-        return tuple(models)
+        return tuple(self._refine(models, [fittings[k] for k in order]))
+
+    def _refine(self, models: Sequence[PartModel], fittings: Sequence[Fitting]) -> list[PartModel]:
+        """With two lags for parts that follow no other, where the second is worth its numbers; but none with a part
+        behind it that others follow: they are what it warms."""
+        followed = {m.parent for m in models}
+        refined = list[PartModel]()
+        for k, (model, fitting) in enumerate(zip(models, fittings, strict=True)):
+            if model.parent is None and set(model.fit.weights) - {AROUND}:
+                two = fitting.fit_two([*dict.fromkeys([AROUND, *model.fit.weights])], only_late=k in followed)
+                if two.gain_over(model.fit) > 0 and set(two.weights) - {AROUND}:
+                    model = replace(model, fit=two)
+            refined.append(model)
+        return refined
 
     def _bank(self, means: Mapping[str, Array]) -> LagBank:
         columns: dict[str, Sequence[Array]] = {AROUND: [self._around(c) for c in self.courses]}
