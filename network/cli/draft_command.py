@@ -22,17 +22,16 @@ if TYPE_CHECKING:
 @click.option("--input", "inputs", multiple=True, metavar="NAME", help="a column that drives: heat, or a held temperature")
 @click.option("--sensor", "sensors", multiple=True, metavar="NAME", help="a column that is measured on a part")
 @click.option("--ambient", default="", metavar="NAME", help="the temperature of the surroundings")
-@click.option("--force", is_flag=True, help="replace a machine file that is there")
 @json_flag
 def draft(
     recordings: Sequence[str], output: str | None, inputs: Sequence[str], sensors: Sequence[str], ambient: str,
-    force: bool, as_json: bool,
+    as_json: bool,
 ) -> None:  # fmt: skip
     """A first machine file from RECORDINGS alone: parts from sensors that move alike, sources from inputs, everything
     ±, and sentences that say why."""
     with share_bar("drafting a machine") as bar:
         if output is not None:
-            _check_target(Path(output), recordings, force)
+            _check_target(Path(output))
             results_go_to(Path(output).parent)
         from network.analysis.drafting.channel_roles import Wishes
         from network.analysis.drafting.machine_draft import draft as make
@@ -43,13 +42,14 @@ def draft(
     warn([*(remark for one in given for remark in one.remarks), *result.warnings])
 
 
-def _check_target(path: Path, recordings: Sequence[str], force: bool) -> None:
+def _check_target(path: Path) -> None:
+    """A file that was worked on is never replaced, one that was drafted is."""
+    from network.analysis.drafting.machine_draft import DRAFTED
+
     if path.suffix.lower() not in (".yaml", ".yml"):
         raise refuse(Spot(str(path)), "is no machine file", "end it in .yaml")
-    if path.exists() and any(path.samefile(one) for one in recordings if Path(one).exists()):
-        raise refuse(Spot(str(path)), "is one of the recordings", "give another -o")
-    if path.exists() and not force:
-        raise refuse(Spot(str(path)), "is there already", "give another -o, or --force to replace it")
+    if path.is_file() and not path.read_bytes().startswith(DRAFTED.encode()):
+        raise refuse(Spot(str(path)), "is there and was not drafted", "give another -o")
 
 
 def _print(result: Draft, output: str | None, as_json: bool) -> None:

@@ -39,7 +39,8 @@ class Wishes:
 class Roles:
     """ambient: the column or constant that is the surroundings, '' where there is none; inputs: what makes heat; held:
     temperatures that drive; temperatures; displacements: names with their axes; unused: names with the reason why; leader:
-    one of the held that is so because nothing else is recorded that drives."""
+    one of the held that is so because nothing else is recorded that drives; is_by_behaviour: the surroundings were told
+    by how they move."""
 
     ambient: str
     inputs: tuple[str, ...]
@@ -48,6 +49,7 @@ class Roles:
     displacements: Mapping[str, str]
     unused: Mapping[str, str] = field(default_factory=dict)
     leader: str = ""
+    is_by_behaviour: bool = False
 
 
 def assign_roles(runs: Sequence[Recording], wishes: Wishes) -> Roles:

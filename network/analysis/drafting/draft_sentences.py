@@ -23,6 +23,7 @@ def tell_surroundings(found: Identified, wishes: Wishes) -> Iterator[str]:
     roles = found.roles
     if roles.ambient:
         why = "as you say" if wishes.ambient else "by its name"
+        why = "because no input drives it, and most others follow it" if roles.is_by_behaviour else why
         yield f"{roles.ambient} is the temperature of the surroundings, {why}."
     else:
         level = format_amount(found.level, "degC")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path as File
 from typing import Any
 
-from network.analysis.drafting.channel_roles import Wishes, assign_roles
+from network.analysis.drafting.channel_roles import FEWEST, Wishes, assign_roles
 from network.analysis.drafting.displacement_paths import Path, find_paths
 from network.analysis.drafting.draft_entries import Names, name_nodes, sections_of
 from network.analysis.drafting.draft_sentences import (
@@ -30,6 +30,8 @@ from network.recordings.recording import Recording
 
 FILE = "machine.yaml"
 WIDTH = 116
+DRAFTED = "# Draft from "
+"""What a drafted file begins with, until somebody makes it his own."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +88,7 @@ def draft(recordings: Sequence[Recording], wishes: Wishes = Wishes(), progress: 
     sizes, paths, names = size_parts(found), find_paths(runs, found), name_nodes(found)
     sections = sections_of(found, sizes, paths, names)
     sentences = tuple(_tell(found, sizes, paths, names, wishes))
-    title = f"Draft from {join_names([File(recording.file).name for recording in recordings])}"
+    title = f"{DRAFTED[2:]}{join_names([File(recording.file).name for recording in recordings])}"
     text = _write(title, found, sections, names, sentences)
     tree = parse(text, Spot(FILE))
     assert isinstance(tree, Branch)
@@ -105,8 +107,6 @@ def _doubt_starts(recordings: Sequence[Recording], names: Names) -> Iterator[str
 
 
 def _check_lengths(runs: Sequence[Recording]) -> None:
-    from network.analysis.drafting.channel_roles import FEWEST
-
     complaints = Complaints()
     if all(len(run.t) < FEWEST for run in runs):
         for run in runs:

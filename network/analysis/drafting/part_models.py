@@ -24,6 +24,8 @@ SQUARED = tuple(unit(text).dimension for text in ("A", "V"))
 """Kinds of input whose heat goes with the square: Joule's law."""
 RUBBING = tuple(unit(text).dimension for text in ("rpm", "m/min"))
 """Kinds of input that rub, which heats and never cools."""
+FEWEST_BESIDE, MOST = 2, 0.5
+"""Temperatures besides the surroundings that must be there to tell them, and the share of them that must follow."""
 BIOT = 0.1
 SHORTEST = 2.0
 """Cells: a shorter lag cannot be told from none."""
@@ -67,12 +69,27 @@ class Identified:
 
 def identify(runs: Sequence[Recording], roles: Roles, tell: Progress = lambda _: None) -> Identified:
     """Where no input is recorded, the temperature that the others follow is held. Raises Refused for inputs with gaps."""
+    roles = _with_surroundings(runs, roles)
     found = _identify(runs, roles, tell)
     leader = "" if found.roles.inputs or roles.held else find_leader(found)
     if not leader:
         return found
     rest = tuple(name for name in roles.temperatures if name != leader)
     return _identify(runs, replace(roles, held=(leader,), temperatures=rest, leader=leader), tell)
+
+
+def _with_surroundings(runs: Sequence[Recording], roles: Roles) -> Roles:
+    """Where no name tells of surroundings: the temperature that no input drives and that most others follow."""
+    open_to = [name for name in roles.temperatures if name in _gapless(runs, roles)]
+    if roles.ambient or not roles.inputs or len(roles.temperatures) < FEWEST_BESIDE + 1 or not open_to:
+        return roles
+    bench = _bench(runs, roles)
+    gains = {name: row for name, row in bench.list_gains_around(open_to).items() if np.mean(row > 0) > MOST}
+    if not gains:
+        return roles
+    found = max(gains, key=lambda name: float(gains[name].sum()))
+    rest = tuple(name for name in roles.temperatures if name != found)
+    return replace(roles, ambient=found, temperatures=rest, is_by_behaviour=True)
 
 
 def find_leader(found: Identified) -> str:
@@ -90,6 +107,13 @@ def find_leader(found: Identified) -> str:
 
 
 def _identify(runs: Sequence[Recording], roles: Roles, tell: Progress) -> Identified:
+    bench = _bench(runs, roles)
+    models = bench.link(bench.group(tell), tell)
+    rest = bench.noise, bench.largest, bench.units, _gapless(runs, roles)
+    return Identified(bench.roles, bench.courses, models, bench.level, bench.spread, *rest)
+
+
+def _bench(runs: Sequence[Recording], roles: Roles) -> _Bench:
     drivers = (*roles.inputs, *roles.held, *((roles.ambient,) if roles.ambient else ()))
     courses = courses_of(runs, drivers, (*roles.temperatures, *roles.displacements))
     level, spread = _level(courses, roles)
@@ -97,10 +121,7 @@ def _identify(runs: Sequence[Recording], roles: Roles, tell: Progress) -> Identi
     largest = {n: max(float(np.abs(c.values[n]).max()) for c in courses) for n in roles.inputs}
     units = {name: column.unit for run in runs for name, column in (*run.constants.items(), *run.columns.items())}
     noise = {name: _noise(runs, name) for name in roles.temperatures}
-    bench = _Bench(runs, roles, courses, level, units, noise)
-    groups = bench.group(tell)
-    models = bench.link(groups, tell)
-    return Identified(roles, courses, models, level, spread, noise, largest, units, _gapless(runs, roles))
+    return _Bench(runs, roles, courses, level, spread, units, noise, largest)
 
 
 def _gapless(runs: Sequence[Recording], roles: Roles) -> tuple[str, ...]:
@@ -152,8 +173,25 @@ class _Bench:
     roles: Roles
     courses: tuple[Course, ...]
     level: float
+    spread: float
     units: Mapping[str, str]
     noise: Mapping[str, float]
+    largest: Mapping[str, float]
+
+    def list_gains_around(self, names: Sequence[str]) -> dict[str, Array]:
+        """Of every name that no input drives, the nats by which each other temperature is better told with it as
+        surroundings than with constant ones."""
+        known = [n for n in self.roles.temperatures if self._known(n) > 0]
+        bank = self._bank({f"other {n}": self._rise(n) for n in names})
+        fittings = {n: self._fitting(bank, self._rise(n), self.noise[n] ** 2 / self._samples(n)) for n in known}
+        told = {name: fitting.select([AROUND], self.roles.inputs) for name, fitting in fittings.items()}
+        free = [n for n in names if told[n].gain_over(fittings[n].fit([AROUND])) <= 0]
+        return {
+            name: np.array([
+                fittings[n].select([f"other {name}"], self.roles.inputs).gain_over(told[n]) for n in known if n != name
+            ])
+            for name in free
+        }  # fmt: skip
 
     def group(self, tell: Progress) -> tuple[Group, ...]:
         """Groups of temperatures that move alike; see _left_of for what differences are measured by."""
