@@ -15,13 +15,13 @@ WORDS = tuple(text.split() for text in (OUTDOORS, SURROUNDINGS, ROOMS))
 """Words for what surrounds a machine, from the farthest to the nearest: a heated room has its outdoors."""
 LONG = 5
 """Letters from which a word is known inside a longer one, like Raumtemperatur or Umgebungsluft."""
-SET_POINTS = frozenset("set setpoint sp soll sollwert target goal consigna consigne command cmd 目标".split())
-COUNTERS = frozenset("sample index row no nr counter count step line".split())
+SET_POINTS = frozenset(["set", "setpoint", "sp", "soll", "sollwert", "target", "goal", "consigna", "consigne", "command", "cmd", "目标"])
+COUNTERS = frozenset(["sample", "index", "row", "no", "nr", "counter", "count", "step", "line"])
 COOLING = ("cool", "chill", "kühl", "kuehl", "fan", "lüfter", "luefter", "refroid", "raffredd", "ventil", "冷")
 """What words of an input begin with that may take heat away."""
 _AXIS = re.compile(r"(?:^|[^a-z])(?:d|delta|disp|displacement|u|pos)?[ _-]?([xyz])(?:$|[^a-z])")
-_UNITS = frozenset("c degc k f degf um mm m rpm pct w kw s min h v a".split())
-_PREFIXES = frozenset("t temp temperature temperatur sensor th tc pt ntc".split())
+_UNITS = frozenset(["c", "degc", "k", "f", "degf", "um", "mm", "m", "rpm", "pct", "w", "kw", "s", "min", "h", "v", "a"])
+_PREFIXES = frozenset(["t", "temp", "temperature", "temperatur", "sensor", "th", "tc", "pt", "ntc"])
 
 
 def words_of(name: str) -> list[str]:

@@ -14,8 +14,8 @@ from itertools import combinations
 
 import numpy as np
 
+from network.analysis.drafting.identification import Identified
 from network.analysis.drafting.lag_fit import count_independent
-from network.analysis.drafting.part_models import Identified
 from network.catalogue.declaration.declare import Array
 from network.recordings.hygiene.data_quality import noise_of, quantum_of
 from network.recordings.recording import Recording

@@ -9,7 +9,8 @@ from typing import Any
 from network.analysis.drafting.channel_names import fresh_name, name_part
 from network.analysis.drafting.displacement_paths import STEEL, Path
 from network.analysis.drafting.heat_scale import POWER, Sizes
-from network.analysis.drafting.part_models import ALWAYS, Identified
+from network.analysis.drafting.identification import Identified
+from network.analysis.drafting.lag_bench import ALWAYS
 from network.platform.quantities.units import show, unit
 
 SURE, VAGUE = "± 50 %", "± 100 %"

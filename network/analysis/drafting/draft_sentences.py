@@ -11,7 +11,9 @@ from network.analysis.drafting.channel_roles import Wishes
 from network.analysis.drafting.displacement_paths import Path
 from network.analysis.drafting.draft_entries import Names, behind
 from network.analysis.drafting.heat_scale import Sizes
-from network.analysis.drafting.part_models import ALWAYS, OTHER, Identified, PartModel
+from network.analysis.drafting.identification import Identified
+from network.analysis.drafting.lag_bench import ALWAYS, OTHER
+from network.analysis.drafting.part_models import PartModel
 from network.platform.quantities.number_format import format_amount
 from network.platform.quantities.text_table import digits, span
 

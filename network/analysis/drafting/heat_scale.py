@@ -11,7 +11,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from network.analysis.drafting.part_models import ALWAYS, AROUND, OTHER, Identified, PartModel
+from network.analysis.drafting.identification import Identified
+from network.analysis.drafting.lag_bench import ALWAYS, AROUND, OTHER
+from network.analysis.drafting.part_models import PartModel
 from network.catalogue.mechanisms.bearing_friction import BearingFriction
 from network.catalogue.mechanisms.guide_friction import GuideFriction
 from network.catalogue.mechanisms.heat_source import HeatSource

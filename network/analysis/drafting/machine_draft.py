@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path as File
 from typing import Any
 
+from network.analysis.comparison.amounts import join_names
 from network.analysis.drafting.channel_roles import FEWEST, Wishes, assign_roles
 from network.analysis.drafting.displacement_paths import Path, find_paths
 from network.analysis.drafting.draft_entries import Names, name_nodes, sections_of
@@ -20,8 +21,8 @@ from network.analysis.drafting.draft_sentences import (
     tell_unused,
 )
 from network.analysis.drafting.heat_scale import Sizes, size_parts
-from network.analysis.drafting.part_models import Identified, Progress, identify
-from network.analysis.comparison.amounts import join_names
+from network.analysis.drafting.identification import Identified, identify
+from network.analysis.drafting.part_models import Progress
 from network.machine.machine import Machine
 from network.platform.quantities.units import show
 from network.platform.refusal import Complaints, Spot
