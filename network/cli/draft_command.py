@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("recordings", nargs=-1, required=True, type=click.Path())
 @click.option("-o", "--output", type=click.Path(), metavar="FILE", help="the machine file; printed without")
-@click.option("--input", "inputs", multiple=True, metavar="NAME", help="a column that drives: heat, or a held temperature")
+@click.option(
+    "--input", "inputs", multiple=True, metavar="NAME", help="a column that drives: heat, or a held temperature"
+)
 @click.option("--sensor", "sensors", multiple=True, metavar="NAME", help="a column that is measured on a part")
 @click.option("--ambient", default="", metavar="NAME", help="the temperature of the surroundings")
 @json_flag

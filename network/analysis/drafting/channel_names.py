@@ -7,15 +7,20 @@ from collections.abc import Iterable, Sequence
 
 OUTDOORS = "outdoor outdoors outside outer exterior ext aussen draussen extern exterieur esterno exterior 外気 室外"
 SURROUNDINGS = (
-    "ambient amb ambience environment env umgebung umg umgeb umwelt surrounding surroundings ambiente ambiante ambiance "
-    "atmosphere omgeving omgivning okoli otoczenie 环境 環境"
+    "ambient amb ambience environment env umgebung umg umgeb umwelt surrounding surroundings ambiente ambiante "
+    "ambiance atmosphere omgeving omgivning okoli otoczenie 环境 環境"
 )
-ROOMS = "room hall shop workshop lab labor climate raum halle hallen werkstatt klima sala salle local piece stanza 室温 室内"
+ROOMS = (
+    "room hall shop workshop lab labor climate raum halle hallen werkstatt klima sala salle local piece stanza "
+    "室温 室内"
+)
 WORDS = tuple(text.split() for text in (OUTDOORS, SURROUNDINGS, ROOMS))
 """Words for what surrounds a machine, from the farthest to the nearest: a heated room has its outdoors."""
 LONG = 5
 """Letters from which a word is known inside a longer one, like Raumtemperatur or Umgebungsluft."""
-SET_POINTS = frozenset(["set", "setpoint", "sp", "soll", "sollwert", "target", "goal", "consigna", "consigne", "command", "cmd", "目标"])
+SET_POINTS = frozenset(
+    ["set", "setpoint", "sp", "soll", "sollwert", "target", "goal", "consigna", "consigne", "command", "cmd", "目标"]
+)
 COUNTERS = frozenset(["sample", "index", "row", "no", "nr", "counter", "count", "step", "line"])
 COOLING = ("cool", "chill", "kühl", "kuehl", "fan", "lüfter", "luefter", "refroid", "raffredd", "ventil", "冷")
 """What words of an input begin with that may take heat away."""

@@ -1,7 +1,7 @@
 """What every column of recordings is to a machine: surroundings, an input, a temperature, a displacement, or nothing.
 
-Units tell most of it: what turns, moves, conducts current or gives power drives heat; names tell surroundings, and how a
-column moves tells a set point. What is said by the user goes before all of it.
+Units tell most of it: what turns, moves, conducts current or gives power drives heat; names tell surroundings, and how
+a column moves tells a set point. What is said by the user goes before all of it.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ class Wishes:
 @dataclass(frozen=True)
 class Roles:
     """ambient: the column or constant that is the surroundings, '' where there is none; inputs: what makes heat; held:
-    temperatures that drive; temperatures; displacements: names with their axes; unused: names with the reason why; leader:
-    one of the held that is so because nothing else is recorded that drives; is_by_behaviour: the surroundings were told
-    by how they move."""
+    temperatures that drive; temperatures; displacements: names with their axes; unused: names with the reason why;
+    leader: one of the held that is so because nothing else is recorded that drives; is_by_behaviour: the surroundings
+    were told by how they move."""
 
     ambient: str
     inputs: tuple[str, ...]
@@ -74,10 +74,11 @@ def _units_of(runs: Sequence[Recording]) -> dict[str, str]:
     """Columns and constants of all runs. Raises Refused where two runs differ in what one measures."""
     units, complaints = dict[str, str](), Complaints()
     for run in runs:
-        for name, column in (*run.columns.items(), *run.constants.items()):
-            known = units.setdefault(name, column.unit)
-            if unit(known).dimension != unit(column.unit).dimension:
-                wrong = f"{name} is in {column.unit} here, and in {known} in another recording"
+        told = {name: column.unit for name, column in run.columns.items()}
+        for name, text in (told | {name: signal.unit for name, signal in run.constants.items()}).items():
+            known = units.setdefault(name, text)
+            if unit(known).dimension != unit(text).dimension:
+                wrong = f"{name} is in {text} here, and in {known} in another recording"
                 complaints.refuse(Spot(run.file), wrong, "give it one kind of unit, or another name")
     complaints.raise_if_any()
     return units
@@ -85,7 +86,11 @@ def _units_of(runs: Sequence[Recording]) -> dict[str, str]:
 
 def _check_wishes(runs: Sequence[Recording], wishes: Wishes, units: Mapping[str, str]) -> None:
     complaints = Complaints()
-    named = {"--input": wishes.inputs, "--sensor": wishes.sensors, "--ambient": (wishes.ambient,) * bool(wishes.ambient)}
+    named = {
+        "--input": wishes.inputs,
+        "--sensor": wishes.sensors,
+        "--ambient": (wishes.ambient,) * bool(wishes.ambient),
+    }
     for option, names in named.items():
         for name in names:
             if name not in units:
@@ -111,7 +116,9 @@ def _wish(name: str, of: Unit, wishes: Wishes) -> str:
     if name not in wishes.sensors:
         return ""
     is_length = of.dimension == unit("m").dimension
-    return "temperature" if of.is_temperature else "displacement" if is_length else f"no sensor of a draft is in {of.text}"
+    return (
+        "temperature" if of.is_temperature else "displacement" if is_length else f"no sensor of a draft is in {of.text}"
+    )
 
 
 def _guess(runs: Sequence[Recording], name: str, of: Unit) -> str:
@@ -163,7 +170,9 @@ def _steps_like_a_set_point(values: Array) -> bool:
     jumps = jumps[jumps > 0]
     if not len(jumps) or len(jumps) > len(values) / FEWEST:
         return False
-    printed = next(10.0**-k for k in range(9) if np.allclose(values * 10**k, np.rint(values * 10**k), atol=1e-6, rtol=0))
+    printed = next(
+        10.0**-k for k in range(9) if np.allclose(values * 10**k, np.rint(values * 10**k), atol=1e-6, rtol=0)
+    )
     return bool(np.median(jumps) >= np.ptp(values) / 4 and np.min(jumps) > 2.5 * printed)
 
 

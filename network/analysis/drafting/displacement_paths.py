@@ -1,9 +1,9 @@
 """Which parts move the tool: displacement as a sum of their rises, by least squares and evidence.
 
 d(t) − d(0) = Σ k_p (T_p(t) − T_p(0)), k = ± α L of a part that stretches. A machine will know T_p to s_p, what its lag
-model leaves, and so d to Σ k_p² s_p² at best: slopes minimise |d − Σ k T|² + n Σ k² s², which keeps large ones of opposite
-sign away that hold in these recordings only. Forward selection by BIC of that sum, one or two parts at a time, because
-paths of opposite sign show only together; each run has a zero of its own.
+model leaves, and so d to Σ k_p² s_p² at best: slopes minimise |d − Σ k T|² + n Σ k² s², which keeps large ones of
+opposite sign away that hold in these recordings only. Forward selection by BIC of that sum, one or two parts at a time,
+because paths of opposite sign show only together; each run has a zero of its own.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 
 from network.analysis.drafting.identification import Identified
 from network.analysis.drafting.lag_fit import count_independent
-from network.catalogue.declaration.declare import Array
+from network.catalogue.declaration.declare import Array, Indices
 from network.recordings.hygiene.data_quality import noise_of, quantum_of
 from network.recordings.recording import Recording
 
@@ -29,9 +29,9 @@ FEWEST = 12
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """One channel. slopes: displacement over temperature, by the index of a part or
-    the name of a held temperature [m/K]; left, moved: rms of what they leave
-    and of the whole [m]; noise: 1σ of a sample [m]; gate: an input, while which is zero the reading is frozen, or ''."""
+    """One channel. slopes: displacement over temperature, by the index of a part or the name of a held temperature
+    [m/K]; left, moved: rms of what they leave and of the whole [m]; noise: 1σ of a sample [m]; gate: an input, while
+    which is zero the reading is frozen, or ''."""
 
     channel: str
     axis: str
@@ -51,7 +51,9 @@ def _find_path(runs: Sequence[Recording], found: Identified, name: str, axis: st
     gate = next((i for i in found.roles.inputs if _is_frozen(runs, name, i)), "")
     there = [run.columns[name].values for run in runs if name in run.columns]
     known = [row[np.isfinite(row)] for row in there]
-    noise = float(np.median([max(noise_of(row), quantum_of(row) / np.sqrt(12)) for row in known if len(row) > 4] or [0]))
+    noise = float(
+        np.median([max(noise_of(row), quantum_of(row) / np.sqrt(12)) for row in known if len(row) > 4] or [0])
+    )
     target = _targets(found, name, gate)
     slopes, left = _select(found, target)
     moved = float(np.sqrt(np.nanmean(target**2))) if np.isfinite(target).any() else 0.0
@@ -91,7 +93,7 @@ class _Candidates:
     x: Array
     y: Array
     known: Array
-    run: Array
+    run: Indices
 
     def fit(self, use: Sequence[int]) -> tuple[float, Array]:
         """(mean square left, that of the temperatures in it; slopes)."""
@@ -139,7 +141,7 @@ def _gain(all_of: _Candidates, before: float, use: Sequence[int], after: tuple[f
     return float(n * np.log(max(before, 1e-30) / max(after[0], 1e-30)) - more * np.log(max(n, 2.0))) / 2
 
 
-def _centre(x: Array, run: Array) -> Array:
+def _centre(x: Array, run: Indices) -> Array:
     out = x.copy()
     for one in np.unique(run):
         out[run == one] -= x[run == one].mean(axis=0)

@@ -151,13 +151,18 @@ def _sensors(found: Identified, paths: Sequence[Path], names: Names) -> Iterator
     for name, model in zip(names.parts, found.models, strict=True):
         for sensor in model.group.sensors:
             lags = model.fit.lags
-            late = [{"kind": "sensor_lag", "lag": f"{show(lags.short, 's', 3)} {VAGUE}"}] if lags and lags.is_late else []
+            late = (
+                [{"kind": "sensor_lag", "lag": f"{show(lags.short, 's', 3)} {VAGUE}"}] if lags and lags.is_late else []
+            )
             body = {"measures": name, "noise": show(found.noise[sensor], "K", 2)}
             yield sensor, body | ({"effects": late} if late else {})
     for path in paths:
         if path.slopes:
             gate = {"while": path.gate} if path.gate else {}
-            yield path.channel, {"measures": f"tcp.{path.axis}", "noise": show(path.noise, "um", 2), "zero": "start", **gate}
+            yield (
+                path.channel,
+                {"measures": f"tcp.{path.axis}", "noise": show(path.noise, "um", 2), "zero": "start", **gate},
+            )
 
 
 def amount_of(value: float, unit_text: str) -> str:

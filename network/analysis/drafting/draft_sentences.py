@@ -30,19 +30,21 @@ def tell_surroundings(found: Identified, wishes: Wishes) -> Iterator[str]:
     else:
         level = format_amount(found.level, "degC")
         yield (
-            f"No temperature of the surroundings is known: they are constant at {level} ± {found.spread:.2g} K, where the "
-            "readings begin. --ambient NAME takes a column; `inputs: {ambient: …}` in a mapping says one for each run."
+            f"No temperature of the surroundings is known: they are constant at {level} ± {found.spread:.2g} K, where "
+            "the readings begin. --ambient NAME takes a column, `inputs: {ambient: …}` in a mapping one for each run."
         )
 
 
 def tell_inputs(found: Identified) -> Iterator[str]:
     roles = found.roles
     if roles.inputs:
-        yield f"{join_names(list(roles.inputs))} may make heat, by {'their units' if len(roles.inputs) > 1 else 'its unit'}."
+        units = "their units" if len(roles.inputs) > 1 else "its unit"
+        yield f"{join_names(list(roles.inputs))} may make heat, by {units}."
     if roles.leader:
         yield (
-            f"No input is recorded that makes heat, and the other temperatures follow {roles.leader}: it is held at what "
-            f"is recorded of it. --sensor {roles.leader} keeps it a sensor, and gives every part heat that is always on."
+            f"No input is recorded that makes heat, and other temperatures follow {roles.leader}: it is held at what "
+            f"is recorded of it. --sensor {roles.leader} keeps it a sensor; what warms is then given heat that is "
+            "always on."
         )
     elif roles.held:
         yield f"{join_names(list(roles.held))} {'are' if len(roles.held) > 1 else 'is'} held at what is recorded."
@@ -55,7 +57,7 @@ def tell_inputs(found: Identified) -> Iterator[str]:
 
 
 def _tell_alike(found: Identified) -> Iterator[str]:
-    names = [n for n in (*found.roles.inputs, *found.roles.held)]
+    names = [*found.roles.inputs, *found.roles.held]
     rows = [np.concatenate([c.values[n] for c in found.courses]) for n in names]
     moving = [k for k, row in enumerate(rows) if np.ptp(row) > 0]
     for j, k in ((j, k) for j in moving for k in moving if j < k):
@@ -77,10 +79,8 @@ def tell_part(found: Identified, k: int, names: Names) -> Iterator[str]:
     follows = [*_tell_heats(found, model), *_tell_links(model, names)]
     yield from _tell_behind(model, own)
     lasts = f"63 % in {span(model.fit.tau)}"
-    if follows:
-        yield f"{own} follows {join_names(follows)}; {lasts}; {amount(model.fit.rms, 'K', 2)} is left."
-    else:
-        yield f"{own} is not seen to follow anything but its surroundings; {lasts}; {amount(model.fit.rms, 'K', 2)} is left."
+    whom = join_names(follows) or "its surroundings, as far as is seen"
+    yield f"{own} follows {whom}; {lasts}; {amount(model.fit.rms, 'K', 2)} is left."
 
 
 def _tell_behind(model: PartModel, own: str) -> Iterator[str]:
@@ -89,7 +89,7 @@ def _tell_behind(model: PartModel, own: str) -> Iterator[str]:
         yield f"{own} begins to move late: its sensors lag by {span(lags.short)}, or what heats it does."
     elif lags:
         short, long = span(lags.short), span(lags.long)
-        yield f"{own} has two time constants, {short} and {long}: {behind(own)} stands for what it warms without a sensor."
+        yield f"{own} has two time constants, {short} and {long}: {behind(own)} stands for what has no sensor."
 
 
 def _tell_heats(found: Identified, model: PartModel) -> Iterator[str]:
@@ -106,7 +106,8 @@ def _tell_heats(found: Identified, model: PartModel) -> Iterator[str]:
 def _tell_links(model: PartModel, names: Names) -> Iterator[str]:
     for name, share in model.fit.weights.items():
         if name == OTHER and model.parent is not None:
-            yield f"{names.parts[model.parent]} ({100 * share:.0f} % of what it exchanges, worth {digits(model.gain, 2)} nats)"
+            worth = f"worth {digits(model.gain, 2)} nats"
+            yield f"{names.parts[model.parent]} ({100 * share:.0f} % of what it exchanges, {worth})"
         elif name in names.held:
             yield f"{names.held[name]} ({100 * share:.0f} % of what it exchanges)"
 
@@ -114,12 +115,12 @@ def _tell_links(model: PartModel, names: Names) -> Iterator[str]:
 def tell_scale(found: Identified, sizes: Sequence[Sizes]) -> Iterator[str]:
     known = [k for k, size in enumerate(sizes) if size.is_known]
     if len(known) == len(sizes):
-        yield "Heat capacities and conductances are those at which the recorded power becomes heat where it is measured."
+        yield "Heat capacities and conductances are those at which the recorded power becomes heat in what it warms."
     else:
         others = "the other parts'" if known else "all"
         yield (
-            f"No power in W tells {others} heat: heat capacities, conductances and powers may be off by one factor together; "
-            "only their ratios, and time constants, are seen. A usual heat was assumed."
+            f"No power in W tells {others} heat: heat capacities, conductances and powers may be off by one factor "
+            "together; only their ratios, and time constants, are seen. A usual heat was assumed."
         )
 
 
@@ -135,5 +136,3 @@ def tell_path(path: Path, names: Names) -> str:
 def tell_unused(found: Identified) -> Iterator[str]:
     for name, why in found.roles.unused.items():
         yield f"{name} is not used: {why}."
-
-

@@ -2,8 +2,9 @@
 
 A fit gives τ = C/ΣG, shares w = G/ΣG and gains g = P/ΣG. A recorded power in W makes ΣG = P/g of it; any other input is
 given a usual heat at its largest value, and all heats, conductances and capacities of what hangs together may be off by
-the same factor. What follows a part is seen in that part's own fit: of its heat it takes G (1 − w), of its heat capacity
-it is w C. How large it is, is not told, so it is given half of both, at the most the heat capacity of the other.
+the same factor. What follows a part is seen in that part's own fit: of its heat it takes G (1 − w), of its heat
+capacity it is w C. How large it is, is not told, so it is given half of both, and no
+larger heat capacity than the other.
 """
 
 from __future__ import annotations
@@ -27,9 +28,10 @@ MOST, LEAST = 0.5, 0.1
 
 @dataclass(frozen=True)
 class Sizes:
-    """One part. capacity [J/K]; behind: heat capacity of a part behind it and conductance to that [J/K, W/K], or None; around: conductance to the surroundings [W/K]; to_parent: to the part it follows, None
-    without; to_held: to temperatures that are held, by name; heats: by input and ALWAYS, at its largest value [W];
-    is_known: whether a power in W told them."""
+    """One part. capacity [J/K]; behind: heat capacity of a part behind it and conductance to that [J/K, W/K], or None;
+    around: conductance to the surroundings [W/K]; to_parent: to the part it follows, None without; to_held: to
+    temperatures that are held, by name; heats: by input and ALWAYS, at its largest value [W]; is_known: whether a power
+    in W told them."""
 
     capacity: float
     behind: tuple[float, float] | None
@@ -106,7 +108,9 @@ def _sizes(found: Identified, k: int, every: Sequence[float], is_known: bool) ->
     elif fit.lags:
         capacity = fit.lags.own * whole
         behind = fit.lags.behind * whole, fit.lags.behind * whole / fit.lags.zero
-    heats = {name: _heat(found, name, g * whole) for name, g in weights.items() if name in (*found.roles.inputs, ALWAYS)}
+    heats = {
+        name: _heat(found, name, g * whole) for name, g in weights.items() if name in (*found.roles.inputs, ALWAYS)
+    }
     held = {name: weights[name] * whole for name in found.roles.held if name in weights}
     to_parent = weights[OTHER] * whole if OTHER in weights else None
     return Sizes(max(capacity - held_by, LEAST * capacity), behind, around, to_parent, held, heats, is_known)

@@ -110,7 +110,8 @@ def set_up(runs: Sequence[Recording], roles: Roles) -> LagBench:
     level, spread = _level(courses, roles)
     roles = without_silent(roles, courses)
     largest = {n: max(float(np.abs(c.values[n]).max()) for c in courses) for n in roles.inputs}
-    units = {name: column.unit for run in runs for name, column in (*run.constants.items(), *run.columns.items())}
+    units = {name: signal.unit for run in runs for name, signal in run.constants.items()}
+    units |= {name: column.unit for run in runs for name, column in run.columns.items()}
     noise = {name: _noise(runs, name) for name in roles.temperatures}
     return LagBench(runs, roles, courses, level, spread, units, noise, largest)
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
+from math import exp
 
 import numpy as np
 from scipy.optimize import brentq, nnls
@@ -28,10 +29,11 @@ BOUND = 1e6
 
 @dataclass(frozen=True)
 class TwoLags:
-    """A part with another behind it that has no sensor and loses no heat but to it: in place of one lag the share `a` of
-    one and 1 − a of a longer [s]. With G all that the part loses heat by and τ_z = a τ₂ + (1 − a) τ₁, its transfer
-    function (1 + τ_z s)/((1 + τ₁ s)(1 + τ₂ s)) has C₁ = G τ₁ τ₂/τ_z, C₂ = G (τ_z − τ₁)(τ₂ − τ_z)/τ_z and C₂/τ_z between.
-    Where τ_z = 0, a = −τ₁/(τ₂ − τ₁), one lag stands behind the other: a sensor of lag τ₁ on a part of τ₂.
+    """A part with another behind it that has no sensor and loses no heat but to it: in place of one lag the share `a`
+    of one and 1 − a of a longer [s]. With G all that the part loses heat by and τ_z = a τ₂ + (1 − a) τ₁, its transfer
+    function (1 + τ_z s)/((1 + τ₁ s)(1 + τ₂ s)) has C₁ = G τ₁ τ₂/τ_z, C₂ = G (τ_z − τ₁)(τ₂ − τ_z)/τ_z, and C₂/τ_z
+    between the two. Where τ_z = 0, a = −τ₁/(τ₂ − τ₁), one lag stands behind the other: a sensor of lag τ₁ on a part
+    of τ₂.
     """
 
     short: float
@@ -60,15 +62,18 @@ class TwoLags:
     @property
     def most(self) -> float:
         """When 63 % of a step is reached [s]."""
-        left = lambda t: self.share * np.exp(-t / self.short) + (1 - self.share) * np.exp(-t / self.long) - np.exp(-1)
-        return float(brentq(left, self.short / 2, 2 * self.long))
+
+        def left(t: float) -> float:
+            return self.share * exp(-t / self.short) + (1 - self.share) * exp(-t / self.long) - exp(-1)
+
+        return float(brentq(left, self.short / 2, 3 * self.long))
 
 
 @dataclass(frozen=True, eq=False)
 class LagFit:
-    """tau: [s], 63 % of a step where there are two lags; weights: w of temperatures and g of inputs; square: mean square that is left; numbers: how many were
-    fitted; residual: over all cells, NaN in gaps; independent: readings that are worth one each; lags: of two,
-    None for one."""
+    """tau: [s], 63 % of a step where there are two lags; weights: w of temperatures, g of inputs; square: mean square
+    that is left; numbers: how many were fitted; residual: over all cells, NaN in gaps; independent: readings that are
+    worth one each; lags: of two, None for one."""
 
     tau: float
     weights: Mapping[str, float]

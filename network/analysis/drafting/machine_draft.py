@@ -79,7 +79,10 @@ def _path(path: Path, names: Names) -> dict[str, Any]:
     return {"channel": path.channel, "axis": path.axis, "slopes": slopes, "left": path.left, "rms": path.moved}
 
 
-def draft(recordings: Sequence[Recording], wishes: Wishes = Wishes(), progress: Progress = lambda _: None) -> Draft:
+NO_WISHES = Wishes()
+
+
+def draft(recordings: Sequence[Recording], wishes: Wishes = NO_WISHES, progress: Progress = lambda _: None) -> Draft:
     """A machine that these recordings could be of. Raises Refused where they have no temperature of a part, or inputs
     with gaps."""
     runs = [piece for recording in recordings for piece in recording.pieces]

@@ -1,9 +1,9 @@
 """Which temperatures move alike, so that one part stands for them.
 
-Average linkage by the mean square in which two differ, their constant errors apart; how many groups by evidence. With s_i²
-what a lag model leaves of a temperature alone and d_i² how far it is from its group's mean, one part for the group leaves
-s_i² + d_i²: K groups cost Σ n_i ln(s_i² + d_i²) + K p ln Σ n_i (BIC), n_i independent readings, p numbers of a part.
-Where d is less than what the model leaves anyway, nothing is gained by parting them.
+Average linkage by the mean square in which two differ, their constant errors apart; how many groups by evidence. With
+s_i² what a lag model leaves of a temperature alone and d_i² how far it is from its group's mean, one part for the group
+leaves s_i² + d_i²: K groups cost Σ n_i ln(s_i² + d_i²) + K p ln Σ n_i (BIC), n_i independent readings, p numbers of a
+part. Where d is less than what the model leaves anyway, nothing is gained by parting them.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def group_sensors(
         apart = np.empty(len(names))
         for one in np.unique(label):
             members = np.flatnonzero(label == one)
-            apart[members] = _from_mean([readings[i] for i in members])
+            apart[members] = _from_mean([readings[i] for i in members.tolist()])
         now = weights @ np.log(left + apart) + label.max() * NUMBERS * np.log(weights.sum())
         if now < cost - 1e-9:
             best, cost = label, float(now)
