@@ -16,8 +16,8 @@ ROOMS = (
 )
 WORDS = tuple(text.split() for text in (OUTDOORS, SURROUNDINGS, ROOMS))
 """Words for what surrounds a machine, from the farthest to the nearest: a heated room has its outdoors."""
-LONG = 5
-"""Letters from which a word is known inside a longer one, like Raumtemperatur or Umgebungsluft."""
+LONG, LONGER = 4, 7
+"""Letters from which a word is known at the beginning of a longer one, like Raumtemperatur, and anywhere in it."""
 SET_POINTS = frozenset(
     ["set", "setpoint", "sp", "soll", "sollwert", "target", "goal", "consigna", "consigne", "command", "cmd", "目标"]
 )
@@ -39,13 +39,19 @@ def nearness(name: str) -> int | None:
     """0 for outdoors, 1 for surroundings, 2 for a room; None for a name that tells of none."""
     words = words_of(name)
     for rank, known in enumerate(WORDS):
-        if any(word in known or any(_holds(word, part) for part in known) for word in words):
+        if any(_tells(word, known) for word in words):
             return rank
     return None
 
 
+def _tells(word: str, known: Sequence[str]) -> bool:
+    """Whether a word is one of these, with a T before it, or holds one."""
+    return word in known or (word[0] == "t" and word[1:] in known) or any(_holds(word, part) for part in known)
+
+
 def _holds(word: str, part: str) -> bool:
-    return part in word if not part.isascii() else len(part) >= LONG and part in word
+    is_anywhere = not part.isascii() or len(part) >= LONGER
+    return part in word if is_anywhere else len(part) >= LONG and word.startswith(part)
 
 
 def is_set_point(name: str) -> bool:

@@ -14,6 +14,7 @@ import numpy as np
 from network.analysis.drafting.channel_names import axis_in, is_counter, is_set_point, nearness
 from network.analysis.drafting.recorded_course import true_readings
 from network.catalogue.declaration.declare import Array
+from network.catalogue.declaration.entry_path import axis_of
 from network.platform.quantities.units import Unit, unit
 from network.platform.refusal import Complaints, Spot, likely
 from network.recordings.recording import Recording
@@ -124,11 +125,13 @@ def _wish(name: str, of: Unit, wishes: Wishes) -> str:
 def _guess(runs: Sequence[Recording], name: str, of: Unit) -> str:
     """temperature, input, held or displacement; any other answer is the reason why it is nothing."""
     if _bad_name(name):
-        return f"a sensor or input cannot have {_bad_name(name)} in its name: rename it in a mapping"
+        return f"{_bad_name(name)}: rename it in a mapping"
     if of.is_temperature:
         return _guess_temperature(runs, name)
     if of.dimension == unit("m").dimension:
         return _guess_length(runs, name)
+    if of.dimension == unit("1/min").dimension:
+        return f"{of.text} may be a speed: map it to rpm if it is one"
     if of.dimension not in {unit(text).dimension for text in DRIVING}:
         return f"nothing is known of heat that would follow from it in {of.text}"
     if of.dimension == unit("1").dimension and is_counter(name):
@@ -137,7 +140,11 @@ def _guess(runs: Sequence[Recording], name: str, of: Unit) -> str:
 
 
 def _bad_name(name: str) -> str:
-    return " and ".join(sign for sign in ",[" if sign in name)
+    """Why a sensor or input cannot be called so; '' where it can."""
+    if axis_of(name) is not None:
+        return "its name means a displacement of the tool"
+    strange = any(sign in name for sign in ",[") or name != " ".join(name.split())
+    return "its name has signs that a machine file cannot bear" if strange else ""
 
 
 def _in_all(runs: Sequence[Recording], name: str) -> bool:
@@ -151,14 +158,19 @@ def _guess_temperature(runs: Sequence[Recording], name: str) -> str:
     if is_set_point(name) or (_steps_like_a_set_point(values) and _in_all(runs, name)):
         return "held" if _in_all(runs, name) and np.ptp(values) > 0 else "a set point is no temperature of a part"
     if len(values) < FEWEST:
-        return f"it has {len(values)} readings"
+        return _tell_lack(runs, name)
     return "temperature" if np.ptp(values) > 0 or nearness(name) is not None else "it never moves"
+
+
+def _tell_lack(runs: Sequence[Recording], name: str) -> str:
+    count = sum(int(np.isfinite(run.columns[name].values).sum()) for run in runs if name in run.columns)
+    return "it never moves" if count >= FEWEST else f"it has {count} readings"
 
 
 def _guess_length(runs: Sequence[Recording], name: str) -> str:
     values = pool_readings(runs, name)
     if len(values) < FEWEST or np.ptp(values) == 0:
-        return "it never moves" if len(values) >= FEWEST else f"it has {len(values)} readings"
+        return _tell_lack(runs, name)
     ends = np.quantile(values, (0.05, 0.95))
     way = f"it goes over {1e3 * np.ptp(ends):.3g} mm, which is an axis's way and no thermal displacement"
     return "displacement" if np.ptp(ends) <= LARGEST else way

@@ -15,9 +15,9 @@ from itertools import combinations
 import numpy as np
 
 from network.analysis.drafting.identification import Identified
+from network.analysis.drafting.lag_bench import noise_in
 from network.analysis.drafting.lag_fit import count_independent
 from network.catalogue.declaration.declare import Array, Indices
-from network.recordings.hygiene.data_quality import noise_of, quantum_of
 from network.recordings.recording import Recording
 
 STEEL = 1.1e-5
@@ -51,9 +51,8 @@ def _find_path(runs: Sequence[Recording], found: Identified, name: str, axis: st
     gate = next((i for i in found.roles.inputs if _is_frozen(runs, name, i)), "")
     there = [run.columns[name].values for run in runs if name in run.columns]
     known = [row[np.isfinite(row)] for row in there]
-    noise = float(
-        np.median([max(noise_of(row), quantum_of(row) / np.sqrt(12)) for row in known if len(row) > 4] or [0])
-    )
+    told = [noise_in(row) for row in known if len(row) > FEWEST]
+    noise = float(np.median(told)) if told else 0.0
     target = _targets(found, name, gate)
     slopes, left = _select(found, target)
     moved = float(np.sqrt(np.nanmean(target**2))) if np.isfinite(target).any() else 0.0

@@ -19,10 +19,12 @@ LONGEST = 5.0
 
 @dataclass(frozen=True, eq=False)
 class LagBank:
-    """taus: [s]; names: of the columns; lagged: by τ, cells of all runs × columns, every run begun at zero; decays: by
-    τ, e^(−t/τ) of every run, by which its beginning is forgotten; first: the first cell of each run; run: of each
-    cell."""
+    """courses, columns: what it is made of; taus: [s]; names: of the columns; lagged: by τ, cells of all runs × columns,
+    every run begun at zero; decays: by τ, e^(−t/τ) of every run, by which its beginning is forgotten; first: the first
+    cell of each run; run: of each cell."""
 
+    courses: tuple[Course, ...]
+    columns: Mapping[str, Sequence[Array]]
     taus: Array
     names: tuple[str, ...]
     lagged: tuple[Array, ...]
@@ -48,6 +50,10 @@ class LagBank:
         told = self.lagged[k][:, use] @ np.array(list(weights.values())) if use else np.zeros(len(target))
         return np.asarray(target - self.begins(target) * self.decays[k] - told)
 
+    def at(self, tau: float, names: Sequence[str]) -> tuple[Array, Array]:
+        """Columns and decay at any time constant [s]."""
+        return _lagged(self.courses, [self.columns[name] for name in names], tau)
+
     def begins(self, target: Array) -> Array:
         """The first reading of its run, at every cell; 0 in a run without any."""
         rows = np.split(target, self.first[1:])
@@ -59,14 +65,18 @@ def bank_of(courses: Sequence[Course], columns: Mapping[str, Sequence[Array]]) -
     """columns: by name, values over the cells of every run, without gaps."""
     longest, shortest = max(c.length for c in courses), min(c.step for c in courses)
     taus = np.geomspace(shortest, LONGEST * longest, TIMES)
-    lagged = tuple(
-        np.vstack([_lag_all(c, [rows[r] for rows in columns.values()], tau) for r, c in enumerate(courses)])
-        for tau in taus
-    )
-    decays = tuple(np.concatenate([_decay(c, tau) for c in courses]) for tau in taus)
+    lagged, decays = zip(*(_lagged(courses, list(columns.values()), float(tau)) for tau in taus), strict=True)
     sizes = np.array([c.cells for c in courses])
     first = np.concatenate([[0], np.cumsum(sizes)[:-1]])
-    return LagBank(taus, tuple(columns), lagged, decays, first, np.repeat(np.arange(len(courses)), sizes))
+    return LagBank(
+        tuple(courses), columns, taus, tuple(columns), lagged, decays, first, np.repeat(np.arange(len(courses)), sizes)
+    )
+
+
+def _lagged(courses: Sequence[Course], columns: Sequence[Sequence[Array]], tau: float) -> tuple[Array, Array]:
+    """Columns with a lag over the cells of all runs, and how their beginnings decay."""
+    rows = [_lag_all(course, [column[r] for column in columns], tau) for r, course in enumerate(courses)]
+    return np.vstack(rows), np.concatenate([_decay(course, tau) for course in courses])
 
 
 def _lag_all(course: Course, rows: Sequence[Array], tau: float) -> Array:

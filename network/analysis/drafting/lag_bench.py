@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from network.analysis.comparison.resample import reading_step
 from network.analysis.drafting.channel_names import is_cooling
 from network.analysis.drafting.channel_roles import Roles
 from network.analysis.drafting.lag_bank import LagBank, bank_of
@@ -25,6 +26,8 @@ RUBBING = tuple(unit(text).dimension for text in ("rpm", "m/min"))
 """Kinds of input whose sign does not matter: friction heats either way."""
 SPREAD, RESOLUTION = 2.0, 0.01
 """K: how far surroundings that nobody recorded may be off at least, and the noise of a sensor that shows none."""
+FEWEST = 4
+"""Readings that tell no noise."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,11 +152,16 @@ def _first(values: Array) -> float:
     return float(values[np.isfinite(values)][0])
 
 
+def noise_in(values: Array) -> float:
+    """1σ of a sample, from second differences; at least that of rounding to the steps of the readings."""
+    return float(max(noise_of(values), max(quantum_of(values), reading_step(values)) / np.sqrt(12)))
+
+
 def _noise(runs: Sequence[Recording], name: str) -> float:
-    """1σ of a sample: from second differences, at least that of rounding to its steps."""
+    """1σ of a sample, that of a typical run."""
     rows = [run.columns[name].values for run in runs if name in run.columns]
     rows = [row[np.isfinite(row)] for row in rows]
-    told = [max(noise_of(row), quantum_of(row) / np.sqrt(12)) for row in rows if len(row) > 4]
+    told = [noise_in(row) for row in rows if len(row) > FEWEST]
     typical = float(np.median(told)) if told else 0.0
     return typical if typical > 0 else RESOLUTION
 

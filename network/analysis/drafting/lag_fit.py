@@ -13,7 +13,7 @@ from itertools import combinations
 from math import exp
 
 import numpy as np
-from scipy.optimize import brentq, nnls
+from scipy.optimize import brentq, minimize_scalar, nnls
 
 from network.analysis.comparison.lags import autocorrelations, until_dead
 from network.analysis.drafting.lag_bank import LagBank
@@ -116,6 +116,24 @@ class Fitting:
         weights = _by_name(drivers, found[k][1])
         residual = self.bank.residual(self.target, k, weights)
         return self._told(self._between(squares, k), weights, residual, self._numbers(drivers))
+
+    def refine(self, fit: LagFit) -> LagFit:
+        """The same drivers at the best of all time constants, not only of those of the grid."""
+        drivers = [name for name in self.bank.names if name in fit.weights]
+        step = float(self.bank.taus[1] / self.bank.taus[0])
+        ends = float(np.log(fit.tau / step)), float(np.log(fit.tau * step))
+        best = minimize_scalar(lambda x: self._exact(exp(x), drivers)[0], bounds=ends, method="bounded")
+        tau = exp(float(best.x))
+        _, w, residual = self._exact(tau, drivers)
+        return self._told(tau, _by_name(drivers, w), residual, fit.numbers)
+
+    def _exact(self, tau: float, drivers: Sequence[str]) -> tuple[float, Array, Array]:
+        """(sum of squares left, weights, residual) at any time constant."""
+        x, decay = self.bank.at(tau, drivers)
+        y, there = self.target - self.bank.begins(self.target) * decay, np.isfinite(self.target)
+        both = np.column_stack([x, y])[there]
+        square, w = self._solve(both.T @ both, drivers)
+        return square, w, y - x @ w
 
     def fit_two(self, drivers: Sequence[str], only_late: bool) -> LagFit:
         """The same with two lags, on every third of the grid; only_late: one behind the other."""

@@ -86,7 +86,7 @@ def link_parts(bench: LagBench, groups: Sequence[Group], tell: Progress) -> tupl
         others = [titles[q] if q != k and titles[q] in means else "" for q in order]
         models.append(_beside(bench, fittings[k], PartModel(groups[k], alone[k], alone[k]), others, place))
         tell(GROUPED + (1 - GROUPED) * (place + 1) / len(order))
-    return tuple(_refine(models, [fittings[k] for k in order]))
+    return tuple(_refine(models, [fittings[k] for k in order], [titles[k] for k in order]))
 
 
 def _is_driven(fit: LagFit) -> bool:
@@ -103,19 +103,25 @@ def _beside(bench: LagBench, fitting: Fitting, model: PartModel, others: Sequenc
     parent = max((q for q in fits if q < place), key=lambda q: gains[q], default=None)
     if parent is None or gains[parent] <= 0:
         return replace(model, gains=gains)
-    weights = {OTHER if name == others[parent] else name: w for name, w in fits[parent].weights.items()}
-    return replace(model, fit=replace(fits[parent], weights=weights), parent=parent, gain=gains[parent], gains=gains)
+    fit = _rename(fits[parent], others[parent], OTHER)
+    return replace(model, fit=fit, parent=parent, gain=gains[parent], gains=gains)
 
 
-def _refine(models: Sequence[PartModel], fittings: Sequence[Fitting]) -> list[PartModel]:
-    """With two lags for parts that follow no other, where the second is worth its numbers; but none with a part behind
-    it that others follow: they are what it warms."""
+def _rename(fit: LagFit, old: str, new: str) -> LagFit:
+    """With one of its columns under another name."""
+    return replace(fit, weights={new if name == old else name: w for name, w in fit.weights.items()})
+
+
+def _refine(models: Sequence[PartModel], fittings: Sequence[Fitting], titles: Sequence[str]) -> list[PartModel]:
+    """With exact time constants, and two lags for parts that follow no other, where the second is worth its numbers; but
+    none with a part behind it that others follow: they are what it warms."""
     followed = {m.parent for m in models}
     refined = list[PartModel]()
     for k, (model, fitting) in enumerate(zip(models, fittings, strict=True)):
-        if model.parent is None and _is_driven(model.fit):
-            two = fitting.fit_two([*dict.fromkeys([AROUND, *model.fit.weights])], only_late=k in followed)
-            if two.gain_over(model.fit) > 0 and _is_driven(two):
-                model = replace(model, fit=two)
-        refined.append(model)
+        own = OTHER if model.parent is None else titles[model.parent]
+        fit = fitting.refine(_rename(model.fit, OTHER, own))
+        if model.parent is None and _is_driven(fit):
+            two = fitting.fit_two([*dict.fromkeys([AROUND, *fit.weights])], only_late=k in followed)
+            fit = two if two.gain_over(fit) > 0 and _is_driven(two) else fit
+        refined.append(replace(model, fit=_rename(fit, own, OTHER)))
     return refined
