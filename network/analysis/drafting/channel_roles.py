@@ -41,7 +41,7 @@ class Roles:
     """ambient: the column or constant that is the surroundings, '' where there is none; inputs: what makes heat; held:
     temperatures that drive; temperatures; displacements: names with their axes; unused: names with the reason why;
     leader: one of the held that is so because nothing else is recorded that drives; is_by_behaviour: the surroundings
-    were told by how they move."""
+    were told by how they move; sensors: what the user says is one."""
 
     ambient: str
     inputs: tuple[str, ...]
@@ -51,6 +51,7 @@ class Roles:
     unused: Mapping[str, str] = field(default_factory=dict)
     leader: str = ""
     is_by_behaviour: bool = False
+    sensors: tuple[str, ...] = ()
 
 
 def assign_roles(runs: Sequence[Recording], wishes: Wishes) -> Roles:
@@ -68,6 +69,7 @@ def assign_roles(runs: Sequence[Recording], wishes: Wishes) -> Roles:
     return Roles(
         ambient, tuple(n for n, r in role.items() if r == "input"), tuple(n for n, r in role.items() if r == "held"),
         temperatures, _axes([n for n, r in role.items() if r == "displacement"], unused), unused,
+        sensors=wishes.sensors,
     )  # fmt: skip
 
 

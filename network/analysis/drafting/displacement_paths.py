@@ -22,8 +22,8 @@ from network.recordings.recording import Recording
 
 STEEL = 1.1e-5
 """1/K: the expansion that lengths are told for."""
-MOST_REPEATS, FEWEST_REPEATS = 0.9, 0.5
-"""Readings that repeat the one before: of a display that is frozen, and of one that is not."""
+REPEATS, TIMES = 0.9, 5.0
+"""Share of readings that repeat the one before while a display is frozen, and how many times as often it moves else."""
 FEWEST = 12
 
 
@@ -68,7 +68,9 @@ def _is_frozen(runs: Sequence[Recording], name: str, gate: str) -> bool:
         still.append(same[off[1:] & off[:-1]])
         moving.append(same[~off[1:] & ~off[:-1]])
     zero, rest = (np.concatenate(rows) if rows else np.empty(0) for rows in (still, moving))
-    return bool(min(len(zero), len(rest)) >= FEWEST and zero.mean() > MOST_REPEATS and rest.mean() < FEWEST_REPEATS)
+    return bool(
+        min(len(zero), len(rest)) >= FEWEST and zero.mean() > REPEATS and 1 - rest.mean() > TIMES * (1 - zero.mean())
+    )
 
 
 def _targets(found: Identified, name: str, gate: str) -> Array:

@@ -19,9 +19,9 @@ LONGEST = 5.0
 
 @dataclass(frozen=True, eq=False)
 class LagBank:
-    """courses, columns: what it is made of; taus: [s]; names: of the columns; lagged: by τ, cells of all runs × columns,
-    every run begun at zero; decays: by τ, e^(−t/τ) of every run, by which its beginning is forgotten; first: the first
-    cell of each run; run: of each cell."""
+    """courses, columns: what it is made of; taus: [s]; names: of the columns; lagged: by τ, cells of all runs ×
+    columns, every run begun at zero; decays: by τ, e^(−t/τ) of every run, by which its beginning is forgotten; first:
+    the first cell of each run; run: of each cell."""
 
     courses: tuple[Course, ...]
     columns: Mapping[str, Sequence[Array]]

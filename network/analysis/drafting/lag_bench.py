@@ -26,8 +26,8 @@ RUBBING = tuple(unit(text).dimension for text in ("rpm", "m/min"))
 """Kinds of input whose sign does not matter: friction heats either way."""
 SPREAD, RESOLUTION = 2.0, 0.01
 """K: how far surroundings that nobody recorded may be off at least, and the noise of a sensor that shows none."""
-FEWEST = 4
-"""Readings that tell no noise."""
+FEWEST, MOSTLY = 4, 0.5
+"""Readings that tell no noise, and the share that must repeat so that second differences tell none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,11 +120,10 @@ def set_up(runs: Sequence[Recording], roles: Roles) -> LagBench:
 
 
 def list_gapless(runs: Sequence[Recording], roles: Roles) -> tuple[str, ...]:
-    """Temperatures that all recordings have without gaps: they may become inputs."""
-    return tuple(
-        name for name in roles.temperatures
-        if all(name in run.columns and np.isfinite(run.columns[name].values).all() for run in runs)
-    )  # fmt: skip
+    """Temperatures that may become inputs: all recordings have them without gaps, and nobody says they are sensors."""
+    open_to = [name for name in roles.temperatures if name not in roles.sensors]
+    there = [name for name in open_to if all(name in run.columns for run in runs)]
+    return tuple(n for n in there if all(np.isfinite(run.columns[n].values).all() for run in runs))
 
 
 def without_silent(roles: Roles, courses: Sequence[Course]) -> Roles:
@@ -153,8 +152,11 @@ def _first(values: Array) -> float:
 
 
 def noise_in(values: Array) -> float:
-    """1σ of a sample, from second differences; at least that of rounding to the steps of the readings."""
-    return float(max(noise_of(values), max(quantum_of(values), reading_step(values)) / np.sqrt(12)))
+    """1σ of a sample, from second differences; at least that of rounding to the steps of the readings, and of readings
+    that mostly repeat the one before, that of their jumps: √(mean square difference/2)."""
+    jumps = np.diff(values)
+    of_jumps = np.sqrt(np.mean(jumps**2) / 2) if np.mean(jumps == 0) > MOSTLY else 0.0
+    return float(max(noise_of(values), max(quantum_of(values), reading_step(values)) / np.sqrt(12), of_jumps))
 
 
 def _noise(runs: Sequence[Recording], name: str) -> float:

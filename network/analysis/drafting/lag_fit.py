@@ -13,7 +13,8 @@ from itertools import combinations
 from math import exp
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar, nnls
+from scipy.optimize import brentq, minimize, minimize_scalar, nnls
+from scipy.special import expit, logit
 
 from network.analysis.comparison.lags import autocorrelations, until_dead
 from network.analysis.drafting.lag_bank import LagBank
@@ -21,8 +22,11 @@ from network.catalogue.declaration.declare import Array, Indices
 
 RIDGE = 1e-11
 """Of the squares of a column: what keeps columns apart that rounding cannot."""
-COARSE, SHARES = 3, (0.1, 0.25, 0.4, 0.55, 0.7, 0.85)
-"""Of the grid of time constants, and shares of the shorter of two lags."""
+APART = 0.1
+"""By which share two lags differ at the least: nearer ones are told as one."""
+COARSE, SHARES, EVALUATIONS = 4, (0.2, 0.5, 0.8), 120
+"""Where two lags are begun: every so many of the time constants of the grid, shares of the shorter; and how often the
+best of them is bettered."""
 BOUND = 1e6
 """How many times as heavy as the readings it weighs that conductances add up to the whole."""
 
@@ -39,6 +43,11 @@ class TwoLags:
     short: float
     long: float
     share: float
+
+    @property
+    def terms(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Share and time constant of each."""
+        return (self.share, self.short), (1 - self.share, self.long)
 
     @property
     def is_late(self) -> bool:
@@ -122,39 +131,52 @@ class Fitting:
         drivers = [name for name in self.bank.names if name in fit.weights]
         step = float(self.bank.taus[1] / self.bank.taus[0])
         ends = float(np.log(fit.tau / step)), float(np.log(fit.tau * step))
-        best = minimize_scalar(lambda x: self._exact(exp(x), drivers)[0], bounds=ends, method="bounded")
+        best = minimize_scalar(lambda x: self._exact([(1.0, exp(x))], drivers)[0], bounds=ends, method="bounded")
         tau = exp(float(best.x))
-        _, w, residual = self._exact(tau, drivers)
+        _, w, residual = self._exact([(1.0, tau)], drivers)
         return self._told(tau, _by_name(drivers, w), residual, fit.numbers)
 
-    def _exact(self, tau: float, drivers: Sequence[str]) -> tuple[float, Array, Array]:
-        """(sum of squares left, weights, residual) at any time constant."""
-        x, decay = self.bank.at(tau, drivers)
+    def _exact(self, lags: Sequence[tuple[float, float]], drivers: Sequence[str]) -> tuple[float, Array, Array]:
+        """(sum of squares left, weights, residual) of a sum of lags, each with its share and time constant."""
+        parts = [(share, *self.bank.at(tau, drivers)) for share, tau in lags]
+        x = np.sum([share * columns for share, columns, _ in parts], axis=0)
+        decay = np.sum([share * decay for share, _, decay in parts], axis=0)
         y, there = self.target - self.bank.begins(self.target) * decay, np.isfinite(self.target)
         both = np.column_stack([x, y])[there]
         square, w = self._solve(both.T @ both, drivers)
         return square, w, y - x @ w
 
     def fit_two(self, drivers: Sequence[str], only_late: bool) -> LagFit:
-        """The same with two lags, on every third of the grid; only_late: one behind the other."""
-        use, y0 = [self.bank.names.index(name) for name in drivers], self.bank.begins(self.target)
-        there = np.isfinite(self.target)
-        best, kept = np.inf, None
-        for j, k in combinations(range(0, len(self.bank.taus), COARSE), 2):
-            short, long = self.bank.taus[[j, k]]
-            for share in (float(-short / (long - short)), *(() if only_late else SHARES)):
-                x = share * self.bank.lagged[j][:, use] + (1 - share) * self.bank.lagged[k][:, use]
-                y = self.target - y0 * (share * self.bank.decays[j] + (1 - share) * self.bank.decays[k])
-                both = np.column_stack([x, y])[there]
-                square, w = self._solve(both.T @ both, drivers)
-                if square < best:
-                    lags = TwoLags(float(short), float(long), share)
-                    best, kept = square, (lags, w, y - x @ w)
-        assert kept is not None
-        lags, w, residual = kept
+        """The same with two lags; only_late: one behind the other."""
+        ends = combinations(self.bank.taus[::COARSE].tolist(), 2)
+        shares = () if only_late else SHARES
+        tried = [one for a, b in ends for one in (_late(a, b), *(TwoLags(a, b, share) for share in shares))]
+        begin = min(tried, key=lambda one: self._exact(one.terms, drivers)[0])
+        lags = self._nearest(begin, drivers)
+        _, w, residual = self._exact(lags.terms, drivers)
         more = 1 if lags.is_late else 2
         told = self._told(lags.most, _by_name(drivers, w), residual, self._numbers(drivers) + more)
         return replace(told, lags=lags)
+
+    def _nearest(self, begin: TwoLags, drivers: Sequence[str]) -> TwoLags:
+        """The best of all two lags, of one kind, about those of the grid."""
+
+        least, most = float(self.bank.taus[0]), float(self.bank.taus[-1])
+
+        def read(x: Array) -> TwoLags:
+            """Within the grid, the longer lag a tenth longer at least."""
+            short = exp(np.clip(x[0], np.log(least), np.log(most / (1 + APART))))
+            long = min(short * (1 + max(exp(min(x[1], 50.0)), APART)), most)
+            return _late(short, long) if begin.is_late else TwoLags(short, long, expit(x[2]))
+
+        x = [
+            np.log(begin.short),
+            np.log(begin.long / begin.short - 1),
+            *([] if begin.is_late else [logit(begin.share)]),
+        ]
+        best = minimize(lambda x: self._exact(read(x).terms, drivers)[0], x, method="Nelder-Mead",
+                        options={"maxfev": EVALUATIONS, "xatol": 0.01, "fatol": 0.0})  # fmt: skip
+        return read(best.x)
 
     def _told(self, tau: float, weights: Mapping[str, float], residual: Array, numbers: int) -> LagFit:
         known = max(int(np.isfinite(self.target).sum()), 1)
@@ -205,6 +227,11 @@ class Fitting:
             best = tried[j]
             chosen.append(left.pop(j))
         return best
+
+
+def _late(short: float, long: float) -> TwoLags:
+    """One lag behind the other."""
+    return TwoLags(short, long, -short / (long - short))
 
 
 def _by_name(drivers: Sequence[str], weights: Array) -> dict[str, float]:

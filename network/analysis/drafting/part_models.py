@@ -94,6 +94,12 @@ def _is_driven(fit: LagFit) -> bool:
     return bool(set(fit.weights) - {AROUND})
 
 
+def _is_seen(fit: LagFit, fitting: Fitting) -> bool:
+    """Whether two lags are longer than what cells tell, and of a part that something drives."""
+    shortest = SHORTEST * max(course.step for course in fitting.bank.courses)
+    return _is_driven(fit) and fit.lags is not None and fit.lags.short > shortest
+
+
 def _beside(bench: LagBench, fitting: Fitting, model: PartModel, others: Sequence[str], place: int) -> PartModel:
     """With the best of the parts before its place, where it is worth its numbers. others: columns of all parts in their
     order, '' for what cannot be followed."""
@@ -113,8 +119,8 @@ def _rename(fit: LagFit, old: str, new: str) -> LagFit:
 
 
 def _refine(models: Sequence[PartModel], fittings: Sequence[Fitting], titles: Sequence[str]) -> list[PartModel]:
-    """With exact time constants, and two lags for parts that follow no other, where the second is worth its numbers; but
-    none with a part behind it that others follow: they are what it warms."""
+    """With exact time constants, and two lags for parts that follow no other, where the second is worth its numbers;
+    but none with a part behind it that others follow: they are what it warms."""
     followed = {m.parent for m in models}
     refined = list[PartModel]()
     for k, (model, fitting) in enumerate(zip(models, fittings, strict=True)):
@@ -122,6 +128,6 @@ def _refine(models: Sequence[PartModel], fittings: Sequence[Fitting], titles: Se
         fit = fitting.refine(_rename(model.fit, OTHER, own))
         if model.parent is None and _is_driven(fit):
             two = fitting.fit_two([*dict.fromkeys([AROUND, *fit.weights])], only_late=k in followed)
-            fit = two if two.gain_over(fit) > 0 and _is_driven(two) else fit
+            fit = two if two.gain_over(fit) > 0 and _is_seen(two, fitting) else fit
         refined.append(replace(model, fit=_rename(fit, own, OTHER)))
     return refined
