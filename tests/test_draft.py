@@ -127,6 +127,13 @@ def test_a_room_without_a_name_is_told_by_how_it_moves() -> None:
     assert draft(runs).found.roles.ambient == ""
 
 
+def test_a_room_that_stands_still_is_a_room() -> None:
+    run = with_column(made(1), "ambient", "degC", 0 * T + 20.4)
+    assert draft([run]).found.roles.ambient == "ambient"
+    with pytest.raises(Refused, match="no temperature of a part is recorded that moves"):
+        draft([replace(run, columns={name: run.columns[name] for name in ("speed", "ambient")})])
+
+
 def test_a_source_of_heat_that_nobody_records_is_held() -> None:
     found = draft([without(made(k), "speed", "T2") for k in (1, 2)])
     assert found.found.roles.held == ("T1",) and found.machine.nodes["T1"].is_held

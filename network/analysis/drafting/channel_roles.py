@@ -61,8 +61,7 @@ def assign_roles(runs: Sequence[Recording], wishes: Wishes) -> Roles:
     role = {name: _wish(name, unit(text), wishes) or _guess(runs, name, unit(text)) for name, text in units.items()}
     warm = [n for n, r in role.items() if r == "temperature"]
     ambient = wishes.ambient or _find_ambient(runs, [n for n in warm if n not in wishes.sensors])
-    measured = {name for run in runs for name in run.columns}
-    temperatures = tuple(name for name in warm if name != ambient and name in measured)
+    temperatures = tuple(name for name in warm if name != ambient and _moves(pool_readings(runs, name)))
     _check_temperatures(runs, units, temperatures, ambient)
     known = ("temperature", "input", "held", "displacement", "ambient")
     unused = {name: r for name, r in role.items() if r not in known and name != ambient}
@@ -154,24 +153,33 @@ def _in_all(runs: Sequence[Recording], name: str) -> bool:
 
 
 def _guess_temperature(runs: Sequence[Recording], name: str) -> str:
-    if all(name in run.constants for run in runs):
+    if all(name in run.constants for run in runs) or (nearness(name) is not None and _count(runs, name) >= FEWEST):
         return "temperature"
     values = pool_readings(runs, name)
     if is_set_point(name) or (_steps_like_a_set_point(values) and _in_all(runs, name)):
         return "held" if _in_all(runs, name) and np.ptp(values) > 0 else "a set point is no temperature of a part"
     if len(values) < FEWEST:
         return _tell_lack(runs, name)
-    return "temperature" if np.ptp(values) > 0 or nearness(name) is not None else "it never moves"
+    return "temperature" if _moves(values) else "it never moves"
+
+
+def _moves(values: Array) -> bool:
+    return len(values) >= FEWEST and bool(np.ptp(values) > 0)
 
 
 def _tell_lack(runs: Sequence[Recording], name: str) -> str:
-    count = sum(int(np.isfinite(run.columns[name].values).sum()) for run in runs if name in run.columns)
+    count = _count(runs, name)
     return "it never moves" if count >= FEWEST else f"it has {count} readings"
+
+
+def _count(runs: Sequence[Recording], name: str) -> int:
+    """Readings, also of a channel that stands still."""
+    return sum(int(np.isfinite(run.columns[name].values).sum()) for run in runs if name in run.columns)
 
 
 def _guess_length(runs: Sequence[Recording], name: str) -> str:
     values = pool_readings(runs, name)
-    if len(values) < FEWEST or np.ptp(values) == 0:
+    if not _moves(values):
         return _tell_lack(runs, name)
     ends = np.quantile(values, (0.05, 0.95))
     way = f"it goes over {1e3 * np.ptp(ends):.3g} mm, which is an axis's way and no thermal displacement"
