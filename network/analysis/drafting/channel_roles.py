@@ -137,7 +137,7 @@ def _guess(runs: Sequence[Recording], name: str, of: Unit) -> str:
         return f"nothing is known of heat that would follow from it in {of.text}"
     if of.dimension == unit("1").dimension and is_counter(name):
         return "it counts samples"
-    return "input" if _in_all(runs, name) else "not every recording has it"
+    return "input" if _in_all(runs, name) else "not every recording has a value of it"
 
 
 def _bad_name(name: str) -> str:
@@ -149,7 +149,8 @@ def _bad_name(name: str) -> str:
 
 
 def _in_all(runs: Sequence[Recording], name: str) -> bool:
-    return all(name in run.columns or name in run.constants for run in runs)
+    """Whether every run has a value of it."""
+    return all(name in run.constants or _count([run], name) > 0 for run in runs)
 
 
 def _guess_temperature(runs: Sequence[Recording], name: str) -> str:
@@ -157,7 +158,7 @@ def _guess_temperature(runs: Sequence[Recording], name: str) -> str:
         return "temperature"
     values = pool_readings(runs, name)
     if is_set_point(name) or (_steps_like_a_set_point(values) and _in_all(runs, name)):
-        return "held" if _in_all(runs, name) and np.ptp(values) > 0 else "a set point is no temperature of a part"
+        return "held" if _in_all(runs, name) and _moves(values) else "a set point is no temperature of a part"
     if len(values) < FEWEST:
         return _tell_lack(runs, name)
     return "temperature" if _moves(values) else "it never moves"
@@ -192,9 +193,8 @@ def _steps_like_a_set_point(values: Array) -> bool:
     jumps = jumps[jumps > 0]
     if not len(jumps) or len(jumps) > len(values) / FEWEST:
         return False
-    printed = next(
-        10.0**-k for k in range(9) if np.allclose(values * 10**k, np.rint(values * 10**k), atol=1e-6, rtol=0)
-    )
+    steps = [10.0**-k for k in range(9)]
+    printed = next((s for s in steps if np.allclose(values / s, np.rint(values / s), atol=1e-6, rtol=0)), 0.0)
     return bool(np.median(jumps) >= np.ptp(values) / 4 and np.min(jumps) > 2.5 * printed)
 
 
@@ -209,7 +209,7 @@ def _find_ambient(runs: Sequence[Recording], warm: Sequence[str]) -> str:
     """By its name, from outdoors to the room; what is measured goes before a constant of the mappings, and the only
     temperature there is, is none."""
     measured = [n for n in warm if any(n in run.columns for run in runs)]
-    named = [n for n in measured if nearness(n) is not None and all(n in run.columns for run in runs)]
+    named = [n for n in measured if nearness(n) is not None and _in_all(runs, n)]
     constant = [n for n in warm if all(n in run.constants for run in runs)]
     open_to = named if len(named) < len(measured) else []
     ranked = sorted(open_to or constant, key=lambda n: (9 if nearness(n) is None else nearness(n), len(n)))

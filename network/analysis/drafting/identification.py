@@ -85,6 +85,7 @@ def find_leader(found: Identified) -> str:
 def _list_gains_around(bench: LagBench, names: Sequence[str]) -> dict[str, Array]:
     """Of every name that no input drives, the nats by which each other temperature is better told with it as
     surroundings than with constant ones."""
+    names = [n for n in names if bench.is_in_all(bench.rise(n))]
     bank = bench.bank({f"other {n}": bench.rise(n) for n in names})
     fittings = {n: bench.fitting(bank, bench.rise(n), bench.floor([n])) for n in bench.known}
     told = {name: fitting.select([AROUND], bench.roles.inputs) for name, fitting in fittings.items()}

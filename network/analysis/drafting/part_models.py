@@ -8,12 +8,15 @@ from dataclasses import dataclass, field, replace
 from network.analysis.drafting.lag_bench import ALWAYS, AROUND, OTHER, LagBench
 from network.analysis.drafting.lag_fit import Fitting, LagFit
 from network.analysis.drafting.sensor_groups import Group, group_sensors
+from network.catalogue.sensors.sensor_lag import SensorLag
 
 BIOT = 0.1
 """Of the resistance to the surroundings that inside a body, below which it may be taken as one lump (Incropera and
 DeWitt, Fundamentals of Heat and Mass Transfer, ch. 5.2)."""
 SHORTEST = 2.0
 """Cells: a shorter lag cannot be told from none."""
+LONGEST = SensorLag.params()["lag"].high
+"""s: no sensor is later."""
 GROUPED = 0.7
 """Of the time that parts take: to find groups."""
 Progress = Callable[[float], None]
@@ -97,7 +100,7 @@ def _is_driven(fit: LagFit) -> bool:
 def _is_seen(fit: LagFit, fitting: Fitting) -> bool:
     """Whether two lags are longer than what cells tell, and of a part that something drives."""
     shortest = SHORTEST * max(course.step for course in fitting.bank.courses)
-    return _is_driven(fit) and fit.lags is not None and fit.lags.short > shortest
+    return _is_driven(fit) and fit.lags is not None and shortest < fit.lags.short < LONGEST
 
 
 def _beside(bench: LagBench, fitting: Fitting, model: PartModel, others: Sequence[str], place: int) -> PartModel:
