@@ -20,6 +20,7 @@ analysis     what runs and recordings tell:
   sweep        simplification levels and varied numbers;
   acceptance   the thermal tests of ISO 230-3, from simulations and recordings;
   calibration  uncertain numbers from recordings: parameters, noise, Gauss-Newton, multistart, uncertainty;
+  drafting     a first machine from recordings alone: roles of columns, lag models, groups, parts, their sizes;
   diagnosis    missing physics: screening, refits, forward selection, backward elimination, cross-validation, verdict.
 report       results in words, pictures and files; the page of a diagnosis.
 cli          the command `lptn`: parse, call, print; the demonstration and the proof.

@@ -1,0 +1,1 @@
+"""Drafting: a first machine file from recordings alone."""
