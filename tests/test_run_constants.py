@@ -14,6 +14,7 @@ from network import Machine, Recording, Refused, Scenario, calibrate
 from network.analysis.calibration.calibrate import Calibration
 from network.analysis.calibration.estimated_constants import Numbers, compare_estimated, estimate_constants
 from network.analysis.calibration.linearised import linearise
+from network.analysis.calibration.measured_means import weigh_recording
 from network.analysis.comparison.compare import compare
 from network.engine.response.input_slopes import input_slopes
 from network.engine.response.model import Model
@@ -143,11 +144,20 @@ def test_a_mapping_says_how_well_a_constant_is_known(tmp_path: Path) -> None:
     assert not run.offsets
 
 
+def test_starts_are_free_unless_a_mapping_says_that_they_are_as_read(tmp_path: Path) -> None:
+    run = run_in(22.0)
+    free, read = (weigh_recording(two_blocks(), replace(run, starts=may)) for may in (True, False))
+    assert free.starts and not read.starts and read.run.start == free.run.start
+    said = [Recording.load(mapping(tmp_path, text)).starts for text in ("", "starts: free", "starts: read")]
+    assert said == [True, True, False]
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [("inputs: {ambient: 22 degC ± 10 %}", "share of a temperature"),
      ("inputs: {ambient: 22 degC ± 0 K}", "not above zero"),
-     ("inputs: {ambient: 22 degC ±}", "nothing behind the ±"), ("offsets: maybe", "free or none")],
+     ("inputs: {ambient: 22 degC ±}", "nothing behind the ±"), ("offsets: maybe", "free or none"),
+     ("starts: maybe", "free or read")],
 )  # fmt: skip
 def test_spreads_that_mean_nothing_are_refused(tmp_path: Path, text: str, said: str) -> None:
     with pytest.raises(Refused, match=said):

@@ -43,12 +43,13 @@ class Mapped:
     cuts: tuple[Cut, ...]
     zeroed: tuple[str, ...]
     offsets: bool
+    starts: bool
 
 
 def load_mapping(path: Path) -> Mapped:
     """From a mapping file. Raises Refused with all faults."""
     tree, complaints = document.load(path, "a mapping of a recording"), Complaints()
-    others = (*KEYS, "inputs", "offsets", "start", "fill", "between", "from", "until", "zero")
+    others = (*KEYS, "inputs", "offsets", "start", "starts", "fill", "between", "from", "until", "zero")
     check_keys(tree, "the mapping", _MAPPING, others, complaints)
     readers: dict[str, Callable[[Tree], Any]] = {
         "recording": lambda child: word_of(child, "a name"),
@@ -57,13 +58,15 @@ def load_mapping(path: Path) -> Mapped:
         "inputs": lambda child: _each(child, "inputs", run_constant),
         "offsets": lambda child: _one_of(child, "free", "none"),
         "start": parse_start,
+        "starts": lambda child: _one_of(child, "free", "read"),
         "fill": lambda child: _each(child, "fill", lambda how: _one_of(how, "linear", "hold")),
         "between": lambda child: _each(child, "between", lambda how: _one_of(how, "linear", "held")),
         "from": shift,
         "until": shift,
         "zero": lambda child: _each(child, "zero", lambda how: _one_of(how, "start")),
     }
-    values: dict[str, Any] = {"start": None, "offsets": "free", "inputs": {}, "fill": {}, "between": {}, "zero": {}}
+    values: dict[str, Any] = {key: {} for key in ("inputs", "fill", "between", "zero")}
+    values |= {"start": None, "offsets": "free", "starts": "free"}
     read_keys(tree, readers, values, complaints)
     _check_files(tree, complaints)
     if "columns" in values:
@@ -74,7 +77,8 @@ def load_mapping(path: Path) -> Mapped:
     columns = {name: piece_column(c, slice(None), name in values["zero"]) for name, c in samples.columns.items()}
     source = samples.files[0] if len(samples.files) == 1 else ""
     constants = {name: constant(name, given.text, value, std) for name, (value, given, std) in values["inputs"].items()}
-    how = {key: values[key] for key in ("start", "fill", "between")} | {"offsets": values["offsets"] == "free"}
+    how = {key: values[key] for key in ("start", "fill", "between")}
+    how |= {key: values[key] == "free" for key in ("offsets", "starts")}
     return Mapped(
         values["recording"], str(path), samples.t, columns, constants, source=source, lines=samples.lines, cuts=cuts,
         zeroed=tuple(values["zero"]), **how,

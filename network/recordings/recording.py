@@ -30,7 +30,8 @@ class Recording:
     constants: inputs that a mapping gives; fill, between: by name of an input, how its gaps are filled (linear, hold)
     and how it runs between samples (linear, held; default by its unit); source: the CSV, whose line lines[k] holds
     t[k] (k + 2 without); zeroed: channels told less their first value; excluded: what was set aside of it, None before
-    it was judged; offsets: whether its sensors may be off by a constant.
+    it was judged; offsets: whether its sensors may be off by a constant; starts: whether its parts may begin
+    elsewhere than the start rule says.
     """
 
     name: str
@@ -47,6 +48,7 @@ class Recording:
     zeroed: tuple[str, ...] = ()
     excluded: tuple[SetAside, ...] | None = None
     offsets: bool = True
+    starts: bool = True
 
     def __str__(self) -> str:
         hours = (self.t[-1] - self.t[0]) / 3600

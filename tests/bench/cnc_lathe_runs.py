@@ -32,7 +32,7 @@ INPUTS = ("speed", "feed", "ambient")
 DISPLACEMENTS = ("disp_x", "disp_z")
 FIRST = 60.0
 """s: the beginning of a run that a prediction may read."""
-THINNED = 120.0
+THINNED = 240.0
 """s between the samples that a fit is given; parts of the machine take ten minutes and more."""
 FALSE = 90e-6
 """m: from here on a displacement is no reading."""

@@ -162,8 +162,10 @@ def _means(run: Run, channel: Channel) -> tuple[Array, Array]:
 def _starts(
     machine: Machine, parts: Mapping[str, float], recording: Recording, beside: Sequence[float]
 ) -> Iterator[Nuisance]:
-    """The start of every part; a part without a sensor may lie anywhere among those with one and, where no start is
-    given, what is held `beside` them [°C]."""
+    """The start of every part, unless the recording says that it is as read; a part without a sensor may lie anywhere
+    among those with one and, where no start is given, what is held `beside` them [°C]."""
+    if not recording.starts:
+        return
     own = [n for n, node in machine.nodes.items() if node.is_part]
     sensed = {s.place.node for name, s in machine.sensors.items() if s.place and name in recording.columns}
     told = [parts[n] for n in own if n in sensed]

@@ -19,6 +19,8 @@ from network.machine.machine import Machine
 
 SMALL = 1e-4
 """K: by how much readings are moved."""
+AT_ONCE = 4_000_000
+"""Numbers that are held at a time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,11 +78,13 @@ def _differentiate(
     machine: Machine, outputs: Readouts, readings: Array, u: Mapping[str, Array], names: Sequence[str]
 ) -> Array:  # fmt: skip
     """Channels' changes by one unit of each reading, (channels, width, instants)."""
+    width, count = readings.shape
+    at_once = max(1, AT_ONCE // (2 * width * count))
+    blocks = [np.eye(width)[i : i + at_once] * SMALL for i in range(0, width, at_once)]
     columns = []
-    for i in range(len(readings)):
-        up, down = readings.copy(), readings.copy()
-        up[i] += SMALL
-        down[i] -= SMALL
-        difference = channels_of(machine, outputs, up, u, names) - channels_of(machine, outputs, down, u, names)
-        columns.append(difference / (2 * SMALL))
-    return np.stack(columns, axis=1)
+    for steps in blocks:
+        moved = (readings[:, None, None] + np.stack([steps.T, -steps.T], axis=1)[..., None]).reshape(width, -1)
+        along = {name: np.tile(np.broadcast_to(values, count), 2 * len(steps)) for name, values in u.items()}
+        read = channels_of(machine, outputs, moved, along, names).reshape(len(names), 2, len(steps), count)
+        columns.append((read[:, 0] - read[:, 1]) / (2 * SMALL))
+    return np.concatenate(columns, axis=1)

@@ -59,7 +59,7 @@ def parted(name: str, at: str) -> tuple[tuple[Run, ...], tuple[Run, ...]]:
 
 
 def days(*dates: str) -> tuple[Run, ...]:
-    return tuple(Run("cnc_lathe", {"recording": f"CNC lathe, {d}", "file": f"run_{d}.csv"}) for d in dates)
+    return tuple(Run("cnc_lathe_plain", {"recording": f"CNC lathe, {d}", "file": f"run_{d}.csv"}) for d in dates)
 
 
 def board(name: str) -> Split:
@@ -90,7 +90,7 @@ SPLITS = (
           *parted("three_blocks", "4 h")),
     # both speeds and their changes, rooms of 20, 25 and 30 °C and rising, and the only stop; held out: each of them
     # in another order, and a room that rises twice as fast as any of the six
-    Split("cnc", "CNC lathe, six days → three others", "cnc-lathe", "cnc_lathe",
+    Split("cnc", "CNC lathe, six days → three others", "cnc-lathe", "cnc_lathe_plain",
           days("20200616", "20200701", "20200703", "20200713", "20200807", "20200810"),
           days("20200618", "20200730", "20200817"), STANDS),
 )  # fmt: skip
