@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from network.cli.options import (
+    Duration,
     Whole,
     json_flag,
     machine_options,
@@ -39,11 +40,15 @@ jobs_option = click.option(
 @jobs_option
 @click.option("--seed", type=Whole(0), default=0, show_default=True, help="of all that is drawn")
 @start_option
+@click.option(
+    "--budget", type=Duration(), default="2 min", show_default=True, metavar="TIME", help="then the best so far is told"
+)
 @click.option("--no-plots", is_flag=True, help="no pictures")
 @json_flag
 def diagnose(
     machine: str, recordings: Sequence[str], holdout: Sequence[str], output: str, jobs: int, seed: int,
-    start: str | None, no_plots: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
+    start: str | None, budget: float, no_plots: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str],
+    as_json: bool,
 ) -> None:  # fmt: skip
     """Where a MACHINE and RECORDINGS differ, which physics was left out, and whether adding it holds."""
     with share_bar(f"diagnosing {Path(machine).name}") as bar:
@@ -56,7 +61,7 @@ def diagnose(
         loaded = read_machine(machine, level, lumps, sets)
         where = check_target(loaded, Path(output))
         begins, runs, held_out = read_start(start), [*read_recordings(recordings)], [*read_recordings(holdout)]
-        result = run(loaded, runs, held_out, start=begins, seed=seed, jobs=jobs, progress=bar)
+        result = run(loaded, runs, held_out, start=begins, seed=seed, jobs=jobs, progress=bar, seconds=budget)
         bar.now("drawing what was found", 1.0)
         with replacing(where, "diagnosis.json", PICTURES):
             written = write_diagnosis(result, where, pictures=not no_plots)

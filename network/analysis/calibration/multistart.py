@@ -51,25 +51,28 @@ def at_bound(parameters: Sequence[Parameter], theta: Array) -> list[int]:
             if min(x - p.low, p.high - x) < AT_BOUND * p.spread]  # fmt: skip
 
 
-def best_start(problem: Problem, rng: np.random.Generator, tell: Callable[[float], None]) -> Found:
-    """The most probable θ from as many beginnings as the problem asks for. Raises Failed where every run runs away."""
+def best_start(
+    problem: Problem, rng: np.random.Generator, tell: Callable[[float], None], is_late: Callable[[], bool]
+) -> Found:
+    """The most probable θ from as many beginnings as the problem asks for; once it is late, from those that came to an
+    end. Raises Failed where every run runs away."""
     begin = centres(problem.parameters)
     seeds = [begin, *cycling(problem, begin)]
-    minima = _minima(problem, seeds, STEPS if len(seeds) > 1 else None)
-    if relay_numbers(problem) and minima and rms(min(minima, key=_cost).left) > ADEQUATE:
+    minima = _minima(problem, seeds, STEPS if len(seeds) > 1 else None, is_late)
+    if relay_numbers(problem) and minima and rms(min(minima, key=_cost).left) > ADEQUATE and not is_late():
         again = cycling(problem, min(minima, key=_cost).theta)
-        minima, seeds = minima + _minima(problem, again, STEPS), seeds + again
-    if not minima or needs_more(problem, min(minima, key=_cost)):
+        minima, seeds = minima + _minima(problem, again, STEPS, is_late), seeds + again
+    if not minima or (needs_more(problem, min(minima, key=_cost)) and not is_late()):
         drawn = np.array([draw_from(problem.parameters, rng) for _ in range(DRAWN)])
         tell(0.3)
         more = _best_of(problem, drawn, KEPT)
-        minima += _minima(problem, more, STEPS)
+        minima += _minima(problem, more, STEPS, is_late)
         seeds += more
     if not minima:
         raise Failed("the machine runs away wherever its uncertain numbers lie; check heat that grows with temperature")
     tell(0.7)
     best = min(minima, key=_cost)
-    best = minimise(problem, best.theta) if len(seeds) > 1 else best
+    best = minimise(problem, best.theta) if len(seeds) > 1 and not is_late() else best
     return Found(best, len(seeds), tuple(r for r in minima if _is_rival(r, best)))
 
 
@@ -77,9 +80,13 @@ def _cost(at: Linearised) -> float:
     return at.cost
 
 
-def _minima(problem: Problem, seeds: Sequence[Array], steps: int | None) -> list[Linearised]:
-    minima = []
+def _minima(
+    problem: Problem, seeds: Sequence[Array], steps: int | None, is_late: Callable[[], bool]
+) -> list[Linearised]:
+    minima: list[Linearised] = []
     for seed in seeds:
+        if minima and is_late():
+            break
         try:
             minima.append(minimise(problem, seed, steps) if steps else minimise(problem, seed))
         except Failed:

@@ -9,8 +9,9 @@ import numpy as np
 
 from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.hypothesis import Hypothesis
+from network.analysis.diagnosis.invariants import BARRED, list_doubts
 from network.analysis.diagnosis.locate import locate
-from network.analysis.diagnosis.ranking import ALIKE, confidence, distinct, shares
+from network.analysis.diagnosis.ranking import ALIKE, MOST_SURE, distinct, shares
 from network.analysis.diagnosis.result import UNKNOWN, Finding, Quantity, Rival, UnknownHeat
 from network.catalogue.declaration.patch import Patch
 from network.engine.response.parameters import Parameter
@@ -21,8 +22,6 @@ from network.platform.wording import sentence
 if TYPE_CHECKING:
     from network.analysis.diagnosis.search_record import Search
 
-REPLACED = 0.5
-"""Confidence in a finding that took the place of another only beside later ones."""
 FAULTY = 0.98
 """Confidence in a fault whose jumps are of one share, there and back."""
 HARDLY, FAR = 1.015, 3.0
@@ -50,19 +49,26 @@ def _faults(search: Search) -> Iterator[Finding]:
 
 def _findings(search: Search, after: Machine) -> Iterator[Finding]:
     for i, c in enumerate(search.best.found):
-        k = min(i, len(search.steps) - 1)
+        k = _step_of(search, c)
         ranked = search.steps[k]
         rivals = list(list_rivals(ranked, search.befores[k], c.key))
+        doubts = tuple(list_doubts(search, c))
         is_first = ranked[0].found[-1].key == c.key
-        sure = confidence(ranked, search.best.chi) if is_first else REPLACED
+        sure = shares(distinct(ranked))[0] * search.selection.explained if is_first else BARRED
         gain = search.gains[i] if i < len(search.gains) else 0.0
         yield Finding(
-            c.kind.kind, c.section, c.places, c.channels, sure, _quantities(search.best, c),
-            _sentence(search.best, c, after), c.patch.as_in(after.tree), gain, search.threshold,
-            windows_of(search.located),
+            c.kind.kind, c.section, c.places, c.channels, float(min(sure, BARRED if doubts else MOST_SURE)),
+            _quantities(search.best, c), _sentence(search.best, c, after), c.patch.as_in(after.tree), gain,
+            search.threshold, windows_of(search.located),
             tuple(r for r in rivals if r.confidence < 0.3 or r.gain < search.best.evidence)[:5],
-            tuple(_alike(ranked, c)),
+            tuple(_alike(ranked, c)), doubts,
         )  # fmt: skip
+
+
+def _step_of(search: Search, c: Candidate) -> int:
+    """The step in which a finding was made, or the one in the place of which it came."""
+    made = [k for k, ranked in enumerate(search.steps) if ranked[0].found[-1].key == c.key]
+    return made[0] if made else min(search.best.found.index(c), len(search.steps) - 1)
 
 
 def list_rivals(ranked: Sequence[Hypothesis], null: Hypothesis, but: tuple[str, ...] = ()) -> Iterator[Rival]:

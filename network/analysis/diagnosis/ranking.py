@@ -35,8 +35,3 @@ def shares(of: Sequence[Hypothesis]) -> Array:
     gains = np.minimum([h.evidence for h in of], of[0].evidence)
     share = np.exp((gains - gains.max()) / (TEMPERATURE * max(1.0, of[0].chi) ** 2))
     return np.asarray(share / share.sum())
-
-
-def confidence(ranked: Sequence[Hypothesis], chi: float) -> float:
-    """Share of the best, and less where it leaves a misfit χ, not explaining everything."""
-    return float(min(MOST_SURE, shares(distinct(ranked))[0]) * min(1.0, (1.15 / chi) ** 2))

@@ -12,7 +12,7 @@ from network.analysis.calibration.gauss_newton import Linearised, chi_of, linear
 from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.coarse_surrogate import SMALL
 from network.analysis.diagnosis.compact_fit import compact, fit_with
-from network.analysis.diagnosis.hypothesis import Hypothesis, fit_hypothesis
+from network.analysis.diagnosis.hypothesis import Hypothesis, early, fit_hypothesis
 from network.analysis.diagnosis.lump_refinement import FULL, STRAINED
 from network.analysis.diagnosis.placement import move_stretch
 from network.analysis.diagnosis.ranking import best_first
@@ -40,8 +40,9 @@ FIRST_STEPS, FINALISTS, FINISHED = 7, 3, 0.7
 """Steps of these, how many of them are then fitted to the end at most, and the share of the best gain for that."""
 CLEAR, LEAST = 200.0, 2
 """Nats of a gain from which shares of it count, and how many fits go on in any case."""
-LEFT_OUT_STEPS = 4
-"""Steps of a fit without one run, from the fit to all."""
+LEFT_OUT_STEPS, FOLDS, BEGINNING = 4, 3, 0.6
+"""Steps of a fit without some runs, from the fit to all; into how many parts the runs are parted, and what share of a
+single run tells the rest."""
 
 Tell = Callable[[float], None] | None
 
@@ -174,18 +175,29 @@ def _finish_fit(h: Hypothesis) -> Hypothesis:
     return compact(fit_hypothesis(h.case, h.machine, h.found, h.own, h.values)) if h.chi > FULL else h
 
 
-def cross_validation_misfit(hypothesis: Hypothesis, jobs: int = 1) -> float:
-    """Rms in noise on runs that were left out of the fit, one after the other; NaN for a single run."""
-    runs = range(len(hypothesis.case.recordings))
-    if len(runs) < 2:
-        return float("nan")
-    told = run_all(partial(_misfit_without, hypothesis), runs, jobs)
-    return float(np.sqrt(sum(misfit for misfit, _ in told) / max(sum(count for _, count in told), 1)))
+def unseen_misfit(hypothesis: Hypothesis, jobs: int = 1) -> float:
+    """Cross-validation: rms in noise on runs that were left out of the fit, some at a time; of a single run on its end,
+    told from its beginning."""
+    count = len(hypothesis.case.recordings)
+    if count < 2:
+        misfit, rows = _misfit_of_end(hypothesis)
+        return float(np.sqrt(misfit / max(rows, 1)))
+    folds = [range(k, count, FOLDS) for k in range(min(FOLDS, count))]
+    told = run_all(partial(_misfit_without, hypothesis), folds, jobs)
+    return float(np.sqrt(sum(misfit for misfit, _ in told) / max(sum(rows for _, rows in told), 1)))
 
 
-def _misfit_without(h: Hypothesis, i: int) -> tuple[float, int]:
-    """Misfit and count of one run that is told by a fit to the others."""
-    rest = h.case.of([k for k in range(len(h.case.recordings)) if k != i])
+def _misfit_without(h: Hypothesis, left_out: Sequence[int]) -> tuple[float, int]:
+    """Misfit and count of runs that are told by a fit to the others."""
+    rest = h.case.of([k for k in range(len(h.case.recordings)) if k not in left_out])
     fit = fit_hypothesis(rest, h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS).fit
-    seen = linearise(h.case.of([i]).problem(h.machine, fit.problem.parameters), fit.theta)
+    seen = linearise(h.case.of(left_out).problem(h.machine, fit.problem.parameters), fit.theta)
     return float(seen.left @ seen.left), len(seen.left)
+
+
+def _misfit_of_end(h: Hypothesis) -> tuple[float, int]:
+    """Misfit and count of what follows the beginning of the runs, told by a fit to that."""
+    fit = fit_hypothesis(h.case.until(BEGINNING), h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS).fit
+    seen = linearise(h.case.problem(h.machine, fit.problem.parameters), fit.theta)
+    late = np.concatenate([~early(d, BEGINNING)[d.known] for d in seen.problem.data])
+    return float(seen.left[late] @ seen.left[late]), int(late.sum())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -20,6 +20,8 @@ UNKNOWN = "unknown"
 """The kind of a finding that no kind of the catalogue explains."""
 CLEAR = 3.0
 """σ from which a run counts as telling two explanations apart."""
+COVERED = 0.9
+"""Belief that a told set of explanations has (α = 0.1, convention)."""
 FAINT = 1.0
 """σ below which a run tells nothing, and is not proposed."""
 
@@ -76,6 +78,24 @@ class Finding:
     windows: tuple[tuple[float, float], ...] = ()
     alternatives: tuple[Rival, ...] = ()
     indistinguishable: tuple[Rival, ...] = ()
+    doubts: tuple[str, ...] = ()
+
+    @property
+    def part(self) -> str:
+        """Whether it is all that was missing or a part of the truth."""
+        return "part" if self.doubts or self.kind == UNKNOWN else "whole"
+
+    @property
+    def members(self) -> list[str]:
+        """The explanations of which it is one, with COVERED of the belief, the most likely first."""
+        told, belief = [name_member(self.kind, self.places, self.channels)], self.confidence
+        rest = sorted((*self.indistinguishable, *self.alternatives), key=lambda r: -r.confidence)
+        for r in rest:
+            name = name_member(r.kind, r.places, r.channels)
+            if (belief < COVERED or r in self.indistinguishable) and name not in told:
+                told.append(name)
+                belief += r.confidence
+        return told
 
     @property
     def whole_sentence(self) -> str:
@@ -92,7 +112,13 @@ class Finding:
             "sentence": self.whole_sentence, "patch": self.patch.to_plain(),
             "evidence": {"delta_log_evidence": self.gain, "threshold": self.threshold,
                          "windows": [list(w) for w in self.windows]},
+            "part": self.part, "doubts": list(self.doubts), "set": self.members,
         }  # fmt: skip
+
+
+def name_member(kind: str, places: Sequence[str], channels: Sequence[str]) -> str:
+    """kind@place, or kind@place|place."""
+    return f"{kind}@{'|'.join((*places, *channels))}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,6 +162,12 @@ class Fits:
     holdout_before: Comparison | None
     holdout_after: Comparison | None
 
+    @property
+    def left(self) -> dict[str, float | None]:
+        """Misfit with what was found."""
+        held = self.holdout_after
+        return {"train": self.train_after.rmse_in_noise, "holdout": held.rmse_in_noise if held else None}
+
     def list_runs(self, units: Mapping[str, str]) -> list[dict[str, Any]]:
         """The constants of every run with what was found; units: of the channels."""
         runs = (*self.train_after.recordings, *(self.holdout_after.recordings if self.holdout_after else ()))
@@ -165,7 +197,9 @@ class Diagnosis:
     """What was found out about a machine from its recordings.
 
     machine: as given; before: as given, calibrated; after: with the findings in it, calibrated; tried: every rival of
-    the first finding that was fitted, best first; notes: sentences about the recordings and what cannot be told.
+    the first finding that was fitted, best first; notes: sentences about the recordings and what cannot be told;
+    explained: share of the misfit on unseen runs that the findings take away; ended: `budget` or `stopped` where the
+    search did not come to its end; refuted: why what was found is not told.
     """
 
     machine: Machine
@@ -184,6 +218,9 @@ class Diagnosis:
     seconds: float = 0.0
     patch: Mapping[str, Any] = field(default_factory=dict)
     disagreements: tuple[Disagreement, ...] = ()
+    explained: float = 0.0
+    ended: str = ""
+    refuted: tuple[str, ...] = ()
 
     def summary(self) -> dict[str, Any]:
         """diagnosis.json."""
@@ -197,6 +234,8 @@ class Diagnosis:
             "seconds": self.seconds, "seed": self.seed, "notes": list(self.notes),
             "one_machine": {"agree": not self.disagreements, "numbers": [d.summary() for d in self.disagreements]},
             "runs": self.fits.list_runs({n: s.unit for n, s in self.machine.sensors.items()}),
+            "left": {"rmse_in_noise": self.fits.left, "share_explained": self.explained},
+            "budget_reached": self.ended == "budget", "stopped": self.ended == "stopped", "refuted": list(self.refuted),
         }  # fmt: skip
 
     def __str__(self) -> str:
