@@ -80,7 +80,7 @@ def evidence_words(finding: Finding) -> str:
         return "Without it the machine cannot be fitted at all."
     times = finding.gain / finding.threshold if finding.threshold > 0 else math.inf
     if times < 1:
-        return f"It explains less than chance would ({digits(finding.gain, 2)} nats against {digits(finding.threshold, 2)})."
+        return f"It explains less than chance would ({_nats(finding.gain)} nats against {_nats(finding.threshold)})."
     more = f"{times:.0f} times" if 2 <= times < 200 else "far" if times >= 200 else ""
     told = f"It explains {f'{more} more'.strip()} than chance would"
     return f"{told} ({_nats(finding.gain)} nats of evidence against {_nats(finding.threshold)})."
