@@ -9,7 +9,6 @@ from pathlib import Path
 import click
 
 from network.cli.options import (
-    Duration,
     Whole,
     json_flag,
     machine_options,
@@ -18,6 +17,7 @@ from network.cli.options import (
     read_machine,
     read_recordings,
     read_start,
+    read_time,
     results_go_to,
     start_option,
     warn,
@@ -41,8 +41,9 @@ jobs_option = click.option(
 @click.option("--seed", type=Whole(0), default=0, show_default=True, help="of all that is drawn")
 @start_option
 @click.option(
-    "--budget", type=Duration(), default="2 min", show_default=True, metavar="TIME", help="then the best so far is told"
-)
+    "--budget", callback=read_time, default="2 min", show_default=True, metavar="TIME",
+    help="after it the best so far is told",
+)  # fmt: skip
 @click.option("--no-plots", is_flag=True, help="no pictures")
 @json_flag
 def diagnose(

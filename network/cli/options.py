@@ -43,21 +43,17 @@ class Whole(click.IntRange):
             self.fail(f"'{value}' is not one; give a whole number from {self.min}", param, ctx)
 
 
-class Duration(click.types.StringParamType):
+def read_time(ctx: click.Context, param: click.Parameter, value: str) -> float:
     """A time above zero, `5 min`, in seconds."""
+    from network.platform.quantities.units import BadNumber
+    from network.platform.refusal import Spot
+    from network.platform.yaml.document import Leaf
+    from network.recordings.yaml_values import seconds
 
-    name = "time"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        from network.platform.quantities.units import BadNumber
-        from network.platform.refusal import Spot
-        from network.platform.yaml.document import Leaf
-        from network.recordings.yaml_values import seconds
-
-        try:
-            return value if isinstance(value, float) else seconds(Leaf(str(value), Spot("--budget")))
-        except BadNumber as error:
-            self.fail(f"{error.wrong}; {error.right}", param, ctx)
+    try:
+        return seconds(Leaf(value, Spot("--budget")))
+    except BadNumber as error:
+        raise click.BadParameter(f"{error.wrong}; {error.right}", ctx, param) from None
 
 
 json_flag = click.option("--json", "as_json", is_flag=True, help="print JSON instead of words")

@@ -1,8 +1,8 @@
 """Where a fit begins: at the priors' centres, and elsewhere too where one beginning may not be enough.
 
-A relay's own numbers move its switchings, and a fit that begins a cycle off never finds back: those are searched
-first (`cycling`). Wide priors, a number at its bound and a bad first fit are answered by further beginnings drawn
-from the priors.
+A relay's own numbers move its switchings, and a fit that begins a cycle off never finds back: where that has happened
+they are searched for (`cycling`). Wide priors, a number at its bound and a bad first fit are answered by further
+beginnings drawn from the priors.
 """
 
 from __future__ import annotations
@@ -26,6 +26,8 @@ BAD = 3.0
 """rms of a first fit that asks for further beginnings."""
 DRAWN, KEPT, STEPS = 16, 3, 12
 """Beginnings drawn, those that are fitted, and steps of each but the best."""
+CYCLING = 2
+"""Times that relays' own numbers are searched for: beside the priors' centres, then beside the best minimum."""
 ALIKE, APART = 6.0, 3.0
 """Two minima fit alike if their J differ by less; they are two if a number differs by so many standard errors."""
 AT_BOUND = 1e-3
@@ -57,11 +59,13 @@ def best_start(
     """The most probable θ from as many beginnings as the problem asks for; once it is late, from those that came to an
     end. Raises Failed where every run runs away."""
     begin = centres(problem.parameters)
-    seeds = [begin, *cycling(problem, begin)]
-    minima = _minima(problem, seeds, STEPS if len(seeds) > 1 else None, is_late)
-    if relay_numbers(problem) and minima and rms(min(minima, key=_cost).left) > ADEQUATE and not is_late():
-        again = cycling(problem, min(minima, key=_cost).theta)
-        minima, seeds = minima + _minima(problem, again, STEPS, is_late), seeds + again
+    seeds, minima = [begin], _minima(problem, [begin], None, is_late)
+    for _ in range(CYCLING if relay_numbers(problem) else 0):
+        about = min(minima, key=_cost) if minima else None
+        if (about is not None and rms(about.left) <= ADEQUATE) or is_late():
+            break
+        more = cycling(problem, begin if about is None or len(seeds) == 1 else about.theta, is_late)
+        minima, seeds = minima + _minima(problem, more, STEPS, is_late), seeds + more
     if not minima or (needs_more(problem, min(minima, key=_cost)) and not is_late()):
         drawn = np.array([draw_from(problem.parameters, rng) for _ in range(DRAWN)])
         tell(0.3)
@@ -85,7 +89,7 @@ def _minima(
 ) -> list[Linearised]:
     minima: list[Linearised] = []
     for seed in seeds:
-        if minima and is_late():
+        if is_late() and (minima or seed is not seeds[0]):
             break
         try:
             minima.append(minimise(problem, seed, steps) if steps else minimise(problem, seed))

@@ -42,11 +42,7 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     """The diagnosis that a search amounts to."""
     search = replace(search, case=replace(search.case, budget=TimeBudget()))
     before = search.calibrated.machine
-    after, fits = _simulate_both(search, before, holdout, jobs)
-    refuted = list_refutations(fits) if search.best.found else []
-    if refuted:
-        search = replace(search, selection=Selection(reweight(search.best.case, search.null)))
-        after, fits = _simulate_both(search, before, holdout, jobs)
+    search, after, fits, refuted = _withdraw_refuted(search, before, holdout, jobs)
     finer_gain = search.null.evidence - search.written.evidence
     is_finer = _is_finer(search)
     coarse = find_lumping(search.written, search.best.root, finer_gain, search.threshold) if is_finer else None
@@ -63,6 +59,21 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
 
 def as_sentence(told: str) -> str:
     return f"{sentence(told)}: it is not added."
+
+
+def _withdraw_refuted(
+    search: Search, before: Machine, holdout: Sequence[Recording], jobs: int
+) -> tuple[Search, Machine, Fits, list[str]]:
+    """The search without findings, then without finer lumps, where simulated runs speak against them, and what did."""
+    after, fits = _simulate_both(search, before, holdout, jobs)
+    refuted = list_refutations(fits) if after is not before else []
+    told = refuted
+    for rest in (search.null, search.written) if refuted else ():
+        if told and rest is not search.best:
+            search = replace(search, selection=Selection(reweight(search.best.case, rest)))
+            after, fits = _simulate_both(search, before, holdout, jobs)
+            told = list_refutations(fits) if after is not before else []
+    return search, after, fits, refuted
 
 
 def _simulate_both(search: Search, before: Machine, holdout: Sequence[Recording], jobs: int) -> tuple[Machine, Fits]:
