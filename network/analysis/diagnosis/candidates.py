@@ -23,7 +23,7 @@ from network.catalogue.declaration.places import Place
 from network.catalogue.declaration.proposals import Runs
 from network.catalogue.declaration.registry import sections
 from network.catalogue.declaration.sections import TCP
-from network.catalogue.mechanisms.base import Relay
+from network.catalogue.mechanisms.base import Mechanism, Relay
 from network.engine.response.parameters import Parameter, parameter
 from network.machine.checks import places_of
 from network.machine.machine import Machine
@@ -83,6 +83,13 @@ class Candidate:
         """Whether it brings a relay, whose instants have to be searched for."""
         entries = self.machine.by_path
         return any(isinstance(entries.get(path), Relay) for path, _ in self.patch.entries())
+
+    @cached_property
+    def is_timed(self) -> bool:
+        """Whether it brings instants of its own, which have no slope that a fit could follow."""
+        own = [self.machine.by_path.get(path) for path, _ in self.patch.entries()]
+        laws = [type(e) for e in own if isinstance(e, Mechanism)]
+        return len(self.own) > 1 and any(law.edges is not Mechanism.edges for law in laws)
 
     @cached_property
     def name(self) -> str:

@@ -109,7 +109,8 @@ def _alike(ranked: Sequence[Hypothesis], c: Candidate) -> Iterator[Rival]:
 def _quantities(h: Hypothesis, c: Candidate) -> dict[str, Quantity]:
     std = np.sqrt(np.diag(h.fit.covariance)) * max(1.0, h.chi)
     index = {p.path: i for i, p in enumerate(h.fit.problem.parameters)}
-    return {p.field.key: _quantity(p, float(h.fit.theta[index[p.path]]), float(std[index[p.path]]))
+    free = c.own[:1] if c.is_timed else c.own
+    return {p.field.key: _quantity(p, float(h.fit.theta[index[p.path]]), float(std[index[p.path]]) * (p in free))
             for p in c.own if p.path in index}  # fmt: skip
 
 

@@ -23,6 +23,7 @@ from network.analysis.diagnosis.screen import Score, screen
 from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.significance import null_threshold
 from network.analysis.diagnosis.switching.relay_search import rank_likely_places, search_relays
+from network.analysis.diagnosis.timed_search import search_timed, settle_instants
 from network.engine.response.parameters import Parameter
 from network.machine.machine import Machine
 from network.platform.parallel import run_all
@@ -54,13 +55,19 @@ class Screening:
         return locate(self.before.linearised, self.before.machine)
 
 
-def screen_candidates(current: Hypothesis, jobs: int) -> Screening:
+def screen_candidates(current: Hypothesis, seed: int, jobs: int) -> Screening:
     """Everything that could be missing from a hypothesis, screened."""
     before = build_surrogate(current)
     case = current.case
     found = candidates(before.machine, case.drivers, runs=case.runs)
     proposed = tuple(c for c in found if _keeps(c, before.own))
-    return Screening(before, proposed, tuple(screen(before.linearised, proposed, before.values, jobs)))
+    scores = screen(before.linearised, proposed, before.values, jobs)
+    seen = Screening(before, proposed, tuple(scores))
+    if before.chi < FULL:
+        return seen
+    timed = {s.candidate.key: s for s in search_timed(before, proposed, seen.located, seed, jobs)}
+    better = [max(s, timed.get(s.candidate.key, s), key=lambda each: each.gain) for s in scores]
+    return replace(seen, scores=tuple(sorted(better, key=lambda s: -s.gain)))
 
 
 def select_forward(
@@ -73,7 +80,7 @@ def select_forward(
     now = Selection(null)
     while _is_open(now.best) and len(now.best.found) < MOST_FINDINGS:
         current, count = now.best, len(now.steps)
-        seen = screen_candidates(current, jobs) if now.steps else first
+        seen = screen_candidates(current, seed, jobs) if now.steps else first
         if _shows_nothing(seen):
             break
         threshold = now.threshold if now.steps else null_threshold(seen.scores, seed)
@@ -174,8 +181,14 @@ def _accept_best(
     best = _best_on_lumps(current, before, rivals, jobs)
     if best is None or not _is_gain(current, best, threshold):
         return None
-    best = restart_from_starts(best, jobs)
+    best = restart_from_starts(_settle(best), jobs)
     return refine_until_converged(best.case, best)
+
+
+def _settle(h: Hypothesis) -> Hypothesis:
+    """With its instants where they explain most, if it has some, and its runs."""
+    settled = settle_instants(h)
+    return h if settled is h else reweight(settled.case, settled)
 
 
 def _best_on_lumps(

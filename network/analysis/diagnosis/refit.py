@@ -17,6 +17,7 @@ from network.analysis.diagnosis.lump_refinement import FULL, STRAINED
 from network.analysis.diagnosis.placement import move_stretch
 from network.analysis.diagnosis.ranking import best_first
 from network.analysis.diagnosis.screen import Score, score_candidates
+from network.analysis.diagnosis.timed_search import settle_instants
 from network.engine.response.parameters import centres, values_at
 from network.platform.parallel import run_all
 
@@ -108,7 +109,7 @@ def _continue_trial(current: Hypothesis, begun: Hypothesis) -> Hypothesis | None
     if best is None or best.evidence < current.evidence:
         other = fit_with(case, current, c, current.values | c.usual, FIRST_STEPS)
         best = max((h for h in (best, other) if h is not None), key=lambda h: h.evidence, default=None)
-    return best
+    return best and settle_instants(best)
 
 
 @dataclass(frozen=True, eq=False)

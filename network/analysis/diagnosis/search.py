@@ -49,7 +49,7 @@ def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[f
     now = Search(given, case, fault, reweight(case, levels[0]), calibrated, null, Selection(null), Screening(null))
     yield now
     is_told = null.chi < FULL and null.machine.lumps > MANY
-    now = replace(now, screened=now.screened if is_told else screen_candidates(null, jobs))
+    now = replace(now, screened=now.screened if is_told else screen_candidates(null, seed, jobs))
     yield now
     yield from _follow_tracks(now, tracks, seed, jobs, tell)
 
@@ -63,7 +63,7 @@ def _follow_tracks(
         is_first = track is now.null
         if not is_first and best.best.chi < TOLD:
             return
-        seen = now.screened if is_first else screen_candidates(track, jobs)
+        seen = now.screened if is_first else screen_candidates(track, seed, jobs)
         for selection in select_forward(track, seen, seed, jobs, tell):
             if is_first or (selection.is_checked and _beats(selection, best, now.case)):
                 best = replace(now, selection=selection)
