@@ -7,7 +7,9 @@ import pytest
 from test_diagnosis import LADDERS, LINKS, plant, recorded
 
 from network.analysis.diagnosis.candidates import Candidate, candidates
+from network.analysis.diagnosis.forward_selection import Screening
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
+from network.analysis.diagnosis.strategies import TIME_UP, list_unsearched, strategy_of
 from network.analysis.diagnosis.switching.affine_surrogate import straighten
 from network.analysis.diagnosis.switching.prior_samples import Space
 from network.analysis.diagnosis.switching.relay_search import search_relays, tell_unsearched
@@ -54,3 +56,16 @@ def test_a_cooler_is_found_beside_laws_that_bend(more: dict[str, object]) -> Non
 def test_links_that_are_plain_stay_as_they_are() -> None:
     h = null(plant(), plant())
     assert straighten(h) is h and set(h.machine.links) == set(LINKS)
+
+
+def test_what_cannot_be_looked_for_is_told() -> None:
+    melting = plant().patched({"nodes": {"column": {"heat_capacity": "90 kJ/K", "melts": {
+        "at": "40 degC", "over": "2 K", "latent_heat": "100 kJ"}}}})  # fmt: skip
+    h = null(melting, melting)
+    seen = Screening(h, tuple(relays(h)))
+    (told,) = list_unsearched(seen, True)
+    assert told.strategy == "switching" and "thermostat_cooling" in told.kinds and "melts" in told.why
+    assert [u.why for u in list_unsearched(seen, False)] == [TIME_UP]
+    assert not list_unsearched(Screening(null(plant(), plant()), tuple(relays(null(plant(), plant())))), True)
+    assert {type(strategy_of(c)).__name__ for c in candidates(plant(), ("speed", "ambient"))} == {
+        "Switching", "Timed", "Linear"}  # fmt: skip

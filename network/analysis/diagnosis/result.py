@@ -140,6 +140,23 @@ class UnknownHeat:
 
 
 @dataclass(frozen=True)
+class Unsearched:
+    """Kinds that were not looked for, by which strategy, and why."""
+
+    strategy: str
+    kinds: tuple[str, ...]
+    why: str
+
+    @property
+    def sentence(self) -> str:
+        names = ", ".join(kind.replace("_", " ") for kind in self.kinds)
+        return f"Not looked for{f' ({names})' if names else ''}: {self.why}."
+
+    def summary(self) -> dict[str, Any]:
+        return {"strategy": self.strategy, "kinds": list(self.kinds), "why": self.why}
+
+
+@dataclass(frozen=True)
 class Experiment:
     """A run that would tell rivals apart: by how many σ, in how many hours. Where σ is not CLEAR, it is the best that
     was tried."""
@@ -199,7 +216,7 @@ class Diagnosis:
     machine: as given; before: as given, calibrated; after: with the findings in it, calibrated; tried: every rival of
     the first finding that was fitted, best first; notes: sentences about the recordings and what cannot be told;
     explained: share of the misfit on unseen runs that the findings take away; ended: `budget` or `stopped` where the
-    search did not come to its end; refuted: why what was found is not told.
+    search did not come to its end; refuted: why what was found is not told; unsearched: what was not looked for.
     """
 
     machine: Machine
@@ -221,6 +238,7 @@ class Diagnosis:
     explained: float = 0.0
     ended: str = ""
     refuted: tuple[str, ...] = ()
+    unsearched: tuple[Unsearched, ...] = ()
 
     def summary(self) -> dict[str, Any]:
         """diagnosis.json."""
@@ -236,6 +254,7 @@ class Diagnosis:
             "runs": self.fits.list_runs({n: s.unit for n, s in self.machine.sensors.items()}),
             "left": {"rmse_in_noise": self.fits.left, "share_explained": self.explained},
             "budget_reached": self.ended == "budget", "stopped": self.ended == "stopped", "refuted": list(self.refuted),
+            "not_searched": [u.summary() for u in self.unsearched],
         }  # fmt: skip
 
     def __str__(self) -> str:

@@ -18,9 +18,11 @@ from network.analysis.diagnosis.findings import find_unknown, list_findings, lis
 from network.analysis.diagnosis.hypothesis import Hypothesis, reweight
 from network.analysis.diagnosis.invariants import list_refutations
 from network.analysis.diagnosis.isolability import isolability
+from network.analysis.diagnosis.lump_refinement import FULL
 from network.analysis.diagnosis.lumping_finding import find_lumping
 from network.analysis.diagnosis.result import Diagnosis, Finding, Fits
 from network.analysis.diagnosis.selection import Selection
+from network.analysis.diagnosis.strategies import list_unsearched
 from network.analysis.diagnosis.time_budget import TimeBudget
 from network.machine.machine import Machine
 from network.platform.parallel import run_all
@@ -48,16 +50,20 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     coarse = find_lumping(search.written, search.best.root, finer_gain, search.threshold) if is_finer else None
     findings, verdict = _decide_verdict(search, list_findings(search, after), coarse, bool(refuted))
     known = isolability(search.screened.scores, search.screened.proposed)
-    notes = (*warnings, *map(as_sentence, refuted), *_notes(search), *([known.sentence] if known.sentence else ()))
     advice = () if search.ended else tuple(experiments(search, known.unseen))
+    is_looked = search.null.chi > FULL
+    unsearched = list_unsearched(search.screened, not search.ended) if is_looked else []
+    told = [*map(_as_sentence, refuted), *_notes(search), *(u.sentence for u in unsearched)]
+    notes = (*warnings, *told, *([known.sentence] if known.sentence else ()))
     return Diagnosis(
         search.case.machine, before, after, verdict, tuple(findings), _channels(fits), search.located[:8], fits,
         tuple(list_rivals(search.steps[0], search.befores[0]) if search.steps else ()), notes, advice,
         _shifts(search.best), seed, explained=search.selection.explained, ended=search.ended, refuted=tuple(refuted),
+        unsearched=tuple(unsearched),
     )  # fmt: skip
 
 
-def as_sentence(told: str) -> str:
+def _as_sentence(told: str) -> str:
     return f"{sentence(told)}: it is not added."
 
 
