@@ -12,9 +12,9 @@ from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.coarse_surrogate import build_surrogate
 from network.analysis.diagnosis.compact_fit import compact
 from network.analysis.diagnosis.hypothesis import Hypothesis, estimate_noise, fit_findings, reweight
-from network.analysis.diagnosis.lump_refinement import GAIN
 from network.analysis.diagnosis.refit import unseen_misfit
 from network.analysis.diagnosis.selection import Selection
+from network.analysis.diagnosis.settings import SETTINGS
 from network.platform.parallel import run_all
 
 RERANKED, REACH = 3, 3.0
@@ -97,7 +97,7 @@ def _eliminate_at_end(current: Hypothesis, threshold: float, jobs: int) -> tuple
 def _bare_or_null(null: Hypothesis, bare: Hypothesis) -> Hypothesis:
     """The null, or its machine on the finer lumps that were come to with findings, where these mend it alone."""
     before = reweight(bare.case, null)
-    return bare if bare.evidence > before.evidence + GAIN else before
+    return bare if bare.evidence > before.evidence + SETTINGS.structure else before
 
 
 def _eliminate(current: Hypothesis, threshold: float, jobs: int) -> tuple[Hypothesis, tuple[float, ...]]:

@@ -9,10 +9,11 @@ import numpy as np
 
 from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.hypothesis import Hypothesis
-from network.analysis.diagnosis.invariants import BARRED, list_doubts
+from network.analysis.diagnosis.invariants import list_doubts
 from network.analysis.diagnosis.locate import locate
-from network.analysis.diagnosis.ranking import ALIKE, MOST_SURE, distinct, shares
+from network.analysis.diagnosis.ranking import distinct, shares
 from network.analysis.diagnosis.result import UNKNOWN, Finding, Quantity, Rival, UnknownHeat
+from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.patch import Patch
 from network.engine.response.parameters import Parameter
 from network.machine.machine import Machine
@@ -54,10 +55,11 @@ def _findings(search: Search, after: Machine) -> Iterator[Finding]:
         rivals = list(list_rivals(ranked, search.befores[k], c.key))
         doubts = tuple(list_doubts(search, c))
         is_first = ranked[0].found[-1].key == c.key
-        sure = shares(distinct(ranked))[0] * search.selection.explained if is_first else BARRED
+        sure = shares(distinct(ranked))[0] * search.selection.explained if is_first else SETTINGS.barred
         gain = search.gains[i] if i < len(search.gains) else 0.0
+        most = SETTINGS.barred if doubts else SETTINGS.most_sure
         yield Finding(
-            c.kind.kind, c.section, c.places, c.channels, float(min(sure, BARRED if doubts else MOST_SURE)),
+            c.kind.kind, c.section, c.places, c.channels, float(min(sure, most)),
             _quantities(search.best, c), _sentence(search.best, c, after), c.patch.as_in(after.tree), gain,
             search.threshold, windows_of(search.located),
             tuple(r for r in rivals if r.confidence < 0.3 or r.gain < search.best.evidence)[:5],
@@ -77,7 +79,7 @@ def list_rivals(ranked: Sequence[Hypothesis], null: Hypothesis, but: tuple[str, 
     apart = distinct(ranked)
     for h, p in zip(apart, shares(apart), strict=True):
         c = h.found[-1]
-        if c.key != but and h.evidence > null.evidence - ALIKE:
+        if c.key != but and h.evidence > null.evidence - SETTINGS.alike:
             gain = h.evidence - null.evidence
             yield Rival(c.kind.kind, c.places, c.channels, float(p), h.chi, gain, why_not(h, ranked[0]))
 
@@ -86,7 +88,7 @@ def why_not(h: Hypothesis, best: Hypothesis) -> str:
     """What speaks against it. Its misfit, which counts coloured noise and starts as a table of rmse does not, is told
     relative to that of what was found."""
     worse = best.evidence - h.evidence
-    if worse <= ALIKE:
+    if worse <= SETTINGS.alike:
         return f"cannot be told apart from it: {worse:.1f} nats"
     moved = float(np.abs(h.shift).max(initial=0.0))
     strained = f", and moves a number of the file by {moved:.0f} times its ±" if moved > FAR else ""
@@ -100,9 +102,9 @@ def _worse(times: float) -> str:
 
 
 def _alike(ranked: Sequence[Hypothesis], c: Candidate) -> Iterator[Rival]:
-    """Other explanations within ALIKE nats of the best."""
+    """Other explanations within SETTINGS.alike nats of the best."""
     for r in list_rivals(ranked, ranked[0], c.key):
-        if -r.gain <= ALIKE:
+        if -r.gain <= SETTINGS.alike:
             yield r
 
 

@@ -14,13 +14,13 @@ from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight
 from network.analysis.diagnosis.initial_state_restarts import restart_from_starts
 from network.analysis.diagnosis.locate import locate
 from network.analysis.diagnosis.lump_convergence import refine_until_converged
-from network.analysis.diagnosis.lump_refinement import FULL, STRAINED
 from network.analysis.diagnosis.placement import near, place_best, place_ranked
 from network.analysis.diagnosis.ranking import best_first
 from network.analysis.diagnosis.refit import TrialFits, start_trials
 from network.analysis.diagnosis.result import UnknownHeat
 from network.analysis.diagnosis.screen import Score, screen
 from network.analysis.diagnosis.selection import Selection
+from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.significance import null_threshold
 from network.analysis.diagnosis.switching.relay_search import rank_likely_places, search_relays
 from network.analysis.diagnosis.timed_search import search_timed, settle_instants
@@ -28,15 +28,8 @@ from network.engine.response.parameters import Parameter
 from network.machine.machine import Machine
 from network.platform.parallel import run_all
 
-MOST_FINDINGS = 3
-FURTHER = 1.1
-"""Misfit χ below which nothing is looked for beside what was found already."""
-WORTH = 0.015
-"""Share of the misfit χ that a finding must take away."""
 HOPE = 0.5
 """Linear score of a further candidate over what a name is worth, below which it is not fitted."""
-SWAYING = 1.25
-"""Misfit χ from which a relay is looked for."""
 CARRIED = 3
 """Rivals that are fitted again on the finer lumps."""
 
@@ -63,7 +56,7 @@ def screen_candidates(current: Hypothesis, seed: int, jobs: int) -> Screening:
     proposed = tuple(c for c in found if _keeps(c, before.own))
     scores = screen(before.linearised, proposed, before.values, jobs)
     seen = Screening(before, proposed, tuple(scores))
-    if before.chi < FULL:
+    if before.chi < SETTINGS.noise:
         return seen
     timed = {s.candidate.key: s for s in search_timed(before, proposed, seen.located, seed, jobs)}
     better = [max(s, timed.get(s.candidate.key, s), key=lambda each: each.gain) for s in scores]
@@ -78,7 +71,7 @@ def select_forward(
     The noise is that of the null all along: evidence under different noises cannot be compared.
     """
     now = Selection(null)
-    while _is_open(now.best) and len(now.best.found) < MOST_FINDINGS:
+    while _is_open(now.best) and len(now.best.found) < SETTINGS.findings:
         current, count = now.best, len(now.steps)
         seen = screen_candidates(current, seed, jobs) if now.steps else first
         if _shows_nothing(seen):
@@ -99,7 +92,7 @@ def select_forward(
 
 def _is_open(h: Hypothesis) -> bool:
     """Whether it leaves something, or nothing is found yet and only sensors that are far off keep it from that."""
-    return h.chi > FURTHER if h.found else h.chi > FULL or h.offset_pull > STRAINED
+    return h.chi > SETTINGS.further if h.found else h.chi > SETTINGS.noise or h.offset_pull > SETTINGS.strained
 
 
 def _select_next(
@@ -117,7 +110,7 @@ def _select_next(
     ranked = best_first(*(early or ()), *place_ranked(seen.before, smooth, jobs))
     tried = _contenders(current, seen.before, ranked)
     kept = _accept_best(current, seen.before, tried, threshold, jobs)
-    switched = sway() if early is None and (kept or current).chi > SWAYING else []
+    switched = sway() if early is None and (kept or current).chi > SETTINGS.adequate else []
     ranked = best_first(*switched, *ranked)
     again = _contenders(current, seen.before, ranked)
     other = _accept_best(current, seen.before, again, threshold, jobs) if again != tried else None
@@ -131,7 +124,7 @@ def _fit_wider(trials: TrialFits, ranked: list[Hypothesis], is_told: bool, jobs:
     if not is_told:
         wider = trials.wider(jobs)
         trials, ranked = wider, best_first(*ranked, *wider.rank(jobs))
-    if ranked and ranked[0].chi > FULL:
+    if ranked and ranked[0].chi > SETTINGS.noise:
         ranked = best_first(*ranked, *trials.around(ranked[0], jobs).rank(jobs))
     return ranked
 
@@ -150,12 +143,12 @@ def _shows_nothing(seen: Screening) -> bool:
 
 def _is_near(seen: Screening) -> bool:
     """Whether little is missing beside what was found, so that the linear scores can be believed."""
-    return bool(seen.before.found) and seen.before.chi < SWAYING
+    return bool(seen.before.found) and seen.before.chi < SETTINGS.adequate
 
 
 def _worth_fitting(seen: Screening) -> Sequence[Score]:
     """Scores of those that may be worth a name."""
-    worth = HOPE * WORTH * len(seen.before.fit.left) if _is_near(seen) else 0.0
+    worth = HOPE * SETTINGS.worth * len(seen.before.fit.left) if _is_near(seen) else 0.0
     return [s for s in seen.scores if s.gain >= worth]
 
 
@@ -215,4 +208,4 @@ def _put_first(best: Hypothesis, ranked: Sequence[Hypothesis]) -> tuple[Hypothes
 
 def _is_gain(before: Hypothesis, after: Hypothesis, threshold: float) -> bool:
     """More evidence than chance gives, and a misfit that is worth a name."""
-    return after.evidence - before.evidence > threshold and after.chi < before.chi * (1 - WORTH)
+    return after.evidence - before.evidence > threshold and after.chi < before.chi * (1 - SETTINGS.worth)

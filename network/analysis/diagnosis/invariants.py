@@ -12,20 +12,13 @@ from network.analysis.comparison.compare import Comparison, RecordingResidual
 from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.result import Fits
+from network.analysis.diagnosis.settings import SETTINGS
 
 if TYPE_CHECKING:
     from network.analysis.diagnosis.search_record import Search
 
-ERRORS = 3.0
-"""Standard errors that a strength is to be from not there, and prior σ by which a number of the file is bent far
-(convention)."""
-ADEQUATE = 1.25
-"""Misfit χ up to which what was found is all that shows: beyond, it is a part."""
-BARRED = 0.5
-"""Confidence that a finding has at most which is not sure: as likely as not (convention)."""
-BLOCKS, BOOTSTRAP_ERRORS, TOLERANCE = 12, 2.0, 1.02
-"""Blocks of a run, each longer than its errors last; paired errors of their means, and the ratio of misfits, beyond
-both of which a run is told worse."""
+BLOCKS = 12
+"""Of a run, each longer than its errors last."""
 
 
 def find_worse_runs(before: Comparison | None, after: Comparison | None) -> list[str]:
@@ -39,13 +32,13 @@ def find_worse_runs(before: Comparison | None, after: Comparison | None) -> list
 def is_worse(before: RecordingResidual, after: RecordingResidual) -> bool:
     """The mean of the paired differences of squares over blocks against its standard error, which is that of their
     bootstrap."""
-    if not after.rmse_in_noise > TOLERANCE * before.rmse_in_noise:
+    if not after.rmse_in_noise > SETTINGS.worse * before.rmse_in_noise:
         return False
     names = [n for n in before.channels if n in after.channels]
     each = [after.channels[n].in_noise ** 2 - before.channels[n].in_noise ** 2 for n in names]
     blocks = [np.nanmean(b) for d in each for b in np.array_split(d, BLOCKS) if np.isfinite(b).any()]
     error = float(np.std(blocks, ddof=1) / np.sqrt(len(blocks))) if len(blocks) > 1 else np.inf
-    return bool(np.mean(blocks) > BOOTSTRAP_ERRORS * error)
+    return bool(np.mean(blocks) > SETTINGS.paired * error)
 
 
 def list_refutations(fits: Fits) -> list[str]:
@@ -63,7 +56,7 @@ def list_doubts(search: Search, c: Candidate) -> Iterator[str]:
         yield "it was not tested to the end"
     if len(search.case.recordings) < 2:
         yield "there is one recording, which cannot both tell it and test it"
-    if best.chi > ADEQUATE:
+    if best.chi > SETTINGS.adequate:
         yield f"much is left beside it (χ = {best.chi:.2g})"
     yield from list_strains(best, c)
 
@@ -72,12 +65,12 @@ def list_strains(h: Hypothesis, c: Candidate) -> Iterator[str]:
     """What of a fit speaks against believing one of its findings."""
     index = {p.path: i for i, p in enumerate(h.fit.problem.parameters)}
     own = [index[p.path] for p in c.own if p.path in index]
-    if own and strength_in_errors(h, c) < ERRORS:
-        yield f"its size is less than {ERRORS:.0f} standard errors from not there"
+    if own and strength_in_errors(h, c) < SETTINGS.errors:
+        yield f"its size is less than {SETTINGS.errors:.0f} standard errors from not there"
     bounded = [i for i in at_bound(h.fit.problem.parameters, h.fit.theta) if i in own]
     yield from (f"its {h.fit.problem.parameters[i].field.key.replace('_', ' ')} stands at its bound" for i in bounded)
-    if float(np.abs(h.shift).max(initial=0.0)) > ERRORS:
-        yield f"a number of the file is bent by more than {ERRORS:.0f} of its ±"
+    if float(np.abs(h.shift).max(initial=0.0)) > SETTINGS.errors:
+        yield f"a number of the file is bent by more than {SETTINGS.errors:.0f} of its ±"
 
 
 def strength_in_errors(h: Hypothesis, c: Candidate) -> float:

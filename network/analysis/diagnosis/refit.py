@@ -13,10 +13,10 @@ from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.coarse_surrogate import SMALL
 from network.analysis.diagnosis.compact_fit import compact, fit_with
 from network.analysis.diagnosis.hypothesis import Hypothesis, early, fit_hypothesis, reweight
-from network.analysis.diagnosis.lump_refinement import FULL, STRAINED
 from network.analysis.diagnosis.placement import move_stretch
 from network.analysis.diagnosis.ranking import best_first
 from network.analysis.diagnosis.screen import Score, score_candidates
+from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.timed_search import settle_instants
 from network.engine.response.parameters import centres, values_at
 from network.platform.parallel import run_all
@@ -26,11 +26,8 @@ SHOWS = 1.0
 SHORTLIST, LONGER, OF_A_KIND = 5, 10, 3
 """Candidates refitted for each point they were screened about, where lumps are few and fits quick, and how many of one
 kind."""
-POOR, WIDER = 0.6, (20, 8)
-"""Share of the excess χ² − 1 that the best of them leaves from which more are fitted, and how many then: far from the
-fit the linear score of what is missing may be poor."""
-UNTOLD = 1.25
-"""Misfit χ that must be left for that, too."""
+WIDER = (20, 8)
+"""The same where the best of them leaves much: far from the fit the linear score of what is missing may be poor."""
 AROUND = 6
 """Candidates that sit where the best of them does, and were not on the list, that are fitted besides."""
 LARGE = 120
@@ -126,11 +123,11 @@ class TrialFits:
     @property
     def little(self) -> float:
         """Misfit χ up to which an explanation leaves little."""
-        return max(float(np.sqrt(1 + POOR * max(0.0, self.current.chi**2 - 1))), UNTOLD)
+        return max(float(np.sqrt(1 + SETTINGS.poor * max(0.0, self.current.chi**2 - 1))), SETTINGS.adequate)
 
     def is_poor(self, ranked: Sequence[Hypothesis]) -> bool:
         """Whether none of some explanations leaves little, or where nothing is found yet only with sensors far off."""
-        most = np.inf if self.current.found else STRAINED
+        most = np.inf if self.current.found else SETTINGS.strained
         return min((h.chi for h in ranked if h.offset_pull < most), default=np.inf) > self.little
 
     def wider(self, jobs: int) -> TrialFits:
@@ -189,7 +186,7 @@ def _part_likely(
 
 
 def _finish_fit(h: Hypothesis) -> Hypothesis:
-    return compact(fit_hypothesis(h.case, h.machine, h.found, h.own, h.values)) if h.chi > FULL else h
+    return compact(fit_hypothesis(h.case, h.machine, h.found, h.own, h.values)) if h.chi > SETTINGS.noise else h
 
 
 def unseen_misfit(hypothesis: Hypothesis, jobs: int = 1) -> float:

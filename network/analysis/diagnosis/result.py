@@ -10,6 +10,7 @@ from network.analysis.calibration.one_machine import Disagreement
 from network.analysis.comparison.compare import Comparison
 from network.analysis.diagnosis.location import Location
 from network.analysis.diagnosis.lump_sentences import cuts_only, lump_sentence
+from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.patch import Patch
 from network.machine.machine import Machine
@@ -20,8 +21,6 @@ UNKNOWN = "unknown"
 """The kind of a finding that no kind of the catalogue explains."""
 CLEAR = 3.0
 """σ from which a run counts as telling two explanations apart."""
-COVERED = 0.9
-"""Belief that a told set of explanations has (α = 0.1, convention)."""
 FAINT = 1.0
 """σ below which a run tells nothing, and is not proposed."""
 
@@ -87,12 +86,12 @@ class Finding:
 
     @property
     def members(self) -> list[str]:
-        """The explanations of which it is one, with COVERED of the belief, the most likely first."""
+        """The explanations of which it is one, with SETTINGS.covered of the belief, the most likely first."""
         told, belief = [name_member(self.kind, self.places, self.channels)], self.confidence
         rest = sorted((*self.indistinguishable, *self.alternatives), key=lambda r: -r.confidence)
         for r in rest:
             name = name_member(r.kind, r.places, r.channels)
-            if (belief < COVERED or r in self.indistinguishable) and name not in told:
+            if (belief < SETTINGS.covered or r in self.indistinguishable) and name not in told:
                 told.append(name)
                 belief += r.confidence
         return told
@@ -254,7 +253,7 @@ class Diagnosis:
             "runs": self.fits.list_runs({n: s.unit for n, s in self.machine.sensors.items()}),
             "left": {"rmse_in_noise": self.fits.left, "share_explained": self.explained},
             "budget_reached": self.ended == "budget", "stopped": self.ended == "stopped", "refuted": list(self.refuted),
-            "not_searched": [u.summary() for u in self.unsearched],
+            "settings": SETTINGS.summary(), "not_searched": [u.summary() for u in self.unsearched],
         }  # fmt: skip
 
     def __str__(self) -> str:

@@ -15,17 +15,14 @@ from network.analysis.diagnosis.forward_selection import Screening, screen_candi
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, estimate_noise, fit_hypothesis, reweight, state
 from network.analysis.diagnosis.intermittent.intermittent_fault import find_intermittent_fault
 from network.analysis.diagnosis.lump_convergence import refine_until_converged
-from network.analysis.diagnosis.lump_refinement import FAR, FULL, refine_lumps
+from network.analysis.diagnosis.lump_refinement import refine_lumps
 from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.selection import Selection
+from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.time_budget import BudgetReached
 
 MANY = 120
 """Lumps from which it is not worked out what would not have shown, where nothing is looked for."""
-TOLD = 1.25
-"""Misfit χ of what was found from one refinement, above which the machine as written is followed, too."""
-BEHIND = 3.0
-"""Misfit of the machine as written over that of its best refinement, beyond which it is not looked at by itself."""
 
 
 def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[float], None]) -> Iterator[Search]:
@@ -36,19 +33,19 @@ def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[f
     written = fit_hypothesis(case, case.machine, start=calibrated.values)
     levels = refine_lumps(case, written)
     tell(0.1)
-    if levels[-1].chi > FULL and (found := find_intermittent_fault(max(levels, key=_evidence))) is not None:
+    if levels[-1].chi > SETTINGS.noise and (found := find_intermittent_fault(max(levels, key=_evidence))) is not None:
         fault, case = found[0], found[1].case
         levels = refine_lumps(case, fit_hypothesis(case, case.machine, start=calibrated.values))
     tell(0.15)
     best = max(levels, key=_evidence)
     case = estimate_noise(case, best)
     tracks = [reweight(case, h) for h in _list_tracks(levels, best)]
-    if best is not levels[0] and tracks[0].chi < FAR:
+    if best is not levels[0] and tracks[0].chi < SETTINGS.doubtful:
         tracks[0] = refine_until_converged(case, tracks[0])
     null = max(tracks, key=_evidence)
     now = Search(given, case, fault, reweight(case, levels[0]), calibrated, null, Selection(null), Screening(null))
     yield now
-    is_told = null.chi < FULL and null.machine.lumps > MANY
+    is_told = null.chi < SETTINGS.noise and null.machine.lumps > MANY
     now = replace(now, screened=now.screened if is_told else screen_candidates(null, seed, jobs))
     yield now
     yield from _follow_tracks(now, tracks, seed, jobs, tell)
@@ -61,7 +58,7 @@ def _follow_tracks(
     best = now
     for track in [now.null, *(h for h in tracks if h is not now.null)]:
         is_first = track is now.null
-        if not is_first and best.best.chi < TOLD:
+        if not is_first and best.best.chi < SETTINGS.adequate:
             return
         seen = now.screened if is_first else screen_candidates(track, seed, jobs)
         for selection in select_forward(track, seen, seed, jobs, tell):
@@ -97,4 +94,8 @@ def _evidence(h: Hypothesis) -> float:
 def _list_tracks(levels: Sequence[Hypothesis], best: Hypothesis) -> list[Hypothesis]:
     """The best refinement, and the machine as written where that is another and not far behind."""
     written = levels[0]
-    return [best] if best is written or best.chi < FULL or written.chi > BEHIND * best.chi else [best, written]
+    return (
+        [best]
+        if best is written or best.chi < SETTINGS.noise or written.chi > SETTINGS.hopeless * best.chi
+        else [best, written]
+    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from network.analysis.diagnosis.hypothesis import Hypothesis
-from network.analysis.diagnosis.significance import LEAST
+from network.analysis.diagnosis.settings import SETTINGS
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,6 +18,6 @@ class Selection:
     befores: tuple[Hypothesis, ...] = ()
     steps: tuple[tuple[Hypothesis, ...], ...] = ()
     gains: tuple[float, ...] = ()
-    threshold: float = LEAST
+    threshold: float = SETTINGS.least
     is_checked: bool = False
     explained: float = 0.0

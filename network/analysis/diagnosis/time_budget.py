@@ -5,9 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, field
 
-CALIBRATED, SEARCHED = 0.3, 0.8
-"""Shares of the time after which no further beginnings of the null are tried, and nothing further is looked for; the
-rest is for the verdict."""
+from network.analysis.diagnosis.settings import SETTINGS
 
 
 class BudgetReached(Exception):
@@ -30,9 +28,9 @@ class TimeBudget:
 
     def is_calibrated(self) -> bool:
         """Whether the null has had its share."""
-        return self.is_past(CALIBRATED)
+        return self.is_past(SETTINGS.calibrated)
 
     def check(self, _: float = 0.0) -> None:
         """Raises BudgetReached where the search has had its share; takes the share done of some work, as `tell`."""
-        if self.is_past(SEARCHED):
+        if self.is_past(SETTINGS.searched):
             raise BudgetReached

@@ -18,10 +18,10 @@ from network.analysis.diagnosis.findings import find_unknown, list_findings, lis
 from network.analysis.diagnosis.hypothesis import Hypothesis, reweight
 from network.analysis.diagnosis.invariants import list_refutations
 from network.analysis.diagnosis.isolability import isolability
-from network.analysis.diagnosis.lump_refinement import FULL
 from network.analysis.diagnosis.lumping_finding import find_lumping
 from network.analysis.diagnosis.result import Diagnosis, Finding, Fits
 from network.analysis.diagnosis.selection import Selection
+from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.strategies import list_unsearched
 from network.analysis.diagnosis.time_budget import TimeBudget
 from network.machine.machine import Machine
@@ -31,13 +31,6 @@ from network.recordings.recording import Recording
 
 if TYPE_CHECKING:
     from network.analysis.diagnosis.search_record import Search
-
-UNEXPLAINED = 1.5
-"""Misfit χ from which what has no name is told."""
-HALF = 0.5
-"""Of the misfit on unseen runs: what explains less is told behind what stays unknown."""
-SHIFT = 2.0
-"""Prior σ from which a number counts as wrong."""
 
 
 def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[str], seed: int, jobs: int) -> Diagnosis:
@@ -51,7 +44,7 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     findings, verdict = _decide_verdict(search, list_findings(search, after), coarse, bool(refuted))
     known = isolability(search.screened.scores, search.screened.proposed)
     advice = () if search.ended else tuple(experiments(search, known.unseen))
-    is_looked = search.null.chi > FULL
+    is_looked = search.null.chi > SETTINGS.noise
     unsearched = list_unsearched(search.screened, not search.ended) if is_looked else []
     told = [*map(_as_sentence, refuted), *_notes(search), *(u.sentence for u in unsearched)]
     notes = (*warnings, *told, *([known.sentence] if known.sentence else ()))
@@ -105,9 +98,9 @@ def _decide_verdict(
     """Findings and verdict. What holds on unseen runs is told, as a part of the truth where much is left; before it,
     what has no name, where that is more."""
     best, cut = search.best, [coarse] if coarse else []
-    is_left = best.chi > UNEXPLAINED and bool(search.located)
+    is_left = best.chi > SETTINGS.doubtful and bool(search.located)
     if findings:
-        is_more = is_left and search.selection.is_checked and search.selection.explained < HALF
+        is_more = is_left and search.selection.is_checked and search.selection.explained < SETTINGS.half
         only_sensors = not is_more and all(f.channels for f in findings)
         told = [*([find_unknown(search)] if is_more else []), *findings, *cut]
         return told, "sensor_fault" if only_sensors else "missing_physics"
@@ -115,7 +108,7 @@ def _decide_verdict(
         return [*cut, find_unknown(search)], "unexplained"
     if coarse:
         return cut, "too_coarse"
-    wrong = any(abs(x) > SHIFT for x in _shifts(best).values()) or _was_off(search)
+    wrong = any(abs(x) > SETTINGS.shift for x in _shifts(best).values()) or _was_off(search)
     return [], "parameters_only" if wrong else "adequate"
 
 
@@ -123,7 +116,7 @@ def _was_off(search: Search) -> bool:
     """Whether the numbers of the file, as they stand, leave more than noise."""
     from network.analysis.diagnosis.refit import linearise_at_priors
 
-    return chi_of(linearise_at_priors(search.null.linearised)) > UNEXPLAINED
+    return chi_of(linearise_at_priors(search.null.linearised)) > SETTINGS.doubtful
 
 
 def _fits(search: Search, before: Machine, after: Machine, holdout: Sequence[Recording], jobs: int) -> Fits:
