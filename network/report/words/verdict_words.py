@@ -63,8 +63,8 @@ def _part(d: Diagnosis) -> str:
     """That what was found is a part of the truth, where much is left beside it."""
     if d.verdict not in FOUND or d.fits.train_after.rmse_in_noise < LEAVES:
         return ""
-    left, share = f"{digits(d.fits.train_after.rmse_in_noise, 3)} σ", f"{100 * d.explained:.0f} %"
-    return f" That is a part of the truth, {share} of what was unexplained on unseen runs: {left} is left."
+    share = f", {100 * d.explained:.0f} % of what was unexplained on unseen runs" if d.explained else ""
+    return f" That is a part of the truth{share}: {digits(d.fits.train_after.rmse_in_noise, 3)} σ is left."
 
 
 def _but(d: Diagnosis) -> str:
