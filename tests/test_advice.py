@@ -21,7 +21,7 @@ from network.analysis.diagnosis.experiments.programs import HOLDS, driver, progr
 from network.analysis.diagnosis.experiments.separation import Pair, outcome
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
 from network.analysis.diagnosis.isolability import isolability, name_candidate
-from network.analysis.diagnosis.ranking import confidence, distinct, shares
+from network.analysis.diagnosis.ranking import distinct, shares
 from network.analysis.diagnosis.result import CLEAR, Experiment
 from network.analysis.diagnosis.screen import Score, screen
 from network.recordings.columns import Column
@@ -222,7 +222,6 @@ def test_shares_add_up_and_count_each_kind_and_place_once() -> None:
     ranked = [pair().holds, pair().holds, pair().rival]
     assert distinct(ranked) == [pair().holds, pair().rival]
     assert shares(distinct(ranked)).sum() == pytest.approx(1)
-    assert confidence(ranked, 2.3) == pytest.approx(shares(distinct(ranked))[0] / 4)
 
 
 # -- isolability ----------------------------------------------------------------------------------------------------

@@ -13,8 +13,8 @@ from build import RPM, machine
 from network.analysis.diagnosis.candidates import candidates, kinds
 from network.analysis.diagnosis.diagnose import diagnose
 from network.analysis.diagnosis.hypothesis import Case, fit_hypothesis
-from network.analysis.diagnosis.lump_refinement import STRAINED
 from network.analysis.diagnosis.result import Diagnosis
+from network.analysis.diagnosis.settings import SETTINGS, Settings
 from network.engine.simulation import simulate
 from network.machine.machine import Machine
 from network.recordings.columns import Column
@@ -95,6 +95,8 @@ def test_the_concealed_effect_is_named_at_its_place(name: str, kind: str, where:
     assert d.verdict == verdict
     assert d.findings[0].kind == kind and where in (*d.findings[0].places, *d.findings[0].channels)
     assert d.findings[0].gain > d.findings[0].threshold
+    assert d.findings[0].part == "whole" and d.explained > 0.9
+    assert d.findings[0].members[0].startswith(f"{kind}@")
     held = d.fits.holdout_before, d.fits.holdout_after
     assert held[0] is not None and held[1] is not None
     assert held[1].rmse_in_noise < 1.4 < held[0].rmse_in_noise  # a tenth of the run tells how it began
@@ -104,7 +106,8 @@ def test_a_sensor_that_is_far_off_strains_the_fit() -> None:
     runs = [recorded(plant(), ladder, i) for i, ladder in enumerate(LADDERS)]
     true = fit_hypothesis(case := Case(plant(), tuple(runs)), case.machine)
     off = [replace(r, columns={**r.columns, "T_column": shifted(r.columns["T_column"], 0.8)}) for r in runs]
-    assert true.offset_pull < 1.5 < STRAINED < fit_hypothesis(Case(plant(), tuple(off)), case.machine).offset_pull
+    wrong = fit_hypothesis(Case(plant(), tuple(off)), case.machine)
+    assert true.offset_pull < 1.5 < SETTINGS.strained < wrong.offset_pull
 
 
 def shifted(column: Column, by: float) -> Column:
@@ -112,11 +115,34 @@ def shifted(column: Column, by: float) -> Column:
 
 
 def test_what_tells_recordings_worse_when_simulated_is_no_finding(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("network.analysis.diagnosis.verdict.WORSE", 0.01)
+    harsh = replace(SETTINGS, worse=0.01, paired=-1e9)
+    monkeypatch.setattr("network.analysis.diagnosis.invariants.SETTINGS", harsh)
     d = found.__wrapped__("source")
+    assert [told.startswith("with what was found run") for told in d.refuted] == [True] * 3
     assert d.verdict == "unexplained" and [f.kind for f in d.findings] == ["unknown"]
     assert d.after.to_plain() == d.before.to_plain()
     assert d.fits.train_after.rmse_in_noise == d.fits.train_before.rmse_in_noise
+
+
+def test_what_time_cuts_off_is_told_as_far_as_it_came() -> None:
+    truth = plant(**CONCEALED["source"])
+    runs = [recorded(truth, ladder, i) for i, ladder in enumerate(LADDERS)]
+    d = diagnose(plant(), runs, seed=1, seconds=1e-3)
+    assert d.ended == "budget" and d.summary()["budget_reached"] and not any(f.part == "whole" for f in d.findings)
+    assert [f.kind for f in d.findings] == ["unknown"] and not d.advice
+
+
+def test_every_number_that_steers_says_where_it_comes_from() -> None:
+    told = found("source").summary()["settings"]
+    origins = {each["origin"].partition(":")[0] for each in told.values()}
+    assert origins <= {"convention", "prior", "budget", "derived", "bench"} and len(told) <= 30
+    assert all(each["unit"] and each["meaning"] for each in Settings().summary().values())
+
+
+def test_one_run_tells_a_part_at_most() -> None:
+    truth = plant(**CONCEALED["source"])
+    (told,) = diagnose(plant(), recorded(truth, LADDERS[0], 0), seed=1).findings
+    assert (told.kind, told.part) == ("heat_source", "part") and told.confidence <= 0.5 and told.doubts
 
 
 def test_strength_is_recovered_within_its_uncertainty() -> None:

@@ -15,7 +15,6 @@ from network.analysis.calibration.coloured_noise import estimate_colours
 from network.analysis.calibration.estimated_constants import Numbers, estimate_constants
 from network.analysis.calibration.gauss_newton import linearise
 from network.analysis.diagnosis import backward_elimination
-from network.analysis.diagnosis.backward_elimination import _cross_validates
 from network.analysis.diagnosis.candidate_response import respond_to_candidates
 from network.analysis.diagnosis.candidates import Candidate, candidate, candidates
 from network.analysis.diagnosis.coarse_surrogate import build_surrogate
@@ -278,19 +277,25 @@ def test_of_stretches_that_are_hardly_apart_the_longest_is_taken() -> None:
     assert _widest(as_it_is, []) is as_it_is  # type: ignore[arg-type, comparison-overlap]
 
 
-@pytest.mark.parametrize(("runs", "told", "holds"), [
-    (3, (5.0, 1.05), True), (3, (5.0, 1.2), False), (3, (1.1, 1.15), False), (2, (5.0, 1.2), True),
-    (1, (np.nan, np.nan), True), (3, (12.0, 1.2), True),
-])  # fmt: skip
-def test_what_is_found_tells_runs_left_out_like_the_others(
-    monkeypatch: pytest.MonkeyPatch, runs: int, told: tuple[float, float], holds: bool
-) -> None:
-    """The misfits of runs left out before and after, where the fits leave 5 and 1; relative to before, for numbers that
-    only one run tells."""
-    before, after = (SimpleNamespace(chi=chi, case=SimpleNamespace(recordings=range(runs))) for chi in (5.0, 1.0))
-    misfit = {id(before): told[0], id(after): told[1]}
-    monkeypatch.setattr(backward_elimination, "cross_validation_misfit", lambda h, jobs: misfit[id(h)])
-    assert _cross_validates(before, after, 1) is holds  # type: ignore[arg-type]
+def test_what_does_not_help_to_tell_runs_left_out_goes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Misfits on runs left out, by what is in."""
+    misfit = {"": 5.0, "a": 3.0, "b": 5.2, "ab": 3.1, "c": 5.1}
+
+    def hypothesis(names: str) -> SimpleNamespace:
+        return SimpleNamespace(found=tuple(names), name=names)
+
+    monkeypatch.setattr(backward_elimination, "unseen_misfit", lambda h, jobs: misfit[h.name])
+    monkeypatch.setattr(backward_elimination, "build_surrogate", lambda h: h)
+    without = lambda before, now, out: hypothesis(now.name.replace(out, ""))  # noqa: E731
+    monkeypatch.setattr(backward_elimination, "_without", without)
+    for names, left, gains, explained in (
+        ("ab", "a", (1.0,), 16 / 24),
+        ("a", "a", (1.0,), 16 / 24),
+        ("c", "", (), 0.0),
+    ):
+        before, now = hypothesis(""), hypothesis(names)
+        told = backward_elimination._keep_what_predicts(before, now, (1.0, 2.0)[: len(names)], 1)  # type: ignore[arg-type]
+        assert (told[0].name, told[1], told[2]) == (left, gains, pytest.approx(explained))  # type: ignore[attr-defined]
 
 
 def test_what_does_not_hold_at_the_end_goes_and_the_rest_is_judged_again(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,6 +17,7 @@ from network.cli.options import (
     read_machine,
     read_recordings,
     read_start,
+    read_time,
     results_go_to,
     start_option,
     warn,
@@ -37,11 +38,16 @@ jobs_option = click.option(
 @jobs_option
 @click.option("--seed", type=Whole(0), default=0, show_default=True, help="of all that is drawn")
 @start_option
+@click.option(
+    "--budget", callback=read_time, default="2 min", show_default=True, metavar="TIME",
+    help="after it the best so far is told",
+)  # fmt: skip
 @click.option("--no-plots", is_flag=True, help="no pictures")
 @json_flag
 def diagnose(
     machine: str, recordings: Sequence[str], holdout: Sequence[str], output: str, jobs: int, seed: int,
-    start: str | None, no_plots: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
+    start: str | None, budget: float, no_plots: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str],
+    as_json: bool,
 ) -> None:  # fmt: skip
     """Where a MACHINE and RECORDINGS differ, which physics was left out, and whether adding it holds."""
     with share_bar(f"diagnosing {Path(machine).name}") as bar:
@@ -53,7 +59,7 @@ def diagnose(
         loaded = read_machine(machine, level, lumps, sets)
         where = check_target(loaded, Path(output))
         begins, runs, held_out = read_start(start), [*read_recordings(recordings)], [*read_recordings(holdout)]
-        result = run(loaded, runs, held_out, start=begins, seed=seed, jobs=jobs, progress=bar)
+        result = run(loaded, runs, held_out, start=begins, seed=seed, jobs=jobs, progress=bar, seconds=budget)
         bar.now("drawing what was found", 1.0)
         written = write_diagnosis(result, where, pictures=not no_plots)
         text = "" if as_json else str(result)

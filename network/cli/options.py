@@ -43,6 +43,19 @@ class Whole(click.IntRange):
             self.fail(f"'{value}' is not one; give a whole number from {self.min}", param, ctx)
 
 
+def read_time(ctx: click.Context, param: click.Parameter, value: str) -> float:
+    """A time above zero, `5 min`, in seconds."""
+    from network.platform.quantities.units import BadNumber
+    from network.platform.refusal import Spot
+    from network.platform.yaml.document import Leaf
+    from network.recordings.yaml_values import seconds
+
+    try:
+        return seconds(Leaf(value, Spot("--budget")))
+    except BadNumber as error:
+        raise click.BadParameter(f"{error.wrong}; {error.right}", ctx, param) from None
+
+
 json_flag = click.option("--json", "as_json", is_flag=True, help="print JSON instead of words")
 start_option = click.option(
     "--start", metavar="TEMPERATURE", help="'22 degC', 'steady' or '{housing: 24 degC, others: 22 degC}'"

@@ -25,6 +25,8 @@ from network.recordings.inputs import Start
 ABSOLUTE_ZERO = -273.15
 COLDEST, HOTTEST = -80.0, 400.0
 """°C that a part of a machine tool may have, with room to spare."""
+STATED = 2.0
+"""K: 1σ of a temperature that was noted once and not recorded, like that of a room (convention)."""
 _START = "a temperature like `22 degC`, `{housing: 24 degC, others: 22 degC}` or `steady`"
 
 
@@ -97,11 +99,12 @@ def quantity(tree: Tree) -> tuple[float, Unit]:
 
 
 def run_constant(tree: Tree) -> tuple[float, Unit, float]:
-    """A constant of a run in SI, the unit it came in, and its 1σ in SI (0 where it is known): `22 degC ± 2 K`. Raises
-    BadNumber."""
+    """A constant of a run in SI, the unit it came in, and its 1σ in SI (0 where it is known): `22 degC ± 2 K`. A
+    temperature that is stated without ±, and was not recorded, counts with STATED. Raises BadNumber."""
     text = word_of(tree, "a number with its unit, like `22 degC ± 2 K`")
     if not has_spread(text):
-        return *_quantity(text), 0.0
+        value, given = _quantity(text)
+        return value, given, STATED if given.is_temperature else 0.0
     value, given = _quantity(spread_parts(text)[0])
     return value, given, parse_number(text, given.text, True, (-math.inf, math.inf)).spread
 

@@ -26,8 +26,9 @@ def as_it_was(original: Callable[..., Any]) -> Callable[..., Any]:
     return lambda case, hypothesis: case
 
 
-def always(original: Callable[..., Any]) -> Callable[..., Any]:
-    return lambda *_, **__: True
+def all_of_it(original: Callable[..., Any]) -> Callable[..., Any]:
+    """All that was found, as if it explained everything."""
+    return lambda before, current, gains, jobs: (current, gains, 1.0)
 
 
 def on_seen_runs(original: Callable[..., Any]) -> Callable[..., Any]:
@@ -46,8 +47,8 @@ def nothing(original: Callable[..., Any]) -> Callable[..., Any]:
 STAGES: Mapping[str, Mapping[str, Stand]] = {
     "file-noise": {"hypothesis.estimate_noise": as_it_was},
     "as-written": {"lump_refinement.list_finer_machines": only_written},
-    "seen-runs": {"backward_elimination._cross_validates": always, "verdict._is_worse": on_seen_runs},
-    "no-switching": {"switching.search.search_relays": none_found},
+    "seen-runs": {"backward_elimination._keep_what_predicts": all_of_it, "invariants.list_refutations": on_seen_runs},
+    "no-switching": {"switching.relay_search.search_relays": none_found},
     "no-intermittent": {"intermittent.intermittent_fault.find_intermittent_fault": nothing},
 }
 """What each does without: noise told from residuals, finer lumps, checks on runs left out or held out, the search for

@@ -7,7 +7,7 @@ are compared on a grid of the relays' numbers, then by a simplex. Least squares 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import product
 
 import numpy as np
@@ -35,8 +35,9 @@ def relay_numbers(problem: Problem) -> list[int]:
     return [j for j, p in enumerate(problem.parameters) if p.entry in relays]
 
 
-def cycling(problem: Problem, begin: Array) -> list[Array]:
-    """Beginnings whose relays cycle like the recordings, the other numbers as at `begin`; none without relays."""
+def cycling(problem: Problem, begin: Array, is_late: Callable[[], bool] = lambda: False) -> list[Array]:
+    """Beginnings whose relays cycle like the recordings, the other numbers as at `begin`; none without relays. is_late:
+    whether what was found on the grid has to do."""
     mine = relay_numbers(problem)
     if not mine:
         return []
@@ -50,7 +51,7 @@ def cycling(problem: Problem, begin: Array) -> list[Array]:
     points = np.array(list(product(*(along(problem.parameters[j], len(mine)) for j in mine))))[:POINTS]
     costs = np.array([cost(own) for own in points])
     best = [k for k in np.argsort(costs)[:KEPT] if np.isfinite(costs[k])]
-    return [_settle_cycle(problem, begin, mine, points[k], cost) for k in best]
+    return [_settle_cycle(problem, begin, mine, points[k], cost) for k in best if not is_late()]
 
 
 def _settle_cycle(problem: Problem, begin: Array, mine: list[int], guess: Array, cost: object) -> Array:

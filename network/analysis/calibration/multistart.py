@@ -1,8 +1,8 @@
 """Where a fit begins: at the priors' centres, and elsewhere too where one beginning may not be enough.
 
-A relay's own numbers move its switchings, and a fit that begins a cycle off never finds back: those are searched
-first (`cycling`). Wide priors, a number at its bound and a bad first fit are answered by further beginnings drawn
-from the priors.
+A relay's own numbers move its switchings, and a fit that begins a cycle off never finds back: where that has happened
+they are searched for (`cycling`). Wide priors, a number at its bound and a bad first fit are answered by further
+beginnings drawn from the priors.
 """
 
 from __future__ import annotations
@@ -26,6 +26,8 @@ BAD = 3.0
 """rms of a first fit that asks for further beginnings."""
 DRAWN, KEPT, STEPS = 16, 3, 12
 """Beginnings drawn, those that are fitted, and steps of each but the best."""
+CYCLING = 2
+"""Times that relays' own numbers are searched for: beside the priors' centres, then beside the best minimum."""
 ALIKE, APART = 6.0, 3.0
 """Two minima fit alike if their J differ by less; they are two if a number differs by so many standard errors."""
 AT_BOUND = 1e-3
@@ -51,25 +53,30 @@ def at_bound(parameters: Sequence[Parameter], theta: Array) -> list[int]:
             if min(x - p.low, p.high - x) < AT_BOUND * p.spread]  # fmt: skip
 
 
-def best_start(problem: Problem, rng: np.random.Generator, tell: Callable[[float], None]) -> Found:
-    """The most probable θ from as many beginnings as the problem asks for. Raises Failed where every run runs away."""
+def best_start(
+    problem: Problem, rng: np.random.Generator, tell: Callable[[float], None], is_late: Callable[[], bool]
+) -> Found:
+    """The most probable θ from as many beginnings as the problem asks for; once it is late, from those that came to an
+    end. Raises Failed where every run runs away."""
     begin = centres(problem.parameters)
-    seeds = [begin, *cycling(problem, begin)]
-    minima = _minima(problem, seeds, STEPS if len(seeds) > 1 else None)
-    if relay_numbers(problem) and minima and rms(min(minima, key=_cost).left) > ADEQUATE:
-        again = cycling(problem, min(minima, key=_cost).theta)
-        minima, seeds = minima + _minima(problem, again, STEPS), seeds + again
-    if not minima or needs_more(problem, min(minima, key=_cost)):
+    seeds, minima = [begin], _minima(problem, [begin], None, is_late)
+    for _ in range(CYCLING if relay_numbers(problem) else 0):
+        about = min(minima, key=_cost) if minima else None
+        if (about is not None and rms(about.left) <= ADEQUATE) or is_late():
+            break
+        more = cycling(problem, begin if about is None or len(seeds) == 1 else about.theta, is_late)
+        minima, seeds = minima + _minima(problem, more, STEPS, is_late), seeds + more
+    if not minima or (needs_more(problem, min(minima, key=_cost)) and not is_late()):
         drawn = np.array([draw_from(problem.parameters, rng) for _ in range(DRAWN)])
         tell(0.3)
         more = _best_of(problem, drawn, KEPT)
-        minima += _minima(problem, more, STEPS)
+        minima += _minima(problem, more, STEPS, is_late)
         seeds += more
     if not minima:
         raise Failed("the machine runs away wherever its uncertain numbers lie; check heat that grows with temperature")
     tell(0.7)
     best = min(minima, key=_cost)
-    best = minimise(problem, best.theta) if len(seeds) > 1 else best
+    best = minimise(problem, best.theta) if len(seeds) > 1 and not is_late() else best
     return Found(best, len(seeds), tuple(r for r in minima if _is_rival(r, best)))
 
 
@@ -77,9 +84,13 @@ def _cost(at: Linearised) -> float:
     return at.cost
 
 
-def _minima(problem: Problem, seeds: Sequence[Array], steps: int | None) -> list[Linearised]:
-    minima = []
+def _minima(
+    problem: Problem, seeds: Sequence[Array], steps: int | None, is_late: Callable[[], bool]
+) -> list[Linearised]:
+    minima: list[Linearised] = []
     for seed in seeds:
+        if is_late() and (minima or seed is not seeds[0]):
+            break
         try:
             minima.append(minimise(problem, seed, steps) if steps else minimise(problem, seed))
         except Failed:

@@ -49,12 +49,13 @@ class Null:
 
 def estimate_null(
     machine: Machine, parameters: tuple[Parameter, ...], data: Sequence[Measured], start: Start | None = None,
-    seed: int = 0, tell: Callable[[float], None] = lambda share: None,
+    seed: int = 0, tell: Callable[[float], None] = lambda share: None, is_late: Callable[[], bool] = lambda: False,
 ) -> Null:  # fmt: skip
-    """The null of a machine on recordings laid out for it; seed: of further beginnings; tell: told the share done.
+    """The null of a machine on recordings laid out for it; seed: of further beginnings; tell: told the share done;
+    is_late: whether one beginning that came to an end has to do.
     Raises Refused where a channel is in another unit than told, Failed where every run breaks down."""
     problem = make_problem(machine, parameters, data)
-    found = best_start(replace(problem, offsets=()), np.random.default_rng(seed), lambda share: tell(0.6 * share))
+    found = best_start(replace(problem, offsets=()), np.random.default_rng(seed), lambda x: tell(0.6 * x), is_late)
     given = compare(at_prior_centres(machine, parameters), [d.recording for d in data], start=start)
     complaints = Complaints([*misread(found.at, given)])
     complaints.raise_if_any()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -10,16 +11,12 @@ import numpy as np
 from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.coarse_surrogate import build_surrogate
 from network.analysis.diagnosis.compact_fit import compact
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, estimate_noise, fit_findings, reweight
-from network.analysis.diagnosis.lump_refinement import GAIN
-from network.analysis.diagnosis.refit import cross_validation_misfit
+from network.analysis.diagnosis.hypothesis import Hypothesis, estimate_noise, fit_findings, reweight
+from network.analysis.diagnosis.refit import unseen_misfit
+from network.analysis.diagnosis.selection import Selection
+from network.analysis.diagnosis.settings import SETTINGS
 from network.platform.parallel import run_all
 
-HOLDS = 1.02
-"""Misfit on left-out runs, relative to before, that findings may leave."""
-ALIKE, ENOUGH = 1.1, 3
-"""Misfit on left-out runs over that of the fit to all, relative to before, from which findings tell only what they were
-fitted to; and with how many runs that is asked: of two, the other alone need not tell every number."""
 RERANKED, REACH = 3, 3.0
 """Rivals of the first finding that are tried in its stead, and how many times what the later findings gained they may
 be behind it."""
@@ -27,23 +24,50 @@ STEPS = 8
 """Of a fit with other findings."""
 
 
-def eliminate_backward(
-    null: Hypothesis, case: Case, current: Hypothesis, befores: Sequence[Hypothesis],
-    steps: Sequence[Sequence[Hypothesis]], threshold: float, jobs: int,
-) -> tuple[Hypothesis, tuple[float, ...]]:  # fmt: skip
-    """What was found without what is superfluous, and the evidence that each finding adds; the null where it does not
-    tell runs left out. befores, steps: what stood before each step, and its rivals."""
-    before = reweight(case, null)
+def check_selection(null: Hypothesis, now: Selection, jobs: int) -> Selection:
+    """What was chosen, tested again: without what is superfluous beside the others under the noise that is left in the
+    end, and without what does not help to tell runs that were left out; the null where nothing of it holds."""
+    current = now.best
     if not current.found:
-        return before, ()
+        return replace(now, best=null, is_checked=True)
+    steps, befores = now.steps, now.befores
     later = sum(ranked[0].evidence - h.evidence for h, ranked in zip(befores[1:], steps[1:], strict=True))
     close = [h for h in steps[0][1 : RERANKED + 1] if steps[0][0].evidence - h.evidence < REACH * later]
     current = _rerank_first(current, close, jobs)
-    current, gains = _eliminate_at_end(current, threshold, jobs)
+    current, gains = _eliminate_at_end(current, now.threshold, jobs)
     if not current.found:
-        return _bare_or_null(null, current), ()
-    holds = _cross_validates(build_surrogate(before), build_surrogate(current), jobs)
-    return (current, gains) if holds else (before, ())
+        return Selection(_bare_or_null(null, current), threshold=now.threshold, is_checked=True)
+    current, gains, explained = _keep_what_predicts(reweight(current.case, null), current, gains, jobs)
+    if not current.found:
+        return Selection(current, threshold=now.threshold, is_checked=True)
+    return replace(now, best=current, gains=gains, is_checked=True, explained=explained)
+
+
+def _keep_what_predicts(
+    before: Hypothesis, current: Hypothesis, gains: tuple[float, ...], jobs: int
+) -> tuple[Hypothesis, tuple[float, ...], float]:
+    """The findings without which what was left out is told worse, the gain of each, and the share of the misfit before
+    that they take away there."""
+    start = unseen_misfit(build_surrogate(before), jobs)
+    now = unseen_misfit(build_surrogate(current), jobs) if current.found else start
+    while current.found:
+        less = [_without(before, current, out) for out in current.found]
+        told = [np.inf if h is None else unseen_misfit(build_surrogate(h), jobs) if h.found else start for h in less]
+        k = int(np.argmin(told))
+        if (other := less[k]) is None or told[k] > now:
+            break
+        current, now, gains = other, told[k], (*gains[:k], *gains[k + 1 :])
+    return current, gains, share_explained(start, now)
+
+
+def _without(before: Hypothesis, current: Hypothesis, out: Candidate) -> Hypothesis | None:
+    rest = [c for c in current.found if c is not out]
+    return fit_findings(current.case, current.root, rest, current.values, steps=STEPS) if rest else before
+
+
+def share_explained(before: float, after: float) -> float:
+    """Of the excess χ² − 1 of a misfit, what is gone."""
+    return float(np.clip((before**2 - after**2) / max(before**2 - 1, 1e-9), 0.0, 1.0))
 
 
 def _refit(current: Hypothesis, other: tuple[Sequence[Candidate], Mapping[str, float]]) -> Hypothesis | None:
@@ -73,7 +97,7 @@ def _eliminate_at_end(current: Hypothesis, threshold: float, jobs: int) -> tuple
 def _bare_or_null(null: Hypothesis, bare: Hypothesis) -> Hypothesis:
     """The null, or its machine on the finer lumps that were come to with findings, where these mend it alone."""
     before = reweight(bare.case, null)
-    return bare if bare.evidence > before.evidence + GAIN else before
+    return bare if bare.evidence > before.evidence + SETTINGS.structure else before
 
 
 def _eliminate(current: Hypothesis, threshold: float, jobs: int) -> tuple[Hypothesis, tuple[float, ...]]:
@@ -94,12 +118,3 @@ def _eliminate(current: Hypothesis, threshold: float, jobs: int) -> tuple[Hypoth
 
 def _finish_fit(h: Hypothesis) -> Hypothesis:
     return fit_findings(h.case, h.root, h.found, h.values) or h
-
-
-def _cross_validates(before: Hypothesis, after: Hypothesis, jobs: int) -> bool:
-    """Whether runs left out of the fit are told at least as well as before, and like those in it."""
-    was, now = (cross_validation_misfit(h, jobs) for h in (before, after))
-    if not np.isfinite(was) or now >= HOLDS * was:
-        return not np.isfinite(was)
-    is_asked = len(after.case.recordings) >= ENOUGH
-    return not is_asked or now < ALIKE * max(1.0, was / before.chi) * max(1.0, after.chi)

@@ -13,6 +13,7 @@ from itertools import groupby
 from operator import itemgetter
 from typing import Any
 
+from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.declare import Effect, list_kinds
 from network.catalogue.declaration.discovery import open_rooms
 from network.catalogue.declaration.entry_path import NumberPath, displacement
@@ -23,25 +24,18 @@ from network.catalogue.declaration.places import Place
 from network.catalogue.declaration.proposals import Runs
 from network.catalogue.declaration.registry import sections
 from network.catalogue.declaration.sections import TCP
-from network.catalogue.mechanisms.base import Relay
+from network.catalogue.mechanisms.base import Mechanism, Relay
 from network.engine.response.parameters import Parameter, parameter
 from network.machine.checks import places_of
 from network.machine.machine import Machine
 from network.platform.quantities.units import Number
 from network.platform.refusal import Refused
 
-STRENGTH_SPREAD = 1.5
-"""Prior 1σ in the logarithm of a proposal's strength: engineering scale, a factor of 4.5 either way."""
-SIGNED_SPREAD = 3.0
-"""The same for a number that may be negative, in multiples of its typical size."""
-SHAPE_SPREAD = 1.0
-EXPONENT_SPREAD = 0.25
-"""The same for a bare number that has a default, like an exponent."""
 STRETCHES = ((0.0, 0.25), (0.25, 0.5), (0.5, 0.75), (0.75, 1.0))
 """Of a bar, in shares of its length, at which a candidate is looked at besides."""
-DEGREES, AROUND = 3.0, 2.0
-"""K: prior 1σ of a temperature that a proposal brings, and how many of them surroundings that it brings may be off:
-farther, and a place that keeps its temperature is only a way to write any heat."""
+AROUND = 2.0
+"""Prior 1σ that the temperature of surroundings that a proposal brings may be off: farther, and a place that keeps its
+temperature is only a way to write any heat."""
 
 
 NO_RUNS = Runs()
@@ -83,6 +77,13 @@ class Candidate:
         """Whether it brings a relay, whose instants have to be searched for."""
         entries = self.machine.by_path
         return any(isinstance(entries.get(path), Relay) for path, _ in self.patch.entries())
+
+    @cached_property
+    def is_timed(self) -> bool:
+        """Whether it brings instants of its own, which have no slope that a fit could follow."""
+        own = [self.machine.by_path.get(path) for path, _ in self.patch.entries()]
+        laws = [type(e) for e in own if isinstance(e, Mechanism)]
+        return len(self.own) > 1 and any(law.edges is not Mechanism.edges for law in laws)
 
     @cached_property
     def name(self) -> str:
@@ -226,15 +227,16 @@ def _own(machine: Machine, path: NumberPath, field: ParamField, is_strength: boo
     if isinstance(field, ManyUnitsField):
         field = parameter(machine, path).field
     if field.unit == "degC":
-        own = parameter(machine, path, Number(value, "normal", DEGREES))
-        around = path.entry.section == "nodes"
-        return replace(own, low=value - AROUND * DEGREES, high=value + AROUND * DEGREES) if around else own
+        own = parameter(machine, path, Number(value, "normal", SETTINGS.degrees))
+        far = AROUND * SETTINGS.degrees
+        return replace(own, low=value - far, high=value + far) if path.entry.section == "nodes" else own
     if value <= 0 or field.may_be_negative:
-        return parameter(machine, path, Number(value, "normal", SIGNED_SPREAD * max(abs(value), abs(field.proposal()))))
+        size = max(abs(value), abs(field.proposal()))
+        return parameter(machine, path, Number(value, "normal", SETTINGS.signed * size))
     if is_strength:
-        return parameter(machine, path, Number(value, "log", STRENGTH_SPREAD))
+        return parameter(machine, path, Number(value, "log", SETTINGS.strength))
     has_default = isinstance(field.default, int | float)
-    return parameter(machine, path, Number(value, "log", EXPONENT_SPREAD if has_default else SHAPE_SPREAD))
+    return parameter(machine, path, Number(value, "log", SETTINGS.exponent if has_default else SETTINGS.shape))
 
 
 def _value(machine: Machine, path: NumberPath, field: ParamField) -> float:

@@ -25,6 +25,7 @@ from network.analysis.diagnosis.hypothesis import (
     parameters_of,
 )
 from network.analysis.diagnosis.lump_refinement import list_finer_machines
+from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.declare import Array
 from network.engine.response.model import Model
 from network.machine.machine import Machine
@@ -38,8 +39,6 @@ CUTS = (3, 5)
 """Lumps a bar that are tried."""
 STEPS, CARRIED_STEPS = 6, 15
 """Of a fit with a lack, and of one on the finer lumps themselves."""
-DOUBTFUL = 1.25
-"""Misfit χ from which a fit may have ended beside the best one."""
 AGAIN, MOVED, HOPELESS = 2, 0.5, 2.0
 """Fits of a stand-in until its lack stays, to a share of the misfit χ; and where it moves too far to try again."""
 
@@ -84,7 +83,7 @@ def fit_on_finer_lumps_afresh(case: Case, coarse: Hypothesis, root: Machine) -> 
     proposed."""
     about, best = replace(case, began=coarse.case.began), fit_on_finer_lumps(case, coarse, root)
     back = coarse.found[-1].back if coarse.found else None
-    if best is None or back is None or best.chi < DOUBTFUL or coarse.switches:
+    if best is None or back is None or best.chi < SETTINGS.adequate or coarse.switches:
         return best
     again = fit_findings(about, root, (*coarse.found[:-1], back), coarse.own_values | back.usual, steps=CARRIED_STEPS)
     return best if again is None else max(best, again, key=lambda h: h.evidence)

@@ -9,9 +9,11 @@ import numpy as np
 
 from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.hypothesis import Hypothesis
+from network.analysis.diagnosis.invariants import list_doubts
 from network.analysis.diagnosis.locate import locate
-from network.analysis.diagnosis.ranking import ALIKE, confidence, distinct, shares
+from network.analysis.diagnosis.ranking import distinct, shares
 from network.analysis.diagnosis.result import UNKNOWN, Finding, Quantity, Rival, UnknownHeat
+from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.patch import Patch
 from network.engine.response.parameters import Parameter
 from network.machine.machine import Machine
@@ -21,8 +23,6 @@ from network.platform.wording import sentence
 if TYPE_CHECKING:
     from network.analysis.diagnosis.search_record import Search
 
-REPLACED = 0.5
-"""Confidence in a finding that took the place of another only beside later ones."""
 FAULTY = 0.98
 """Confidence in a fault whose jumps are of one share, there and back."""
 HARDLY, FAR = 1.015, 3.0
@@ -50,19 +50,27 @@ def _faults(search: Search) -> Iterator[Finding]:
 
 def _findings(search: Search, after: Machine) -> Iterator[Finding]:
     for i, c in enumerate(search.best.found):
-        k = min(i, len(search.steps) - 1)
+        k = _step_of(search, c)
         ranked = search.steps[k]
         rivals = list(list_rivals(ranked, search.befores[k], c.key))
+        doubts = tuple(list_doubts(search, c))
         is_first = ranked[0].found[-1].key == c.key
-        sure = confidence(ranked, search.best.chi) if is_first else REPLACED
+        sure = shares(distinct(ranked))[0] * search.selection.explained if is_first else SETTINGS.barred
         gain = search.gains[i] if i < len(search.gains) else 0.0
+        most = SETTINGS.barred if doubts else SETTINGS.most_sure
         yield Finding(
-            c.kind.kind, c.section, c.places, c.channels, sure, _quantities(search.best, c),
-            _sentence(search.best, c, after), c.patch.as_in(after.tree), gain, search.threshold,
-            windows_of(search.located),
+            c.kind.kind, c.section, c.places, c.channels, float(min(sure, most)),
+            _quantities(search.best, c), _sentence(search.best, c, after), c.patch.as_in(after.tree), gain,
+            search.threshold, windows_of(search.located),
             tuple(r for r in rivals if r.confidence < 0.3 or r.gain < search.best.evidence)[:5],
-            tuple(_alike(ranked, c)),
+            tuple(_alike(ranked, c)), doubts,
         )  # fmt: skip
+
+
+def _step_of(search: Search, c: Candidate) -> int:
+    """The step in which a finding was made, or the one in the place of which it came."""
+    made = [k for k, ranked in enumerate(search.steps) if ranked[0].found[-1].key == c.key]
+    return made[0] if made else min(search.best.found.index(c), len(search.steps) - 1)
 
 
 def list_rivals(ranked: Sequence[Hypothesis], null: Hypothesis, but: tuple[str, ...] = ()) -> Iterator[Rival]:
@@ -71,7 +79,7 @@ def list_rivals(ranked: Sequence[Hypothesis], null: Hypothesis, but: tuple[str, 
     apart = distinct(ranked)
     for h, p in zip(apart, shares(apart), strict=True):
         c = h.found[-1]
-        if c.key != but and h.evidence > null.evidence - ALIKE:
+        if c.key != but and h.evidence > null.evidence - SETTINGS.alike:
             gain = h.evidence - null.evidence
             yield Rival(c.kind.kind, c.places, c.channels, float(p), h.chi, gain, why_not(h, ranked[0]))
 
@@ -80,7 +88,7 @@ def why_not(h: Hypothesis, best: Hypothesis) -> str:
     """What speaks against it. Its misfit, which counts coloured noise and starts as a table of rmse does not, is told
     relative to that of what was found."""
     worse = best.evidence - h.evidence
-    if worse <= ALIKE:
+    if worse <= SETTINGS.alike:
         return f"cannot be told apart from it: {worse:.1f} nats"
     moved = float(np.abs(h.shift).max(initial=0.0))
     strained = f", and moves a number of the file by {moved:.0f} times its ±" if moved > FAR else ""
@@ -94,16 +102,17 @@ def _worse(times: float) -> str:
 
 
 def _alike(ranked: Sequence[Hypothesis], c: Candidate) -> Iterator[Rival]:
-    """Other explanations within ALIKE nats of the best."""
+    """Other explanations within SETTINGS.alike nats of the best."""
     for r in list_rivals(ranked, ranked[0], c.key):
-        if -r.gain <= ALIKE:
+        if -r.gain <= SETTINGS.alike:
             yield r
 
 
 def _quantities(h: Hypothesis, c: Candidate) -> dict[str, Quantity]:
     std = np.sqrt(np.diag(h.fit.covariance)) * max(1.0, h.chi)
     index = {p.path: i for i, p in enumerate(h.fit.problem.parameters)}
-    return {p.field.key: _quantity(p, float(h.fit.theta[index[p.path]]), float(std[index[p.path]]))
+    free = c.own[:1] if c.is_timed else c.own
+    return {p.field.key: _quantity(p, float(h.fit.theta[index[p.path]]), float(std[index[p.path]]) * (p in free))
             for p in c.own if p.path in index}  # fmt: skip
 
 

@@ -2,55 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
-from network.analysis.diagnosis.backward_elimination import eliminate_backward
+from network.analysis.diagnosis.backward_elimination import check_selection
 from network.analysis.diagnosis.candidates import Candidate, candidates
 from network.analysis.diagnosis.coarse_surrogate import build_surrogate, fit_on_finer_lumps, fit_on_finer_lumps_afresh
 from network.analysis.diagnosis.compact_fit import compact
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, estimate_noise, reweight
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight
 from network.analysis.diagnosis.initial_state_restarts import restart_from_starts
 from network.analysis.diagnosis.locate import locate
 from network.analysis.diagnosis.lump_convergence import refine_until_converged
-from network.analysis.diagnosis.lump_refinement import FAR, FULL, STRAINED
 from network.analysis.diagnosis.placement import near, place_best, place_ranked
 from network.analysis.diagnosis.ranking import best_first
 from network.analysis.diagnosis.refit import TrialFits, start_trials
 from network.analysis.diagnosis.result import UnknownHeat
 from network.analysis.diagnosis.screen import Score, screen
-from network.analysis.diagnosis.significance import LEAST, null_threshold
-from network.analysis.diagnosis.switching.search import rank_likely_places, search_relays
+from network.analysis.diagnosis.selection import Selection
+from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.significance import null_threshold
+from network.analysis.diagnosis.switching.relay_search import rank_likely_places, search_relays
+from network.analysis.diagnosis.timed_search import search_timed, settle_instants
 from network.engine.response.parameters import Parameter
 from network.machine.machine import Machine
 from network.platform.parallel import run_all
 
-MOST_FINDINGS = 3
-FURTHER = 1.1
-"""Misfit χ below which nothing is looked for beside what was found already."""
-WORTH = 0.015
-"""Share of the misfit χ that a finding must take away."""
 HOPE = 0.5
 """Linear score of a further candidate over what a name is worth, below which it is not fitted."""
-SWAYING = 1.25
-"""Misfit χ from which a relay is looked for."""
-VAIN = 0.5
-"""Share of the excess χ² − 1 that a step may leave, where much is left: beyond, further names would be guesses."""
 CARRIED = 3
 """Rivals that are fitted again on the finer lumps."""
-
-
-@dataclass(frozen=True, eq=False)
-class Selection:
-    """Where the steps from one null led: the best, what stood before each step and its rivals, the evidence that each
-    finding adds, and what chance reaches."""
-
-    best: Hypothesis
-    befores: tuple[Hypothesis, ...]
-    steps: tuple[tuple[Hypothesis, ...], ...]
-    gains: tuple[float, ...]
-    threshold: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +39,8 @@ class Screening:
     """What is proposed beside a hypothesis, and how each would show: about what stands in for it on coarser lumps."""
 
     before: Hypothesis
-    proposed: tuple[Candidate, ...]
-    scores: tuple[Score, ...]
+    proposed: tuple[Candidate, ...] = ()
+    scores: tuple[Score, ...] = ()
 
     @cached_property
     def located(self) -> tuple[UnknownHeat, ...]:
@@ -67,60 +48,59 @@ class Screening:
         return locate(self.before.linearised, self.before.machine)
 
 
-def screen_candidates(current: Hypothesis, jobs: int) -> Screening:
+def screen_candidates(current: Hypothesis, seed: int, jobs: int) -> Screening:
     """Everything that could be missing from a hypothesis, screened."""
     before = build_surrogate(current)
     case = current.case
     found = candidates(before.machine, case.drivers, runs=case.runs)
     proposed = tuple(c for c in found if _keeps(c, before.own))
-    return Screening(before, proposed, tuple(screen(before.linearised, proposed, before.values, jobs)))
+    scores = screen(before.linearised, proposed, before.values, jobs)
+    seen = Screening(before, proposed, tuple(scores))
+    if before.chi < SETTINGS.noise:
+        return seen
+    timed = {s.candidate.key: s for s in search_timed(before, proposed, seen.located, seed, jobs)}
+    better = [max(s, timed.get(s.candidate.key, s), key=lambda each: each.gain) for s in scores]
+    return replace(seen, scores=tuple(sorted(better, key=lambda s: -s.gain)))
 
 
 def select_forward(
-    null: Hypothesis, first: Screening, located: Sequence[UnknownHeat], seed: int, jobs: int,
-    tell: Callable[[float], None],
-) -> Selection:  # fmt: skip
-    """The steps from one null, checked. first: its screening."""
-    case, current = null.case, null
-    befores: list[Hypothesis] = []
-    steps: list[tuple[Hypothesis, ...]] = []
-    threshold = LEAST
-    while _is_open(current) and len(current.found) < MOST_FINDINGS:
-        seen = screen_candidates(current, jobs) if steps else first
+    null: Hypothesis, first: Screening, seed: int, jobs: int, tell: Callable[[float], None]
+) -> Iterator[Selection]:
+    """The steps from one null, each as it is taken, then what of them holds. first: its screening.
+
+    The noise is that of the null all along: evidence under different noises cannot be compared.
+    """
+    now = Selection(null)
+    while _is_open(now.best) and len(now.best.found) < SETTINGS.findings:
+        current, count = now.best, len(now.steps)
+        seen = screen_candidates(current, seed, jobs) if now.steps else first
         if _shows_nothing(seen):
             break
-        before, told = seen.before, partial(_report_share, tell, 0.15 + 0.25 * len(steps))
-        threshold = threshold if steps else null_threshold(seen.scores, seed)
-        kept, ranked = _select_next(case, current, seen, located, threshold, seed, jobs, told)
+        threshold = now.threshold if now.steps else null_threshold(seen.scores, seed)
+        told = partial(_report_share, tell, 0.15 + 0.25 * count)
+        kept, ranked = _select_next(current, seen, threshold, seed, jobs, told)
+        now = replace(now, threshold=threshold)
         if kept is None:
             break
-        case = kept.case
-        now = replace(before.case, noise=case.noise, sigma=case.sigma)
-        befores.append(compact(reweight(now, before)))
-        steps.append(_put_first(kept, run_all(partial(_reweight, now), ranked, jobs)))
-        left = (kept.chi**2 - 1) / (current.chi**2 - 1)
-        current = kept
-        tell(0.15 + 0.25 * len(steps))
-        if current.chi > FAR and left > VAIN:
-            break
-    current, gains = eliminate_backward(null, case, current, befores, steps, threshold, jobs)
-    if null.found == current.found:
-        return Selection(current, (), (), (), threshold)
-    return Selection(current, tuple(befores), tuple(steps), gains, threshold)
+        befores, steps = (*now.befores, compact(seen.before)), (*now.steps, _put_first(kept, ranked))
+        gains = (*now.gains, kept.evidence - current.evidence)
+        now = Selection(kept, befores, steps, gains, threshold)
+        tell(0.4 + 0.25 * count)
+        yield now
+    yield check_selection(null, now, jobs)
 
 
 def _is_open(h: Hypothesis) -> bool:
     """Whether it leaves something, or nothing is found yet and only sensors that are far off keep it from that."""
-    return h.chi > FURTHER if h.found else h.chi > FULL or h.offset_pull > STRAINED
+    return h.chi > SETTINGS.further if h.found else h.chi > SETTINGS.noise or h.offset_pull > SETTINGS.strained
 
 
 def _select_next(
-    case: Case, current: Hypothesis, seen: Screening, located: Sequence[UnknownHeat], threshold: float, seed: int,
-    jobs: int, tell: Callable[[float], None],
+    current: Hypothesis, seen: Screening, threshold: float, seed: int, jobs: int, tell: Callable[[float], None]
 ) -> tuple[Hypothesis | None, list[Hypothesis]]:  # fmt: skip
     """What is kept beside a hypothesis, and its rivals: relays are looked for before much else is tried, where what is
     likely explains little, and last, where much is left."""
-    sway = partial(_search_switching, seen, located, seed, jobs)
+    sway = partial(_search_switching, seen, seed, jobs)
     trials = start_trials(seen.before, seen.proposed, _worth_fitting(seen), jobs, tell, _is_near(seen))
     smooth = trials.rank(jobs)
     early = sway() if trials.is_poor(smooth) else None
@@ -129,12 +109,12 @@ def _select_next(
         smooth = _fit_wider(trials, smooth, is_told, jobs)
     ranked = best_first(*(early or ()), *place_ranked(seen.before, smooth, jobs))
     tried = _contenders(current, seen.before, ranked)
-    kept = _accept_best(case, current, seen.before, tried, threshold, jobs)
-    switched = sway() if early is None and (kept or current).chi > SWAYING else []
+    kept = _accept_best(current, seen.before, tried, threshold, jobs)
+    switched = sway() if early is None and (kept or current).chi > SETTINGS.adequate else []
     ranked = best_first(*switched, *ranked)
     again = _contenders(current, seen.before, ranked)
-    other = _accept_best(case, current, seen.before, again, threshold, jobs) if again != tried else None
-    if other is not None and (kept is None or other.evidence > reweight(other.case, kept).evidence):
+    other = _accept_best(current, seen.before, again, threshold, jobs) if again != tried else None
+    if other is not None and (kept is None or other.evidence > kept.evidence):
         kept = other
     return kept, ranked
 
@@ -144,17 +124,16 @@ def _fit_wider(trials: TrialFits, ranked: list[Hypothesis], is_told: bool, jobs:
     if not is_told:
         wider = trials.wider(jobs)
         trials, ranked = wider, best_first(*ranked, *wider.rank(jobs))
-    if ranked and ranked[0].chi > FULL:
+    if ranked and ranked[0].chi > SETTINGS.noise:
         ranked = best_first(*ranked, *trials.around(ranked[0], jobs).rank(jobs))
     return ranked
 
 
-def _search_switching(seen: Screening, located: Sequence[UnknownHeat], seed: int, jobs: int) -> list[Hypothesis]:
-    """The relay that explains most, looked for at the likely places: those of the null, then those beside what was
-    found."""
-    before = seen.before
-    able = rank_likely_places([c for c in seen.proposed if c.switches], seen.located if before.found else located)
-    return search_relays(before.case, before, able, seed, jobs)
+def _search_switching(seen: Screening, seed: int, jobs: int) -> list[Hypothesis]:
+    """The relay that explains most, looked for where unknown heat would explain most."""
+    switched = [c for c in seen.proposed if c.switches]
+    able = rank_likely_places(switched, seen.located) if switched else []
+    return search_relays(seen.before.case, seen.before, able, seed, jobs) if able else []
 
 
 def _shows_nothing(seen: Screening) -> bool:
@@ -164,12 +143,12 @@ def _shows_nothing(seen: Screening) -> bool:
 
 def _is_near(seen: Screening) -> bool:
     """Whether little is missing beside what was found, so that the linear scores can be believed."""
-    return bool(seen.before.found) and seen.before.chi < SWAYING
+    return bool(seen.before.found) and seen.before.chi < SETTINGS.adequate
 
 
 def _worth_fitting(seen: Screening) -> Sequence[Score]:
     """Scores of those that may be worth a name."""
-    worth = HOPE * WORTH * len(seen.before.fit.left) if _is_near(seen) else 0.0
+    worth = HOPE * SETTINGS.worth * len(seen.before.fit.left) if _is_near(seen) else 0.0
     return [s for s in seen.scores if s.gain >= worth]
 
 
@@ -189,25 +168,29 @@ def _contenders(current: Hypothesis, before: Hypothesis, ranked: Sequence[Hypoth
 
 
 def _accept_best(
-    case: Case, current: Hypothesis, before: Hypothesis, rivals: Sequence[Hypothesis], threshold: float, jobs: int
-) -> Hypothesis | None:  # fmt: skip
+    current: Hypothesis, before: Hypothesis, rivals: Sequence[Hypothesis], threshold: float, jobs: int
+) -> Hypothesis | None:
     """The best of some rivals on as many lumps as it takes; None where it gains no more than chance."""
-    best = _best_on_lumps(case, current, before, rivals, jobs)
+    best = _best_on_lumps(current, before, rivals, jobs)
     if best is None or not _is_gain(current, best, threshold):
         return None
-    case = estimate_noise(best.case, best)
-    if not _is_gain(reweight(case, current), reweight(case, best), threshold):
-        return None
-    best = restart_from_starts(reweight(case, best), jobs)
+    best = restart_from_starts(_settle(best), jobs)
     return refine_until_converged(best.case, best)
 
 
+def _settle(h: Hypothesis) -> Hypothesis:
+    """With its instants where they explain most, if it has some, and its runs."""
+    settled = settle_instants(h)
+    return h if settled is h else reweight(settled.case, settled)
+
+
 def _best_on_lumps(
-    case: Case, current: Hypothesis, before: Hypothesis, rivals: Sequence[Hypothesis], jobs: int
-) -> Hypothesis | None:  # fmt: skip
+    current: Hypothesis, before: Hypothesis, rivals: Sequence[Hypothesis], jobs: int
+) -> Hypothesis | None:
     """The best of some rivals on the lumps of what is there; None where there is none."""
     if before is current or not rivals:
-        return reweight(case, rivals[0]) if rivals else None
+        return reweight(rivals[0].case, rivals[0]) if rivals else None
+    case = replace(current.case, lacking=())
     told = run_all(partial(_fit_on_lumps, case, current.root, rivals[0]), rivals, jobs)
     best = max((h for h in told if h is not None), key=lambda h: h.evidence, default=None)
     return best and reweight(replace(case, began=best.case.began), best)
@@ -218,10 +201,6 @@ def _fit_on_lumps(case: Case, root: Machine, first: Hypothesis, h: Hypothesis) -
     return told and place_best(compact(told))
 
 
-def _reweight(case: Case, h: Hypothesis) -> Hypothesis:
-    return compact(reweight(case, h))
-
-
 def _put_first(best: Hypothesis, ranked: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:
     """The rivals, the one that was kept first."""
     return tuple(sorted(ranked, key=lambda h: (h.found[-1].key != best.found[-1].key, -h.evidence)))
@@ -229,4 +208,4 @@ def _put_first(best: Hypothesis, ranked: Sequence[Hypothesis]) -> tuple[Hypothes
 
 def _is_gain(before: Hypothesis, after: Hypothesis, threshold: float) -> bool:
     """More evidence than chance gives, and a misfit that is worth a name."""
-    return after.evidence - before.evidence > threshold and after.chi < before.chi * (1 - WORTH)
+    return after.evidence - before.evidence > threshold and after.chi < before.chi * (1 - SETTINGS.worth)

@@ -23,6 +23,7 @@ from network.analysis.calibration.measured_means import Measured, weigh_recordin
 from network.analysis.calibration.noise import Noise
 from network.analysis.diagnosis.candidates import Candidate, lay_over
 from network.analysis.diagnosis.recorded_powers import gather_runs
+from network.analysis.diagnosis.time_budget import TimeBudget
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.proposals import Runs
 from network.engine.response.model import Prediction
@@ -63,6 +64,7 @@ class Case:
     sigma: Mapping[str, float] = field(default_factory=dict)
     lacking: tuple[AdditiveCorrection, ...] = ()
     began: tuple[Mapping[str, float], ...] = ()
+    budget: TimeBudget = field(default_factory=TimeBudget)
 
     @cached_property
     def drivers(self) -> tuple[str, ...]:
@@ -206,15 +208,29 @@ def fit_hypothesis(
     case: Case, machine: Machine, candidates: Sequence[Candidate] = (), further: Sequence[Parameter] = (),
     start: Mapping[str, float] | None = None, offsets: bool = True, steps: int = STEPS,
 ) -> Hypothesis:  # fmt: skip
-    """Fits a machine with the patches already in it; `start`: numbers by path to begin from."""
+    """Fits a machine with the patches already in it; `start`: numbers by path to begin from. Raises BudgetReached."""
+    case.budget.check()
     parameters = parameters_of(machine, further)
+    theta = theta_of(parameters, start or {})
+    fit = minimise(case.problem(machine, parameters, offsets), theta, steps, case.budget.check)
+    return Hypothesis(case, machine, tuple(candidates), tuple(further), fit)
+
+
+def theta_of(parameters: Sequence[Parameter], values: Mapping[str, float]) -> Array:
+    """Numbers by path as a fit has them, those that are not told at the centres of their priors."""
     theta = centres(parameters)
     for i, p in enumerate(parameters):
-        if start and p.path in start:
-            value = start[p.path]
-            theta[i] = np.log(value) if p.is_log and value > 0 else (theta[i] if p.is_log else value)
-    fit = minimise(case.problem(machine, parameters, offsets), theta, steps)
-    return Hypothesis(case, machine, tuple(candidates), tuple(further), fit)
+        value = values.get(p.path)
+        if value is not None and (value > 0 or not p.is_log):
+            theta[i] = np.log(value) if p.is_log else value
+    return theta
+
+
+def state(case: Case, machine: Machine, values: Mapping[str, float]) -> Hypothesis:
+    """A machine at some numbers, nothing fitted."""
+    parameters = parameters_of(machine, ())
+    fit = linearise(case.problem(machine, parameters), theta_of(parameters, values))
+    return Hypothesis(case, machine, (), (), fit.temper(1.0, max(1.0, chi_of(fit))))
 
 
 def fit_findings(

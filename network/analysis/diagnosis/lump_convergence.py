@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from network.analysis.diagnosis.coarse_surrogate import fit_on_finer_lumps_afresh
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis
-from network.analysis.diagnosis.lump_refinement import ENOUGH, FINEST, GAIN, list_finer_machines
+from network.analysis.diagnosis.lump_refinement import FINEST, list_finer_machines
+from network.analysis.diagnosis.settings import SETTINGS
 
 LITTLE = 0.015
 """Share of the misfit χ that finer lumps must take away for still finer ones to be tried."""
@@ -13,10 +14,10 @@ LITTLE = 0.015
 def refine_until_converged(case: Case, best: Hypothesis) -> Hypothesis:
     """The hypothesis on as many lumps as it takes; relays are led back into step there."""
     for root in list_finer_machines(best.root, FINEST):
-        if best.found and best.chi < ENOUGH:
+        if best.found and best.chi < SETTINGS.noise:
             break
         other = fit_on_finer_lumps_afresh(case, best, root)
-        if other is None or other.evidence < best.evidence + GAIN:
+        if other is None or other.evidence < best.evidence + SETTINGS.structure:
             break
         is_little = other.chi > (1 - LITTLE) * best.chi
         best = other

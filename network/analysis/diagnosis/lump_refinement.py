@@ -6,21 +6,12 @@ from collections.abc import Iterator
 
 from network.analysis.diagnosis.candidates import Candidate, candidates
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
+from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.patch import Patch
 from network.machine.machine import Machine
 
 LEVELS = 3
 """Times that lumps are refined."""
-GAIN = 20.0
-"""Log evidence that a finer structure must add to be looked at further."""
-ENOUGH = 1.02
-"""Misfit χ at which it is fine enough."""
-FULL = 1.06
-"""Misfit χ below which nothing is missing: no more is looked for, and a fit is left as it is."""
-STRAINED = 5.0
-"""Prior σ by which a sensor's constant error may be off: beyond, the errors stand in for something."""
-FAR = 1.6
-"""Misfit χ that lumps alone will not mend: what is missing is looked for first, and the lumps again with it."""
 FINEST = 400
 """Lumps beyond which a machine is not refined."""
 
@@ -45,11 +36,11 @@ def refine_lumps(case: Case, written: Hypothesis) -> list[Hypothesis]:
     """The machine as written, then ever finer ones while that helps."""
     levels = [written]
     for machine in list_finer_machines(written.machine):
-        if levels[-1].chi < ENOUGH:
+        if levels[-1].chi < SETTINGS.noise:
             break
         best = max(levels, key=lambda h: h.evidence)
         finer_one = fit_hypothesis(case, machine, start=best.values if best is not written else None)
         levels.append(finer_one)
-        if finer_one.evidence < best.evidence + GAIN or finer_one.chi > FAR:
+        if finer_one.evidence < best.evidence + SETTINGS.structure or finer_one.chi > SETTINGS.doubtful:
             break
     return levels

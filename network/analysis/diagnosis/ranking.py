@@ -7,13 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from network.analysis.diagnosis.hypothesis import Hypothesis
+from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.declare import Array
-
-TEMPERATURE = 4.0
-"""Nats that count as e to one in a confidence: evidence is sharper than models are right."""
-ALIKE = 6.0
-"""Nats within which two explanations cannot be told apart."""
-MOST_SURE = 0.99
 
 
 def best_first(*rivals: Hypothesis) -> list[Hypothesis]:
@@ -33,10 +28,5 @@ def shares(of: Sequence[Hypothesis]) -> Array:
     """Their shares of the evidence, softened; they add up to 1. The first was kept: where another is before it by this
     evidence, it was behind on finer lumps, and counts as much."""
     gains = np.minimum([h.evidence for h in of], of[0].evidence)
-    share = np.exp((gains - gains.max()) / (TEMPERATURE * max(1.0, of[0].chi) ** 2))
+    share = np.exp((gains - gains.max()) / (SETTINGS.softening * max(1.0, of[0].chi) ** 2))
     return np.asarray(share / share.sum())
-
-
-def confidence(ranked: Sequence[Hypothesis], chi: float) -> float:
-    """Share of the best, and less where it leaves a misfit χ, not explaining everything."""
-    return float(min(MOST_SURE, shares(distinct(ranked))[0]) * min(1.0, (1.15 / chi) ** 2))

@@ -12,11 +12,12 @@ from network.analysis.calibration.gauss_newton import Linearised, chi_of, linear
 from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.coarse_surrogate import SMALL
 from network.analysis.diagnosis.compact_fit import compact, fit_with
-from network.analysis.diagnosis.hypothesis import Hypothesis, fit_hypothesis
-from network.analysis.diagnosis.lump_refinement import FULL, STRAINED
+from network.analysis.diagnosis.hypothesis import Hypothesis, early, fit_hypothesis, reweight
 from network.analysis.diagnosis.placement import move_stretch
 from network.analysis.diagnosis.ranking import best_first
 from network.analysis.diagnosis.screen import Score, score_candidates
+from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.timed_search import settle_instants
 from network.engine.response.parameters import centres, values_at
 from network.platform.parallel import run_all
 
@@ -25,23 +26,22 @@ SHOWS = 1.0
 SHORTLIST, LONGER, OF_A_KIND = 5, 10, 3
 """Candidates refitted for each point they were screened about, where lumps are few and fits quick, and how many of one
 kind."""
-POOR, WIDER = 0.6, (20, 8)
-"""Share of the excess χ² − 1 that the best of them leaves from which more are fitted, and how many then: far from the
-fit the linear score of what is missing may be poor."""
-UNTOLD = 1.25
-"""Misfit χ that must be left for that, too."""
+WIDER = (20, 8)
+"""The same where the best of them leaves much: far from the fit the linear score of what is missing may be poor."""
 AROUND = 6
 """Candidates that sit where the best of them does, and were not on the list, that are fitted besides."""
 LARGE = 120
 """Lumps from which candidates are screened about the fit only."""
-BRIEF, KEPT, CONTINUED = 5, 6, 0.3
-"""Steps in which every candidate begins, how many of them go on at most, and what share of the best gain they need."""
+FEW, BRIEF, KEPT, CONTINUED = 2, 4, 6, 0.3
+"""Runs on which every candidate begins, those told worst, and its steps there; how many of them go on with all runs at
+most, and what share of the best gain they need."""
 FIRST_STEPS, FINALISTS, FINISHED = 7, 3, 0.7
 """Steps of these, how many of them are then fitted to the end at most, and the share of the best gain for that."""
 CLEAR, LEAST = 200.0, 2
 """Nats of a gain from which shares of it count, and how many fits go on in any case."""
-LEFT_OUT_STEPS = 4
-"""Steps of a fit without one run, from the fit to all."""
+LEFT_OUT_STEPS, FOLDS, BEGINNING = 4, 3, 0.6
+"""Steps of a fit without some runs, from the fit to all; into how many parts the runs are parted, and what share of a
+single run tells the rest."""
 
 Tell = Callable[[float], None] | None
 
@@ -76,31 +76,46 @@ def _limit_kinds(scores: Sequence[Score], most: int, of_a_kind: int) -> list[Sco
     return kept[:most]
 
 
-def _start_trial(current: Hypothesis, about_file: Mapping[tuple[str, ...], Score], trial: Score) -> Hypothesis | None:
+def _on_few_runs(h: Hypothesis) -> Hypothesis:
+    """A hypothesis on the runs that it tells worst, where there are many."""
+    count = len(h.case.recordings)
+    if count <= FEW:
+        return h
+    first, left = 0, []
+    for whiten in h.fit.problem.whiteners:
+        rows = sum(len(root) for root in whiten.roots)
+        left.append(float(np.mean(h.fit.left[first : first + rows] ** 2)))
+        first += rows
+    case = h.case.of(sorted(np.argsort(left)[-FEW:].tolist()))
+    return reweight(case, replace(h, case=case))
+
+
+def _start_trial(about: Hypothesis, about_file: Mapping[tuple[str, ...], Score], trial: Score) -> Hypothesis | None:
     """A trial fitted a few steps from the numbers of the file, its own from the screening about these, if it shows
     there, and moved along bars: where it was screened may not be where it belongs at the numbers it takes."""
     there = about_file.get(trial.candidate.key)
     own = there.best if there is not None and there.gain > SHOWS else trial.best
-    start_trials = fit_with(current.case, current, trial.candidate, current.own_values | own, BRIEF)
-    return start_trials and move_stretch(start_trials)
+    begun = fit_with(about.case, about, trial.candidate, about.own_values | own, BRIEF)
+    return begun and move_stretch(begun)
 
 
-def _continue_trial(current: Hypothesis, start_trials: Hypothesis) -> Hypothesis:
-    """A trial fitted further and, where that stays behind what is there, from the current numbers."""
-    case, c = current.case, start_trials.found[-1]
-    best = fit_with(case, current, c, start_trials.values, FIRST_STEPS) or start_trials
-    if best.evidence < current.evidence:
+def _continue_trial(current: Hypothesis, begun: Hypothesis) -> Hypothesis | None:
+    """A trial fitted further on all runs and, where that stays behind what is there, from the current numbers."""
+    case, c = current.case, begun.found[-1]
+    best = fit_with(case, current, c, begun.values, FIRST_STEPS)
+    if best is None or best.evidence < current.evidence:
         other = fit_with(case, current, c, current.values | c.usual, FIRST_STEPS)
-        best = max((h for h in (best, other) if h is not None), key=lambda h: h.evidence)
-    return best
+        best = max((h for h in (best, other) if h is not None), key=lambda h: h.evidence, default=None)
+    return best and settle_instants(best)
 
 
 @dataclass(frozen=True, eq=False)
 class TrialFits:
-    """Candidates without a relay, fitted a few steps beside what is there. begin: does that, from a score; rest: scores
-    of those that were not, the best first."""
+    """Candidates without a relay, fitted a few steps beside what is there. about: that on the runs on which they were;
+    begin: does that, from a score; rest: scores of those that were not, the best first."""
 
     current: Hypothesis
+    about: Hypothesis
     fits: tuple[Hypothesis, ...]
     begin: Callable[[Score], Hypothesis | None]
     rest: tuple[Score, ...]
@@ -108,11 +123,11 @@ class TrialFits:
     @property
     def little(self) -> float:
         """Misfit χ up to which an explanation leaves little."""
-        return max(float(np.sqrt(1 + POOR * max(0.0, self.current.chi**2 - 1))), UNTOLD)
+        return max(float(np.sqrt(1 + SETTINGS.poor * max(0.0, self.current.chi**2 - 1))), SETTINGS.adequate)
 
     def is_poor(self, ranked: Sequence[Hypothesis]) -> bool:
         """Whether none of some explanations leaves little, or where nothing is found yet only with sensors far off."""
-        most = np.inf if self.current.found else STRAINED
+        most = np.inf if self.current.found else SETTINGS.strained
         return min((h.chi for h in ranked if h.offset_pull < most), default=np.inf) > self.little
 
     def wider(self, jobs: int) -> TrialFits:
@@ -126,12 +141,11 @@ class TrialFits:
         return replace(self, fits=tuple(_fit_all(self.begin, here[:AROUND], jobs)))
 
     def rank(self, jobs: int) -> list[Hypothesis]:
-        """The best of them fitted further and to the end, the best evidence first."""
-        likely, others = _part_likely(self.current, self.fits, KEPT, CONTINUED)
-        further = partial(_continue_trial, self.current)
-        likely, rest = _part_likely(self.current, [*run_all(further, likely, jobs), *others], FINALISTS, FINISHED)
-        ends = run_all(_finish_fit, likely, jobs)
-        return best_first(*ends, *rest)
+        """The best of them fitted further and to the end, the best evidence first: successive halving, on all runs."""
+        likely, _ = _part_likely(self.about, self.fits, KEPT, CONTINUED)
+        further = [h for h in run_all(partial(_continue_trial, self.current), likely, jobs) if h is not None]
+        likely, rest = _part_likely(self.current, further, FINALISTS, FINISHED)
+        return best_first(*run_all(_finish_fit, likely, jobs), *rest)
 
 
 def start_trials(
@@ -142,9 +156,10 @@ def start_trials(
     it; is_near: whether the fit is near, so that what shows about it is all that shows."""
     about_file = [] if is_near else _about_file(current, candidates, jobs)
     trials = shortlist(scores, about_file, LONGER if current.machine.lumps <= SMALL else SHORTLIST)
-    begin = partial(_start_trial, current, {s.candidate.key: s for s in about_file})
+    about = _on_few_runs(current)
+    begin = partial(_start_trial, about, {s.candidate.key: s for s in about_file})
     rest = _others([s for s in scores if s.gain > SHOWS], trials)
-    return TrialFits(current, tuple(_fit_all(begin, trials, jobs, tell)), begin, rest)
+    return TrialFits(current, about, tuple(_fit_all(begin, trials, jobs, tell)), begin, rest)
 
 
 def _others(scores: Sequence[Score], than: Sequence[Score]) -> tuple[Score, ...]:
@@ -171,21 +186,32 @@ def _part_likely(
 
 
 def _finish_fit(h: Hypothesis) -> Hypothesis:
-    return compact(fit_hypothesis(h.case, h.machine, h.found, h.own, h.values)) if h.chi > FULL else h
+    return compact(fit_hypothesis(h.case, h.machine, h.found, h.own, h.values)) if h.chi > SETTINGS.noise else h
 
 
-def cross_validation_misfit(hypothesis: Hypothesis, jobs: int = 1) -> float:
-    """Rms in noise on runs that were left out of the fit, one after the other; NaN for a single run."""
-    runs = range(len(hypothesis.case.recordings))
-    if len(runs) < 2:
-        return float("nan")
-    told = run_all(partial(_misfit_without, hypothesis), runs, jobs)
-    return float(np.sqrt(sum(misfit for misfit, _ in told) / max(sum(count for _, count in told), 1)))
+def unseen_misfit(hypothesis: Hypothesis, jobs: int = 1) -> float:
+    """Cross-validation: rms in noise on runs that were left out of the fit, some at a time; of a single run on its end,
+    told from its beginning."""
+    count = len(hypothesis.case.recordings)
+    if count < 2:
+        misfit, rows = _misfit_of_end(hypothesis)
+        return float(np.sqrt(misfit / max(rows, 1)))
+    folds = [range(k, count, FOLDS) for k in range(min(FOLDS, count))]
+    told = run_all(partial(_misfit_without, hypothesis), folds, jobs)
+    return float(np.sqrt(sum(misfit for misfit, _ in told) / max(sum(rows for _, rows in told), 1)))
 
 
-def _misfit_without(h: Hypothesis, i: int) -> tuple[float, int]:
-    """Misfit and count of one run that is told by a fit to the others."""
-    rest = h.case.of([k for k in range(len(h.case.recordings)) if k != i])
+def _misfit_without(h: Hypothesis, left_out: Sequence[int]) -> tuple[float, int]:
+    """Misfit and count of runs that are told by a fit to the others."""
+    rest = h.case.of([k for k in range(len(h.case.recordings)) if k not in left_out])
     fit = fit_hypothesis(rest, h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS).fit
-    seen = linearise(h.case.of([i]).problem(h.machine, fit.problem.parameters), fit.theta)
+    seen = linearise(h.case.of(left_out).problem(h.machine, fit.problem.parameters), fit.theta)
     return float(seen.left @ seen.left), len(seen.left)
+
+
+def _misfit_of_end(h: Hypothesis) -> tuple[float, int]:
+    """Misfit and count of what follows the beginning of the runs, told by a fit to that."""
+    fit = fit_hypothesis(h.case.until(BEGINNING), h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS).fit
+    seen = linearise(h.case.problem(h.machine, fit.problem.parameters), fit.theta)
+    late = np.concatenate([~early(d, BEGINNING)[d.known] for d in seen.problem.data])
+    return float(seen.left[late] @ seen.left[late]), int(late.sum())

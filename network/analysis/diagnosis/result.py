@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,6 +10,7 @@ from network.analysis.calibration.one_machine import Disagreement
 from network.analysis.comparison.compare import Comparison
 from network.analysis.diagnosis.location import Location
 from network.analysis.diagnosis.lump_sentences import cuts_only, lump_sentence
+from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.patch import Patch
 from network.machine.machine import Machine
@@ -76,6 +77,24 @@ class Finding:
     windows: tuple[tuple[float, float], ...] = ()
     alternatives: tuple[Rival, ...] = ()
     indistinguishable: tuple[Rival, ...] = ()
+    doubts: tuple[str, ...] = ()
+
+    @property
+    def part(self) -> str:
+        """Whether it is all that was missing or a part of the truth."""
+        return "part" if self.doubts or self.kind == UNKNOWN else "whole"
+
+    @property
+    def members(self) -> list[str]:
+        """The explanations of which it is one, with SETTINGS.covered of the belief, the most likely first."""
+        told, belief = [name_member(self.kind, self.places, self.channels)], self.confidence
+        rest = sorted((*self.indistinguishable, *self.alternatives), key=lambda r: -r.confidence)
+        for r in rest:
+            name = name_member(r.kind, r.places, r.channels)
+            if (belief < SETTINGS.covered or r in self.indistinguishable) and name not in told:
+                told.append(name)
+                belief += r.confidence
+        return told
 
     @property
     def whole_sentence(self) -> str:
@@ -92,7 +111,13 @@ class Finding:
             "sentence": self.whole_sentence, "patch": self.patch.to_plain(),
             "evidence": {"delta_log_evidence": self.gain, "threshold": self.threshold,
                          "windows": [list(w) for w in self.windows]},
+            "part": self.part, "doubts": list(self.doubts), "set": self.members,
         }  # fmt: skip
+
+
+def name_member(kind: str, places: Sequence[str], channels: Sequence[str]) -> str:
+    """kind@place, or kind@place|place."""
+    return f"{kind}@{'|'.join((*places, *channels))}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,6 +136,23 @@ class UnknownHeat:
     @property
     def is_offset(self) -> bool:
         return self.at.kind == "channel"
+
+
+@dataclass(frozen=True)
+class Unsearched:
+    """Kinds that were not looked for, by which strategy, and why."""
+
+    strategy: str
+    kinds: tuple[str, ...]
+    why: str
+
+    @property
+    def sentence(self) -> str:
+        names = ", ".join(kind.replace("_", " ") for kind in self.kinds)
+        return f"Not looked for{f' ({names})' if names else ''}: {self.why}."
+
+    def summary(self) -> dict[str, Any]:
+        return {"strategy": self.strategy, "kinds": list(self.kinds), "why": self.why}
 
 
 @dataclass(frozen=True)
@@ -135,6 +177,12 @@ class Fits:
     train_after: Comparison
     holdout_before: Comparison | None
     holdout_after: Comparison | None
+
+    @property
+    def left(self) -> dict[str, float | None]:
+        """Misfit with what was found."""
+        held = self.holdout_after
+        return {"train": self.train_after.rmse_in_noise, "holdout": held.rmse_in_noise if held else None}
 
     def list_runs(self, units: Mapping[str, str]) -> list[dict[str, Any]]:
         """The constants of every run with what was found; units: of the channels."""
@@ -165,7 +213,9 @@ class Diagnosis:
     """What was found out about a machine from its recordings.
 
     machine: as given; before: as given, calibrated; after: with the findings in it, calibrated; tried: every rival of
-    the first finding that was fitted, best first; notes: sentences about the recordings and what cannot be told.
+    the first finding that was fitted, best first; notes: sentences about the recordings and what cannot be told;
+    explained: share of the misfit on unseen runs that the findings take away; ended: `budget` or `stopped` where the
+    search did not come to its end; refuted: why what was found is not told; unsearched: what was not looked for.
     """
 
     machine: Machine
@@ -184,6 +234,10 @@ class Diagnosis:
     seconds: float = 0.0
     patch: Mapping[str, Any] = field(default_factory=dict)
     disagreements: tuple[Disagreement, ...] = ()
+    explained: float = 0.0
+    ended: str = ""
+    refuted: tuple[str, ...] = ()
+    unsearched: tuple[Unsearched, ...] = ()
 
     def summary(self) -> dict[str, Any]:
         """diagnosis.json."""
@@ -197,6 +251,9 @@ class Diagnosis:
             "seconds": self.seconds, "seed": self.seed, "notes": list(self.notes),
             "one_machine": {"agree": not self.disagreements, "numbers": [d.summary() for d in self.disagreements]},
             "runs": self.fits.list_runs({n: s.unit for n, s in self.machine.sensors.items()}),
+            "left": {"rmse_in_noise": self.fits.left, "share_explained": self.explained},
+            "budget_reached": self.ended == "budget", "stopped": self.ended == "stopped", "refuted": list(self.refuted),
+            "settings": SETTINGS.summary(), "not_searched": [u.summary() for u in self.unsearched],
         }  # fmt: skip
 
     def __str__(self) -> str:

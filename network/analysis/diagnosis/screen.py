@@ -71,7 +71,14 @@ def score_candidates(
     fit: Linearised, candidates: Sequence[Candidate], values: Mapping[str, float], jobs: int = 1
 ) -> list[Score]:
     """The same of candidates as they are."""
-    tried = [(c, scale, numbers) for c in _able(candidates) for scale, numbers in _variants(c)]
+    return score_variants(fit, [(c, *variant) for c in _able(candidates) for variant in _variants(c)], values, jobs)
+
+
+def score_variants(
+    fit: Linearised, tried: Sequence[tuple[Candidate, float, Mapping[str, float]]], values: Mapping[str, float],
+    jobs: int = 1,
+) -> list[Score]:  # fmt: skip
+    """Of candidates, each at some numbers with the multiple of its typical strength there, the best of each."""
     each = [(c, {**values, **numbers}) for c, _, numbers in tried]
     changes = respond_to_candidates(each, fit.problem.data, fit.predictions, jobs)
     kept = [(*of, d) for of, d in zip(tried, changes, strict=True) if d is not None and np.isfinite(d).all()]

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 from network.analysis.calibration.null import Null
 from network.analysis.diagnosis.forward_selection import Screening
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis
 from network.analysis.diagnosis.intermittent.intermittent_fault import IntermittentFault
+from network.analysis.diagnosis.locate import locate
 from network.analysis.diagnosis.result import UnknownHeat
+from network.analysis.diagnosis.selection import Selection
 
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """What a diagnosis tried on its way: the machine as written and calibrated, the best, of each step what stood
-    before it (befores) and all its rivals, where it differed, the gain that chance reaches, what could be missing.
+    """What a diagnosis tried on its way: the machine as written and calibrated, the null on its best lumps, the steps
+    from there, and what could be missing.
 
-    given: the recordings as they were; fault: what was wrong with a channel of them, set right in those of the case.
+    given: the recordings as they were; fault: what was wrong with a channel of them, set right in those of the case;
+    ended: `budget` or `stopped` where it did not come to its end.
     """
 
     given: Case
@@ -25,10 +29,33 @@ class Search:
     written: Hypothesis
     calibrated: Null
     null: Hypothesis
-    best: Hypothesis
-    befores: tuple[Hypothesis, ...]
-    steps: tuple[tuple[Hypothesis, ...], ...]
-    gains: tuple[float, ...]
-    located: tuple[UnknownHeat, ...]
-    threshold: float
+    selection: Selection
     screened: Screening
+    ended: str = ""
+
+    @property
+    def best(self) -> Hypothesis:
+        return self.selection.best
+
+    @property
+    def befores(self) -> tuple[Hypothesis, ...]:
+        """What stood before each step."""
+        return self.selection.befores
+
+    @property
+    def steps(self) -> tuple[tuple[Hypothesis, ...], ...]:
+        """Of each step all that was fitted, what was kept first."""
+        return self.selection.steps
+
+    @property
+    def gains(self) -> tuple[float, ...]:
+        return self.selection.gains
+
+    @property
+    def threshold(self) -> float:
+        return self.selection.threshold
+
+    @cached_property
+    def located(self) -> tuple[UnknownHeat, ...]:
+        """Where unknown heat would explain most before anything was added."""
+        return locate(self.null.linearised, self.null.machine)

@@ -13,22 +13,18 @@ from collections.abc import Sequence
 import numpy as np
 
 from network.analysis.diagnosis.screen import Score
+from network.analysis.diagnosis.settings import SETTINGS
 
 DRAWS = 2000
-QUANTILE = 0.99
-PER_SHAPE = 2.0
-"""Nats for what a relay's or another shape's numbers can be tuned to besides."""
-LEAST = 12.0
-"""Nats below which no finding is told: what straight lines between knots and like trifles may add up to."""
 
 
 def null_threshold(scores: Sequence[Score], seed: int) -> float:
     """The gain in log evidence that chance does not reach, from the scores of all candidates about the null."""
     if not scores:
-        return LEAST
+        return SETTINGS.least
     lean = np.stack([s.lean / s.detectable for s in scores])
     rng = np.random.default_rng(seed)
     z = lean @ rng.standard_normal((lean.shape[1], DRAWS))
-    chance = float(np.quantile(np.maximum(z, 0.0).max(axis=0) ** 2 / 2, QUANTILE))
+    chance = float(np.quantile(np.maximum(z, 0.0).max(axis=0) ** 2 / 2, SETTINGS.quantile))
     shapes = max(len(s.candidate.own) for s in scores) - 1
-    return max(LEAST, chance + PER_SHAPE * shapes)
+    return max(SETTINGS.least, chance + SETTINGS.per_shape * shapes)

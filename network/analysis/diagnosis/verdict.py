@@ -16,49 +16,63 @@ from network.analysis.comparison.compare import Comparison, RecordingResidual
 from network.analysis.diagnosis.experiments.advice import experiments
 from network.analysis.diagnosis.findings import find_unknown, list_findings, list_rivals
 from network.analysis.diagnosis.hypothesis import Hypothesis, reweight
+from network.analysis.diagnosis.invariants import list_refutations
 from network.analysis.diagnosis.isolability import isolability
 from network.analysis.diagnosis.lumping_finding import find_lumping
 from network.analysis.diagnosis.result import Diagnosis, Finding, Fits
+from network.analysis.diagnosis.selection import Selection
+from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.strategies import list_unsearched
+from network.analysis.diagnosis.time_budget import TimeBudget
 from network.machine.machine import Machine
 from network.platform.parallel import run_all
+from network.platform.wording import sentence
 from network.recordings.recording import Recording
 
 if TYPE_CHECKING:
     from network.analysis.diagnosis.search_record import Search
 
-UNEXPLAINED = 1.5
-"""Misfit χ that no finding may leave and be called an explanation."""
-SHARE = 0.75
-"""Of the excess χ² − 1 that findings must take away to be told beside what stays unknown: with less they stand in for
-it."""
-WORSE = 1.05
-"""Misfit of the machine with what was found, simulated, over that without, from which it is not believed."""
-SHIFT = 2.0
-"""Prior σ from which a number counts as wrong."""
 
-
-def conclude(
-    search: Search, holdout: Sequence[Recording], warnings: Sequence[str], seed: int, jobs: int
-) -> Diagnosis:
+def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[str], seed: int, jobs: int) -> Diagnosis:
     """The diagnosis that a search amounts to."""
-    search = _withdraw_weak(search)
+    search = replace(search, case=replace(search.case, budget=TimeBudget()))
     before = search.calibrated.machine
-    after, fits = _simulate_both(search, before, holdout, jobs)
-    is_refuted = bool(search.best.found) and _is_worse(fits)
-    if is_refuted:
-        search = _withdraw_findings(search)
-        after, fits = _simulate_both(search, before, holdout, jobs)
+    search, after, fits, refuted = _withdraw_refuted(search, before, holdout, jobs)
     finer_gain = search.null.evidence - search.written.evidence
     is_finer = _is_finer(search)
     coarse = find_lumping(search.written, search.best.root, finer_gain, search.threshold) if is_finer else None
-    findings, verdict = _decide_verdict(search, list_findings(search, after), coarse, is_refuted)
+    findings, verdict = _decide_verdict(search, list_findings(search, after), coarse, bool(refuted))
     known = isolability(search.screened.scores, search.screened.proposed)
-    notes = (*warnings, *_notes(search), *([known.sentence] if known.sentence else ()))
+    advice = () if search.ended else tuple(experiments(search, known.unseen))
+    is_looked = search.null.chi > SETTINGS.noise
+    unsearched = list_unsearched(search.screened, not search.ended) if is_looked else []
+    told = [*map(_as_sentence, refuted), *_notes(search), *(u.sentence for u in unsearched)]
+    notes = (*warnings, *told, *([known.sentence] if known.sentence else ()))
     return Diagnosis(
         search.case.machine, before, after, verdict, tuple(findings), _channels(fits), search.located[:8], fits,
-        tuple(list_rivals(search.steps[0], search.befores[0]) if search.steps else ()), notes,
-        tuple(experiments(search, known.unseen)), _shifts(search.best), seed,
+        tuple(list_rivals(search.steps[0], search.befores[0]) if search.steps else ()), notes, advice,
+        _shifts(search.best), seed, explained=search.selection.explained, ended=search.ended, refuted=tuple(refuted),
+        unsearched=tuple(unsearched),
     )  # fmt: skip
+
+
+def _as_sentence(told: str) -> str:
+    return f"{sentence(told)}: it is not added."
+
+
+def _withdraw_refuted(
+    search: Search, before: Machine, holdout: Sequence[Recording], jobs: int
+) -> tuple[Search, Machine, Fits, list[str]]:
+    """The search without findings, then without finer lumps, where simulated runs speak against them, and what did."""
+    after, fits = _simulate_both(search, before, holdout, jobs)
+    refuted = list_refutations(fits) if after is not before else []
+    told = refuted
+    for rest in (search.null, search.written) if refuted else ():
+        if told and rest is not search.best:
+            search = replace(search, selection=Selection(reweight(search.best.case, rest)))
+            after, fits = _simulate_both(search, before, holdout, jobs)
+            told = list_refutations(fits) if after is not before else []
+    return search, after, fits, refuted
 
 
 def _simulate_both(search: Search, before: Machine, holdout: Sequence[Recording], jobs: int) -> tuple[Machine, Fits]:
@@ -72,28 +86,6 @@ def _is_finer(search: Search) -> bool:
     return search.best.root.to_plain() != search.written.machine.to_plain()
 
 
-def _is_worse(fits: Fits) -> bool:
-    """Whether the machine with what was found, simulated, tells recordings worse than without: the fit has leaned on
-    constant errors of sensors then, or on where a run began."""
-    pairs = ((fits.train_before, fits.train_after), (fits.holdout_before, fits.holdout_after))
-    return any(b and a and a.rmse_in_noise > WORSE * b.rmse_in_noise for b, a in pairs)
-
-
-def _withdraw_findings(search: Search) -> Search:
-    """The search without its findings."""
-    return replace(search, best=reweight(search.best.case, search.null))
-
-
-def _withdraw_weak(search: Search) -> Search:
-    """The search without findings where these leave much and took away too little to be believed."""
-    best = search.best
-    if not best.found or best.chi <= UNEXPLAINED:
-        return search
-    before = _withdraw_findings(search)
-    left = (best.chi**2 - 1) / max(before.best.chi**2 - 1, 1e-9)
-    return before if left > 1 - SHARE else search
-
-
 def numbers_in(h: Hypothesis) -> Machine:
     """The machine of a hypothesis with its numbers ± their standard errors."""
     std = np.sqrt(np.diag(h.fit.covariance))[: len(h.fit.theta)] * max(1.0, h.chi)
@@ -103,16 +95,20 @@ def numbers_in(h: Hypothesis) -> Machine:
 def _decide_verdict(
     search: Search, findings: list[Finding], coarse: Finding | None, is_refuted: bool
 ) -> tuple[list[Finding], str]:
-    """Findings and verdict, after what stays unexplained."""
-    best = search.best
-    if (is_refuted or best.chi > UNEXPLAINED) and search.located:
-        return [*findings, *([coarse] if coarse else []), find_unknown(search)], "unexplained"
+    """Findings and verdict. What holds on unseen runs is told, as a part of the truth where much is left; before it,
+    what has no name, where that is more."""
+    best, cut = search.best, [coarse] if coarse else []
+    is_left = best.chi > SETTINGS.doubtful and bool(search.located)
     if findings:
-        only_sensors = all(f.channels for f in findings)
-        return [*findings, *([coarse] if coarse else [])], "sensor_fault" if only_sensors else "missing_physics"
+        is_more = is_left and search.selection.is_checked and search.selection.explained < SETTINGS.half
+        only_sensors = not is_more and all(f.channels for f in findings)
+        told = [*([find_unknown(search)] if is_more else []), *findings, *cut]
+        return told, "sensor_fault" if only_sensors else "missing_physics"
+    if is_left or (is_refuted and search.located):
+        return [*cut, find_unknown(search)], "unexplained"
     if coarse:
-        return [coarse], "too_coarse"
-    wrong = any(abs(x) > SHIFT for x in _shifts(best).values()) or _was_off(search)
+        return cut, "too_coarse"
+    wrong = any(abs(x) > SETTINGS.shift for x in _shifts(best).values()) or _was_off(search)
     return [], "parameters_only" if wrong else "adequate"
 
 
@@ -120,7 +116,7 @@ def _was_off(search: Search) -> bool:
     """Whether the numbers of the file, as they stand, leave more than noise."""
     from network.analysis.diagnosis.refit import linearise_at_priors
 
-    return chi_of(linearise_at_priors(search.null.linearised)) > UNEXPLAINED
+    return chi_of(linearise_at_priors(search.null.linearised)) > SETTINGS.doubtful
 
 
 def _fits(search: Search, before: Machine, after: Machine, holdout: Sequence[Recording], jobs: int) -> Fits:
@@ -146,9 +142,7 @@ def _correct_readings(search: Search, found: Numbers, holdout: Sequence[Recordin
         return holdout
     raw = [compare_estimated(found, r, held_out=True) for r in holdout]
     name = fault.channel
-    return [
-        fault.correct_by_jumps(r.recording, r.channels[name]) if name in r.channels else r.recording for r in raw
-    ]
+    return [fault.correct_by_jumps(r.recording, r.channels[name]) if name in r.channels else r.recording for r in raw]
 
 
 def _compare_run(of: Sequence[Numbers], item: tuple[int, bool, Recording]) -> RecordingResidual:

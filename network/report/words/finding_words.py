@@ -67,7 +67,8 @@ def sure_words(finding: Finding) -> str:
     """The confidence as a word and a number; beside what cannot be told from it, what that has."""
     p, alike = finding.confidence, finding.indistinguishable
     if not alike:
-        return f"{sure_word(p)}, {percent(p)}"
+        why = f"; a part of the truth at most, for {join_names(list(finding.doubts))}" if finding.doubts else ""
+        return f"{sure_word(p)}, {percent(p)}{why}"
     if all(abs(p - r.confidence) < EVEN for r in alike):
         return f"{percent(p)}: as likely as {join_names([rival_name(r) for r in alike])}"
     return f"{percent(p)}, beside {join_names([f'{percent(r.confidence)} for {rival_name(r)}' for r in alike])}"
@@ -78,6 +79,8 @@ def evidence_words(finding: Finding) -> str:
     if not math.isfinite(finding.gain):
         return "Without it the machine cannot be fitted at all."
     times = finding.gain / finding.threshold if finding.threshold > 0 else math.inf
+    if times < 1:
+        return f"It explains less than chance would ({_nats(finding.gain)} nats against {_nats(finding.threshold)})."
     more = f"{times:.0f} times" if 2 <= times < 200 else "far" if times >= 200 else ""
     told = f"It explains {f'{more} more'.strip()} than chance would"
     return f"{told} ({_nats(finding.gain)} nats of evidence against {_nats(finding.threshold)})."

@@ -28,6 +28,13 @@ MEANING = {
 CLEAN, UNTOLD = ("adequate", "parameters_only"), 2.0
 """Verdicts that speak of recordings as explained, and misfit of a held-out run over that of the others from which it is
 not."""
+FOUND, LEAVES = ("missing_physics", "sensor_fault"), 1.5
+"""Verdicts that name something, and the misfit from which it is said that much is left."""
+ENDED = {
+    "budget": " The time was up before the search came to its end: this is the best so far, and nothing of it is sure. "
+    "`--budget '10 min'` lets it go on.",
+    "stopped": " It was stopped before its end: this is the best so far, and nothing of it is sure.",
+}
 NEXT = {
     "adequate": "Use the machine with its numbers as calibrated. What these recordings cannot show is not ruled out.",
     "parameters_only": "Use the calibrated numbers, and look up any that moved far from the file: a wrong drawing, "
@@ -49,7 +56,15 @@ def verdict_words(d: Diagnosis) -> str:
         "where": _where(d), "count": _count(d), "it": "it" if len(d.findings) < 2 else "them",
         "channels": join_names(list(dict.fromkeys(n for f in d.findings for n in f.channels))) or "a channel",
     }  # fmt: skip
-    return MEANING[d.verdict].format_map(words) + _but(d)
+    return "".join([MEANING[d.verdict].format_map(words), _part(d), _but(d), ENDED.get(d.ended, "")])
+
+
+def _part(d: Diagnosis) -> str:
+    """That what was found is a part of the truth, where much is left beside it."""
+    if d.verdict not in FOUND or d.fits.train_after.rmse_in_noise < LEAVES:
+        return ""
+    share = f", {100 * d.explained:.0f} % of what was unexplained on unseen runs" if d.explained else ""
+    return f" That is a part of the truth{share}: {digits(d.fits.train_after.rmse_in_noise, 3)} σ is left."
 
 
 def _but(d: Diagnosis) -> str:

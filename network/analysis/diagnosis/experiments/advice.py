@@ -13,9 +13,10 @@ from network.analysis.diagnosis.experiments.programs import Program, programs
 from network.analysis.diagnosis.experiments.separation import Outcome, Pair, about, outcome
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.isolability import count_kinds, name_candidate
-from network.analysis.diagnosis.ranking import ALIKE, best_first, distinct, shares
+from network.analysis.diagnosis.ranking import best_first, distinct, shares
 from network.analysis.diagnosis.result import CLEAR, FAINT, Experiment
 from network.analysis.diagnosis.screen import screen
+from network.analysis.diagnosis.settings import SETTINGS
 from network.platform.refusal import Failed, Refused
 
 if TYPE_CHECKING:
@@ -90,7 +91,7 @@ def in_doubt(search: Search) -> list[Pair]:
 
 def _is_near(holds: Hypothesis, rival: Hypothesis) -> bool:
     both = best_first(holds, rival)
-    return both[0].evidence - both[1].evidence <= ALIKE or float(shares(both)[1]) > DOUBT
+    return both[0].evidence - both[1].evidence <= SETTINGS.alike or float(shares(both)[1]) > DOUBT
 
 
 def _programs(pair: Pair) -> list[Program]:

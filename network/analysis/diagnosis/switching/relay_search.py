@@ -9,10 +9,11 @@ from functools import partial
 import numpy as np
 
 from network.analysis.calibration.gauss_newton import Linearised, linearise
-from network.analysis.diagnosis.candidates import Candidate
+from network.analysis.diagnosis.candidates import Candidate, candidate
 from network.analysis.diagnosis.compact_fit import compact, fit_with
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight, use_file_noise
 from network.analysis.diagnosis.result import UnknownHeat
+from network.analysis.diagnosis.switching.affine_surrogate import straighten
 from network.analysis.diagnosis.switching.prior_samples import Judge, Space, View, apart, parts_about
 from network.analysis.diagnosis.switching.sample_refinement import refine_samples
 from network.catalogue.declaration.declare import Array
@@ -37,6 +38,8 @@ NEAR = 0.85
 """Misfit of the best draw over that of the null, up to which draws are fitted."""
 LADDER = ((0.5, 5, 3), (0.75, 6, 2), (1.0, 12, 1))
 """Shares of each run over which they are, steps there, and how many go on."""
+ROUNDS = 3
+"""Times that an affine machine that stands for another is made anew about the best relay."""
 WELL = 0.9
 """Misfit χ over that of the null from which a relay counts as found."""
 
@@ -63,16 +66,44 @@ def search_relays(
     case: Case, current: Hypothesis, switched: Sequence[Candidate], seed: int, jobs: int
 ) -> list[Hypothesis]:  # fmt: skip
     """The relay that comes nearest, fitted under the noise of the file and told under that of the case; none where no
-    draw comes near. Draws are judged about the fit and about the numbers of the file."""
+    draw comes near. Draws are judged about the fit and about the numbers of the file, on an affine machine."""
     white = use_file_noise(case)
     null = reweight(white, current)
-    about = [_about(null, theta) for theta in (null.fit.theta, _of_file(null))]
-    drawn = _draw_samples(about, switched[:MOST], seed, jobs)
-    if not drawn:
-        return []
-    fits = [_Start(d.judge.space.candidate, _values(d), _all(white, d.judge.space.starts(d.theta))) for d in drawn]
-    best = _fit_samples(white, null, fits, jobs)
+    plain, best = straighten(null), None
+    for _ in range(ROUNDS):
+        found = _search_about(white, null, plain, switched[:MOST], seed, jobs) if plain else None
+        if found is None or (best is not None and found.chi >= best.chi):
+            break
+        best = found
+        plain = None if plain is null else straighten(reweight(white, best), best.found[-1])
     return [compact(reweight(case, best))] if best is not None and best.chi < WELL * null.chi else []
+
+
+def _search_about(
+    case: Case, null: Hypothesis, plain: Hypothesis, switched: Sequence[Candidate], seed: int, jobs: int
+) -> Hypothesis | None:
+    """The relay that comes nearest of those drawn on a machine that stands for the null's."""
+    about = [_about(plain, theta) for theta in (plain.fit.theta, _of_file(plain))]
+    known = {c.key: c for c in switched}
+    laid = [again for c in known.values() if (again := candidate(plain.machine, c.kind, c.patch)) is not None]
+    drawn = [d for d in _draw_samples(about, laid, seed, jobs) if d.judge.space.candidate.key in known]
+    fits = []
+    for d in drawn:
+        beside = null.values if d.judge.about is about[0] else null.own_values
+        began = _all(case, d.judge.space.starts(d.theta))
+        fits.append(_Start(known[d.judge.space.candidate.key], beside | _values(d), began))
+    return _fit_samples(case, null, fits, jobs) if fits else None
+
+
+def tell_unsearched(null: Hypothesis, switched: Sequence[Candidate]) -> str:
+    """Why relays of some kind cannot be looked for; empty where they can."""
+    plain = straighten(null)
+    if plain is None:
+        return "a part melts, or the laws of this machine cannot be taken as straight"
+    laid = [candidate(plain.machine, c.kind, c.patch) for c in switched]
+    return (
+        "" if any(c is not None and Space(c).serves for c in laid) else "it would not be the only thing that switches"
+    )
 
 
 def rank_likely_places(switched: Sequence[Candidate], located: Sequence[UnknownHeat]) -> list[Candidate]:

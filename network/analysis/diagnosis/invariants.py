@@ -1,0 +1,83 @@
+"""What every answer obeys, in one place: what takes a finding away, and what bars it from being told as sure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from network.analysis.calibration.multistart import at_bound
+from network.analysis.comparison.compare import Comparison, RecordingResidual
+from network.analysis.diagnosis.candidates import Candidate
+from network.analysis.diagnosis.hypothesis import Hypothesis
+from network.analysis.diagnosis.result import Fits
+from network.analysis.diagnosis.settings import SETTINGS
+
+if TYPE_CHECKING:
+    from network.analysis.diagnosis.search_record import Search
+
+BLOCKS = 12
+"""Of a run, each longer than its errors last."""
+
+
+def find_worse_runs(before: Comparison | None, after: Comparison | None) -> list[str]:
+    """Runs that are told worse after than before, by more than the scatter of the difference between blocks."""
+    if before is None or after is None:
+        return []
+    pairs = zip(before.recordings, after.recordings, strict=True)
+    return [a.recording.name for b, a in pairs if is_worse(b, a)]
+
+
+def is_worse(before: RecordingResidual, after: RecordingResidual) -> bool:
+    """The mean of the paired differences of squares over blocks against its standard error, which is that of their
+    bootstrap."""
+    if not after.rmse_in_noise > SETTINGS.worse * before.rmse_in_noise:
+        return False
+    names = [n for n in before.channels if n in after.channels]
+    each = [after.channels[n].in_noise ** 2 - before.channels[n].in_noise ** 2 for n in names]
+    blocks = [np.nanmean(b) for d in each for b in np.array_split(d, BLOCKS) if np.isfinite(b).any()]
+    error = float(np.std(blocks, ddof=1) / np.sqrt(len(blocks))) if len(blocks) > 1 else np.inf
+    return bool(np.mean(blocks) > SETTINGS.paired * error)
+
+
+def list_refutations(fits: Fits) -> list[str]:
+    """Why findings are not told: runs, fitted or held out, that they make worse when simulated."""
+    seen = find_worse_runs(fits.train_before, fits.train_after)
+    held = find_worse_runs(fits.holdout_before, fits.holdout_after)
+    told = [f"with what was found {name} is told worse than without" for name in seen]
+    return [*told, *(f"with what was found {name}, held out, is told worse than without" for name in held)]
+
+
+def list_doubts(search: Search, c: Candidate) -> Iterator[str]:
+    """What bars a finding from being told as sure, and makes it a part of the truth at most."""
+    best = search.best
+    if search.ended or not search.selection.is_checked:
+        yield "it was not tested to the end"
+    if len(search.case.recordings) < 2:
+        yield "there is one recording, which cannot both tell it and test it"
+    if best.chi > SETTINGS.adequate:
+        yield f"much is left beside it (χ = {best.chi:.2g})"
+    yield from list_strains(best, c)
+
+
+def list_strains(h: Hypothesis, c: Candidate) -> Iterator[str]:
+    """What of a fit speaks against believing one of its findings."""
+    index = {p.path: i for i, p in enumerate(h.fit.problem.parameters)}
+    own = [index[p.path] for p in c.own if p.path in index]
+    if own and strength_in_errors(h, c) < SETTINGS.errors:
+        yield f"its size is less than {SETTINGS.errors:.0f} standard errors from not there"
+    bounded = [i for i in at_bound(h.fit.problem.parameters, h.fit.theta) if i in own]
+    yield from (f"its {h.fit.problem.parameters[i].field.key.replace('_', ' ')} stands at its bound" for i in bounded)
+    if float(np.abs(h.shift).max(initial=0.0)) > SETTINGS.errors:
+        yield f"a number of the file is bent by more than {SETTINGS.errors:.0f} of its ±"
+
+
+def strength_in_errors(h: Hypothesis, c: Candidate) -> float:
+    """How many standard errors the strength of a finding is from not there."""
+    first = c.own[0]
+    i = [p.path for p in h.fit.problem.parameters].index(first.path)
+    spread = float(np.sqrt(h.fit.covariance[i, i])) * max(1.0, h.chi)
+    value = float(h.fit.theta[i])
+    std = first.std(value, spread)
+    return abs(first.value(value)) / std if std > 0 else np.inf

@@ -1,0 +1,101 @@
+"""The search: structure first, then what a sensor does by fits and starts, then effects step by step.
+
+Every state that is yielded is better founded than the one before and could be told; the last one is what the search
+comes to. Lumps are refined where that mends more than it costs; the steps go from the best of them, and from the
+machine as written where that leaves something unexplained.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+from network.analysis.calibration.null import Null
+from network.analysis.diagnosis.forward_selection import Screening, screen_candidates, select_forward
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, estimate_noise, fit_hypothesis, reweight, state
+from network.analysis.diagnosis.intermittent.intermittent_fault import find_intermittent_fault
+from network.analysis.diagnosis.lump_convergence import refine_until_converged
+from network.analysis.diagnosis.lump_refinement import refine_lumps
+from network.analysis.diagnosis.search_record import Search
+from network.analysis.diagnosis.selection import Selection
+from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.time_budget import BudgetReached
+
+MANY = 120
+"""Lumps from which it is not worked out what would not have shown, where nothing is looked for."""
+
+
+def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[float], None]) -> Iterator[Search]:
+    """Ever better states."""
+    given, fault = case, None
+    written = state(case, case.machine, calibrated.values)
+    yield Search(given, case, None, written, calibrated, written, Selection(written), Screening(written))
+    written = fit_hypothesis(case, case.machine, start=calibrated.values)
+    levels = refine_lumps(case, written)
+    tell(0.1)
+    if levels[-1].chi > SETTINGS.noise and (found := find_intermittent_fault(max(levels, key=_evidence))) is not None:
+        fault, case = found[0], found[1].case
+        levels = refine_lumps(case, fit_hypothesis(case, case.machine, start=calibrated.values))
+    tell(0.15)
+    best = max(levels, key=_evidence)
+    case = estimate_noise(case, best)
+    tracks = [reweight(case, h) for h in _list_tracks(levels, best)]
+    if best is not levels[0] and tracks[0].chi < SETTINGS.doubtful:
+        tracks[0] = refine_until_converged(case, tracks[0])
+    null = max(tracks, key=_evidence)
+    now = Search(given, case, fault, reweight(case, levels[0]), calibrated, null, Selection(null), Screening(null))
+    yield now
+    is_told = null.chi < SETTINGS.noise and null.machine.lumps > MANY
+    now = replace(now, screened=now.screened if is_told else screen_candidates(null, seed, jobs))
+    yield now
+    yield from _follow_tracks(now, tracks, seed, jobs, tell)
+
+
+def _follow_tracks(
+    now: Search, tracks: Sequence[Hypothesis], seed: int, jobs: int, tell: Callable[[float], None]
+) -> Iterator[Search]:
+    """The steps from the null and, where these leave much, from the machine as written."""
+    best = now
+    for track in [now.null, *(h for h in tracks if h is not now.null)]:
+        is_first = track is now.null
+        if not is_first and best.best.chi < SETTINGS.adequate:
+            return
+        seen = now.screened if is_first else screen_candidates(track, seed, jobs)
+        for selection in select_forward(track, seen, seed, jobs, tell):
+            if is_first or (selection.is_checked and _beats(selection, best, now.case)):
+                best = replace(now, selection=selection)
+                yield best
+
+
+def _beats(selection: Selection, best: Search, case: Case) -> bool:
+    """Under one noise."""
+    return reweight(case, selection.best).evidence > reweight(case, best.best).evidence
+
+
+def last_of(states: Iterator[Search]) -> Search:
+    """What a search comes to, or came to until it ran out of time or was stopped. Raises KeyboardInterrupt where it is
+    stopped before anything is known."""
+    last: Search | None = None
+    try:
+        for state_now in states:
+            last = state_now
+    except (BudgetReached, KeyboardInterrupt) as end:
+        if last is None:
+            raise
+        return replace(last, ended="budget" if isinstance(end, BudgetReached) else "stopped")
+    assert last is not None
+    return last
+
+
+def _evidence(h: Hypothesis) -> float:
+    return h.evidence
+
+
+def _list_tracks(levels: Sequence[Hypothesis], best: Hypothesis) -> list[Hypothesis]:
+    """The best refinement, and the machine as written where that is another and not far behind."""
+    written = levels[0]
+    return (
+        [best]
+        if best is written or best.chi < SETTINGS.noise or written.chi > SETTINGS.hopeless * best.chi
+        else [best, written]
+    )

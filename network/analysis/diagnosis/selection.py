@@ -1,0 +1,23 @@
+"""What the steps of a search have chosen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from network.analysis.diagnosis.hypothesis import Hypothesis
+from network.analysis.diagnosis.settings import SETTINGS
+
+
+@dataclass(frozen=True, eq=False)
+class Selection:
+    """Where the steps from one null led: the best, what stood before each step and its rivals, the evidence that each
+    finding adds, and what chance reaches; is_checked: whether all findings were tested again beside each other and on
+    runs that they were not fitted to, and what share of the misfit there they explain."""
+
+    best: Hypothesis
+    befores: tuple[Hypothesis, ...] = ()
+    steps: tuple[tuple[Hypothesis, ...], ...] = ()
+    gains: tuple[float, ...] = ()
+    threshold: float = SETTINGS.least
+    is_checked: bool = False
+    explained: float = 0.0

@@ -1,0 +1,36 @@
+"""The time that a diagnosis may take: what is asked for first gets a share of it, so that there is always an answer."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+
+from network.analysis.diagnosis.settings import SETTINGS
+
+
+class BudgetReached(Exception):
+    """The time for the search is over; what was found until then stands."""
+
+
+@dataclass(frozen=True)
+class TimeBudget:
+    """seconds: of the whole; began: instant on the machine's clock [s], the same in all its processes."""
+
+    seconds: float = float("inf")
+    began: float = field(default_factory=time.monotonic)
+
+    @property
+    def spent(self) -> float:
+        return time.monotonic() - self.began
+
+    def is_past(self, share: float) -> bool:
+        return self.spent > share * self.seconds
+
+    def is_calibrated(self) -> bool:
+        """Whether the null has had its share."""
+        return self.is_past(SETTINGS.calibrated)
+
+    def check(self, _: float = 0.0) -> None:
+        """Raises BudgetReached where the search has had its share; takes the share done of some work, as `tell`."""
+        if self.is_past(SETTINGS.searched):
+            raise BudgetReached

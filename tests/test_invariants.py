@@ -1,0 +1,77 @@
+"""What every answer obeys: rules that take a finding away, and that bar it from being told as sure."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from test_diagnosis import CONCEALED, LADDERS, plant, recorded
+
+from network.analysis.comparison.compare import Comparison, compare
+from network.analysis.diagnosis.candidates import Candidate, candidates
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
+from network.analysis.diagnosis.invariants import find_worse_runs, list_doubts, list_strains, strength_in_errors
+from network.analysis.diagnosis.settings import SETTINGS
+
+
+@cache
+def found(power: str = "60 W") -> tuple[Hypothesis, Candidate]:
+    source = CONCEALED["source"]["sources"]["pump"] | {"power": power}
+    case = Case(plant(), tuple(recorded(plant(sources={"pump": source}), x, i) for i, x in enumerate(LADDERS)))
+    heats = [c for c in candidates(case.machine, case.drivers) if c.kind.kind == "heat_source"]
+    c = next(c for c in heats if c.places == ("column",))
+    return fit_hypothesis(case, c.machine, (c,), c.own), c
+
+
+def told(by: float, where: slice = slice(None), seed: int = 0) -> Comparison:
+    """A run whose residuals are noise, larger somewhere."""
+    run = recorded(plant(), LADDERS[0], seed)
+    noise = np.random.default_rng(1).standard_normal(len(run.t)) * 0.05
+    noise[where] *= by
+    comparison = compare(plant(), [run])
+    (one,) = comparison.recordings
+    channels = {n: replace(c, measured=c.simulated + noise) for n, c in one.channels.items()}
+    return replace(comparison, recordings=(replace(one, channels=channels),))
+
+
+def test_a_run_is_worse_where_that_is_more_than_the_scatter_of_its_blocks() -> None:
+    assert find_worse_runs(told(1.0), told(1.1)) == ["run 0"]
+    assert find_worse_runs(told(1.0), told(1.01)) == []
+    assert find_worse_runs(told(1.1), told(1.0)) == []
+    short = slice(0, len(recorded(plant(), LADDERS[0], 0).t) // 12)
+    assert find_worse_runs(told(1.0), told(1.5, short)) == []
+    assert find_worse_runs(None, told(1.0)) == []
+
+
+def test_a_strength_is_told_in_its_standard_errors() -> None:
+    h, c = found()
+    assert strength_in_errors(h, c) > 10 and not list(list_strains(h, c))
+    faint, c = found("0.4 W")
+    assert strength_in_errors(faint, c) < SETTINGS.errors
+    assert any("standard errors" in why for why in list_strains(faint, c))
+
+
+def test_a_number_at_its_bound_and_a_bent_file_are_said() -> None:
+    h, c = found()
+    first = h.fit.problem.parameters[-1]
+    assert first.path == c.own[0].path
+    at = h.linearised
+    bounded = replace(h, fit=replace(at, theta=np.append(at.theta[:-1], first.high)))
+    assert any("bound" in why for why in list_strains(bounded, c))
+    bent = replace(h, fit=replace(at, theta=np.append(at.theta[0] + 4 * at.problem.parameters[0].spread, at.theta[1:])))
+    assert any("bent" in why for why in list_strains(bent, c))
+
+
+@pytest.mark.parametrize(
+    ("ended", "checked", "runs", "why"),
+    [("", True, 2, ""), ("budget", True, 2, "not tested"), ("", False, 2, "not tested"), ("", True, 1, "recording")],
+)
+def test_what_is_not_tested_to_the_end_is_not_sure(ended: str, checked: bool, runs: int, why: str) -> None:
+    h, c = found()
+    selection, case = SimpleNamespace(is_checked=checked), SimpleNamespace(recordings=h.case.recordings[:runs])
+    search = SimpleNamespace(ended=ended, selection=selection, case=case, best=h)
+    doubts = list(list_doubts(search, c))  # type: ignore[arg-type]
+    assert (len(doubts) == 1 and why in doubts[0]) if why else not doubts

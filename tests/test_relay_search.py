@@ -1,0 +1,71 @@
+"""The search for a relay on machines whose other laws bend, follow an input or switch."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from test_diagnosis import LADDERS, LINKS, plant, recorded
+
+from network.analysis.diagnosis.candidates import Candidate, candidates
+from network.analysis.diagnosis.forward_selection import Screening
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
+from network.analysis.diagnosis.strategies import TIME_UP, list_unsearched, strategy_of
+from network.analysis.diagnosis.switching.affine_surrogate import straighten
+from network.analysis.diagnosis.switching.prior_samples import Space
+from network.analysis.diagnosis.switching.relay_search import search_relays, tell_unsearched
+from network.machine.machine import Machine
+
+FAN = {"housing skin": {"kind": "forced_convection", "between": ["housing", "air"], "conductance": "6 W/K ± 30 %",
+                        "gain": 2, "reference_speed": "8000 rpm"},
+       "shine": {"kind": "radiation", "between": ["column", "air"], "emissivity_area": "0.4 m^2"}}  # fmt: skip
+COOLER = {"kind": "thermostat_cooling", "into": {"housing": 1}, "watches": "housing", "set": "24 degC",
+          "hysteresis": "0.6 K", "power": "250 W"}  # fmt: skip
+OWN = {**COOLER, "into": {"column": 1}, "watches": "column", "set": "23 degC", "power": "120 W"}
+
+
+def null(known: Machine, truth: Machine) -> Hypothesis:
+    case = Case(known, tuple(recorded(truth, ladder, i) for i, ladder in enumerate(LADDERS)))
+    return fit_hypothesis(case, known)
+
+
+def relays(h: Hypothesis) -> list[Candidate]:
+    return [c for c in candidates(h.machine, h.case.drivers) if c.switches and c.places == ("housing",)]
+
+
+def test_bent_laws_become_straight_and_what_that_lacks_is_told() -> None:
+    h = null(plant(links=FAN, sources={"own": OWN}), plant(links=FAN, sources={"own": OWN}))
+    plain = straighten(h)
+    assert plain is not None and plain.machine.links["shine"].kind == plain.machine.links["housing skin"].kind
+    assert "own" not in plain.machine.sources
+    left = plain.linearised.residual, h.linearised.residual
+    np.testing.assert_allclose(left[0], left[1], atol=1e-6 * np.abs(left[1]).max())
+    assert straighten(plain) is plain
+    assert all(Space(c).serves for c in relays(plain)) and not any(Space(c).serves for c in relays(h))
+    assert tell_unsearched(h, relays(h)) == ""
+
+
+@pytest.mark.parametrize("more", [{}, {"own": OWN}], ids=["fan and radiation", "beside a relay of its own"])
+def test_a_cooler_is_found_beside_laws_that_bend(more: dict[str, object]) -> None:
+    h = null(plant(links=FAN, sources=more), plant(links=FAN, sources={**more, "cooler": COOLER}))
+    found = search_relays(h.case, h, relays(h), seed=1, jobs=1)
+    assert found and found[0].chi < 0.5 * h.chi and found[0].chi < 1.6
+    told = {path.rpartition(".")[2]: value for path, value in found[0].own_values.items()}
+    assert told["set"] == pytest.approx(24, abs=0.3) and told["power"] == pytest.approx(250, rel=0.2)
+
+
+def test_links_that_are_plain_stay_as_they_are() -> None:
+    h = null(plant(), plant())
+    assert straighten(h) is h and set(h.machine.links) == set(LINKS)
+
+
+def test_what_cannot_be_looked_for_is_told() -> None:
+    melting = plant().patched({"nodes": {"column": {"heat_capacity": "90 kJ/K", "melts": {
+        "at": "40 degC", "over": "2 K", "latent_heat": "100 kJ"}}}})  # fmt: skip
+    h = null(melting, melting)
+    seen = Screening(h, tuple(relays(h)))
+    (told,) = list_unsearched(seen, True)
+    assert told.strategy == "switching" and "thermostat_cooling" in told.kinds and "melts" in told.why
+    assert [u.why for u in list_unsearched(seen, False)] == [TIME_UP]
+    assert not list_unsearched(Screening(null(plant(), plant()), tuple(relays(null(plant(), plant())))), True)
+    assert {type(strategy_of(c)).__name__ for c in candidates(plant(), ("speed", "ambient"))} == {
+        "Switching", "Timed", "Linear"}  # fmt: skip
