@@ -10,8 +10,6 @@ from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from networkx.utils import UnionFind
-
 from network.catalogue.declaration.declare import Declared, Effect
 from network.catalogue.declaration.entry_path import EntryPath, displacement
 from network.catalogue.declaration.fields import Place, PlacesField, SharesField
@@ -225,10 +223,19 @@ def _check_unlinked(machine: Entries, name: str, heated: bool, complaints: Compl
 
 def _groups(machine: Entries) -> Iterator[list[str]]:
     """The nodes that links and streams join, directly or over others, each group in the order of the file."""
-    joined = UnionFind(machine.nodes)
+    near: dict[str, list[str]] = {name: [] for name in machine.nodes}
     for link in machine.links.values():
-        joined.union(*(place.node for place in link.places))
-    groups: dict[str, list[str]] = {}
-    for name in machine.nodes:
-        groups.setdefault(joined[name], []).append(name)
-    yield from groups.values()
+        for a, b in pairwise(place.node for place in link.places):
+            near[a].append(b)
+            near[b].append(a)
+    seen, order = set[str](), {name: k for k, name in enumerate(machine.nodes)}
+    for first in machine.nodes:
+        if first in seen:
+            continue
+        group, waiting = {first}, [first]
+        while waiting:
+            more = {name for name in near[waiting.pop()] if name not in group}
+            group |= more
+            waiting += more
+        seen |= group
+        yield sorted(group, key=order.__getitem__)
