@@ -1,7 +1,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test test-matrix bench clean
+.PHONY: demo test test-matrix speed bench clean
 
 demo: .venv/ready
 	$(BIN)/lptn demo
@@ -10,6 +10,9 @@ test: .venv/ready-to-test
 	$(BIN)/ruff check network tests
 	$(BIN)/mypy
 	$(BIN)/pytest -n 2
+
+speed: .venv/ready-to-test
+	$(BIN)/pytest -m speed
 
 test-matrix:
 	$(PYTHON) tests/matrix.py

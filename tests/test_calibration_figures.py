@@ -230,6 +230,7 @@ def test_a_band_holds_95_percent_in_its_unit(tmp_path: Path) -> None:
 
 
 # -- speed ----------------------------------------------------------------------------------------------------------
+@pytest.mark.speed
 @pytest.mark.parametrize("figure_of", [lambda pair: fit_figure(*pair, "x"), lambda pair: residual_figure(*pair)])
 def test_figures_of_28801_samples_are_quick(figure_of: Callable[[Any], Figure]) -> None:
     long, seconds = laid("80 h", "10 s"), []

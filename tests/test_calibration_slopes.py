@@ -87,7 +87,7 @@ def test_answers_to_a_later_jump_are_those_of_runs_that_jump_later():
     own = column[: len(means)]
     after = int(np.argmax(own != 0))  # the sample at the jump itself comes before the later one
     assert after > 0
-    assert np.abs(means - own)[:after].max() == 0
+    assert np.abs(means - own)[:after].max() < 1e-9  # two runs alike so far, but for rounding
     assert np.abs(means - own)[after + 1 :].max() < 0.02 * np.abs(own).max()
 
 

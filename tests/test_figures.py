@@ -647,15 +647,21 @@ def long_run() -> Trajectory:
     )
 
 
+@pytest.mark.speed
 @pytest.mark.parametrize("figure_of", [run_figure, contributions_figure, lambda run: network_figure(run.machine, run)])
 def test_figures_of_28801_samples_are_quick(figure_of: Any, long_run: Trajectory) -> None:
     assert len(long_run.t) == 28_801
     assert min(_seconds(figure_of, long_run) for _ in range(3)) < 0.7
 
 
+@pytest.mark.speed
 def test_a_comparison_of_28801_samples_is_quick(long_run: Trajectory) -> None:
     residual = residual_of(long_run.machine, recording_of(long_run))
     assert min(_seconds(comparison_figure, residual) for _ in range(3)) < 0.7
+
+
+def test_a_comparison_of_many_samples_draws_few_points(long_run: Trajectory) -> None:
+    residual = residual_of(long_run.machine, recording_of(long_run))
     lines = [line for axes in comparison_figure(residual).axes for line in axes.lines]
     assert max(len(line.get_xdata()) for line in lines) <= MOST_POINTS
 

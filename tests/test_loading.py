@@ -7,6 +7,8 @@ import sys
 import time
 from pathlib import Path
 
+import pytest
+
 from network.machine.machine import Machine
 
 LARGEST = max((Path(__file__).parents[1] / "machines").glob("*.yaml"), key=lambda path: path.stat().st_size)
@@ -19,6 +21,7 @@ def test_loading_brings_in_no_heavy_library() -> None:
     assert not heavy & set(done.stdout.split())
 
 
+@pytest.mark.speed
 def test_a_machine_loads_within_thirty_milliseconds() -> None:
     def seconds() -> float:
         start = time.process_time()

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,7 +13,9 @@ import numpy as np
 import pytest
 from build import machine, schedule
 
+import network
 from network import Failed, Machine, Recording, Refused, Scenario, simulate
+from network.cli import main
 from network.recordings.inputs import constant, hold
 from network.recordings.recording import Column
 
@@ -140,3 +145,65 @@ def test_a_thermometer_on_a_held_node_is_told() -> None:
     on_air = block(sensors={"T": {"measures": "room", "noise": "0.1 K"}})
     assert ["measures room, whose temperature is held" in str(w) for w in on_air.warnings] == [True]
     assert block().warnings == ()
+
+
+# -- names and files ------------------------------------------------------------------------------------------------
+def left(*words: str) -> int:
+    with pytest.raises(SystemExit) as end:
+        main(words)
+    return int(end.value.code or 0)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("simulate", "m.yaml", "s.yaml", "-o", ""), ("sweep", "m.yaml", "s.yaml", "-o", ""), ("demo", "-o", ""),
+        ("compare", "m.yaml", "r.csv", "--json", ""), ("calibrate", "m.yaml", "r.csv", "-o", ""),
+        ("diagnose", "m.yaml", "r.csv", "-o", ""), ("draw", "m.yaml", "-o", ""), ("prove", "-o", ""), ("check", ""),
+    ],
+)  # fmt: skip
+def test_an_empty_name_is_not_the_working_folder(
+    words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert left(*words) == 2 and not [*tmp_path.iterdir()]
+    assert "is empty; give the name of a file or a folder" in capsys.readouterr().err
+
+
+SECRETS = ("xyzzy:x:0:0:xyzzy:/xyzzy:/bin/bash\ndaemon:x:1:1:daemon:/usr/sbin:/usr/sbin/nologin\n", "secret xyzzy\n",
+           "the password is, xyzzy\nand so on, yes\n", "[xyzzy]\nkey = words\n")  # fmt: skip
+
+
+@pytest.mark.parametrize("held", SECRETS)
+@pytest.mark.parametrize("how", ['columns: {a: "T [degC]"}\ninterval: 1 s', 'columns: {a: "time [s]"}'])
+def test_a_mapping_tells_nothing_of_a_file_that_is_no_table(held: str, how: str, tmp_path: Path) -> None:
+    (tmp_path / "other").write_text(held)
+    mapping = tmp_path / "m.yaml"
+    mapping.write_text(f"recording: r\nfile: other\n{how}\n")
+    for path in (mapping, tmp_path / "other"):
+        with pytest.raises(Refused, match=r"is no table|has a header and no values") as caught:
+            Recording.load(path)
+        assert "xyzzy" not in str(caught.value)
+
+
+def test_the_hint_for_a_heading_without_a_unit_is_one_that_would_be_read(tmp_path: Path) -> None:
+    file = tmp_path / "r.csv"
+    hints = {"Time (s)": "Time [s]", "spindle_speed": "spindle_speed [rpm]", "T_bed": "T_bed [degC]"}
+    for heading, hint in hints.items():
+        file.write_text(f"time [s],{heading}\n0,1\n1,2\n")
+        with pytest.raises(Refused) as caught:
+            Recording.load(file)
+        assert f"as in `{hint}`" in str(caught.value)
+
+
+def test_what_numpy_warns_of_does_not_reach_the_user(tmp_path: Path) -> None:
+    (tmp_path / "m.yaml").write_text(
+        "machine: m\nreference: 20 degC\nnodes: {a: {heat_capacity: 1 J/K}, b: {temperature: 20 degC}}\n"
+        "links: {l: {kind: conduction, between: [a, b], conductance: 1 W/K}}\n"
+        "sources: {f: {kind: bearing_friction, into: {a: 1}, torque: 1 N m}}\n"
+    )
+    (tmp_path / "s.yaml").write_text("scenario: s\nduration: 1 h\ninputs: {speed: 1e307 rpm}\n")
+    command = [sys.executable, "-m", "network.cli", "simulate", "m.yaml", "s.yaml", "--no-plots"]
+    environment = {**os.environ, "PYTHONPATH": str(Path(network.__file__).parents[1])}
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 1 and done.stderr.startswith("lptn: a reaches ") and done.stderr.count("\n") == 1

@@ -225,6 +225,6 @@ def test_the_command_prints_every_table(monkeypatch: pytest.MonkeyPatch, tmp_pat
     assert max(map(len, told.output.splitlines())) <= 132
     for number in ("276.68", "276.65", "−14.04", "3400", UNEXPLAINED, "91.325", "0.54"):
         assert number in told.output
-    as_json = json.loads(CliRunner().invoke(cli, ["paper", "--json"]).output)
+    as_json = json.loads(CliRunner().invoke(cli, ["paper", "--json"]).stdout)
     assert as_json["accuracy_percent"] == pytest.approx(91.325)
     assert as_json["table 2"]["rows"][3]["middle, E"] == paper_json()["table 2"]["rows"][3]["middle, E"]

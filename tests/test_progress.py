@@ -16,13 +16,17 @@ from network.report.progress import Bar, share_bar
 
 BUSY = """
 import time
+from network.report import progress
 from network.report.progress import share_bar
 with share_bar("busy with it") as bar:
     bar(0.25)
-    time.sleep(1.6)
+    while bar._rich is None:  # loaded and begun by another thread
+        time.sleep(0.05)
+    time.sleep(1.3)
     with share_bar("within") as inner:
         inner(0.5)
-        time.sleep(0.3)
+        bar._rich.refresh()
+progress.PATIENCE = 1000
 with share_bar("too short to be seen"):
     pass
 """

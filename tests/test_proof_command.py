@@ -15,7 +15,7 @@ import pytest
 from bench import ablated
 from proof import cases
 from proof.sealed import seal_of
-from test_stopping import PROVE, begun, is_gone
+from test_stopping import HANGS, PROVE, begun, is_gone
 
 from network.cli import main, proof, proof_case
 from network.cli.proof import prove
@@ -128,7 +128,7 @@ if sys.argv[1] == "diagnose" and pathlib.Path.cwd().name == "case-000":
     sys.exit(0)
 if pathlib.Path.cwd().name != "case-000":
     pathlib.Path("../../..", f"{os.getpid()}.pid").touch()
-    time.sleep(60)
+    time.sleep(1000)
 """
 
 
@@ -138,7 +138,7 @@ def test_ctrl_c_leaves_the_answers_of_a_resumed_proof(tmp_path: Path) -> None:
     code = PROVE.replace("sleeper.py", str(tmp_path / "slow.py")).replace('"2", "-o"', '"1", "--resume"')
     program = begun(code, tmp_path, 1)
     program.send_signal(signal.SIGINT)
-    _, said = program.communicate(timeout=5)
+    _, said = program.communicate(timeout=HANGS)
     assert program.returncode == 130 and "1/3 case-000: answered" in said
     (pid,) = (int(path.stem) for path in tmp_path.glob("*.pid"))
     assert is_gone(pid) and [path.parent.parent.name for path in tmp_path.rglob("run.json")] == ["case-000"]

@@ -89,6 +89,7 @@ def test_writing_replaces_the_whole_file_or_nothing(tmp_path: Path) -> None:
         write_csv(tmp_path / "none" / "w.csv", t, {})
 
 
+@pytest.mark.speed
 def test_large_files_are_quick(tmp_path: Path) -> None:
     t, values = np.arange(28801) * 10.0, np.random.default_rng(0).normal(22, 3, (10, 28801))
     begin = time.process_time()

@@ -512,9 +512,9 @@ def test_entries_over_several_lines_are_told_by_the_line_at_fault(tmp_path: Path
     ids=range(12),
 )
 def test_what_is_no_machine_file(content: str | bytes, message: str, tmp_path: Path) -> None:
-    start = time.perf_counter()
+    start = time.process_time()
     assert refused(written(tmp_path, content)) == f"bench.yaml{message}"
-    assert time.perf_counter() - start < 1
+    assert time.process_time() - start < 1  # of the processor: what is hostile takes minutes
 
 
 def test_no_file_there(tmp_path: Path) -> None:
@@ -628,12 +628,10 @@ def test_mutated_cases_are_refused_or_read(tmp_path: Path) -> None:
     files = sorted(CASES.glob("*/machine.yaml"))
     if not files:
         pytest.skip(f"the cases are not there: {CASES}")
-    texts, chance, end = [file.read_text() for file in files], random.Random(7), time.monotonic() + 8
+    texts, chance = [file.read_text() for file in files], random.Random(7)
     outcomes = {True: 0, False: 0}
-    for _ in range(1000):
+    for _ in range(300):
         message = refused(written(tmp_path, mutated(chance.choice(texts), chance).encode("utf-8", "replace")))
         outcomes[bool(message)] += 1
         assert all(line.startswith("bench.yaml") and "; " in line for line in message.splitlines())
-        if time.monotonic() > end:
-            break
     assert min(outcomes.values()) > 10

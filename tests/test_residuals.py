@@ -458,6 +458,7 @@ def test_sentences_are_few_and_end_with_a_stop(run: Trajectory) -> None:
 
 
 # -- speed ----------------------------------------------------------------------------------------------------------
+@pytest.mark.speed
 def test_eight_channels_of_28801_samples_are_quick(run: Trajectory) -> None:
     t = np.arange(28_801) * 10.0
     few = laid_beside(run, {})

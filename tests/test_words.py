@@ -196,6 +196,7 @@ def test_a_machine_that_never_settles_says_so() -> None:
     assert describe(two_masses(**radiating)).endswith("time constants: none, the network is not linear")
 
 
+@pytest.mark.speed
 def test_describing_is_quick(mill: Machine) -> None:
     began = time.process_time()
     describe(mill)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from network.cli.options import (
+    FileName,
     Whole,
     json_flag,
     machine_options,
@@ -34,12 +35,12 @@ PLAN = "plan.json"
 
 @click.command()
 @machine_options
-@click.argument("recordings", nargs=-1, type=click.Path())
-@click.option("--holdout", multiple=True, type=click.Path(), metavar="RECORDING", help="only predicted, never fitted")
+@click.argument("recordings", nargs=-1, type=FileName())
+@click.option("--holdout", multiple=True, type=FileName(), metavar="RECORDING", help="only predicted, never fitted")
 @click.option(
-    "-o", "--output", type=click.Path(), metavar="DIR", help="machine.calibrated.yaml, calibration.json, pictures [out]"
+    "-o", "--output", type=FileName(), metavar="DIR", help="machine.calibrated.yaml, calibration.json, pictures [out]"
 )
-@click.option("--plan", type=click.Path(), metavar="SCENARIO", help="no recording: what this schedule would determine")
+@click.option("--plan", type=FileName(), metavar="SCENARIO", help="no recording: what this schedule would determine")
 @click.option("--seed", type=Whole(0), default=0, show_default=True, help="of further beginnings")
 @start_option
 @click.option("--no-plots", is_flag=True, help="no pictures")

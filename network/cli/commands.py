@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +19,7 @@ from network.cli.diagnose_command import diagnose, prove
 from network.cli.draft_command import draft
 from network.cli.iso230_command import iso230
 from network.cli.options import (
+    FileName,
     Whole,
     json_flag,
     machine_options,
@@ -74,7 +76,7 @@ cli.add_command(prove)
 
 @cli.command()
 @machine_options
-@click.argument("sources", nargs=-1, type=click.Path())
+@click.argument("sources", nargs=-1, type=FileName())
 @json_flag
 def check(
     machine: str, sources: Sequence[str], level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool
@@ -104,7 +106,7 @@ def check(
 
 @cli.command()
 @machine_options
-@click.option("-o", "--output", required=True, type=click.Path(), metavar="FILE", help="picture: .png, .svg or .pdf")
+@click.option("-o", "--output", required=True, type=FileName(), metavar="FILE", help="picture: .png, .svg or .pdf")
 def draw(machine: str, output: str, level: str | None, lumps: Sequence[str], sets: Sequence[str]) -> None:
     """The network of a MACHINE as a picture."""
     from network.platform.refusal import Spot, refuse
@@ -125,7 +127,7 @@ def draw(machine: str, output: str, level: str | None, lumps: Sequence[str], set
 
 @cli.command()
 @machine_options
-@click.argument("source", type=click.Path())
+@click.argument("source", type=FileName())
 @output_folder("out")
 @method_option
 @start_option
@@ -190,7 +192,7 @@ def _bands(machine: Machine, driver: Scenario | Recording, start: str | None) ->
 
 @cli.command()
 @machine_options
-@click.argument("source", type=click.Path())
+@click.argument("source", type=FileName())
 @click.option("--levels", metavar="A,B,…", help="paper, numbers of lumps, names of levels; default the usual ones")
 @click.option(
     "--vary", multiple=True, metavar="PATH=VALUES", help="'links.skin.conductance=3..9 W/K:20' or '…=3,5,9 W/K'"
@@ -198,7 +200,7 @@ def _bands(machine: Machine, driver: Scenario | Recording, start: str | None) ->
 @click.option("--tolerance", metavar="LENGTH", help="look for the coarsest level that stays within, like '1 um'")
 @click.option("--jobs", type=Whole(1), default=1, show_default=True, metavar="N", help="processes")
 @click.option("--cluster", metavar="ADDRESS", help="a dask scheduler, instead of processes")
-@click.option("-o", "--output", type=click.Path(), metavar="DIR", help="sweep.csv, sweep.json and a picture")
+@click.option("-o", "--output", type=FileName(), metavar="DIR", help="sweep.csv, sweep.json and a picture")
 @method_option
 @start_option
 @json_flag
@@ -265,6 +267,8 @@ def paper(as_json: bool) -> None:
 def run(arguments: Sequence[str] | None = None) -> None:
     """Every refusal a sentence on stderr, never a traceback for bad input. Raises KeyboardInterrupt where stopped."""
     begin_on_one_thread()
+    if not sys.warnoptions:  # what a computation warns of is told in a sentence, or is nothing to the user
+        warnings.simplefilter("ignore", RuntimeWarning)
     try:
         cli.main(args=None if arguments is None else list(arguments), prog_name="lptn", standalone_mode=False)
     except Refused as refused:

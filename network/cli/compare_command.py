@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from network.cli.options import (
+    FileName,
     machine_options,
     method_option,
     print_json,
@@ -30,9 +31,9 @@ if TYPE_CHECKING:
 
 @click.command()
 @machine_options
-@click.argument("recordings", nargs=-1, required=True, type=click.Path())
-@click.option("--json", "json_file", type=click.Path(), metavar="FILE", help="residuals as JSON, '-' to print them")
-@click.option("-o", "--output", type=click.Path(), metavar="DIR", help="pictures of measured over simulated")
+@click.argument("recordings", nargs=-1, required=True, type=FileName())
+@click.option("--json", "json_file", type=FileName(), metavar="FILE", help="residuals as JSON, '-' to print them")
+@click.option("-o", "--output", type=FileName(), metavar="DIR", help="pictures of measured over simulated")
 @method_option
 @start_option
 def compare(

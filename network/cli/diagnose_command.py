@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from network.cli.options import (
+    FileName,
     Whole,
     json_flag,
     machine_options,
@@ -32,8 +33,8 @@ jobs_option = click.option(
 
 @click.command()
 @machine_options
-@click.argument("recordings", nargs=-1, required=True, type=click.Path())
-@click.option("--holdout", multiple=True, type=click.Path(), metavar="RECORDING", help="only predicted, never fitted")
+@click.argument("recordings", nargs=-1, required=True, type=FileName())
+@click.option("--holdout", multiple=True, type=FileName(), metavar="RECORDING", help="only predicted, never fitted")
 @output_folder("out")
 @jobs_option
 @click.option("--seed", type=Whole(0), default=0, show_default=True, help="of all that is drawn")
@@ -75,10 +76,10 @@ def diagnose(
 @click.option("--seed", type=Whole(0), metavar="N", help="of what is concealed; 0; from 1000 on it is a scored proof")
 @jobs_option
 @output_folder("out/proof")
-@click.option("--resume", type=click.Path(), metavar="DIR", help="go on in a folder, and keep what is there if stopped")
+@click.option("--resume", type=FileName(), metavar="DIR", help="go on in a folder, and keep what is there if stopped")
 @click.option("--ablate", metavar="STAGE", help="without a stage of the diagnosis, to see what it is worth")
 @click.option("--time-two-cores", "timed", type=Whole(0), default=0, metavar="N", help="N cases again by two processes")
-@click.option("--json", "json_file", type=click.Path(), metavar="FILE", help="the score as JSON, '-' to print it")
+@click.option("--json", "json_file", type=FileName(), metavar="FILE", help="the score as JSON, '-' to print it")
 def prove(
     cases: int | None, seed: int | None, jobs: int, output: str, resume: str | None, ablate: str | None, timed: int,
     json_file: str | None,

@@ -55,7 +55,7 @@ def _check_target(path: Path) -> None:
 
 
 def _print(result: Draft, output: str | None, as_json: bool) -> None:
-    from network.report.files.result_files import folder, write_text
+    from network.platform.folders import folder
 
     if output is not None:
         folder(Path(output).parent)

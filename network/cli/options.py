@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -25,7 +26,7 @@ def machine_options(command: Command) -> Command:
         click.option("--set", "sets", multiple=True, metavar="PATH=VALUE", help="e.g. 'links.skin.conductance=5 W/K'"),
         click.option("--lumps", multiple=True, metavar="N|NODE=N", help="lumps of every bar, or of one"),
         click.option("--level", metavar="NAME", help="a simplification level of the machine file"),
-        click.argument("machine", type=click.Path()),
+        click.argument("machine", type=FileName()),
     ):
         command = option(command)
     return command
@@ -56,6 +57,17 @@ def read_time(ctx: click.Context, param: click.Parameter, value: str) -> float:
         raise click.BadParameter(f"{error.wrong}; {error.right}", ctx, param) from None
 
 
+class FileName(click.Path):
+    """A path; an empty one, of which Python makes the working folder, is none."""
+
+    def convert(
+        self, value: str | os.PathLike[str], param: click.Parameter | None, ctx: click.Context | None
+    ) -> str | bytes | os.PathLike[str]:
+        if not os.fspath(value):
+            self.fail("is empty; give the name of a file or a folder", param, ctx)
+        return super().convert(value, param, ctx)
+
+
 json_flag = click.option("--json", "as_json", is_flag=True, help="print JSON instead of words")
 start_option = click.option(
     "--start", metavar="TEMPERATURE", help="'22 degC', 'steady' or '{housing: 24 degC, others: 22 degC}'"
@@ -68,7 +80,7 @@ method_option = click.option(
 
 def output_folder(default: str) -> Callable[[Command], Command]:
     return click.option(
-        "-o", "--output", default=default, show_default=True, type=click.Path(), metavar="DIR", help="where results go"
+        "-o", "--output", default=default, show_default=True, type=FileName(), metavar="DIR", help="where results go"
     )
 
 

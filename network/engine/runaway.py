@@ -20,9 +20,10 @@ def check_sane(network: Network, outcome: Outcome) -> None:
     if found is None:
         return
     name, T, when = found
-    told, read = _tell_cause(network, outcome, np.sign(T))
+    told, read = _tell_cause(network, outcome, -1.0 if T < 0 else 1.0)
     right = f"check {read}the heat capacity and the links of {name}"
-    raise Failed(f"{name} reaches {T:.3g} degC {when}: it runs away{told}; {right}")
+    far = f"{T:.3g} degC" if np.isfinite(T) else "no finite temperature"
+    raise Failed(f"{name} reaches {far} {when}: it runs away{told}; {right}")
 
 
 def extremes(network: Network, outcome: Outcome) -> dict[str, tuple[float, float]]:

@@ -16,7 +16,7 @@ from network.catalogue.declaration.fields import Place, PlacesField, SharesField
 from network.catalogue.declaration.sections import CALIBRATED, TCP, is_empty, section
 from network.catalogue.expansions.base import AXES
 from network.catalogue.mechanisms.base import Stream
-from network.catalogue.nodes import Node
+from network.catalogue.nodes import MOST_IN_ALL, Node
 from network.catalogue.sensors.sensor import Sensor
 from network.platform.quantities.units import unit
 from network.platform.refusal import Complaints, likely, short
@@ -45,6 +45,11 @@ def check_machine(machine: Entries, complaints: Complaints) -> None:
     if not faulty and not any(node.is_part for node in machine.nodes.values()):
         spot = machine.tree.key_spot("nodes")
         complaints.refuse(spot, "the machine has no part with a heat capacity", "give at least one node with one")
+        return
+    lumps = sum(node.lumps for node in machine.nodes.values())
+    if lumps > MOST_IN_ALL:
+        spot = machine.tree.key_spot("nodes")
+        complaints.refuse(spot, f"the machine has {lumps} lumps in all", f"give it at most {MOST_IN_ALL}")
         return
     _check_entries(machine, complaints)
     _check_links(machine, complaints)
@@ -218,10 +223,19 @@ def _check_unlinked(machine: Entries, name: str, heated: bool, complaints: Compl
 
 def _groups(machine: Entries) -> Iterator[list[str]]:
     """The nodes that links and streams join, directly or over others, each group in the order of the file."""
-    group = {name: {name} for name in machine.nodes}
+    near: dict[str, list[str]] = {name: [] for name in machine.nodes}
     for link in machine.links.values():
-        places = link.places
-        together = set().union(*(group[place.node] for place in places))
-        group.update(dict.fromkeys(together, together))
-    for members in {id(members): members for members in group.values()}.values():
-        yield [name for name in machine.nodes if name in members]
+        for a, b in pairwise(place.node for place in link.places):
+            near[a].append(b)
+            near[b].append(a)
+    seen, order = set[str](), {name: k for k, name in enumerate(machine.nodes)}
+    for first in machine.nodes:
+        if first in seen:
+            continue
+        group, waiting = {first}, [first]
+        while waiting:
+            more = {name for name in near[waiting.pop()] if name not in group}
+            group |= more
+            waiting += more
+        seen |= group
+        yield sorted(group, key=order.__getitem__)

@@ -17,12 +17,12 @@ from network.catalogue.declaration.fields import read_kind
 from network.catalogue.declaration.sections import SECTIONS, TCP, section
 from network.catalogue.expansions.base import AXES, Expansion
 from network.catalogue.mechanisms.base import Link, Source, Stream
-from network.catalogue.nodes import Node
+from network.catalogue.nodes import MOST_IN_ALL, Node
 from network.catalogue.sensors.sensor import Sensor
 from network.machine.checks import places_of
 from network.machine.validity import read_validity
 from network.platform.quantities.units import BadNumber, in_unit
-from network.platform.refusal import Complaints, likely, short
+from network.platform.refusal import Complaints, likely, refuse, short
 from network.platform.yaml.tree import Branch, Leaf, Tree
 
 if TYPE_CHECKING:
@@ -32,6 +32,8 @@ Entry = TypeVar("Entry", bound=Declared)
 Kind = TypeVar("Kind", bound="Entries")
 ROLES = ("spindle", "beam")
 COLDEST, HOTTEST = -100.0, 300.0
+MOST_ENTRIES = 10_000
+"""Of one section: three for each part that there may be."""
 MOST_REMEMBERED = 5000
 _READ: dict[tuple[str, str, int], tuple[Tree, Any]] = {}
 """Entries by section, name and piece of tree (kept, so that its id stays its own): patching a machine reads only what
@@ -45,7 +47,9 @@ class MachineReader:
         self.tree, self.file, self.complaints = tree, file, complaints
 
     def machine(self, cls: type[Kind]) -> Kind:
-        """Everything that could be read, with what only the whole machine knows filled in."""
+        """Everything that could be read, with what only the whole machine knows filled in. Raises Refused for more
+        entries than could be computed with."""
+        self._check_size()
         open_rooms()  # a sensor names the kinds of its effects
         stuffs = {**materials.BUILT_IN, **self._plain(materials.Material)}
         nodes, sensors, tcp = self._plain(Node), self._plain(Sensor), self._tcp()
@@ -60,6 +64,12 @@ class MachineReader:
         self._resolve(machine, {("nodes", ""): nodes, ("links", ""): links, ("sources", ""): sources, **axes,
                                 ("sensors", ""): sensors})  # fmt: skip
         return machine
+
+    def _check_size(self) -> None:
+        for key in SECTIONS:
+            count, most = len(section(self.tree, key).items), MOST_IN_ALL if key == Node.section else MOST_ENTRIES
+            if count > most:
+                raise refuse(self.tree.key_spot(key), f"{key} has {count} entries", f"give it at most {most}")
 
     # -- single values ----------------------------------------------------------------------------------------------
     def _value(self, key: str, right: str) -> str | None:

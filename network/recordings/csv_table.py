@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import re
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
@@ -20,11 +21,11 @@ from network.platform.refusal import Complaints, Spot
 from network.recordings.alike import Alike
 from network.recordings.numbers import read_numbers
 from network.recordings.stamps import find_form, read_stamps
-from network.recordings.table_rows import Header, Row, open_text, table_rows
+from network.recordings.table_rows import Header, Row, check_rows, open_text, table_rows
 from network.recordings.text_layout import Layout, find_layout
 
 _TIMES = "write `time [s]`, `time [min]` or `time [h]`; without a unit it is stamps like 2020-06-15T08:30 or 08:30:00"
-USUAL_UNITS = {"speed": "rpm", "feed": "m/min", "ambient": "degC", "time": "s"}
+_USUAL_UNITS = {"speed": "rpm", "feed": "m/min", "ambient": "degC", "time": "s"}
 
 
 @dataclass(frozen=True)
@@ -55,27 +56,40 @@ Choose: TypeAlias = Callable[[Header, Complaints], list[Heading]]
 
 def read_heading(text: str) -> Heading:
     """`name [unit]`. Raises BadNumber."""
-    match = re.fullmatch(r"\s*(.*?)\s*\[\s*([^\[\]]*?)\s*\]\s*", text)
-    if not match or not match[2]:
-        name = re.sub(r"\s*[\[(].*", "", text).strip() or "name"
-        raise BadNumber("has no unit", f"write `{name} [unit]`, as in `{name} [{USUAL_UNITS.get(name, 'degC')}]`")
-    if not match[1]:
+    name, unit_text = _split_heading(text.strip())
+    if not unit_text:
+        name = re.split(r"[\[(]", text, maxsplit=1)[0].strip() or "name"
+        raise BadNumber("has no unit", f"write `{name} [unit]`, as in `{name} [{usual_unit(name) or 'degC'}]`")
+    if not name:
         raise BadNumber("has no name", "write `name [unit]`")
-    given = unit(match[2])
-    if match[1] == "time" and given.dimension != "[time]":
+    given = unit(unit_text)
+    if name == "time" and given.dimension != "[time]":
         raise BadNumber(f"time is in {given.text}", "give it in s, min or h")
-    return Heading(match[1], given, text.strip())
+    return Heading(name, given, text.strip())
+
+
+def usual_unit(name: str) -> str:
+    """The unit in which such a channel is mostly told; empty where its name does not say."""
+    return next((given for word, given in _USUAL_UNITS.items() if word in name.lower()), "")
+
+
+def _split_heading(text: str) -> tuple[str, str]:
+    """Name and what stands in the brackets at the end, without spaces around; '' for what is not there."""
+    name, bracket, rest = text.rpartition("[")
+    inside = rest[:-1].strip() if bracket and rest.endswith("]") else ""
+    return (name.strip(), inside) if "]" not in inside else (text, "")
 
 
 def refuse_twice(names: Sequence[str], spot: Spot, complaints: Complaints) -> None:
-    for name in sorted({name for name in names if names.count(name) > 1}):
-        complaints.refuse(spot, f"the column '{name}' is there {names.count(name)} times", "keep or map one of them")
+    for name, count in sorted(Counter(names).items()):
+        if count > 1:
+            complaints.refuse(spot, f"the column '{name}' is there {count} times", "keep or map one of them")
 
 
 def table(path: Path, choose: Choose, complaints: Complaints, layout: Layout | None = None) -> Table:
     """The chosen columns, in the units of the file. Raises Refused for what is no table."""
     layout = find_layout(path, layout or Layout())
-    header, rows = table_rows(path, layout)
+    header, rows = check_rows(path, *table_rows(path, layout))
     headings = choose(header, complaints)
     if not headings:
         return Table(str(path), (), np.empty((0, 0)), np.empty(0, int), header)

@@ -12,7 +12,7 @@ from network.catalogue.declaration.declare import Array, Indices, Mask
 from network.platform.quantities.units import unit
 from network.platform.refusal import Complaints, Spot, likely, refuse
 from network.recordings.columns import Column, channels
-from network.recordings.csv_table import USUAL_UNITS, Heading, read_heading, refuse_twice, table
+from network.recordings.csv_table import Heading, read_heading, refuse_twice, table, usual_unit
 from network.recordings.hygiene.set_aside import SetAside
 from network.recordings.inputs import Schedule, Signal, Start, hold, is_slow, is_stepped, linear
 from network.recordings.mapping import load_mapping
@@ -123,7 +123,7 @@ class Recording:
 
     def _lacks(self, name: str, known: Sequence[str]) -> Exception:
         near = likely(name, known)
-        right = f"add a column `{name} [{USUAL_UNITS.get(name, 'unit')}]`, or `inputs: {{{name}: …}}` in a mapping"
+        right = f"add a column `{name} [{usual_unit(name) or 'unit'}]`, or `inputs: {{{name}: …}}` in a mapping"
         right += f" ({near})" if near.startswith("did") else ""
         return refuse(Spot(self.file), f"the machine needs the input `{name}`, which the recording lacks", right)
 

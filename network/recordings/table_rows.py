@@ -72,6 +72,22 @@ def table_rows(path: Path, layout: Layout) -> tuple[Header, Iterator[Row]]:
     return Header(labels, (), line), chain([second], rows)
 
 
+def check_rows(path: Path, header: Header, rows: Iterator[Row]) -> tuple[Header, Iterator[Row]]:
+    """The same; refused where the first row below the header is none of numbers and stamps. Such a file is no table,
+    and nothing of what it holds is told: it may be anything that a mapping names."""
+    first = next(((line, row) for line, row in rows if any(row)), None)
+    if first is None:
+        raise refuse(Spot(str(path)), "has a header and no values", "give at least two rows below the header")
+    if not any(map(_may_be_reading, first[1])):
+        raise refuse(Spot(str(path), first[0]), "is no row of numbers, so that this is no table", EXPECTED)
+    return header, chain([first], rows)
+
+
+def _may_be_reading(cell: str) -> bool:
+    """A number, a word for a gap, or a stamp, which has more digits than letters."""
+    return is_number(cell) or sum(map(str.isdigit, cell)) > sum(map(str.isalpha, cell))
+
+
 def _sheet_rows(path: Path, layout: Layout) -> Iterator[Row]:
     for line, row in workbook_rows(path, layout.sheet):
         if not (layout.comment and row and row[0].startswith(layout.comment)):

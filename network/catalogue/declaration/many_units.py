@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import re
 from abc import abstractmethod
 from dataclasses import replace
 from typing import Any
 
 from network.catalogue.declaration.field import word_of
 from network.catalogue.declaration.number_fields import ParamField
-from network.platform.quantities.units import BadNumber, Number, split_number, unit
+from network.platform.quantities.units import BadNumber, Number, split_number, spread_parts, unit
 from network.platform.yaml.tree import Tree
-
-_PLUS_MINUS = re.compile(r"\s*(?:±|\+/-|\+-)\s*")
 
 
 class ManyUnitsField(ParamField):
@@ -35,7 +32,7 @@ class ManyUnitsField(ParamField):
 
 def _unit_in(text: str) -> str:
     """The unit of '0.03 K/% ± 20 %' or 'unknown 0..1 K/%'; nothing where none can be read."""
-    given = _PLUS_MINUS.split(text.removeprefix("unknown").rpartition("..")[2])[0].strip()
+    given = spread_parts(text.removeprefix("unknown").rpartition("..")[2])[0].strip()
     try:
         return unit(split_number(given)[1]).text
     except BadNumber:

@@ -16,12 +16,19 @@ from numpy.typing import NDArray
 
 from network.catalogue.declaration.field import word_of
 from network.catalogue.declaration.number_fields import ParamField
-from network.platform.quantities.units import BadNumber, format_exactly, show, split_number, unit
+from network.platform.quantities.units import (
+    BadNumber,
+    format_exactly,
+    one_space,
+    show,
+    split_number,
+    spread_parts,
+    unit,
+)
 from network.platform.refusal import short
 from network.platform.yaml.tree import Tree
 
 _SUM = re.compile(r"^(.*\S)\s+([+-])\s+(\S.*)$")
-_PLUS_MINUS = re.compile(r"\s*(?:±|\+/?-)\s*")
 _RIGHT = "give a share from 0 to 1, a length, an input, or both as in `220 mm + position`"
 _SHARE, _LENGTH = (unit(text).dimension for text in ("1", "m"))
 
@@ -64,13 +71,13 @@ class AlongField(ParamField):
 
     def parse(self, tree: Tree) -> Any:
         text = word_of(tree, self.meaning)
-        if found := _SUM.match(text):
+        if found := _SUM.match(one_space(text)):
             return Along(*self._origin(found[1], text), found[3], 1 if found[2] == "+" else -1)
         if text[0] not in "+-.0123456789" and not text.startswith("unknown"):
             if text.split()[0].lower() in ("nan", "inf", "infinity"):
                 raise BadNumber(f"'{short(text)}' is not a number", _RIGHT)
             return Along(0.0, "m", text)
-        bare, *spread = _PLUS_MINUS.split(text)
+        bare, *spread = spread_parts(text)
         if text.startswith("unknown") or self._dimension(bare, text) == _SHARE:
             return super().parse(tree)
         if spread:

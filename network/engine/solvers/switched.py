@@ -21,11 +21,10 @@ from network.engine.solvers.guards import Watch, Within
 from network.engine.solvers.linear import LinearProblem, reduce
 from network.engine.solvers.modal import WORST_CONDITION, Modes, modes_of
 from network.engine.solvers.plan import SAME_INSTANT, Plan
-from network.platform.refusal import Failed
+from network.engine.solvers.switch_count import MOST_SWITCHES, check_count
 
 LEAST_AHEAD, MOST_AHEAD = 8, 256
 """Intervals looked at in one scan: as many as the last switching took twice, then ever more."""
-MOST_SWITCHES = 100_000
 
 
 @dataclass(frozen=True)
@@ -156,8 +155,7 @@ class _Search:
                 self.on[j] = 1.0 - self.on[j]
                 self.switches.append((t, j, int(self.on[j])))
                 del self.pending[j]
-        if len(self.switches) > self.most:
-            raise Failed(f"a relay switched {self.most} times by {t:.4g} s; give it a wider hysteresis or a delay")
+        check_count(self.plan, self.switches, self.most)
 
 
 def with_edges(plan: Plan, edges: Array) -> Plan:

@@ -13,8 +13,19 @@ from network.platform.quantities.unit_table import likely_unit
 from network.platform.refusal import short
 
 __all__ = [
-    "BadNumber", "Number", "Prior", "Unit", "difference", "format_exactly", "in_unit", "parse_number", "show",
-    "split_number", "unit",
+    "BadNumber",
+    "Number",
+    "Prior",
+    "Unit",
+    "difference",
+    "format_exactly",
+    "in_unit",
+    "one_space",
+    "parse_number",
+    "show",
+    "split_number",
+    "spread_parts",
+    "unit",
 ]  # fmt: skip
 
 Prior = Literal["known", "log", "normal", "unknown"]
@@ -37,7 +48,7 @@ class Number:
     unit: str = ""
 
 
-NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _QUANTITY = re.compile(rf"^({NUMBER})\s*(.*)$")
 _RANGE = re.compile(rf"^({NUMBER})\s*\.\.\s*({NUMBER})\s*(.*)$")
 _PLUS_MINUS = re.compile(r"\s*(?:±|\+/-|\+-)\s*")
@@ -45,7 +56,7 @@ _PLUS_MINUS = re.compile(r"\s*(?:±|\+/-|\+-)\s*")
 
 def split_number(text: str, wanted: str = "W/K") -> tuple[float, str]:
     """'28 W/K' → (28.0, 'W/K'). Raises BadNumber where there is no finite number in front; `wanted` is for its hint."""
-    match = _QUANTITY.match(text.strip())
+    match = _QUANTITY.match(one_space(text))
     if not match or match[2][:1] in tuple(".:_;'"):
         hint = "write a bare number, like `0.5`" if wanted == "1" else f"write it with its unit, like `5 {wanted}`"
         raise BadNumber(f"'{short(text)}' is not a number", hint)
@@ -95,7 +106,7 @@ def parse_number(text: str, wanted: str, may_be_negative: bool, bounds: tuple[fl
     bounds: in SI, for an `unknown` without a range. A quantity that may be negative has a prior in itself, others in
     their logarithm.
     """
-    text = text.strip()
+    text = one_space(text)
     if text.startswith("unknown"):
         return _parse_unknown(text, wanted, may_be_negative, bounds)
     centre, *rest = spread_parts(text)
@@ -110,12 +121,17 @@ def parse_number(text: str, wanted: str, may_be_negative: bool, bounds: tuple[fl
 
 def spread_parts(text: str) -> list[str]:
     """What stands before and behind every ±."""
-    return _PLUS_MINUS.split(text)
+    return _PLUS_MINUS.split(one_space(text))
 
 
 def has_spread(text: str) -> bool:
     """Whether there is a ± in it."""
-    return _PLUS_MINUS.search(text) is not None
+    return _PLUS_MINUS.search(one_space(text)) is not None
+
+
+def one_space(text: str) -> str:
+    """One space wherever there are some, so that no pattern has to try them all."""
+    return " ".join(text.split())
 
 
 def _is_bare(text: str) -> bool:

@@ -1,0 +1,129 @@
+"""What is long, wide or many: read in a time that grows like its size, or refused with the size and the limit.
+
+Twice the size may take twice the time and no more: where it takes the square, an input of a size that nobody minds
+hangs a command. Times are those of the processor, so that what runs beside costs nothing.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+from build import machine
+
+from network import Failed, Machine, Recording, Refused, Scenario, simulate
+from network.catalogue.nodes import MOST_IN_ALL
+from network.recordings.recording import Column
+
+BLOCK = """machine: m
+reference: 20 degC
+nodes: {{block: {{heat_capacity: {0}}}, bar: {{material: steel, length: 1 m, area: 1 cm^2}}, air: {{temperature: {1}}}}}
+links: {{skin: {{kind: convection, between: [{2}, air], conductance: {3}}}}}
+sources: {{heater: {{kind: heat_source, into: {{block: 1, bar@0.1..0.2: 0}}, power: {4}}}}}
+"""
+FIELDS = ("1 kJ/K", "ambient", "bar@0.1..0.2", "5 W/K ± 20 %", "unknown 1..50 W")
+GROWTH = 2.8
+"""For twice the size: between 2, where the time is linear, and 4, where it is quadratic; what comes once on top only
+lowers it."""
+
+
+def seconds(work: Callable[[], object]) -> float:
+    """The shortest of three."""
+    taken = []
+    for _ in range(3):
+        began = time.process_time()
+        with suppress(Refused):
+            work()
+        taken.append(time.process_time() - began)
+    return min(taken)
+
+
+def grows(work: Callable[[int], object], size: int) -> float:
+    """How much longer twice the size takes; 0.1 s and less is no time."""
+    small, large = seconds(lambda: work(size)), seconds(lambda: work(4 * size))
+    return float(np.sqrt(large / max(small, 0.1)))
+
+
+@pytest.mark.parametrize("at", range(len(FIELDS)))
+@pytest.mark.parametrize("filling", [" ", " x", "1", "1 ", ".", "± ", "..", "@ "])
+def test_a_value_may_be_as_long_as_it_likes(at: int, filling: str, tmp_path: Path) -> None:
+    def load(size: int) -> None:
+        half = len(FIELDS[at]) // 2
+        text = FIELDS[at][:half] + filling * (size // len(filling)) + FIELDS[at][half:]
+        path = tmp_path / "m.yaml"
+        path.write_text(BLOCK.format(*(repr(text) if k == at else field for k, field in enumerate(FIELDS))))
+        Machine.load(path)
+
+    assert grows(load, 15_000) < GROWTH
+
+
+@pytest.mark.parametrize("filling", [" ", "[", "(", "] [", " ["])
+def test_a_heading_may_be_as_long_as_it_likes(filling: str, tmp_path: Path) -> None:
+    def load(size: int) -> None:
+        path = tmp_path / "r.csv"
+        path.write_text(f"time [s],T{filling * (size // len(filling))}x [degC]\n0,1\n10,2\n")
+        Recording.load(path)
+
+    assert grows(load, 10_000) < GROWTH
+
+
+def test_a_table_may_be_as_wide_as_it_likes(tmp_path: Path) -> None:
+    def load(size: int) -> None:
+        names, cells = (f"T{i} [degC]" for i in range(size)), ",".join(["20"] * size)
+        path = tmp_path / "r.csv"
+        path.write_text(f"time [s],{','.join(names)}\n0,{cells}\n10,{cells}\n")
+        assert len(Recording.load(path).columns) == size
+
+    assert grows(load, 3_000) < GROWTH
+
+
+def chain(count: int, folder: Path) -> Path:
+    """Parts in a row, each linked to the next and the last to air."""
+    names = [*(f"n{i}" for i in range(count)), "air"]
+    nodes = [f"  n{i}: {{heat_capacity: 1 kJ/K}}\n" for i in range(count)]
+    links = [
+        f"  l{i}: {{kind: conduction, between: [{names[i]}, {names[i + 1]}], conductance: 1 W/K}}\n"
+        for i in range(count)
+    ]
+    path = folder / "chain.yaml"
+    head = f"machine: c\nreference: 20 degC\nnodes:\n{''.join(nodes)}  air: {{temperature: ambient}}\n"
+    path.write_text(f"{head}links:\n{''.join(links)}")
+    return path
+
+
+def test_a_machine_is_checked_in_a_time_like_its_size(tmp_path: Path) -> None:
+    assert grows(lambda size: Machine.load(chain(size, tmp_path)), 400) < GROWTH
+
+
+def test_a_machine_too_large_to_compute_with_is_refused_with_its_size(tmp_path: Path) -> None:
+    told = f"chain.yaml:3: nodes has 3001 entries; give it at most {MOST_IN_ALL}"
+    with pytest.raises(Refused, match=told):
+        Machine.load(chain(3_000, tmp_path))
+    bars = {f"b{i}": {"material": "steel", "length": "1 m", "area": "1 cm^2", "lumps": 2000} for i in range(12)}
+    skin = {f"s{i}": {"kind": "convection", "between": [f"b{i}", "air"], "conductance": "1 W/K"} for i in range(12)}
+    with pytest.raises(Refused, match=f"has 24001 lumps in all; give it at most {MOST_IN_ALL}"):
+        machine({**bars, "air": {"temperature": "20 degC"}}, links=skin)
+
+
+@pytest.mark.parametrize("method", ["auto", "solve_ivp:LSODA"])
+def test_a_jump_in_time_does_not_let_a_relay_switch_for_ever(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    import network.engine.solvers.switch_count as counting
+
+    monkeypatch.setattr(counting, "MOST_UNSEEN", 100)
+    cooled = machine(
+        {"tank": {"heat_capacity": "20 kJ/K"}, "air": {"temperature": "30 degC"}},
+        links={"skin": {"kind": "convection", "between": ["tank", "air"], "conductance": "20 W/K"}},
+        sources={"chiller": {"kind": "thermostat_cooling", "into": {"tank": 1}, "watches": "tank", "set": "20 degC",
+                             "hysteresis": "1 K", "power": "500 W"}},
+        sensors={"T": {"measures": "tank", "noise": "0.1 K"}},
+    )  # fmt: skip
+    t = np.concatenate([np.arange(0, 1000, 10.0), 1e8 + np.arange(0, 1000, 10.0)])
+    jumps = Recording("r", "r.csv", t, {"T": Column("T", "degC", np.full(len(t), 20.0))})
+    with pytest.raises(Failed, match=r"switches more than 100 times between 990 s and 100000000 s.* a jump in time"):
+        simulate(cooled, jumps, method=method)
+    seen = simulate(cooled, Scenario.of("s", "10 h", output="1 min"), method="switched")
+    assert len(seen.switches) > 100
