@@ -15,6 +15,7 @@ from network.cli.calibrate_command import calibrate
 from network.cli.compare_command import compare
 from network.cli.demo_command import demo
 from network.cli.diagnose_command import diagnose, prove
+from network.cli.export_command import export
 from network.cli.iso230_command import iso230
 from network.cli.options import (
     Whole,
@@ -65,6 +66,7 @@ cli.add_command(calibrate)
 cli.add_command(compare)
 cli.add_command(demo)
 cli.add_command(diagnose)
+cli.add_command(export)
 cli.add_command(iso230)
 cli.add_command(prove)
 

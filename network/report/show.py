@@ -13,6 +13,7 @@ TELL = {
     "Trajectory": ("words.words", "tell_run"),
     "Superposition": ("words.source_words", "tell_superposition"),
     "ThermalTest": ("words.thermal_test_words", "tell_thermal_test"),
+    "Correction": ("words.correction_words", "tell_correction"),
     "Comparison": ("words.words", "tell_comparison"),
     "Sweep": ("words.sweep_words", "tell_sweep"),
     "Calibration": ("words.calibration_words", "tell_calibration"),
