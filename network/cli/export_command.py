@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -19,7 +20,12 @@ from network.cli.options import (
 )
 from network.report.progress import share_bar
 
-FORMS = ("c",)
+if TYPE_CHECKING:
+    from network.machine.machine import Machine
+    from network.recordings.recording import Recording
+    from network.recordings.scenario import Scenario
+
+FORMS = ("c", "table", "sinumerik", "heidenhain", "beckhoff")
 
 
 @click.command()
@@ -36,27 +42,45 @@ def export(
     level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
 ) -> None:  # fmt: skip
     """A MACHINE as a correction for a control, with the micrometres lost on every scenario or recording (SOURCES)."""
-    with share_bar(f"exporting {Path(machine).name}") as bar:
+    with share_bar(f"exporting {Path(machine).name}"):
         results_go_to(output)
         loaded = read_machine(machine, level, lumps, sets)
         from network.analysis.correction.channels_given import read_channels, read_step
-        from network.analysis.correction.correction import make_correction
         from network.recordings.load_source import load_source
-        from network.report.files.correction_files import write_correction
         from network.report.files.result_files import folder
-        from network.report.files.step_timing import time_step
 
-        channels = read_channels(loaded, inputs)
-        given = [load_source(path) for path in sources]
-        result = make_correction(loaded, given, states=states, channels=channels, step=read_step(step))
-        bar.now("writing the correction", 1.0)
-        written = write_correction(result, folder(output))
-        seconds = time_step(written[0])
+        channels, given = read_channels(loaded, inputs), [load_source(path) for path in sources]
+        if form == "c":
+            text, summary, written = _as_code(loaded, given, channels, states, read_step(step), folder(output))
+        else:
+            text, summary, written = _as_formulas(loaded, given, channels, form, folder(output))
     if as_json:
-        print_json(result.summary() | {"step_seconds": seconds})
+        print_json(summary)
     else:
-        click.echo(str(result))
-        if seconds is not None:
-            click.echo(f"A step takes {1e6 * seconds:.2g} µs here.")
-        click.echo(f"\nWritten: {', '.join(map(str, written))}")
+        click.echo(f"{text}\n\nWritten: {', '.join(map(str, written))}")
     warn(map(str, loaded.warnings))
+
+
+def _as_code(
+    machine: Machine, sources: Sequence[Scenario | Recording], channels: Sequence[str] | None, states: int | None,
+    step: float, where: Path,
+) -> tuple[str, dict[str, Any], list[Path]]:  # fmt: skip
+    from network.analysis.correction.correction import make_correction
+    from network.report.files.correction_files import write_correction
+    from network.report.files.step_timing import time_step
+
+    result = make_correction(machine, sources, states=states, channels=channels, step=step)
+    written = write_correction(result, where)
+    seconds = time_step(written[0])
+    timed = f"\nA step takes {1e6 * seconds:.2g} µs here." if seconds is not None else ""
+    return str(result) + timed, result.summary() | {"step_seconds": seconds}, written
+
+
+def _as_formulas(
+    machine: Machine, sources: Sequence[Scenario | Recording], channels: Sequence[str] | None, form: str, where: Path
+) -> tuple[str, dict[str, Any], list[Path]]:
+    from network.analysis.correction.temperature_formula import fit_formulas
+    from network.report.files.formula_files import write_formulas
+
+    result = fit_formulas(machine, sources, channels)
+    return str(result), result.summary(), write_formulas(result, form, where)

@@ -14,6 +14,7 @@ TELL = {
     "Superposition": ("words.source_words", "tell_superposition"),
     "ThermalTest": ("words.thermal_test_words", "tell_thermal_test"),
     "Correction": ("words.correction_words", "tell_correction"),
+    "FormulaTable": ("words.correction_words", "tell_formulas"),
     "Comparison": ("words.words", "tell_comparison"),
     "Sweep": ("words.sweep_words", "tell_sweep"),
     "Calibration": ("words.calibration_words", "tell_calibration"),
