@@ -31,6 +31,7 @@ from network.cli.options import (
     start_option,
     warn,
 )
+from network.cli.warmup_command import warmup
 from network.platform.refusal import Complaints, Failed, Refused
 from network.platform.stopping import STATUS, stoppable, tell_stopped
 from network.platform.threads import begin_on_one_thread
@@ -69,6 +70,7 @@ cli.add_command(diagnose)
 cli.add_command(export)
 cli.add_command(iso230)
 cli.add_command(prove)
+cli.add_command(warmup)
 
 
 @cli.command()

@@ -45,13 +45,15 @@ def export(
     with share_bar(f"exporting {Path(machine).name}"):
         results_go_to(output)
         loaded = read_machine(machine, level, lumps, sets)
-        from network.analysis.correction.channels_given import read_channels, read_step
+        from network.analysis.correction.channels_given import read_channels
         from network.recordings.load_source import load_source
+        from network.recordings.yaml_values import read_time
         from network.report.files.result_files import folder
 
         channels, given = read_channels(loaded, inputs), [load_source(path) for path in sources]
         if form == "c":
-            text, summary, written = _as_code(loaded, given, channels, states, read_step(step), folder(output))
+            seconds = read_time("--step", step)
+            text, summary, written = _as_code(loaded, given, channels, states, seconds, folder(output))
         else:
             text, summary, written = _as_formulas(loaded, given, channels, form, folder(output))
     if as_json:

@@ -80,6 +80,17 @@ def seconds(tree: Tree) -> float:
     return value
 
 
+def read_time(option: str, text: str) -> float:
+    """A time that an option of the command names [s]. Raises Refused."""
+    try:
+        value = in_unit(text, "s")
+    except BadNumber as bad:
+        raise refuse(Spot(option), bad.wrong, bad.right) from None
+    if not 0 < value < math.inf:
+        raise refuse(Spot(option), f"'{text}' is not above zero", "give a time like '10 s'")
+    return value
+
+
 def shift(tree: Tree) -> float:
     """A time of either sign [s], or zero. Raises BadNumber."""
     text, value = _in(tree, "s", "a time, like `1 h`")

@@ -15,6 +15,7 @@ TELL = {
     "ThermalTest": ("words.thermal_test_words", "tell_thermal_test"),
     "Correction": ("words.correction_words", "tell_correction"),
     "FormulaTable": ("words.correction_words", "tell_formulas"),
+    "WarmUp": ("words.warm_up_words", "tell_warm_up"),
     "Comparison": ("words.words", "tell_comparison"),
     "Sweep": ("words.sweep_words", "tell_sweep"),
     "Calibration": ("words.calibration_words", "tell_calibration"),

@@ -1,15 +1,15 @@
-"""What a user says of the control: its channels and its step. Raises Refused."""
+"""What a user says of the control: its channels."""
 
 from __future__ import annotations
 
 from network.analysis.correction.correction import list_sensors
 from network.machine.machine import Machine
-from network.platform.quantities.units import BadNumber, in_unit
-from network.platform.refusal import Complaints, Spot, likely, refuse
+from network.platform.refusal import Complaints, Spot, likely
 
 
 def read_channels(machine: Machine, text: str | None) -> list[str] | None:
-    """'speed,T_housing' → its names, each an input or a temperature sensor of the machine; None for all."""
+    """'speed,T_housing' → its names, each an input or a temperature sensor of the machine; None for all. Raises
+    Refused."""
     if text is None:
         return None
     known, complaints = [*machine.drives, *list_sensors(machine)], Complaints()
@@ -19,14 +19,3 @@ def read_channels(machine: Machine, text: str | None) -> list[str] | None:
             complaints.refuse(Spot("--inputs"), f"'{name}' is no input and no plain sensor of it", likely(name, known))
     complaints.raise_if_any()
     return names
-
-
-def read_step(text: str) -> float:
-    """Seconds."""
-    try:
-        step = in_unit(text, "s")
-    except BadNumber as bad:
-        raise refuse(Spot("--step"), bad.wrong, bad.right) from None
-    if step <= 0:
-        raise refuse(Spot("--step"), f"'{text}' is not above zero", "give a time like '10 s'")
-    return step
