@@ -19,6 +19,7 @@ analysis     what runs and recordings tell:
   comparison   residuals in units of noise, and tests of them;
   sweep        simplification levels and varied numbers;
   acceptance   the thermal tests of ISO 230-3, from simulations and recordings;
+  correction   the machine reduced to the few states that a control steps, and the micrometres that this loses;
   calibration  uncertain numbers from recordings: parameters, noise, Gauss-Newton, multistart, uncertainty;
   drafting     a first machine from recordings alone: roles of columns, lag models, groups, parts, their sizes;
   diagnosis    missing physics: screening, refits, forward selection, backward elimination, cross-validation, verdict.

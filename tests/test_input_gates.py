@@ -184,7 +184,7 @@ def is_read(cls: type[Effect], body: Any) -> bool:
 
 def test_a_column_that_switches_is_held_whatever_its_unit() -> None:
     t = np.arange(0.0, 601.0, 60.0)
-    power = Column("power", "W", np.where(t < 200, 0.0, 900.0))
+    power = Column("power", "W", np.where(t < 200, 0.0, 900.0 + 1e-6 * t))  # it creeps, so that it runs straight
     recording = Recording("run", "run.csv", t, {"power": power})
     assert not recording.schedule(["power"]).signals["power"].is_held
     here = tank().patched({"links": {"hose": {**HOSE, "while": "power"}}})

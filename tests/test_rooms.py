@@ -14,7 +14,8 @@ import network
 ROOT = Path(network.__file__).parent
 ROOMS = (
     "platform", "catalogue", "machine", "recordings", "engine", "analysis.comparison", "analysis.sweep",
-    "analysis.acceptance", "analysis.calibration", "analysis.drafting", "analysis.diagnosis", "report", "cli",
+    "analysis.acceptance", "analysis.correction", "analysis.calibration", "analysis.drafting", "analysis.diagnosis",
+    "report", "cli",
 )  # fmt: skip
 """From the ground up: a room uses itself and those before it."""
 SHARED = {"base"}

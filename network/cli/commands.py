@@ -17,6 +17,7 @@ from network.cli.compare_command import compare
 from network.cli.demo_command import demo
 from network.cli.diagnose_command import diagnose, prove
 from network.cli.draft_command import draft
+from network.cli.export_command import export
 from network.cli.iso230_command import iso230
 from network.cli.options import (
     FileName,
@@ -33,6 +34,7 @@ from network.cli.options import (
     start_option,
     warn,
 )
+from network.cli.warmup_command import warmup
 from network.platform.refusal import Complaints, Failed, Refused
 from network.platform.threads import begin_on_one_thread
 from network.report.progress import share_bar
@@ -69,9 +71,11 @@ cli.add_command(calibrate)
 cli.add_command(compare)
 cli.add_command(demo)
 cli.add_command(diagnose)
+cli.add_command(export)
 cli.add_command(iso230)
 cli.add_command(draft)
 cli.add_command(prove)
+cli.add_command(warmup)
 
 
 @cli.command()

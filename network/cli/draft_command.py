@@ -55,6 +55,7 @@ def _check_target(path: Path) -> None:
 
 
 def _print(result: Draft, output: str | None, as_json: bool) -> None:
+    from network.platform.files import write_text
     from network.platform.folders import folder
 
     if output is not None:

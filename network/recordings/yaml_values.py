@@ -18,7 +18,7 @@ from network.platform.quantities.units import (
     spread_parts,
     unit,
 )
-from network.platform.refusal import Complaints, Refused, Spot, likely
+from network.platform.refusal import Complaints, Refused, Spot, likely, refuse
 from network.platform.yaml.document import Branch, Leaf, Tree, parse
 from network.recordings.inputs import Start
 
@@ -76,6 +76,17 @@ def seconds(tree: Tree) -> float:
     text, value = _in(tree, "s", "a time, like `10 min`")
     if not 0 < value < math.inf:
         raise BadNumber(f"'{text}' is " + ("not finite" if value > 0 else "not above zero"), "give a time above zero")
+    return value
+
+
+def read_time(option: str, text: str) -> float:
+    """A time that an option of the command names [s]. Raises Refused."""
+    try:
+        value = in_unit(text, "s")
+    except BadNumber as bad:
+        raise refuse(Spot(option), bad.wrong, bad.right) from None
+    if not 0 < value < math.inf:
+        raise refuse(Spot(option), f"'{text}' is not above zero", "give a time like '10 s'")
     return value
 
 

@@ -1,0 +1,95 @@
+"""The filter that a control runs: few states, stepped by inputs, corrected by sensors with a constant gain.
+
+At every step, in this order: y = S z + direct; z ← z + L (read − y), readings that are NaN counting for nothing; the
+movement told is M z + direct; z ← Φ z + drive, inputs held until the next step. Temperatures are rises over the
+machine's reference. The C file that is written of it does the same in the same order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from network.analysis.correction.input_table import InputTable
+from network.catalogue.declaration.declare import Array
+
+
+@dataclass(frozen=True, eq=False)
+class FilterModel:
+    """machine: its name; step: [s]; reference: [°C]; inputs: name → unit, in the order of the values of a step;
+    sensors, axes: names; axis_units.
+
+    Phi (r, r); M (axes, r), S (sensors, r); held: input → its column of (r + axes + sensors), of a rise of it; tables:
+    the same of other inputs; constant: of nothing; uniform, offset: z = uniform T − offset of a machine that has the
+    temperature T [K over the reference] throughout; gain, first_gain: (r, sensors).
+    """
+
+    machine: str
+    step: float
+    reference: float
+    inputs: Mapping[str, str]
+    sensors: tuple[str, ...]
+    axes: tuple[str, ...]
+    axis_units: tuple[str, ...]
+    Phi: Array
+    M: Array
+    S: Array
+    held: Mapping[str, Array]
+    tables: tuple[InputTable, ...]
+    constant: Array
+    uniform: Array
+    offset: Array
+    gain: Array
+    first_gain: Array
+
+    @property
+    def states(self) -> int:
+        return len(self.Phi)
+
+    @property
+    def multiplications(self) -> int:
+        """Of one step."""
+        r, width = self.states, len(self.constant)
+        return r * r + 2 * r * len(self.sensors) + r * len(self.axes) + width * (len(self.held) + 2 * len(self.tables))
+
+    def driven(self, inputs: Mapping[str, float]) -> Array:
+        """Drive of the states, then what axes and sensors see at once: (r + axes + sensors). Inputs in their units; of
+        one that is NaN the temperature counts as the reference, anything else as zero."""
+        total = self.constant.copy()
+        for name, column in self.held.items():
+            if inputs[name] == inputs[name]:
+                total += column * (inputs[name] - self.reference)
+        for table in self.tables:
+            total += table.at(inputs[table.name])
+        return total
+
+    def start(self, inputs: Mapping[str, float], read: Array) -> Array:
+        """States from the first readings [°C]: all parts at their mean (the reference without), then bent to each."""
+        finite = np.isfinite(read)
+        mean = float(np.sum(read[finite]) / finite.sum()) - self.reference if finite.any() else 0.0
+        z = self.uniform * mean - self.offset
+        return np.asarray(z + self.first_gain @ self._missed(z, self.driven(inputs), read))
+
+    def advance(self, z: Array, inputs: Mapping[str, float], read: Array) -> tuple[Array, Array, Array]:
+        """(states at the next step, movement of the axes now, readings less what was expected)."""
+        driven, r = self.driven(inputs), self.states
+        missed = self._missed(z, driven, read)
+        z = z + self.gain @ missed
+        return self.Phi @ z + driven[:r], self.M @ z + driven[r : r + len(self.axes)], missed
+
+    def _missed(self, z: Array, driven: Array, read: Array) -> Array:
+        expected = self.S @ z + driven[self.states + len(self.axes) :]
+        return np.where(np.isfinite(read), read - self.reference - expected, 0.0)
+
+    def run(self, inputs: Mapping[str, Array], read: Array, z: Array | None = None) -> tuple[Array, Array]:
+        """Movement of the axes, (steps, axes), and what the readings missed, (steps, sensors). inputs: values at every
+        step in their units; read: (steps, sensors), NaN where there is none; z: states to begin with."""
+        values = np.stack([*inputs.values()], axis=1).tolist() if inputs else [[]] * len(read)
+        rows = [dict(zip(inputs, row, strict=True)) for row in values]
+        z = self.start(rows[0], read[0]) if z is None else z
+        told, missed = np.empty((len(rows), len(self.axes))), np.empty(read.shape)
+        for k, row in enumerate(rows):
+            z, told[k], missed[k] = self.advance(z, row, read[k])
+        return told, missed

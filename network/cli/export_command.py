@@ -1,0 +1,89 @@
+"""The command `lptn export`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from network.cli.options import (
+    Whole,
+    json_flag,
+    machine_options,
+    output_folder,
+    print_json,
+    read_machine,
+    results_go_to,
+    warn,
+)
+from network.report.progress import share_bar
+
+if TYPE_CHECKING:
+    from network.machine.machine import Machine
+    from network.recordings.recording import Recording
+    from network.recordings.scenario import Scenario
+
+FORMS = ("c", "table", "sinumerik", "heidenhain", "beckhoff")
+
+
+@click.command()
+@machine_options
+@click.argument("sources", nargs=-1, type=click.Path())
+@click.option("--as", "form", type=click.Choice(FORMS), required=True, help="what the control takes")
+@click.option("--inputs", metavar="A,B,…", help="the inputs and sensors that the control has; default all")
+@click.option("--states", type=Whole(1), metavar="N", help="default as many as lose less than the displacement's noise")
+@click.option("--step", default="10 s", show_default=True, metavar="TIME", help="between two steps of the control")
+@output_folder("out")
+@json_flag
+def export(
+    machine: str, sources: Sequence[str], form: str, inputs: str | None, states: int | None, step: str, output: str,
+    level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
+) -> None:  # fmt: skip
+    """A MACHINE as a correction for a control, with the micrometres lost on every scenario or recording (SOURCES)."""
+    with share_bar(f"exporting {Path(machine).name}"):
+        results_go_to(output)
+        loaded = read_machine(machine, level, lumps, sets)
+        from network.analysis.correction.channels_given import read_channels
+        from network.platform.publication import publication
+        from network.recordings.load_source import load_source
+        from network.recordings.yaml_values import read_time
+
+        channels, given = read_channels(loaded, inputs), [load_source(path) for path in sources]
+        with publication(output) as draft:
+            if form == "c":
+                text, summary, made = _as_code(loaded, given, channels, states, read_time("--step", step), draft)
+            else:
+                text, summary, made = _as_formulas(loaded, given, channels, form, draft)
+        written = [Path(output) / path.name for path in made]
+    if as_json:
+        print_json(summary)
+    else:
+        click.echo(f"{text}\n\nWritten: {', '.join(map(str, written))}")
+    warn(map(str, loaded.warnings))
+
+
+def _as_code(
+    machine: Machine, sources: Sequence[Scenario | Recording], channels: Sequence[str] | None, states: int | None,
+    step: float, where: Path,
+) -> tuple[str, dict[str, Any], list[Path]]:  # fmt: skip
+    from network.analysis.correction.correction import make_correction
+    from network.report.files.correction_files import write_correction
+    from network.report.files.step_timing import time_step
+
+    result = make_correction(machine, sources, states=states, channels=channels, step=step)
+    written = write_correction(result, where)
+    seconds = time_step(written[0])
+    timed = f"\nA step takes {1e6 * seconds:.2g} µs here." if seconds is not None else ""
+    return str(result) + timed, result.summary() | {"step_seconds": seconds}, written
+
+
+def _as_formulas(
+    machine: Machine, sources: Sequence[Scenario | Recording], channels: Sequence[str] | None, form: str, where: Path
+) -> tuple[str, dict[str, Any], list[Path]]:
+    from network.analysis.correction.temperature_formula import fit_formulas
+    from network.report.files.formula_files import write_formulas
+
+    result = fit_formulas(machine, sources, channels)
+    return str(result), result.summary(), write_formulas(result, form, where)

@@ -1,0 +1,58 @@
+"""The command `lptn warmup`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+
+from network.cli.options import json_flag, machine_options, print_json, read_machine, results_go_to, warn
+from network.report.progress import share_bar
+
+
+@click.command()
+@machine_options
+@click.argument("scenario", type=click.Path())
+@click.option("--tolerance", required=True, metavar="LENGTH", help="what may move over SCENARIO, like '2 um'")
+@click.option("--speeds", metavar="A,B,… rpm", help="to choose from; default 50, 75, 100 % of SCENARIO's largest")
+@click.option("--input", "driven", metavar="NAME", help="what warms up; default the speed")
+@click.option("--longest", default="4 h", show_default=True, metavar="TIME", help="that is tried")
+@click.option("-o", "--output", type=click.Path(), metavar="DIR", help="warmup.json and a picture of the trade")
+@json_flag
+def warmup(
+    machine: str, scenario: str, tolerance: str, speeds: str | None, driven: str | None, longest: str,
+    output: str | None, level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
+) -> None:  # fmt: skip
+    """The shortest warm-up of a MACHINE after which its tool centre point moves less than a tolerance over SCENARIO."""
+    with share_bar(f"warming up {Path(machine).name}") as bar:
+        results_go_to(output)
+        loaded = read_machine(machine, level, lumps, sets)
+        from network.analysis.sweep.warm_up import find_warm_up
+        from network.recordings.scenario import Scenario
+        from network.recordings.yaml_values import read_time
+
+        work = Scenario.load(scenario)
+        found = find_warm_up(
+            loaded, work, tolerance, speeds=speeds, longest=read_time("--longest", longest), driven=driven,
+            progress=lambda share: bar.now("trying warm-ups", share),
+        )  # fmt: skip
+        written = []
+        if output is not None:
+            from network.platform.files import write_text
+            from network.platform.publication import publication
+            from network.report.figures.all_figures import save
+            from network.report.figures.warm_up_figure import warm_up_figure
+            from network.report.files.result_files import as_json as json_text
+
+            with publication(output) as draft:
+                write_text(draft / "warmup.json", json_text(found.summary()))
+                made = [draft / "warmup.json", save(warm_up_figure(found), draft / "warmup.png")]
+            written = [Path(output) / path.name for path in made]
+    if as_json:
+        print_json(found.summary())
+    else:
+        click.echo(str(found))
+    if written:
+        click.echo(f"\nWritten: {', '.join(map(str, written))}", err=as_json)
+    warn(map(str, loaded.warnings))
