@@ -357,8 +357,8 @@ def test_lathe_warm_up_asks_for_its_unknown_lengths_first() -> None:
 
 
 def test_lathe_warm_up_follows_its_front_bearing() -> None:
-    """Settled, front bearing at 30, air at 24 °C: four parts between them and a floor as warm as the bed; the gauge sees
-    0.3 m of headstock less 0.2 m of bed."""
+    """Settled, front bearing at 30, air at 24 °C: four parts between them and a floor as warm as the bed; the gauge
+    sees 0.3 m of headstock less 0.2 m of bed."""
     lengths = {"tcp.x.headstock grows.length": "300 mm", "tcp.x.bed grows.length": "200 mm"}
     path = ROOT / "machines" / "lathe_warm_up.yaml"
     lathe = Machine.load(path, sets=[f"{key}={value}" for key, value in lengths.items()])
