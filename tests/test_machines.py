@@ -293,13 +293,14 @@ def test_two_heater_rig_settles_where_film_and_glow_balance_the_heaters() -> Non
 
 
 def test_three_blocks_settle_where_their_skins_lose_what_the_heater_gives() -> None:
-    """Films and glow at each cylinder's mean, which is 1 K from its ends; the last loses what comes through its pad."""
+    """Films, glow and feet at each cylinder's mean, 1 K from its ends; the last loses what comes through its pad."""
     result = settled("three_blocks", heater="10 W", ambient="23.6 degC")
-    rise = {i: result.parts[f"cylinder {i}"][-1] - 23.6 for i in (1, 2, 3)}
+    at = {part: values[-1] for part, values in result.parts.items()}
     lost = {
-        i: 2.57 * area * rise[i] ** 1.25
-        + 0.2 * area * STEFAN_BOLTZMANN * ((rise[i] + 23.6 + KELVIN) ** 4 - (23.6 + KELVIN) ** 4)
-        for i, area in ((1, 330e-4), (2, 220e-4), (3, 110e-4))
+        i: 2.57 * area * (at[f"cylinder {i}"] - 23.6) ** 1.25
+        + 0.2 * area * STEFAN_BOLTZMANN * ((at[f"cylinder {i}"] + KELVIN) ** 4 - (at["walls"] + KELVIN) ** 4)
+        + foot * (at[f"cylinder {i}"] - at["support"])
+        for i, area, foot in ((1, 330e-4, 0.1), (2, 220e-4, 0.07), (3, 110e-4, 0.05))
     }
     assert sum(lost.values()) == pytest.approx(10, rel=1e-4)
     assert 0.22 * (result.sensors["NTC10"][-1] - result.sensors["NTC11"][-1]) == pytest.approx(lost[3], rel=1e-2)
@@ -357,15 +358,15 @@ def test_lathe_warm_up_asks_for_its_unknown_lengths_first() -> None:
 
 
 def test_lathe_warm_up_follows_its_front_bearing() -> None:
-    """Settled, front bearing at 30, air at 24 °C: four parts between them; the gauge sees 0.3 m of headstock less 0.2 m
-    of bed."""
+    """Settled, front bearing at 30, air at 24 °C: four parts between them and a floor as warm as the bed; the gauge
+    sees 0.3 m of headstock less 0.2 m of bed."""
     lengths = {"tcp.x.headstock grows.length": "300 mm", "tcp.x.bed grows.length": "200 mm"}
     path = ROOT / "machines" / "lathe_warm_up.yaml"
     lathe = Machine.load(path, sets=[f"{key}={value}" for key, value in lengths.items()])
     inputs = {"front_bearing": "30 degC", "ambient": "24 degC"}
-    result = simulate(lathe, Scenario.of("long", "100 h", inputs, output="1 h", start="24 degC"))
+    result = simulate(lathe, Scenario.of("long", "1000 h", inputs, output="1 h", start="24 degC"))
     G = np.array([[59, -15, 0, 0], [-15, 85, -15, -15], [0, -15, 25, 0], [0, -15, 0, 25]])
-    rise = np.linalg.solve(G, [40 * 6, 15 * 6, 40, 60])
+    rise = np.linalg.solve(G, [40 * 6 + 100, 15 * 6, 40, 60])
     parts = ("rear bearing", "bed", "coolant wall", "transformer bed")
     assert [result.parts[part][-1] - 24 for part in parts] == pytest.approx(list(rise), rel=1e-6)
     grown = 1.1e-5 * (0.3 * 10 - 0.2 * (4 + rise[1]))
