@@ -10,6 +10,7 @@ import pytest
 from bench import cnc_lathe_told as told
 from bench.cnc_lathe_figures import Fold, Tell, folds, grid, miss, over_days, score, spread
 from bench.cnc_lathe_pages import as_json, markdown
+from bench.cnc_lathe_picture import Told
 from bench.cnc_lathe_runs import CLIMATE_OF, CLIMATES, DISPLACEMENTS, FOLDER, Day, for_fit, runs
 from bench.ridge import Run, fit_ridge, lagged
 
@@ -79,6 +80,14 @@ def test_a_fit_is_given_no_frozen_displacement_and_every_switching() -> None:
     assert {240.0, 400.0} <= set(fit.t) and len(fit.t) < 12
     assert np.isfinite(fit.columns["disp_x"].values).tolist() == (np.interp(fit.t, t, speed) > 0).tolist()
     assert np.isfinite(fit.columns["T"].values).all()
+
+
+def test_a_band_holds_for_the_share_of_readings_within_it() -> None:
+    """Of four instants x counts at three, and one of these lies outside; z is told exactly."""
+    measured = np.array([[0.0, 1], [5, 1], [np.nan, 1], [1, 1]])
+    told = np.array([[0.0, 1]] * 4)
+    day = made(np.zeros(4), np.ones(4), np.zeros(4), np.zeros(4))
+    assert Told(day, np.zeros(4), measured, told, told - 2, told + 2).covered == pytest.approx([2 / 3, 1])
 
 
 # -- ridge ----------------------------------------------------------------------------------------------------------

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 SHOWN = ("0701", "0730", "0807", "0813", "0818")
 """One day of each: a steady room at 20 and at 30 °C, a falling speed, a falling and a rising room."""
-ROW, GAP, FOOT, HEAD = 1.35, 0.35, 0.45, 0.35
+ROW, GAP, FOOT, HEAD = 1.2, 0.5, 0.3, 0.35
 
 
 @dataclass(frozen=True, eq=False)
