@@ -18,8 +18,8 @@ analysis     what runs and recordings tell:
   comparison   residuals in units of noise, and tests of them;
   sweep        simplification levels and varied numbers;
   calibration  uncertain numbers from recordings: parameters, noise, Gauss-Newton, multistart, uncertainty;
-  diagnosis    missing physics: search is the loop, strategies what it looks for and how, settings its numbers; screening,
-               refits, forward selection, backward elimination, cross-validation, invariants, verdict.
+  diagnosis    missing physics: search is the loop, strategies what it looks for and how, settings its numbers;
+               screening, refits, forward selection, backward elimination, cross-validation, invariants, verdict.
 report       results in words, pictures and files; the page of a diagnosis.
 cli          the command `lptn`: parse, call, print; the demonstration and the proof.
 
