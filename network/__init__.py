@@ -22,7 +22,8 @@ analysis     what runs and recordings tell:
   correction   the machine reduced to the few states that a control steps, and the micrometres that this loses;
   calibration  uncertain numbers from recordings: parameters, noise, Gauss-Newton, multistart, uncertainty;
   drafting     a first machine from recordings alone: roles of columns, lag models, groups, parts, their sizes;
-  diagnosis    missing physics: screening, refits, forward selection, backward elimination, cross-validation, verdict.
+  diagnosis    missing physics: search is the loop, strategies what it looks for and how, settings its numbers;
+               screening, refits, forward selection, backward elimination, cross-validation, invariants, verdict.
 report       results in words, pictures and files; the page of a diagnosis.
 cli          the command `lptn`: parse, call, print; the demonstration and the proof.
 

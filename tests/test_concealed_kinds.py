@@ -117,6 +117,17 @@ def test_a_recorded_power_that_nothing_reads() -> None:
     assert "from a source that follows supply" in said(found)
 
 
+def test_a_recorded_column_that_is_no_power_and_its_square() -> None:
+    plain = two_blocks()
+    coil = {"kind": "heat_source", "into": {"body": 1}, "power": "50 W", "with": "current", "at": "3 A", "exponent": 2}
+    case = conceal(plain, plain.patched({"sources": {"coil": coil}}))
+    assert {*case.runs.drivers} == {"current", "pump"}, "no temperature, no response, nothing that kinds read anyway"
+    squared = explain(case, proposed(case, "sources", "heat_source", "body", has="current squared"))
+    straight = proposed(case, "sources", "heat_source", "body", has="current body")
+    assert "follows current to the power of 2" in said(squared)
+    assert fit_hypothesis(case, straight.machine, (straight,), straight.own).chi > 1.3 > squared.chi
+
+
 def test_a_heater_that_a_thermostat_switches() -> None:
     plain = two_blocks()
     boiler = {"kind": "thermostat_heating", "into": {"body": 1}, "watches": "body", "set": "31 degC",

@@ -13,12 +13,21 @@ from network.machine.machine import Machine
 from network.platform.quantities.units import unit
 from network.recordings.recording import Recording
 
+RESPONSES = ("W", "degC", "um", "urad")
+"""Units of columns that are proposed otherwise, as powers, or that answer to the machine and do not drive it."""
+
 
 def gather_runs(machine: Machine, recordings: Sequence[Recording], drivers: Iterable[str]) -> Runs:
     """drivers: columns that all recordings have and no channel of the machine is."""
-    unread = [name for name in drivers if name not in {*machine.inputs, *_list_usual_inputs()}]
-    most = {name: amount for name in unread if (amount := _find_most(name, recordings)) is not None}
-    return Runs(max(float(np.ptp(r.t)) for r in recordings), most)
+    usual = {*_list_usual_inputs()}
+    found = {n: most for n in drivers if n not in usual and (most := _find_most(n, recordings)) is not None}
+    powers = {n: most for n, most in found.items() if _is(most.unit, "W") and n not in machine.inputs}
+    others = {n: most for n, most in found.items() if not any(_is(most.unit, each) for each in RESPONSES)}
+    return Runs(max(float(np.ptp(r.t)) for r in recordings), powers, others)
+
+
+def _is(text: str, other: str) -> bool:
+    return bool(unit(text).dimension == unit(other).dimension)
 
 
 def _list_usual_inputs() -> Iterator[str]:
@@ -28,9 +37,9 @@ def _list_usual_inputs() -> Iterator[str]:
 
 
 def _find_most(name: str, recordings: Sequence[Recording]) -> Amount | None:
-    """The largest value of a recorded power that varies; None where it is none."""
+    """The largest size of a column that varies; None where it is none."""
     columns = [r.columns[name] for r in recordings if name in r.columns]
-    if len(columns) < len(recordings) or any(unit(c.unit).dimension != unit("W").dimension for c in columns):
+    if len(columns) < len(recordings) or len({unit(c.unit).dimension for c in columns}) > 1:
         return None
     values = np.concatenate([c.values for c in columns])
     values = values[np.isfinite(values)]

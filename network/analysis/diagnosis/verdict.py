@@ -96,11 +96,12 @@ def _decide_verdict(
     search: Search, findings: list[Finding], coarse: Finding | None, is_refuted: bool
 ) -> tuple[list[Finding], str]:
     """Findings and verdict. What holds on unseen runs is told, as a part of the truth where much is left; before it,
-    what has no name, where that is more."""
+    what has no name, where that is more or the names are less likely than not."""
     best, cut = search.best, [coarse] if coarse else []
     is_left = best.chi > SETTINGS.doubtful and bool(search.located)
     if findings:
-        is_more = is_left and search.selection.is_checked and search.selection.explained < SETTINGS.half
+        holds = search.selection.explained if search.selection.is_checked else 1.0
+        is_more = is_left and min(holds, max(f.confidence for f in findings)) < SETTINGS.half
         only_sensors = not is_more and all(f.channels for f in findings)
         told = [*([find_unknown(search)] if is_more else []), *findings, *cut]
         return told, "sensor_fault" if only_sensors else "missing_physics"

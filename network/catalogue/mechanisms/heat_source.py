@@ -83,11 +83,15 @@ class HeatSource(Source, kind="heat_source"):
 
     @classmethod
     def proposes_on(cls, machine: MachineLike, runs: Runs) -> Iterator[Mapping[str, Any]]:
-        """Besides, heat in proportion to a recorded power that nothing reads: all of it, into every part."""
+        """Besides, into every part, heat in proportion to a recorded power that nothing reads: all of it; and what goes
+        with another recorded column, in proportion and with its square (a current's loss)."""
         yield from super().proposes_on(machine, runs)
-        for column, most in runs.powers.items():
+        write = cls.fields["power"].write
+        powers = ((n, {"with": n, "at": str(m), "power": write(m.value)}) for n, m in runs.powers.items())
+        linear = ((n, {"with": n, "at": str(most)}) for n, most in runs.drivers.items())
+        squared = ((f"{n} squared", {"with": n, "at": str(most), "exponent": 2}) for n, most in runs.drivers.items())
+        for column, own in (*powers, *linear, *squared):
             for name in cls.hosts(machine):
-                own = {"with": column, "at": str(most), "power": cls.fields["power"].write(most.value)}
                 body = size_body(cls, machine, into={name: 1}, **own)
                 yield {"sources": {fresh(f"{cls.kind} {column} {name}", machine.sources): body}}
 

@@ -21,6 +21,8 @@ from network.platform.process_groups import Groups
 LIMIT = 300.0
 """s for one diagnosis."""
 COMMAND = (sys.executable, "-m", "network.cli")
+TIMED = 0.9
+"""Of the limit that a diagnosis may take: it answers by then."""
 RESULT = {"calibrate": "machine.calibrated.yaml", "diagnose": "diagnosis.json"}
 
 
@@ -81,7 +83,7 @@ def answered(case: Case, where: Path, processes: Processes) -> Answered:
     """What is kept of the same case under the same program, or a new answer."""
     folder = where / case.name
     _prepare(case, folder)
-    options = ("--jobs", "1", "--seed", "0", "--no-plots")
+    options = ("--jobs", "1", "--seed", "0", "--no-plots", "--budget", f"{TIMED * processes.limit:.0f} s")
     calibrated = _ended(case, folder, "calibrate", ("--no-plots",), processes)
     return Answered(case, folder, calibrated, _ended(case, folder, "diagnose", options, processes))
 
