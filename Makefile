@@ -1,7 +1,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test test-matrix speed bench clean
+.PHONY: demo test test-matrix speed torture bench clean
 
 demo: .venv/ready
 	$(BIN)/lptn demo
@@ -16,6 +16,9 @@ speed: .venv/ready-to-test
 
 test-matrix:
 	$(PYTHON) tests/matrix.py
+
+torture: .venv/ready-to-test
+	cd tests && ../$(BIN)/python -m torture --folder ../.torture $(TORTURE)
 
 bench: .venv/ready-to-test
 	cd tests && ../$(BIN)/python -m bench

@@ -13,6 +13,9 @@ from network.engine.network import Network
 from network.engine.solvers.linear import LinearProblem, LinearSolution, Regime
 from network.engine.solvers.plan import Plan
 
+NO_HEAT = 1e-9
+"""K: what does not warm a machine by more is the rounding of its temperatures."""
+
 
 @dataclass(frozen=True, eq=False)
 class EnergyAccount:
@@ -59,8 +62,9 @@ class EnergyAccount:
 
     @property
     def closure(self) -> float:
-        """(in − out − stored)/max(in, out, |stored|)."""
-        size = max(self.in_, self.out, abs(self.total_stored))
+        """(in − out − stored)/max(in, out, |stored|), where any of these is more than rounding."""
+        warmed = np.where(self.network.is_state, 0.0, self.network.capacity)[self.network.free]
+        size = max(self.in_, self.out, abs(self.total_stored), NO_HEAT * float(warmed.sum()))
         return (self.in_ - self.out - self.total_stored) / size if size else 0.0
 
     def _mechanisms(self, inner: bool) -> dict[str, float]:

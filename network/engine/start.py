@@ -84,7 +84,7 @@ def steady_state(network: Network, T: Array, u: Inputs) -> Array:
     for _ in range(NEWTON_STEPS):
         left_over = heat_balance(network, T, u, off).into[inner]
         J = jacobian(network, T, u, off)[np.ix_(inner, inner)]
-        if np.linalg.cond(J) > 1e13:
+        if not np.linalg.cond(J) <= 1e13:
             raise Failed("there is no steady state: a part has no path to a held node; give `start:` temperatures")
         step = np.linalg.solve(J, left_over)
         T[inner] -= step

@@ -98,7 +98,7 @@ def _range(name: str, tree: Tree) -> Range:
     if match is None:
         raise BadNumber(f"'{short(text)}' is not a range", "write it like 0..8000 rpm")
     low, high = (unit(match[3]).to_si(float(match[i])) for i in (1, 2))
-    if low > high:
+    if not low <= high:
         raise BadNumber(f"'{short(text)}' has its ends the wrong way round", "write the lower one first")
     return Range(low, high, match[3])
 
@@ -107,7 +107,7 @@ def _left(axis: str, tree: Tree) -> float:
     if axis not in AXES:
         raise BadNumber(f"is no axis: '{short(axis)}'", "the axes are " + ", ".join(AXES))
     value = in_unit(_text(tree), left_unit(axis))
-    if value < 0:
+    if not value >= 0:
         raise BadNumber(f"'{short(_text(tree))}' is below zero", f"give 1σ in {left_unit(axis)}")
     return value
 

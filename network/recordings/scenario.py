@@ -88,9 +88,9 @@ def _read(tree: Branch, folder: Path) -> Scenario:
 
 def _instants(duration: float, output: float) -> Array:
     """0, output, 2 output … and the end."""
-    if output > duration:
+    if not output <= duration:
         raise BadNumber(f"{output:g} s is longer than the duration, {duration:g} s", f"give {duration / 100:g} s, say")
-    if duration / output > MOST_SAMPLES:
+    if not duration / output <= MOST_SAMPLES:
         wrong = f"{output:g} s makes more than {MOST_SAMPLES / 1e6:g} million samples in {duration:g} s"
         raise BadNumber(wrong, f"give {duration / MOST_SAMPLES:.3g} s or more")
     t = np.arange(math.floor(duration / output * (1 + 1e-12)) + 1, dtype=np.float64) * output

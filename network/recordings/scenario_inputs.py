@@ -116,7 +116,7 @@ class _Input:
         period = self._get(body, where, "period", seconds)
         phase = self._get(body, where, "phase", shift, 0.0)
         self.complaints.raise_if_any()
-        if self.duration / period * LINES_PER_PERIOD > MOST_SAMPLES:
+        if not self.duration / period * LINES_PER_PERIOD <= MOST_SAMPLES:
             most = MOST_SAMPLES // LINES_PER_PERIOD
             raise BadNumber(f"has more than {most} periods", f"give a period of at least {self.duration / most:.3g} s")
         count = math.ceil(self.duration / period * LINES_PER_PERIOD) + 1
@@ -131,7 +131,7 @@ class _Input:
             raise BadNumber(f"there is no file '{path}'", "give its path relative to the scenario file")
         recording = Recording.load(self.folder / path)
         first, last = recording.t[0], recording.t[-1]
-        if last <= 0 or first >= self.duration:
+        if not (last > 0 and first < self.duration):
             raise BadNumber(
                 f"'{path}' runs from {first:g} s to {last:g} s, outside of the scenario",
                 f"shift its time to lie between 0 s and {self.duration:g} s",

@@ -125,7 +125,7 @@ def _quantity(text: str) -> tuple[float, Unit]:
     if not unit_text and not 0 <= number <= 1:
         raise BadNumber(f"'{text}' has no unit", f"write it like `{text} rpm`, only a switch (0 or 1) goes without")
     value = unit(unit_text).to_si(number)
-    if not math.isfinite(value) or (unit(unit_text).is_temperature and value < ABSOLUTE_ZERO - 1e-9):
+    if not math.isfinite(value) or (unit(unit_text).is_temperature and not value >= ABSOLUTE_ZERO - 1e-9):
         raise BadNumber(f"'{text}' is out of range", "give a finite value, a temperature above absolute zero")
     return value, unit(unit_text)
 

@@ -43,6 +43,6 @@ def parse_tolerance(text: str, machine: Machine) -> Tolerance:
     if not any(result.concerns(axis) for axis in machine.tcp):
         wanted = " or ".join(sorted({axis_unit(axis) for axis in machine.tcp}))
         raise refuse(spot, "is no movement of this machine's tool centre point", f"give it in {wanted}")
-    if result.value <= 0:
+    if not result.value > 0:
         raise refuse(spot, "is not above zero", "give a tolerance above zero")
     return result

@@ -97,7 +97,7 @@ class ParamField(Field):
 
     def _check_bounds(self, value: float, text: str) -> None:
         slack = 1e-12 * max(abs(self.low), abs(self.high))
-        if self.positive and value <= 0:
+        if self.positive and not value > 0:
             in_unit = f", in {self.unit}" if self.unit != "1" else ""
             raise BadNumber(f"'{short(text)}' is not above zero", f"give a {self.key} above zero{in_unit}")
         if not self.low - slack <= value <= self.high + slack:

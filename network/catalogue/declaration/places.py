@@ -124,7 +124,7 @@ class SharesField(Field):
             raise BadNumber("is not a mapping of places to shares", "write `{node: 1}` or `{a: 0.5, b: 0.5}`")
         shares = tuple(self._share(place, child, tree.key_spot(place)) for place, child in tree.items.items())
         total = sum(share for _, share in shares)
-        if abs(total - 1) > SHARE_SLACK:
+        if not abs(total - 1) <= SHARE_SLACK:
             raise BadNumber(f"has shares that add up to {total:.6g}", "make them add up to 1")
         return shares
 

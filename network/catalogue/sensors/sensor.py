@@ -39,7 +39,7 @@ class NoiseField(AmountField):
     """1σ of one sample: a difference, above zero."""
 
     def _amount(self, text: str, number: float, given: Unit) -> Amount:
-        if number <= 0:
+        if not number > 0:
             raise BadNumber(f"'{short(text)}' is not above zero", f"give {self.meaning}")
         if given.is_temperature:
             return Amount(difference(given).to_si(number), "K")

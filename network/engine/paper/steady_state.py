@@ -66,7 +66,7 @@ def _in_regime(unit: SpindleUnit, K: Array, q: Array, given: Array) -> Settled:
     through = K[:, junctions] @ np.linalg.pinv(K[np.ix_(junctions, junctions)])
     K, q = K - through @ K[junctions], q - q[:, junctions] @ through.T
     inner = K[np.ix_(parts, parts)]
-    if -inner.sum() <= 1e-12 * np.abs(K).max():
+    if not -inner.sum() > 1e-12 * np.abs(K).max():
         raise refuse(Spot(unit.machine.file), "the spindle unit loses its heat to nothing", "link it to the ambient")
     push = q + given[:, outer] @ K[:, outer].T
     T = push[:, parts].sum(axis=1) / -inner.sum()

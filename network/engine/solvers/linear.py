@@ -184,7 +184,7 @@ def regime_from(network: Network, K: Array, readouts: Readouts) -> Regime:
 
 def _massless_factor(network: Network, K: Array) -> tuple[Array, Array]:
     inner = K[np.ix_(network.massless, network.massless)]
-    if np.linalg.cond(inner) > 1e14:
+    if not np.linalg.cond(inner) <= 1e14:
         raise Failed("a massless junction has no conductance to the rest; give its links a conductance above zero")
     factor: tuple[Array, Array] = lu_factor(inner)
     return factor

@@ -217,7 +217,7 @@ class _Run:
             if size <= 1:
                 break
             h = step * min(factor, 0.9) if np.isfinite(size) else step * 0.2
-            if h < SMALLEST_STEP:
+            if not h >= SMALLEST_STEP:
                 hot = float(np.abs(x).max())
                 raise Failed(
                     f"the integration stopped at {t:.6g} s with {hot:.3g} degC; "

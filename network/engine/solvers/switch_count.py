@@ -23,7 +23,7 @@ def check_count(plan: Plan, switches: Sequence[tuple[float, int, int]], most: in
     if len(switches) > MOST_UNSEEN:
         since, now = switches[-MOST_UNSEEN - 1][0], switches[-1][0]
         k = int(np.searchsorted(plan.t, since, side="right"))
-        if k < len(plan.t) and plan.t[k] > now:
+        if k < len(plan.t) and not plan.t[k] <= now:
             before = float(plan.t[max(k - 1, 0)])
             raise Failed(
                 f"a relay switches more than {MOST_UNSEEN} times between {before:.10g} s and {plan.t[k]:.10g} s, two "

@@ -140,7 +140,7 @@ def _is_bare(text: str) -> bool:
 
 def _with_spread(text: str, value: float, spread: str, wanted: str, may_be_negative: bool) -> Number:
     absolute = _spread(text, value, spread, wanted)
-    if absolute <= 0:
+    if not absolute > 0:
         raise BadNumber(f"'{short(text)}' has a spread that is not above zero", "drop the ± for a known number")
     if may_be_negative:
         return Number(value, "normal", absolute)
@@ -162,7 +162,7 @@ def _spread(text: str, value: float, spread: str, wanted: str) -> float:
         return in_unit(spread, scale)
     if wanted == "degC":
         raise BadNumber(f"'{read}' has a spread that is a share of a temperature", "write it in K, as in ± 2 K")
-    if value == 0 and number > 0:
+    if value == 0 and number != 0:
         raise BadNumber(f"'{read}' has a spread that is a share of zero", "write it with its unit, or drop the ±")
     return abs(value) * number / 100
 

@@ -1,0 +1,87 @@
+"""A short seed of `make torture`, what it has found so far, and that its oracle sees what it is there to see."""
+
+from __future__ import annotations
+
+import json
+import signal
+from pathlib import Path
+
+import pytest
+from torture.__main__ import attempt, table
+from torture.minimise import minimise
+from torture.mutants import PAIRS, SMALL, Mutant, mutant, recorded, shipped
+from torture.oracle import Outcome, judge
+
+from network.cli import commands
+
+FOUND = Path(__file__).parent / "torture" / "found"
+COUNT = 80
+posix = pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="limits the time of the processor")
+pytestmark = posix
+
+
+def original(command: str, source: str, folder: Path, pair: tuple[str, str] = SMALL) -> Mutant:
+    files = {"m.yaml": shipped(pair[0], "machines"), "s.yaml": shipped(pair[1], "scenarios"), "r.csv": recorded(folder)}
+    words = (command, "m.yaml", source, *(() if command == "check" else ("-o", "out", "--no-plots")))
+    return Mutant({name: files[name] for name in ("m.yaml", source)}, words)
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+def test_what_is_mutated_is_right_before(pair: tuple[str, str], tmp_path: Path) -> None:
+    assert attempt(original("check", "s.yaml", tmp_path, pair), tmp_path).kind == "accepted"
+    if pair == SMALL:
+        assert attempt(original("simulate", "r.csv", tmp_path), tmp_path).kind == "accepted"
+
+
+def test_some_mutants(tmp_path: Path) -> None:
+    """The commands that take seconds are left to `make torture`."""
+    made = [mutant(7, number, tmp_path) for number in range(COUNT)]
+    quick = [each for each in made if each.words[0] in ("check", "simulate")]
+    outcomes = [(each, attempt(each, tmp_path)) for each in quick]
+    assert [(each.words, outcome.why) for each, outcome in outcomes if outcome.kind == "fault"] == []
+    assert {outcome.kind for _, outcome in outcomes} >= {"refused", "accepted"}
+    again = mutant(7, 3, tmp_path)
+    assert (again.files, again.words) == (made[3].files, made[3].words)
+
+
+@pytest.mark.parametrize("case", sorted(FOUND.glob("*")), ids=lambda path: path.name)
+def test_what_was_found_stays_mended(case: Path, tmp_path: Path) -> None:
+    words = json.loads((case / "words.json").read_text(encoding="utf-8"))["words"]
+    files = {path.name: path.read_bytes().decode() for path in case.iterdir() if path.name != "words.json"}
+    assert attempt(Mutant(files, tuple(words)), tmp_path).why == ""
+
+
+# -- the oracle -----------------------------------------------------------------------------------------------------
+FAULTS = {
+    "traceback": "raise ZeroDivisionError",
+    "hangs": "while True: pass",
+    "form": "import sys; print('no', file=sys.stderr); sys.exit(2)",
+    "leftover": "import sys, pathlib; pathlib.Path('x').touch(); print('m: no; yes', file=sys.stderr); sys.exit(2)",
+    "finite": "import pathlib; pathlib.Path('results.csv').write_text('time [s],T [degC]\\n0,1\\n10,nan\\n')",
+    "energy": "import pathlib; pathlib.Path('summary.json').write_text('{\"energy\": {\"closure\": 0.1}}')",
+    "again": "import pathlib; pathlib.Path('results.csv').write_text('nothing')",
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_the_oracle_sees(fault: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("torture.oracle.run", lambda words: exec(FAULTS[fault]))
+    monkeypatch.setattr("torture.oracle.QUICK", 0.2)
+    outcome = judge(("check",), tmp_path)
+    assert outcome.kind == "fault" and outcome.why.startswith(fault)
+    assert commands.run is not None
+
+
+def test_a_mutant_is_made_as_small_as_it_stays_the_same_fault() -> None:
+    def attempt_one(made: Mutant) -> Outcome:
+        is_bad = "bad" in made.files["m.yaml"]
+        return Outcome("fault", "traceback: bad") if is_bad else Outcome("accepted")
+
+    made = Mutant({"m.yaml": "\n".join([*"abcdefgh", "bad", *"ijkl"])}, ("check", "m.yaml", "s.yaml", "--lumps", "3"))
+    small = minimise(made, Outcome("fault", "traceback: bad"), attempt_one)
+    assert small.files["m.yaml"].split("\n") == ["bad"] and small.words == ("check", "m.yaml", "s.yaml")
+
+
+def test_the_table_counts() -> None:
+    told = [{"command": "check", "kind": kind} for kind in ("refused", "refused", "accepted")]
+    assert table(told).splitlines()[1].split() == ["check", "3", "2", "0", "1", "0"]

@@ -1,0 +1,105 @@
+"""Mutants by their number: the files and the words of a command, the same for the same seed and number."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from network import Machine, Scenario, simulate
+from network.recordings.csv_table import write_csv
+from torture.mutations import hostile, mutate_csv, mutate_letters, mutate_yaml
+
+ROOT = Path(__file__).parents[2]
+PAIRS = (
+    ("two_blocks", "bearing_warms"), ("three_blocks", "band_heater"), ("gantry_spindle", "warm_up_and_stop"),
+    ("belt_lathe", "constant_3000"), ("heated_building", "heating_by_day"), ("toaster_oven", "oven_on_and_off"),
+    ("ball_screw_axis", "axis_back_and_forth"), ("vertical_mill", "warm_up_and_stop"),
+)  # fmt: skip
+SMALL = ("two_blocks", "bearing_warms")
+COMMANDS = {"check": 0.66, "simulate": 0.2, "compare": 0.08, "sweep": 0.03, "calibrate": 0.02, "diagnose": 0.01}
+"""A third of them compute."""
+OPTIONS = (
+    ("--lumps", ("1", "3", "40", "0", "-1", "2000", "hot=2", "nope=3", "1e9", "")),
+    ("--level", ("paper", "coarse", "fine", "", "x")),
+    ("--start", ("22 degC", "steady", "{hot: 30 degC}", "", "nan degC", "1e9 degC", "[[", "estimated")),
+)
+MAPPING = """recording: mapped
+file: r.csv
+columns:
+  "time [s]": "time [s]"
+  "T_hot [degC]": "T_hot [degC]"
+  "T_cold [degC]": "T_cold [degC]"
+  "ambient [degC]": "ambient [degC]"
+"""
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """files: name → text, to be put into an empty folder; words: of the command that is given them."""
+
+    files: Mapping[str, str]
+    words: tuple[str, ...]
+
+    def write(self, where: Path) -> None:
+        for name, text in self.files.items():
+            (where / name).write_bytes(text.encode("utf-8", "replace"))
+
+
+@cache
+def shipped(name: str, room: str) -> str:
+    return (ROOT / room / f"{name}.yaml").read_text(encoding="utf-8")
+
+
+@cache
+def recorded(folder: Path) -> str:
+    """A recording of the small machine, with noise, 200 samples."""
+    pair = Machine.load(ROOT / f"machines/{SMALL[0]}.yaml"), Scenario.load(ROOT / f"scenarios/{SMALL[1]}.yaml")
+    run = simulate(*pair, noise_seed=1)
+    some = np.linspace(0, len(run.t) - 1, 200).astype(int)
+    columns = {name: (unit_text, values[some]) for name, unit_text, values in run.columns() if name != "tcp.z"}
+    write_csv(folder / "recorded.csv", run.t[some], columns)
+    return (folder / "recorded.csv").read_text(encoding="utf-8")
+
+
+def mutant(seed: int, number: int, folder: Path) -> Mutant:
+    """folder: where a recording may be made once."""
+    chance = random.Random(f"{seed}/{number}")
+    command = chance.choices([*COMMANDS], [*COMMANDS.values()])[0]
+    fits = command in ("compare", "calibrate", "diagnose")
+    name, by = SMALL if fits or chance.random() < 0.4 else chance.choice(PAIRS)
+    files = {"m.yaml": shipped(name, "machines"), "s.yaml": shipped(by, "scenarios"), "r.csv": recorded(folder)}
+    files["map.yaml"] = MAPPING
+    source = chance.choice(("r.csv", "r.csv", "map.yaml") if fits else ("s.yaml", "s.yaml", "r.csv", "map.yaml"))
+    source = source if name == SMALL[0] else "s.yaml"
+    aims = ["m.yaml", source, *(["r.csv"] if source == "map.yaml" else [])]
+    for aim in {chance.choice(aims), *(aims if chance.random() < 0.15 else ())}:
+        change = mutate_csv if aim.endswith(".csv") else mutate_yaml
+        files[aim] = change(files[aim], chance)
+    if chance.random() < 0.03:
+        files["m.yaml"] = mutate_letters(files["m.yaml"], chance)
+    words = [command, "m.yaml", source, *_options(command, chance)]
+    used = {"m.yaml", source, *(["r.csv"] if source == "map.yaml" else [])}
+    return Mutant({file: text for file, text in files.items() if file in used}, tuple(words))
+
+
+def _options(command: str, chance: random.Random) -> list[str]:
+    words = [] if command == "check" else ["-o", "out"] if chance.random() < 0.9 else []
+    if command in ("simulate", "calibrate", "diagnose") and chance.random() < 0.97:
+        words.append("--no-plots")
+    if command == "sweep":
+        vary = ["--vary", f"links.joint.conductance={hostile(chance)}"]
+        words = ["--levels", "1,2"] if chance.random() < 0.7 else vary
+    if command == "diagnose":
+        words += ["--jobs", "1"]
+    for option, values in OPTIONS:
+        if chance.random() < 0.04 and not (command in ("check",) and option == "--start"):
+            words += [option, chance.choice(values)]
+    if chance.random() < 0.08:
+        at = chance.choice(("nodes.hot", "links.joint.conductance", "sensors.T_hot.noise"))
+        words += ["--set", f"{at}={hostile(chance)}"]
+    return words
