@@ -19,6 +19,7 @@ test-matrix:
 
 torture: .venv/ready-to-test
 	cd tests && ../$(BIN)/python -m torture --folder ../.torture $(TORTURE)
+	cd tests && ../$(BIN)/python -m torture.stops
 
 bench: .venv/ready-to-test
 	cd tests && ../$(BIN)/python -m bench
