@@ -16,6 +16,7 @@ from network.cli.compare_command import compare
 from network.cli.demo_command import demo
 from network.cli.diagnose_command import diagnose, prove
 from network.cli.export_command import export
+from network.cli.follow_command import follow
 from network.cli.iso230_command import iso230
 from network.cli.options import (
     Whole,
@@ -68,6 +69,7 @@ cli.add_command(compare)
 cli.add_command(demo)
 cli.add_command(diagnose)
 cli.add_command(export)
+cli.add_command(follow)
 cli.add_command(iso230)
 cli.add_command(prove)
 cli.add_command(warmup)
