@@ -104,7 +104,7 @@ def test_a_step_of_twelve_states_takes_less_than_5_us(tmp_path: Path) -> None:
     fine = make_correction(shipped("flagship_gantry", level="fine"), [scenario("day_of_work")], states=12)
     (tmp_path / "c.c").write_text(write_c(fine), encoding="utf-8")
     seconds = time_step(tmp_path / "c.c")
-    assert fine.filter.states == 12 and seconds is not None and 0 < seconds < 5e-6
+    assert fine.filter.own == 12 and seconds is not None and 0 < seconds < 5e-6
 
 
 def test_all_states_lose_only_what_the_step_does() -> None:
@@ -115,7 +115,7 @@ def test_all_states_lose_only_what_the_step_does() -> None:
 
 def test_few_states_lose_less_than_the_displacement_can_be_read() -> None:
     correction = gantry()
-    assert correction.filter.states < correction.full and max(correction.losses[0].by_axis.values()) < 0.125e-6
+    assert correction.filter.own < correction.full and max(correction.losses[0].by_axis.values()) < 0.125e-6
     assert [*correction.by_states.values()] == sorted(correction.by_states.values(), reverse=True)
 
 

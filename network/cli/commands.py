@@ -18,6 +18,7 @@ from network.cli.demo_command import demo
 from network.cli.diagnose_command import diagnose, prove
 from network.cli.draft_command import draft
 from network.cli.export_command import export
+from network.cli.follow_command import follow
 from network.cli.iso230_command import iso230
 from network.cli.options import (
     FileName,
@@ -72,6 +73,7 @@ cli.add_command(compare)
 cli.add_command(demo)
 cli.add_command(diagnose)
 cli.add_command(export)
+cli.add_command(follow)
 cli.add_command(iso230)
 cli.add_command(draft)
 cli.add_command(prove)

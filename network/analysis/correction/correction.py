@@ -11,7 +11,7 @@ from scipy.linalg import expm
 
 from network.analysis.correction.filter_model import FilterModel
 from network.analysis.correction.input_table import InputTable, tabulate
-from network.analysis.correction.kalman_gain import density, first_gain, steady_gain
+from network.analysis.correction.kalman_gain import first_gain, main_directions, settle, unsure_drives
 from network.analysis.correction.linear_model import LinearModel, linearise
 from network.analysis.correction.reduction import Reduction, balance, cut
 from network.catalogue.declaration.declare import Array
@@ -59,7 +59,8 @@ class Correction:
     def summary(self) -> dict[str, Any]:
         """What export.json holds."""
         return {
-            "machine": self.machine.name, "states": self.filter.states, "full_states": self.full,
+            "machine": self.machine.name, "states": self.filter.own, "full_states": self.full,
+            "unknown_states": self.filter.states - self.filter.own,
             "step": {"value": self.filter.step, "unit": "s"}, "inputs": dict(self.filter.inputs),
             "sensors": list(self.filter.sensors), "multiplications": self.filter.multiplications,
             "lost": [loss.summary() for loss in self.losses],
@@ -147,16 +148,26 @@ def _filter(
     held, fixed = _held(model, columns)
     rises = np.concatenate([np.zeros(axes), np.full(len(model.sensors), machine.reference)])
     constant = values @ constant + fixed + np.concatenate([np.zeros(r), (model.shift - rises) * scale])
-    C = reduced.C * scale[:, None]
-    Q = Gamma @ reduced.drive @ density(model, tuple(tables)) @ reduced.drive.T @ Gamma.T / step
+    heats, rooms = unsure_drives(model, tuple(tables))
+    drives = np.stack([*(by_heat @ heat for heat in heats.values()), *(columns * [*rooms.values()]).T], axis=1)
+    unknown, like = main_directions(drives, [*heats, *rooms], max(len(model.sensors), 1))
+    C, p = reduced.C * scale[:, None], unknown.shape[1]
+    Phi, C, steady = settle(Phi, C[:axes], C[axes:], unknown, step, noise)
     cold = model.point[model.network.free] - machine.reference
+    pad = np.insert(np.eye(len(constant)), [r] * p, 0.0, axis=0)
     return FilterModel(
         machine.name, step, machine.reference, {n: text or "1" for n, text in machine.drives.items()}, model.sensors,
-        model.axes, tuple(axis_unit(a) for a in model.axes), Phi, C[:axes], C[axes:], held,
-        tuple(table.map(values) for table in tables), constant, reduced.project @ _uniform(model),
-        reduced.project @ (cold * _uniform(model)), steady_gain(Phi, C[axes:], Q, noise),
-        first_gain(reduced.project, C[axes:], noise),
+        model.axes, tuple(axis_unit(a) for a in model.axes), r, like, np.eye(p) - steady.states[r:, r:], Phi,
+        C[:axes], C[axes:], {name: pad @ column for name, column in held.items()},
+        tuple(table.map(pad @ values) for table in tables),
+        pad @ constant, _pad(reduced.project @ _uniform(model), p), _pad(reduced.project @ (cold * _uniform(model)), p),
+        steady.gain, first_gain(reduced.project, C[axes:], noise),
+        np.sqrt(np.einsum("ij,jk,ik->i", C[:axes], steady.states, C[:axes])), steady.missed,
     )  # fmt: skip
+
+
+def _pad(states: Array, count: int) -> Array:
+    return np.concatenate([states, np.zeros(count)])
 
 
 def _by_drive(reduced: Reduction, Gamma: Array, F: Array, D: Array, scale: Array) -> Array:
@@ -219,6 +230,7 @@ def _lose(model: LinearModel, filter_: FilterModel, run: Trajectory, reduced: Re
 def _lose_piece(model: LinearModel, filter_: FilterModel, run: Trajectory, reduced: Reduction) -> Loss:
     t, inputs = sample_inputs(filter_, schedule_for(model.machine, run.schedule))
     z = reduced.project @ ((run.T_start - model.point)[model.network.free] * _uniform(model))
+    z = _pad(z, filter_.states - filter_.own)
     told, _ = filter_.run(inputs, np.full((len(t), len(filter_.sensors)), np.nan), z)
     ours = {axis: told[:, k] * unit(axis_unit(axis)).scale for k, axis in enumerate(filter_.axes)}
     full = {axis: np.interp(t, run.t, run.tcp[axis]) for axis in filter_.axes}

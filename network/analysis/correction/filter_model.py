@@ -21,9 +21,12 @@ class FilterModel:
     """machine: its name; step: [s]; reference: [°C]; inputs: name → unit, in the order of the values of a step;
     sensors, axes: names; axis_units.
 
-    Phi (r, r); M (axes, r), S (sensors, r); held: input → its column of (r + axes + sensors), of a rise of it; tables:
-    the same of other inputs; constant: of nothing; uniform, offset: z = uniform T − offset of a machine that has the
-    temperature T [K over the reference] throughout; gain, first_gain: (r, sensors).
+    own: how many of the r states are the machine's; the others, `unknown`, are what heats it unknown, each in its σ,
+    named by the source most like it; known: covariance of them as far as readings tell. Phi (r, r); M (axes, r),
+    S (sensors, r); held: input → its column of (r + axes + sensors), of a rise of it; tables: the same of other inputs;
+    constant: of nothing; uniform, offset: z = uniform T − offset of a machine that has the temperature T [K over the
+    reference] throughout; gain, first_gain: (r, sensors); spread: 1σ of what is told of the axes; missed: 1σ of what a
+    reading misses, as far as the filter knows.
     """
 
     machine: str
@@ -33,6 +36,9 @@ class FilterModel:
     sensors: tuple[str, ...]
     axes: tuple[str, ...]
     axis_units: tuple[str, ...]
+    own: int
+    unknown: tuple[str, ...]
+    known: Array
     Phi: Array
     M: Array
     S: Array
@@ -43,6 +49,8 @@ class FilterModel:
     offset: Array
     gain: Array
     first_gain: Array
+    spread: Array
+    missed: Array
 
     @property
     def states(self) -> int:
@@ -78,6 +86,10 @@ class FilterModel:
         missed = self._missed(z, driven, read)
         z = z + self.gain @ missed
         return self.Phi @ z + driven[:r], self.M @ z + driven[r : r + len(self.axes)], missed
+
+    def tell(self, z: Array, inputs: Mapping[str, float]) -> Array:
+        """Movement of the axes with these states, nothing read."""
+        return np.asarray(self.M @ z + self.driven(inputs)[self.states : self.states + len(self.axes)])
 
     def _missed(self, z: Array, driven: Array, read: Array) -> Array:
         expected = self.S @ z + driven[self.states + len(self.axes) :]

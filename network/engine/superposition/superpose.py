@@ -28,7 +28,8 @@ AT_ONCE = "at once"
 """The cause of what moves without any heat, with the speed or in a step."""
 EXACTLY = "exact: the network is linear, so every cause was computed alone"
 ALONG = "conductances and heats as they were along this run, every cause computed alone in them"
-FINEST = 8
+FINEST, MOST_STEPS = 8, 6000
+"""Pieces that a step is cut into at most, and steps of a run at most: seconds for a machine of some twenty lumps."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ def superpose(run: Trajectory) -> Superposition:
         answer = answer_exactly(reduce(plain.plan, plain.readouts), causes, base)
         return _superposition(run, plain, readings, causes, answer, base, EXACTLY)
     pieces, found = 1, _superpose_frozen(run, readings, causes, base, plain, 1)
-    while not found.is_told_whole and pieces < FINEST:
+    while not found.is_told_whole and pieces < FINEST and pieces * len(run.t) < MOST_STEPS:
         pieces *= 2
         found = _superpose_frozen(run, readings, causes, base, plain, pieces)
     return found
@@ -86,14 +87,22 @@ def _superpose_frozen(
 ) -> Superposition:
     frozen = freeze(run, _cut(plain, run.t, pieces))
     answer = answer_frozen(frozen, causes, _rows_over_time(readings, frozen), base)
-    at = np.searchsorted(frozen.edges, run.t - SAME_INSTANT)
-    return _superposition(run, plain, readings, causes, answer[:, :, at], base, ALONG)
+    return _superposition(run, plain, readings, causes, _sample(answer, frozen.edges, run.t), base, ALONG)
+
+
+def _sample(answer: Array, edges: Array, t: Array) -> Array:
+    """The answers at the instants of output, straight between the ends of steps where these are fewer."""
+    k = np.clip(np.searchsorted(edges, t - SAME_INSTANT), 1, len(edges) - 1)
+    share = np.clip((t - edges[k - 1]) / (edges[k] - edges[k - 1]), 0.0, 1.0)
+    return np.asarray(answer[:, :, k - 1] * (1 - share) + answer[:, :, k] * share)
 
 
 def _cut(plain: Outcome, t: Array, pieces: int) -> Array:
-    """Ends of steps: every instant of output, input change and switching, and so many pieces in between."""
+    """Ends of steps: every instant of output, input change and switching, and so many pieces in between; of more than
+    MOST_STEPS evenly chosen ones, and what that misses is in the remainder."""
     switched = np.array([instant for instant, *_ in plain.switches])
     coarse = merge_instants(merge_instants(plain.plan.edges, t), switched)
+    coarse = np.append(coarse[: -1 : -(-len(coarse) // MOST_STEPS)], coarse[-1])
     parts = coarse[:-1, None] + np.diff(coarse)[:, None] * np.arange(pieces) / pieces
     return np.append(parts.ravel(), coarse[-1])
 

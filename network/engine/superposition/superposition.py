@@ -57,14 +57,25 @@ class Superposition:
         return all(float(np.abs(r).max()) <= FEWEST_DIGITS * largest[axis] for axis, r in self.remainder.items())
 
     def columns(self) -> Iterator[tuple[str, str, Array]]:
-        """(name, unit, values in SI) for parts.csv: by cause, by part, by kind, and all three at once."""
+        """(name, unit, values in SI) for parts.csv: by cause, by part, by kind, and all three at once; of these, what
+        is never worth a digit is added up."""
         for axis in self.run.tcp:
             for by, word in (("cause", "from"), ("part", "through"), ("kind", "by")):
                 for (name,), values in self.sum_by(axis, by).items():  # type: ignore[arg-type]
                     yield f"{word}.{axis}.{name}", axis_unit(axis), values
-            for (part, kind, cause), values in self.sum_by(axis, "part", "kind", "cause").items():
-                yield f"share.{axis}.{part}.{kind}.{cause}", axis_unit(axis), values
+            yield from self._list_shares(axis)
             yield f"remainder.{axis}", axis_unit(axis), self.remainder[axis]
+
+    def _list_shares(self, axis: str) -> Iterator[tuple[str, str, Array]]:
+        least = FEWEST_DIGITS * float(np.abs(self.run.tcp[axis]).max())
+        small = []
+        for (part, kind, cause), values in self.sum_by(axis, "part", "kind", "cause").items():
+            if np.abs(values).max() > least:
+                yield f"share.{axis}.{part}.{kind}.{cause}", axis_unit(axis), values
+            else:
+                small.append(values)
+        if small:
+            yield f"share.{axis}.others", axis_unit(axis), np.sum(small, axis=0)
 
     def __str__(self) -> str:
         return tell(self)

@@ -32,6 +32,6 @@ def correction_figure(correction: Correction) -> Figure:
         lost = Curve(*thin(t, told - full, 1000), look(i)[0])
         panels.append(Panel("lost", axis_unit(axis), 0.9, [lost], [lost.label(axis, axis_unit(axis))], from_zero=True))
     figure, _ = draw_panels(panels, t)
-    below = f"{correction.filter.states} of {correction.full} states along {loss.run}"
+    below = f"{correction.filter.own} of {correction.full} states along {loss.run}"
     write_title(figure, f"{correction.machine.name}: what the control's model loses", below)
     return figure

@@ -13,7 +13,7 @@ from network.catalogue.declaration.declare import Array
 HEAD = """/* Thermal correction of: {machine}
  *
  * Written by lptn. Plain C99: no library, no heap, no global state; a step takes {multiplications} multiplications.
- * {states} states of {full}, one step every {step} s.
+ * {own} states of {full} and {unknown} for unknown heat, one step every {step} s.
 {losses} *
  * lptn_start(state, inputs, sensors)        once: states from the first readings
  * lptn_step(state, inputs, sensors, moved)  every {step} s: corrects the states by the readings, tells how far the tool
@@ -130,7 +130,8 @@ def _head(correction: Correction) -> str:
         told = ", ".join(f"{axis} {1e6 * value:.3g} {units[axis]}" for axis, value in loss.by_axis.items())
         losses += f" * Lost against the full model along {_safe(loss.run)}: {told}.\n"
     return HEAD.format(
-        machine=_safe(f.machine), multiplications=f.multiplications, states=f.states, full=correction.full,
+        machine=_safe(f.machine), multiplications=f.multiplications, own=f.own, full=correction.full,
+        unknown=len(f.unknown),
         step=f"{f.step:g}", losses=losses, inputs=_list(f.inputs.items()),
         sensors=_list((name, "degC") for name in f.sensors), axes=_list(units.items()), reference=f"{f.reference:g}",
     )  # fmt: skip

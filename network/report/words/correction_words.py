@@ -19,8 +19,9 @@ def tell_correction(correction: Correction) -> str:
     f = correction.filter
     sensors = f"corrected by {', '.join(f.sensors)}" if f.sensors else "without sensors"
     lines = [
-        f"{correction.machine.name}: {f.states} of {correction.full} states, a step every {f.step:g} s, from "
-        f"{', '.join(f.inputs) or 'no input'}, {sensors}; {f.multiplications} multiplications a step"
+        f"{correction.machine.name}: {f.own} of {correction.full} states and {len(f.unknown)} for unknown heat, "
+        f"a step every {f.step:g} s, from {', '.join(f.inputs) or 'no input'}, {sensors}; "
+        f"{f.multiplications} multiplications a step"
     ]
     header = ["lost against the full model, at most", *(f"{a} [{pretty(axis_unit(a))}]" for a in f.axes)]
     rows = [[loss.run, *(digits(unit(axis_unit(a)).from_si(v), 3) for a, v in loss.by_axis.items())]
