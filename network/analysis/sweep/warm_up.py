@@ -215,6 +215,6 @@ def _read_speeds(text: str | None, signal: Signal, unit_text: str) -> list[float
         values = [in_unit(part if part[-1:].isalpha() else f"{part} {shown}", unit_text) for part in (*others, last)]
     except BadNumber as bad:
         raise refuse(Spot("--speeds"), bad.wrong, bad.right) from None
-    if min(values) <= 0:
+    if not min(values) > 0:
         raise refuse(Spot("--speeds"), "holds a speed that is not above zero", f"give speeds like '8000 {unit_text}'")
     return values
