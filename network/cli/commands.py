@@ -6,6 +6,7 @@ import os
 import sys
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -166,7 +167,8 @@ def simulate(
     if as_json:
         print_json(run_summary(result, shares) | {"bands": summarise_bands(bands)})
     else:
-        click.echo("\n".join([str(result), "", str(shares), *tell_bands(bands)]))
+        told = str(replace(result, warnings=()))  # which go to the other stream
+        click.echo("\n".join([told, "", str(shares), *tell_bands(bands)]))
         click.echo(f"\nWritten: {', '.join(map(str, written))}")
     warn(result.warnings)
 
