@@ -19,7 +19,7 @@ from network.analysis.drafting.lag_bank import lag
 from network.analysis.drafting.lag_fit import TwoLags
 from network.analysis.drafting.machine_draft import Draft, draft
 from network.catalogue.declaration.declare import Array
-from network.cli.commands import main
+from network.cli import main
 from network.recordings.columns import Column
 
 RECORDINGS = Path(__file__).resolve().parents[2] / "shared" / "recordings"
