@@ -331,6 +331,12 @@ def noisy(cleaned: RecordingResidual, added: Any) -> dict[str, Column]:
     return {"T_bed": replace(column, values=cleaned.channels["T_bed"].simulated + 0.05 * draw + added)}
 
 
+def test_results_show_themselves_at_the_prompt(mill: Machine, run: Trajectory) -> None:
+    """Also what holds entries stacked to arrays, as networks do."""
+    assert "bearing" in repr(run.network) and len(repr(run.network)) > 100
+    assert repr(Comparison(mill, (laid_beside(run, {}),))).startswith("<comparison of Test mill on 1")
+
+
 def test_noise_alone_is_told_in_one_sentence(run: Trajectory) -> None:
     told = [telling(laid_beside(run, {}, seed).tests) for seed in range(12)]
     assert told.count(["All residuals look like white noise."]) >= 8

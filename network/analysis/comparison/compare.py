@@ -59,7 +59,7 @@ class RecordingResidual:
         return {"file": self.recording.file, "channels": channels, **rmse, "excluded": excluded}
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Comparison:
     """Residuals of a machine on its recordings."""
 
@@ -79,6 +79,9 @@ class Comparison:
     def summary(self) -> dict[str, Any]:
         """What `compare --json` prints."""
         return {"recordings": [r.summary() for r in self.recordings], "rmse_in_noise": self.rmse_in_noise}
+
+    def __repr__(self) -> str:
+        return f"<comparison of {self.machine.name} on {len(self.recordings)}: rmse {self.rmse_in_noise:.3g} σ>"
 
     def __str__(self) -> str:
         return tell(self)

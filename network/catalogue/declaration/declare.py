@@ -94,6 +94,9 @@ class Declared(ABC):
         raise AttributeError(f"{type(self).__name__} is frozen")
 
     def __repr__(self) -> str:
+        stacked = [value for value in self.__dict__.values() if isinstance(value, np.ndarray) and value.ndim]
+        if stacked:
+            return f"<{len(stacked[0])} {type(self).__name__} in one>"
         inside = ", ".join(f"{k}: {v}" for k, v in self.to_plain().items())
         return f"{self.name or type(self).__name__} {{{inside}}}"
 
