@@ -18,9 +18,9 @@ from network.cli.options import (
     read_machine,
     read_recordings,
     read_start,
-    read_time,
     results_go_to,
     start_option,
+    take_time,
     warn,
     warn_of_extrapolation,
 )
@@ -40,7 +40,7 @@ jobs_option = click.option(
 @click.option("--seed", type=Whole(0), default=0, show_default=True, help="of all that is drawn")
 @start_option
 @click.option(
-    "--budget", callback=read_time, default="2 min", show_default=True, metavar="TIME",
+    "--budget", callback=take_time, default="2 min", show_default=True, metavar="TIME",
     help="after it the best so far is told",
 )  # fmt: skip
 @click.option("--no-plots", is_flag=True, help="no pictures")

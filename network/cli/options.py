@@ -44,7 +44,7 @@ class Whole(click.IntRange):
             self.fail(f"'{value}' is not one; give a whole number from {self.min}", param, ctx)
 
 
-def read_time(ctx: click.Context, param: click.Parameter, value: str) -> float:
+def take_time(ctx: click.Context, param: click.Parameter, value: str) -> float:
     """A time above zero, `5 min`, in seconds."""
     from network.platform.quantities.units import BadNumber
     from network.platform.refusal import Spot

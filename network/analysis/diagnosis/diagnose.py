@@ -20,6 +20,7 @@ from network.platform.parallel import processes
 from network.platform.threads import on_one_thread
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
+from network.recordings.runs import as_several
 
 
 @on_one_thread
@@ -35,7 +36,7 @@ def diagnose(
     Refused for recordings that cannot tell anything.
     """
     budget, tell = TimeBudget(seconds), progress or (lambda share: None)
-    given = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
+    given = as_several(recordings)
     let_in = admit_runs(machine, given, tuple(holdout), start)
     with processes(jobs, __name__):
         parameters, is_late = free_parameters(machine), budget.is_calibrated
