@@ -1,89 +1,52 @@
 """Commands stopped at random instants, from the first import to the last file: what lay in the folder before or the new
-result lies there afterwards, whole; nothing hidden stays where the command could tidy up; the same command then works.
+result lies there afterwards, whole; nothing hidden stays where the command could tidy up; no process stays; the same
+command then works.
 
-    python -m torture.stops --count 60
+    python -m torture.stops --count 500
 """
 
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import random
-import shutil
 import signal
-import subprocess
 import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Mapping
 from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
-MACHINE, SCENARIO = str(ROOT / "machines/two_blocks.yaml"), str(ROOT / "scenarios/bearing_warms.yaml")
-COMMANDS = {
-    "simulate": ((MACHINE, SCENARIO), (MACHINE, SCENARIO, "--set", "sources.heater.power=20 W")),
-    "sweep": ((MACHINE, SCENARIO, "--levels", "1,2"), (MACHINE, SCENARIO, "--levels", "1,2,4")),
-}
-"""What makes the result before, and the one that is stopped."""
+from torture.deeds import DEEDS, Bench, start
+
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
-PASSING = ("solve_seconds",)
-"""Of a result, what differs from run to run."""
+GONE = 10.0
+"""s within which what a command has started ends with it."""
 
 
-def start(command: str, words: tuple[str, ...], where: Path) -> subprocess.Popen[bytes]:
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
-    line = [sys.executable, "-m", "network.cli", command, *words, "-o", "out"]
-    return subprocess.Popen(
-        line, cwd=where, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
-    )
-
-
-def held(where: Path) -> dict[str, object]:
-    """Every file of a result, hidden ones aside, without what passes; of pictures and times of solving their names."""
-    return {path.name: _content(path) for path in sorted(where.glob("*")) if not path.name.startswith(".")}
-
-
-def _content(path: Path) -> object:
-    if path.suffix == ".json":
-        return _without_passing(json.loads(path.read_text(encoding="utf-8")))
-    return None if path.name in ("sweep.csv", "sweep.png") else path.read_bytes()
-
-
-def _without_passing(value: object) -> object:
-    if isinstance(value, Mapping):
-        return {key: _without_passing(child) for key, child in value.items() if key not in PASSING}
-    return [_without_passing(child) for child in value] if isinstance(value, list) else value
-
-
-def stop_once(command: str, number: signal.Signals, share: float, folder: Path) -> str:
+def stop_once(command: str, number: signal.Signals, share: float, bench: Bench) -> str:
     """What went wrong; empty where nothing did. share: of the time that the command takes, when it is stopped."""
-    before, after = COMMANDS[command]
-    results = {}
-    for name, words in (("before", before), ("after", after)):
-        where = folder / f"{command} {name}"
-        if not where.exists():
-            where.mkdir()
-            began = time.monotonic()
-            assert start(command, words, where).wait() == 0
-            (where / "seconds").write_text(str(time.monotonic() - began))
-        results[name] = held(where / "out")
-    seconds = float((folder / f"{command} after" / "seconds").read_text())
-    where = folder / f"stop {len([*folder.iterdir()])}"
-    shutil.copytree(folder / f"{command} before", where)
-    running = start(command, after, where)
+    where, seconds = bench.again(command), bench.seconds(command)
+    running = start(command, DEEDS[command][1], where)
     time.sleep(share * seconds)
     running.send_signal(number)
-    running.wait()
-    found, hidden = held(where / "out"), [*(where / "out").glob(".*")]
-    if found not in results.values():
-        return f"mixed: {sorted(found)}"
-    if hidden and number != signal.SIGKILL:
-        return f"hidden: {hidden}"
-    again = start(command, after, where).wait()
-    left = [*(where / "out").glob(".*")]
-    return f"again: status {again}, hidden {left}" if again or left or held(where / "out") != results["after"] else ""
+    told = running.communicate()[1].decode("utf-8", "replace")
+    if "Traceback" in told:
+        return f"traceback: {told.strip().splitlines()[-1]}"
+    if not _group_ends(running.pid):
+        return "orphans: processes that it started live on"
+    return bench.judge(command, where, killed=number == signal.SIGKILL)
+
+
+def _group_ends(group: int) -> bool:
+    until = time.monotonic() + GONE
+    while time.monotonic() < until:
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.05)
+    return False
 
 
 def main() -> int:
@@ -93,9 +56,10 @@ def main() -> int:
     given = parser.parse_args()
     chance, told = random.Random(given.seed), Counter[str]()
     with tempfile.TemporaryDirectory(prefix="torture-") as folder:
+        bench = Bench(Path(folder))
         for _ in range(given.count):
-            command, number = chance.choice([*COMMANDS]), chance.choice(SIGNALS)
-            why = stop_once(command, number, chance.uniform(0, 1.1), Path(folder))
+            command, number = chance.choice([*DEEDS]), chance.choice(SIGNALS)
+            why = stop_once(command, number, chance.uniform(0, 1.1), bench)
             told[f"{command} {number.name}: {why or 'held'}"] += 1
             if why:
                 print(f"{command} {number.name}: {why}", file=sys.stderr, flush=True)
