@@ -20,8 +20,13 @@ PAIRS = (
     ("belt_lathe", "constant_3000"), ("heated_building", "heating_by_day"), ("toaster_oven", "oven_on_and_off"),
     ("ball_screw_axis", "axis_back_and_forth"), ("vertical_mill", "warm_up_and_stop"),
 )  # fmt: skip
+TURNING = (("gantry_spindle", "iso230_spindle_constant"), ("vertical_mill", "iso230_spindle_constant"))
+"""For commands that need a spindle."""
 SMALL = ("two_blocks", "bearing_warms")
-COMMANDS = {"check": 0.66, "simulate": 0.2, "compare": 0.08, "sweep": 0.03, "calibrate": 0.02, "diagnose": 0.01}
+COMMANDS = {
+    "check": 0.66, "simulate": 0.16, "compare": 0.07, "sweep": 0.025, "calibrate": 0.02, "diagnose": 0.01,
+    "export": 0.015, "iso230": 0.015, "warmup": 0.01, "draft": 0.015,
+}  # fmt: skip
 """A third of them compute."""
 OPTIONS = (
     ("--lumps", ("1", "3", "40", "0", "-1", "2000", "hot=2", "nope=3", "1e9", "")),
@@ -70,8 +75,9 @@ def mutant(seed: int, number: int, folder: Path) -> Mutant:
     """folder: where a recording may be made once."""
     chance = random.Random(f"{seed}/{number}")
     command = chance.choices([*COMMANDS], [*COMMANDS.values()])[0]
-    fits = command in ("compare", "calibrate", "diagnose")
+    fits = command in ("compare", "calibrate", "diagnose", "draft")
     name, by = SMALL if fits or chance.random() < 0.4 else chance.choice(PAIRS)
+    name, by = chance.choice(TURNING) if command in ("iso230", "warmup") else (name, by)
     files = {"m.yaml": shipped(name, "machines"), "s.yaml": shipped(by, "scenarios"), "r.csv": recorded(folder)}
     files["map.yaml"] = MAPPING
     source = chance.choice(("r.csv", "r.csv", "map.yaml") if fits else ("s.yaml", "s.yaml", "r.csv", "map.yaml"))
@@ -82,22 +88,46 @@ def mutant(seed: int, number: int, folder: Path) -> Mutant:
         files[aim] = change(files[aim], chance)
     if chance.random() < 0.03:
         files["m.yaml"] = mutate_letters(files["m.yaml"], chance)
-    words = [command, "m.yaml", source, *_options(command, chance)]
-    used = {"m.yaml", source, *(["r.csv"] if source == "map.yaml" else [])}
+    if command == "draft":
+        source = "r.csv"
+        files["r.csv"] = mutate_csv(files["r.csv"], chance)
+    words = [command, *(["m.yaml"] if command != "draft" else []), source, *_options(command, chance)]
+    used = {*words, *(["r.csv"] if source == "map.yaml" else [])}
     return Mutant({file: text for file, text in files.items() if file in used}, tuple(words))
 
 
+def _sweep_words(chance: random.Random) -> list[str]:
+    vary = ["--vary", f"links.joint.conductance={hostile(chance)}"]
+    return ["--levels", "1,2"] if chance.random() < 0.7 else vary
+
+
+def _export_words(chance: random.Random) -> list[str]:
+    words = ["--as", chance.choice(("c", "table", "sinumerik", "heidenhain", "beckhoff", "x"))]
+    words += ["--states", chance.choice(("1", "3", "0", "1000"))] if chance.random() < 0.3 else []
+    return words + (["--step", hostile(chance)] if chance.random() < 0.2 else [])
+
+
+OWN = {
+    "sweep": _sweep_words,
+    "export": _export_words,
+    "diagnose": lambda chance: ["--jobs", "1", "--budget", chance.choice(("5 s", "20 s", hostile(chance)))],
+    "warmup": lambda chance: ["--tolerance", "5 um" if chance.random() < 0.8 else hostile(chance), "--longest", "1 h"],
+    "draft": lambda chance: ["-o", "out.yaml"] if chance.random() < 0.5 else [],
+}
+"""Words that belong to a command."""
+WITHOUT_START = ("check", "sweep", "export", "warmup")
+
+
 def _options(command: str, chance: random.Random) -> list[str]:
-    words = [] if command == "check" else ["-o", "out"] if chance.random() < 0.9 else []
+    words = list(OWN.get(command, lambda chance: [])(chance))
+    if command not in ("check", "draft") and chance.random() < 0.9:
+        words += ["-o", "out"]
     if command in ("simulate", "calibrate", "diagnose") and chance.random() < 0.97:
         words.append("--no-plots")
-    if command == "sweep":
-        vary = ["--vary", f"links.joint.conductance={hostile(chance)}"]
-        words = ["--levels", "1,2"] if chance.random() < 0.7 else vary
-    if command == "diagnose":
-        words += ["--jobs", "1"]
+    if command == "draft":
+        return words
     for option, values in OPTIONS:
-        if chance.random() < 0.04 and not (command in ("check",) and option == "--start"):
+        if chance.random() < 0.04 and not (command in WITHOUT_START and option == "--start"):
             words += [option, chance.choice(values)]
     if chance.random() < 0.08:
         at = chance.choice(("nodes.hot", "links.joint.conductance", "sensors.T_hot.noise"))
