@@ -19,7 +19,9 @@ test-matrix:
 
 torture: .venv/ready-to-test
 	cd tests && ../$(BIN)/python -m torture --folder ../.torture $(TORTURE)
+	cd tests && ../$(BIN)/python -m torture.agreement
 	cd tests && ../$(BIN)/python -m torture.stops
+	cd tests && ../$(BIN)/python -m torture.faults
 
 bench: .venv/ready-to-test
 	cd tests && ../$(BIN)/python -m bench

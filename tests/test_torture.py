@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import json
+import random
 import signal
 from pathlib import Path
 
 import pytest
 from torture.__main__ import attempt, table
+from torture.agreement import compare_ways
+from torture.deeds import Bench
+from torture.faults import FAULTS as DISTURBANCES
+from torture.faults import can_mount
 from torture.minimise import minimise
 from torture.mutants import PAIRS, SMALL, Mutant, mutant, recorded, shipped
+from torture.networks import KINDS, draw_network
 from torture.oracle import Outcome, judge
 
 from network.cli import commands
@@ -49,6 +55,20 @@ def test_what_was_found_stays_mended(case: Path, tmp_path: Path) -> None:
     words = json.loads((case / "words.json").read_text(encoding="utf-8"))["words"]
     files = {path.name: path.read_bytes().decode() for path in case.iterdir() if path.name != "words.json"}
     assert attempt(Mutant(files, tuple(words)), tmp_path).why == ""
+
+
+def test_ways_of_solving_agree_on_some_networks() -> None:
+    drawn = [draw_network(1, number) for number in range(24)]
+    assert {each.kind for each in drawn} == {*KINDS}
+    told = [(n, each) for n, network in enumerate(drawn) for each in compare_ways(network, random.Random(n))]
+    assert [(n, each) for n, each in told if not each.furthest <= 1.0] == []
+
+
+@pytest.mark.parametrize("name", ["full disk", "read only", "two at once", "clock set back"])
+def test_a_computer_that_lets_a_simulation_down(name: str, tmp_path: Path) -> None:
+    if name in ("full disk", "read only") and not can_mount(tmp_path):
+        pytest.skip("file systems cannot be mounted here")
+    assert DISTURBANCES[name][0]("simulate", random.Random(2), Bench(tmp_path)) == ""
 
 
 # -- the oracle -----------------------------------------------------------------------------------------------------
