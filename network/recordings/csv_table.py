@@ -6,9 +6,8 @@ import csv
 import io
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import chain
 from pathlib import Path
 from typing import TypeAlias
 
@@ -20,8 +19,9 @@ from network.platform.quantities.units import BadNumber, Unit, unit
 from network.platform.refusal import Complaints, Spot
 from network.recordings.alike import Alike
 from network.recordings.numbers import read_numbers
+from network.recordings.plain_numbers import read_plain_numbers
 from network.recordings.stamps import find_form, read_stamps
-from network.recordings.table_rows import Header, Row, check_rows, open_text, table_rows
+from network.recordings.table_rows import Header, Row, check_rows, table_rows
 from network.recordings.text_layout import Layout, find_layout
 
 _TIMES = "write `time [s]`, `time [min]` or `time [h]`; without a unit it is stamps like 2020-06-15T08:30 or 08:30:00"
@@ -107,27 +107,8 @@ def _read_clean(path: Path, width: int, headings: Sequence[Heading]) -> tuple[Ar
     """The fast way; None for anything but plain numbers and gaps."""
     if any(heading.stamp for heading in headings):
         return None
-    try:
-        with open_text(path, "utf-8-sig") as handle:
-            next(handle)
-            rows = _plain_rows(handle, width - 1)
-            first = next(rows, None)
-            if first is None:
-                return None
-            use = [heading.index for heading in headings]
-            cells = np.loadtxt(chain([first], rows), delimiter=",", comments=None, usecols=use, ndmin=2)
-    except ValueError:
-        return None
-    return (cells, np.arange(len(cells)) + 2) if not np.isinf(cells).any() else None
-
-
-def _plain_rows(lines: Iterable[str], commas: int) -> Iterator[str]:
-    for line in lines:
-        if line.count(",") != commas or '"' in line or line.isspace():
-            raise ValueError
-        if ",," in line or line[0] == "," or line.rstrip("\r\n")[-1] == ",":
-            line = ",".join(text.strip() or "nan" for text in line.split(","))
-        yield line
+    cells = read_plain_numbers(path, width, [heading.index for heading in headings])
+    return (cells, np.arange(len(cells)) + 2) if cells is not None and not np.isinf(cells).any() else None
 
 
 def _read_texts(

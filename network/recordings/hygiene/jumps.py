@@ -11,7 +11,7 @@ Source: Hill (1975), "A simple general approach to inference about the tail of a
 from __future__ import annotations
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
+from scipy.ndimage import median_filter
 
 from network.catalogue.declaration.declare import Array, Indices, Mask
 from network.recordings.hygiene.data_quality import quantum_of
@@ -35,13 +35,16 @@ def chance_of_steps(t: Array, values: Array) -> Array:
     near = interval <= REGULAR * np.median(interval)
     quantum = quantum_of(values[known])
     size = np.abs(_beyond_trend(np.diff(values[known])))
-    tail = np.sort(size[near])[::-1] + quantum / 2
-    if len(tail) <= SPARED + TAIL or tail[SPARED + TAIL] <= 0:
+    count = int(near.sum())
+    if count <= SPARED + TAIL:
+        return chance
+    tail = np.sort(np.partition(size[near], -SPARED - TAIL - 1)[-SPARED - TAIL - 1 :])[::-1] + quantum / 2
+    if tail[SPARED + TAIL] <= 0:
         return chance
     threshold = tail[SPARED]
     ranks = np.arange(SPARED + 1, SPARED + TAIL + 1)
     gamma = float(np.mean(ranks * np.log(tail[SPARED : SPARED + TAIL] / tail[SPARED + 1 : SPARED + TAIL + 1])))
-    gamma = max(gamma, 1 / (2 * np.log(len(tail))))
+    gamma = max(gamma, 1 / (2 * np.log(count)))
     seen = np.maximum(size - quantum / 2, 0.0)
     expected = (SPARED + 1) * (1 + np.log(np.maximum(seen / threshold, 1.0)) / (TAIL * gamma)) ** -TAIL
     chance[known[1:]] = np.where(near, expected, np.inf)
@@ -50,8 +53,7 @@ def chance_of_steps(t: Array, values: Array) -> Array:
 
 def _beyond_trend(steps: Array) -> Array:
     """Steps less the median of those around them: what relaxes slowly has none."""
-    padded = np.pad(steps, AROUND // 2, mode="edge")
-    return np.asarray(steps - np.median(sliding_window_view(padded, AROUND), axis=1))
+    return np.asarray(steps - median_filter(steps, AROUND, mode="nearest"))
 
 
 def is_driven(inputs: Array, rows: Indices, within: int) -> Mask:
