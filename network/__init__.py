@@ -45,6 +45,8 @@ if TYPE_CHECKING:
     from network.analysis.calibration.tcp_bands import bands_of as bands_of
     from network.analysis.comparison.compare import compare as compare
     from network.analysis.diagnosis.diagnose import diagnose as diagnose
+    from network.analysis.sweep.lump_choice import choose_lumps as choose_lumps
+    from network.analysis.sweep.lumping_error import estimate_lumping as estimate_lumping
     from network.analysis.sweep.sweep import sweep as sweep
     from network.engine.simulation import simulate as simulate
     from network.engine.superposition.superpose import superpose as superpose
@@ -59,6 +61,7 @@ _HOME = {
     "simulate": "engine.simulation", "superpose": "engine.superposition.superpose",
     "compare": "analysis.comparison.compare",
     "calibrate": "analysis.calibration.calibrate", "sweep": "analysis.sweep.sweep",
+    "estimate_lumping": "analysis.sweep.lumping_error", "choose_lumps": "analysis.sweep.lump_choice",
     "bands_of": "analysis.calibration.tcp_bands",
     "diagnose": "analysis.diagnosis.diagnose", "Refused": "platform.refusal", "Failed": "platform.refusal",
 }  # fmt: skip
@@ -70,6 +73,10 @@ def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"network has no '{name}'")
     return getattr(import_module(f"network.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
 
 
 use_printer(lambda: import_module("network.report.show"))

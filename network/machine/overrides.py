@@ -8,6 +8,8 @@ from network.catalogue.declaration.sections import SECTIONS, depth, section
 from network.platform.refusal import Refused, Spot, likely, refuse, short
 from network.platform.yaml.document import Branch, Items, Leaf, Tree, parse
 
+AUTO = "auto"
+"""What is wished of lumps where they are to be chosen along a schedule."""
 _SECTIONS = tuple(name for name in SECTIONS if name != "extends")
 
 
@@ -81,6 +83,9 @@ def set_lumps(tree: Branch, wish: str, spot: Spot | None = None) -> Branch:
     name, equals, count = (part.strip() for part in wish.rpartition("="))
     spot = spot or Spot(f"--lumps {short(wish)}")
     bars = _bars(tree)
+    if is_auto(wish):
+        right = "in Python choose_lumps(machine, scenario).machine has them, on the command line --lumps auto"
+        raise refuse(spot, f"'{short(wish)}' needs a schedule to choose lumps by", right)
     if equals and name not in bars:
         raise refuse(spot, f"'{short(name)}' is not a bar", likely(name, bars))
     if not re.fullmatch("[1-9][0-9]{0,8}", count):
@@ -88,6 +93,11 @@ def set_lumps(tree: Branch, wish: str, spot: Spot | None = None) -> Branch:
     for bar in [name] if equals else bars:
         tree = _set(tree, f"nodes.{bar}.lumps", Leaf(count, spot), spot, "")
     return tree
+
+
+def is_auto(wish: str) -> bool:
+    """`auto`, or with a tolerance `auto:1 %`."""
+    return wish.strip().partition(":")[0].strip() == AUTO
 
 
 def _bars(tree: Branch) -> list[str]:

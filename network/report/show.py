@@ -18,6 +18,8 @@ TELL = {
     "WarmUp": ("words.warm_up_words", "tell_warm_up"),
     "Comparison": ("words.words", "tell_comparison"),
     "Sweep": ("words.sweep_words", "tell_sweep"),
+    "LumpingError": ("words.lump_words", "tell_lumping"),
+    "LumpChoice": ("words.lump_words", "tell_choice"),
     "Calibration": ("words.calibration_words", "tell_calibration"),
     "Foresight": ("words.experiment_plan_words", "tell_foresight"),
     "Diagnosis": ("words.diagnosis_words", "tell_diagnosis"),

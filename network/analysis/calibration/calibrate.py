@@ -32,6 +32,7 @@ from network.analysis.calibration.uncertainty import Uncertainty
 from network.analysis.comparison.channel_residual import pool_residuals
 from network.analysis.comparison.common_start import doubt_starts, share_starts
 from network.analysis.comparison.compare import Comparison, compare
+from network.analysis.sweep.lumping_error import LumpingError, estimate_on_recording
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import Parameter, at_prior_centres, free_parameters
 from network.machine.machine import Machine
@@ -53,7 +54,8 @@ class Calibration:
     `before` with unknown numbers at their priors' centres; stated, stated_holdout: after with constants as stated and
     starts by rule, as `simulate` runs it; bands: of the tool centre point, by recording; coverage: of
     its bands on the runs held out; disagreements: numbers that
-    runs want differently; warnings: what was wrong with the input; sentences: what the result means."""
+    runs want differently; warnings: what was wrong with the input; sentences: what the result means; lumping: what
+    finer lumps would change of the calibrated machine."""
 
     machine: Machine
     original: Machine
@@ -74,6 +76,7 @@ class Calibration:
     tried: int
     seed: int
     seconds: float
+    lumping: LumpingError | None = None
 
     @property
     def theta(self) -> Array:
@@ -160,6 +163,7 @@ def _calibrate(
         result, machine, parameters, fit, known, before, after, before_holdout, after_holdout, *stated,
         areas, measure_coverage(result, after_holdout), apart, (*doubts, *let_in.warnings), tuple(findings),
         null.found.tried, seed, time.perf_counter() - began,
+        estimate_on_recording(result, stated[0].recordings, start=start, asks=False),
     )  # fmt: skip
 
 

@@ -22,8 +22,9 @@ from network.recordings.hygiene.set_aside import summarise_excluded
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.recording_checks import check_readings
-from network.recordings.runs import runs_of, tell_excluded
+from network.recordings.runs import as_several, runs_of, tell_excluded
 from network.recordings.scenario import Scenario
+from network.recordings.twins import check_once
 
 if TYPE_CHECKING:
     from network.analysis.comparison.examine import ChannelTests
@@ -93,10 +94,13 @@ def compare(
 ) -> Comparison:  # fmt: skip
     """Simulates the machine along a recording, or each of several, and lays the measured channels beside it.
 
-    Raises Refused where a recording lacks an input, shares no channel with the machine, or has a channel in a unit
-    that does not fit.
+    Raises Refused where a recording lacks an input, shares no channel with the machine, has a channel in a unit that
+    does not fit, or is given twice.
     """
-    runs = share_start_rule(machine, runs_of(machine, recordings), start)
+    given, complaints = as_several(recordings), Complaints()
+    check_once(given, complaints)
+    complaints.raise_if_any()
+    runs = share_start_rule(machine, runs_of(machine, given), start)
     return Comparison(machine, tuple(_compare_one(machine, r, start, method, progress) for r in runs))
 
 
