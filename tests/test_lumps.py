@@ -150,6 +150,17 @@ def test_wishes_that_cannot_be(wishes: list[str], said: str, capsys: pytest.Capt
     assert said in run("check", GANTRY, *(w for wish in wishes for w in ("--lumps", wish)), capsys=capsys)[1]
 
 
+def test_numbers_that_are_unknown_do_not_keep_lumps_from_being_chosen(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """They count as in the middle of their range, and stay unknown."""
+    words = "check", GANTRY, "--set", "links.flange.conductance=unknown 20..80 W/K", "--lumps", "auto", "--json"
+    out, err = run(*words, capsys=capsys)
+    assert "No schedule is given: along a warm-up and rest." in err
+    told = json.loads(out)
+    assert told["uncertain"]["links.flange.conductance"]["prior"] == "unknown" and told["nodes"]["housing"]["lumps"] > 1
+
+
 def test_python_is_told_how() -> None:
     with pytest.raises(Refused, match=r"choose_lumps\(machine, scenario\)\.machine"):
         Machine.load(GANTRY, lumps=["auto"])

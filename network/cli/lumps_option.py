@@ -75,5 +75,5 @@ def _guess_unknown(machine: Machine) -> Machine:
     tree = machine.tree
     for p in free_parameters(machine):
         if p.is_unknown:
-            tree = set_value(tree, f"{p.path}={p.format_value(p.value(p.centre))}")
+            tree = set_value(tree, f"{p.path}={p.format_value(p.centre)}")
     return machine if tree is machine.tree else type(machine).read(tree, machine.file)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
+from typing import Any
 
 from network.catalogue.declaration.sections import SECTIONS, depth, section
 from network.platform.refusal import Refused, Spot, likely, refuse, short
@@ -10,6 +12,8 @@ from network.platform.yaml.document import Branch, Items, Leaf, Tree, parse
 
 AUTO = "auto"
 """What is wished of lumps where they are to be chosen along a schedule."""
+KINDED = ("links", "sources", "tcp")
+"""Sections whose entries name their kind."""
 _SECTIONS = tuple(name for name in SECTIONS if name != "extends")
 
 
@@ -76,6 +80,38 @@ def _descend(child: Tree, rest: str, value: Tree, spot: Spot, where: str) -> Tre
     i = int(head)
     new = _descend(child.entries[i], tail, value, spot, f"{where}.{head}") if tail else value
     return Items((*child.entries[:i], new, *child.entries[i + 1 :]), child.spot)
+
+
+def part_numbers(patch: Mapping[str, Any], tree: Branch) -> tuple[dict[str, Any], list[tuple[str, Any]]]:
+    """(what replaces whole entries, (path, value) of what is exchanged in one) of a patch from Python. A path has dots;
+    an entry that is there and is given without its kind is no whole one."""
+    whole: dict[str, Any] = {}
+    numbers: list[tuple[str, Any]] = []
+    for name, given in patch.items():
+        if "." in name:
+            numbers.append((name, given))
+        elif name in KINDED and isinstance(given, Mapping):
+            kept = _part_section(name, given, section(tree, name), depth(name), numbers)
+            whole |= {name: kept} if kept or not given else {}
+        else:
+            whole[name] = given
+    return whole, numbers
+
+
+def _part_section(
+    where: str, given: Mapping[str, Any], there: Branch, below: int, numbers: list[tuple[str, Any]]
+) -> dict[str, Any]:
+    kept: dict[str, Any] = {}
+    for name, entry in given.items():
+        old = there.items.get(name)
+        if below > 1 and isinstance(entry, Mapping) and isinstance(old, Branch):
+            inner = _part_section(f"{where}.{name}", entry, old, below - 1, numbers)
+            kept |= {name: inner} if inner or not entry else {}
+        elif below == 1 and isinstance(entry, Mapping) and entry and isinstance(old, Branch) and "kind" not in entry:
+            numbers += [(f"{where}.{name}.{key}", "null" if value is None else value) for key, value in entry.items()]
+        else:
+            kept[name] = entry
+    return kept
 
 
 def set_lumps(tree: Branch, wish: str, spot: Spot | None = None) -> Branch:

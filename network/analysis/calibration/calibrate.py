@@ -36,7 +36,7 @@ from network.analysis.sweep.lumping_error import LumpingError, estimate_on_recor
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import Parameter, at_prior_centres, free_parameters
 from network.machine.machine import Machine
-from network.platform.printing import summarise, tell
+from network.platform.printing import Tabled, summarise
 from network.platform.threads import on_one_thread
 from network.recordings.channel_match import overheard
 from network.recordings.inputs import Start
@@ -47,7 +47,7 @@ Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Calibration:
+class Calibration(Tabled):
     """The outcome. machine: with value ± standard error for each number; original: as it was given; fit, known: the
     minimum and its uncertainty; before, after, before_holdout, after_holdout: residuals on the recordings calibrated on
     and on those held out (None without), the constants of each run estimated, of those held out from their beginning;
@@ -110,9 +110,6 @@ class Calibration:
 
     def __repr__(self) -> str:
         return f"<calibration of {self.original.name}: rmse {self.after.rmse_in_noise:.3g} σ>"
-
-    def __str__(self) -> str:
-        return tell(self)
 
 
 @on_one_thread

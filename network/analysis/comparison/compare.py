@@ -14,7 +14,7 @@ from network.engine.simulation import schedule_for, simulate
 from network.engine.solvers.carry_out import Progress
 from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
-from network.platform.printing import tell
+from network.platform.printing import Brief, Tabled
 from network.platform.quantities.units import unit
 from network.platform.refusal import Complaints, Spot, refuse
 from network.recordings.counted_readings import drop_uncounted
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from network.analysis.comparison.run_constants import RunConstants
 
 
-@dataclass(frozen=True, eq=False)
-class RecordingResidual:
+@dataclass(frozen=True, eq=False, repr=False)
+class RecordingResidual(Brief):
     """All channels of one recording, with the run they were compared to; constants: where these were estimated."""
 
     recording: Recording
@@ -61,7 +61,7 @@ class RecordingResidual:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Comparison:
+class Comparison(Tabled):
     """Residuals of a machine on its recordings."""
 
     machine: Machine
@@ -83,9 +83,6 @@ class Comparison:
 
     def __repr__(self) -> str:
         return f"<comparison of {self.machine.name} on {len(self.recordings)}: rmse {self.rmse_in_noise:.3g} σ>"
-
-    def __str__(self) -> str:
-        return tell(self)
 
 
 def compare(

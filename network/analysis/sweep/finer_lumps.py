@@ -13,6 +13,7 @@ from network.catalogue.declaration.declare import Array
 from network.engine.trajectory import Trajectory, axis_unit
 from network.machine.machine import Machine
 from network.machine.overrides import set_lumps
+from network.platform.printing import Brief
 from network.platform.quantities.units import difference, unit
 
 SHARE = 0.02
@@ -23,8 +24,8 @@ PAUSE = 3.0
 """Times the median of its cycles: what lasts longer is none."""
 
 
-@dataclass(frozen=True, eq=False)
-class Course:
+@dataclass(frozen=True, eq=False, repr=False)
+class Course(Brief):
     """A channel over time, SI. noise: σ of a reading, 0 where nothing reads it."""
 
     name: str

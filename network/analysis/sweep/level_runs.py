@@ -22,6 +22,7 @@ from network.engine.trajectory import Trajectory
 from network.machine.lumps import level_patch
 from network.machine.machine import Machine
 from network.machine.overrides import AUTO, set_lumps
+from network.platform.printing import Brief
 from network.platform.refusal import Complaints, Refused, Spot, likely, refuse, short
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
@@ -35,8 +36,8 @@ LONG = 1.0
 USUAL = ("1", "2", "4", "8", "16")
 
 
-@dataclass(frozen=True, eq=False)
-class Job:
+@dataclass(frozen=True, eq=False, repr=False)
+class Job(Brief):
     """What all runs of a sweep have in common."""
 
     machine: Machine
@@ -45,8 +46,8 @@ class Job:
     method: str = "auto"
 
 
-@dataclass(frozen=True, eq=False)
-class LevelRun:
+@dataclass(frozen=True, eq=False, repr=False)
+class LevelRun(Brief):
     """One level along a schedule. lumps: of all parts; t [s]; tcp: axis → displacement [m] or angle [rad];
     temperatures: of the temperature sensors, or of the parts where there are none [°C]; in_noise, tcp_in_noise: rms
     to the recording over all channels, and over those of displacement, NaN without; closed_form: of the paper's."""

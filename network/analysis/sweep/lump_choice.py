@@ -13,7 +13,7 @@ from network.catalogue.declaration.declare import Array
 from network.engine.simulation import simulate
 from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
-from network.platform.printing import tell
+from network.platform.printing import Result
 from network.platform.refusal import Spot, refuse
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
@@ -30,8 +30,8 @@ HALF = 0.5
 """Share of the tolerance by which one more doubling may still change the fine run that all is measured by."""
 
 
-@dataclass(frozen=True, eq=False)
-class LumpChoice:
+@dataclass(frozen=True, eq=False, repr=False)
+class LumpChoice(Result):
     """lumps: by bar; machine: cut like that; finest: lumps in every bar of the run it was measured by; changes: what
     that run differs in, by source the worst; share: tolerance, of every channel's range; is_settled: whether the finest
     run itself stands still when it is cut once more."""
@@ -55,9 +55,6 @@ class LumpChoice:
 
     def __repr__(self) -> str:
         return f"<lumps: {', '.join(f'{name} {count}' for name, count in self.lumps.items())}>"
-
-    def __str__(self) -> str:
-        return tell(self)
 
 
 def choose_lumps(

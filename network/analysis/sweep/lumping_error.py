@@ -13,7 +13,7 @@ from network.catalogue.nodes import MOST_IN_ALL
 from network.engine.simulation import simulate
 from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
-from network.platform.printing import tell
+from network.platform.printing import Result
 from network.platform.refusal import Failed
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
@@ -28,8 +28,8 @@ FEW, SHORT = 40, 20_000
 """Bars and samples of a linear machine without switchings up to which the lumps of every bar are looked for unasked."""
 
 
-@dataclass(frozen=True, eq=False)
-class LumpingError:
+@dataclass(frozen=True, eq=False, repr=False)
+class LumpingError(Result):
     """changes: finer run less this one, by channel; lumps, finer: of every bar in both; choice: lumps that would be
     enough, where they were looked for; noise: rms residual of a recording [σ], as cut and cut finely."""
 
@@ -56,9 +56,6 @@ class LumpingError:
     def __repr__(self) -> str:
         worst = max(self.changes, key=lambda change: change.share)
         return f"<lumping of {self.machine.name}: {worst.name} off by {worst.share:.2g} of its range>"
-
-    def __str__(self) -> str:
-        return tell(self)
 
 
 def estimate_lumping(

@@ -34,7 +34,7 @@ from network.engine.simulation import check_known, schedule_for
 from network.machine.machine import Machine
 from network.machine.overrides import AUTO
 from network.platform.parallel import Told, run_all
-from network.platform.printing import summarise, tell
+from network.platform.printing import Tabled, summarise
 from network.platform.refusal import Complaints, Spot, refuse
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
@@ -44,8 +44,8 @@ FINEST, QUICK = 500, 2.0
 """Lumps, and seconds of a solution, up to which the finest level is run once more with twice as many."""
 
 
-@dataclass(frozen=True, eq=False)
-class Sweep:
+@dataclass(frozen=True, eq=False, repr=False)
+class Sweep(Tabled):
     """What a sweep gives: `levels` of one machine compared with the finest of them, or `runs` over the grid of the
     `variations`. source: name of the scenario or recording; beyond: the finest level with every bar cut once more."""
 
@@ -98,9 +98,6 @@ class Sweep:
     def summary(self) -> dict[str, Any]:
         """What sweep.json holds and --json prints."""
         return summarise(self)
-
-    def __str__(self) -> str:
-        return tell(self)
 
 
 def sweep(

@@ -60,8 +60,8 @@ def write_run(
     """results.csv (a recording's format), parts.csv (what every part has and does, and where the movement comes from),
     and summary.json."""
     results, parts, summary = (where / name for name in ("results.csv", "parts.csv", "summary.json"))
-    more = shares.columns() if shares is not None else ()
-    for path, columns in ((results, run.columns()), (parts, chain(run.part_columns(), more))):
+    more = shares.columns_in_si() if shares is not None else ()
+    for path, columns in ((results, run.columns_in_si()), (parts, chain(run.part_columns_in_si(), more))):
         write_csv(path, run.t, {name: (unit_text, values) for name, unit_text, values in columns})
     write_text(summary, as_json(run_summary(run, shares, lumping)))
     return [results, parts, summary]
