@@ -41,13 +41,21 @@ from network.platform.printing import use_printer
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from network.analysis.calibration.calibrate import Calibration as Calibration
     from network.analysis.calibration.calibrate import calibrate as calibrate
     from network.analysis.calibration.tcp_bands import bands_of as bands_of
+    from network.analysis.comparison.compare import Comparison as Comparison
     from network.analysis.comparison.compare import compare as compare
     from network.analysis.diagnosis.diagnose import diagnose as diagnose
+    from network.analysis.diagnosis.result import Diagnosis as Diagnosis
+    from network.analysis.sweep.lump_choice import choose_lumps as choose_lumps
+    from network.analysis.sweep.lumping_error import estimate_lumping as estimate_lumping
+    from network.analysis.sweep.sweep import Sweep as Sweep
     from network.analysis.sweep.sweep import sweep as sweep
     from network.engine.simulation import simulate as simulate
     from network.engine.superposition.superpose import superpose as superpose
+    from network.engine.superposition.superposition import Superposition as Superposition
+    from network.engine.trajectory import Trajectory as Trajectory
     from network.machine.machine import Machine as Machine
     from network.platform.refusal import Failed as Failed
     from network.platform.refusal import Refused as Refused
@@ -59,8 +67,12 @@ _HOME = {
     "simulate": "engine.simulation", "superpose": "engine.superposition.superpose",
     "compare": "analysis.comparison.compare",
     "calibrate": "analysis.calibration.calibrate", "sweep": "analysis.sweep.sweep",
+    "estimate_lumping": "analysis.sweep.lumping_error", "choose_lumps": "analysis.sweep.lump_choice",
     "bands_of": "analysis.calibration.tcp_bands",
     "diagnose": "analysis.diagnosis.diagnose", "Refused": "platform.refusal", "Failed": "platform.refusal",
+    "Trajectory": "engine.trajectory", "Comparison": "analysis.comparison.compare", "Sweep": "analysis.sweep.sweep",
+    "Calibration": "analysis.calibration.calibrate", "Diagnosis": "analysis.diagnosis.result",
+    "Superposition": "engine.superposition.superposition",
 }  # fmt: skip
 __all__ = [*_HOME, "__version__"]
 
@@ -70,6 +82,10 @@ def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"network has no '{name}'")
     return getattr(import_module(f"network.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)
 
 
 use_printer(lambda: import_module("network.report.show"))

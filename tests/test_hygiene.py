@@ -38,7 +38,7 @@ def made(seed: int, start: str | None = None) -> Recording:
     machine = Machine.load(MILL)
     inputs = {name: INPUTS.get(name, "0 m/min") for name in machine.inputs}
     run = simulate(machine, Scenario.of("made", "3 h", inputs, start=start), noise_seed=seed)
-    columns = {name: Column(name, unit, values) for name, unit, values in run.columns() if not name.startswith("tcp")}
+    columns = {name: Column(name, unit, v) for name, unit, v in run.columns_in_si() if not name.startswith("tcp")}
     return Recording("made", "made.csv", run.t, columns)
 
 
@@ -204,7 +204,7 @@ def test_what_is_set_aside_counts_in_no_figure(mill: Machine, clean: Recording, 
 def test_calibrate_and_diagnose_tell_it(mill: Machine, clean: Recording) -> None:
     blocks = Machine.load("machines/two_blocks.yaml")
     run = simulate(blocks, Scenario.of("x", "2 h", {"ambient": "22 degC"}), noise_seed=1)
-    columns = {name: Column(name, unit, v) for name, unit, v in run.columns() if not name.startswith("tcp")}
+    columns = {name: Column(name, unit, v) for name, unit, v in run.columns_in_si() if not name.startswith("tcp")}
     good = Recording("x", "x.csv", run.t, columns)
     bad = offset_run(good, "T_cold")
     found = calibrate(blocks, bad)

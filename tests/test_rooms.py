@@ -73,7 +73,7 @@ def test_every_room_is_on_the_map() -> None:
     assert len(top) <= 10
     for room in {room.partition(".")[0] for room in ROOMS} | {room.rpartition(".")[2] for room in ROOMS}:
         assert re.search(rf"^ *{room} ", text, re.MULTILINE), room
-    assert top == {"__init__.py", *(room.partition(".")[0] for room in ROOMS)}
+    assert top == {"__init__.py", "py.typed", *(room.partition(".")[0] for room in ROOMS)}
 
 
 def test_a_name_of_a_module_means_one_thing() -> None:

@@ -80,7 +80,7 @@ def test_it_swings_rests_and_creeps_as_its_damping_says(reset_time: float) -> No
 def test_what_it_has_integrated_ends_as_the_load() -> None:
     """At rest G z = Q; the course of z is that of its integral."""
     made = run(chilled(), every=1.0)
-    (path, unit_text, z), *_ = [c for c in made.part_columns() if c[0].startswith("sources.")]
+    (path, unit_text, z), *_ = [c for c in made.part_columns_in_si() if c[0].startswith("sources.")]
     assert (path, unit_text) == ("sources.chiller.reset", "K")
     assert abs(z[0]) < 1e-12 and 60 * z[-1] == pytest.approx(Q, rel=1e-6)
     excess = made.shown("T") - 22

@@ -54,7 +54,7 @@ def calibrate(
         raise refuse(Spot("lptn calibrate"), "no recording is given", "name at least one, or a schedule with --plan")
     with share_bar(f"calibrating {Path(machine).name}") as bar:
         results_go_to(output if plan is not None else output or "out")
-        loaded = read_machine(machine, level, lumps, sets)
+        loaded = read_machine(machine, level, lumps, sets, [plan] if plan is not None else recordings, start)
         answer: Foresight | Calibration
         if plan is not None:
             _check_no_recordings(recordings, holdout)

@@ -43,6 +43,7 @@ from network.report.progress import share_bar
 
 if TYPE_CHECKING:
     from network.analysis.calibration.tcp_bands import Band
+    from network.analysis.sweep.lumping_error import LumpingError
     from network.engine.superposition.superposition import Superposition
     from network.engine.trajectory import Trajectory
     from network.machine.machine import Machine
@@ -93,7 +94,7 @@ def check(
     from network.report.words.check_summary import machine_summary, tell_source
     from network.report.words.words import describe
 
-    loaded = read_machine(machine, level, lumps, sets)
+    loaded = read_machine(machine, level, lumps, sets, sources)
     words = [] if as_json else [describe(loaded)]
     complaints = Complaints()
     if level is None:
@@ -149,7 +150,8 @@ def simulate(
     """Run a MACHINE through a scenario, or along the inputs of a recording (SOURCE)."""
     with share_bar(f"simulating {Path(machine).name}") as bar:
         results_go_to(output)
-        loaded = read_machine(machine, level, lumps, sets)
+        loaded = read_machine(machine, level, lumps, sets, [source], start)
+        from network.analysis.sweep.lumping_error import estimate_lumping
         from network.engine.simulation import simulate as run
         from network.engine.superposition.superpose import superpose
         from network.recordings.load_source import load_source
@@ -162,26 +164,31 @@ def simulate(
             progress=bar.over([driver]),
         )  # fmt: skip
         shares, bands = superpose(result), _bands(loaded, driver, start)
+        bar.now("cutting lumps more finely", 1.0)
+        plain = None if noise else result
+        lumping = estimate_lumping(loaded, driver, plain, start=read_start(start), method=method)
         bar.now("drawing the run", 1.0)
-        written = _write(result, shares, bands, output, not no_plots)
+        written = _write(result, shares, bands, lumping, output, not no_plots)
     if as_json:
-        print_json(run_summary(result, shares) | {"bands": summarise_bands(bands)})
+        print_json(run_summary(result, shares, lumping) | {"bands": summarise_bands(bands)})
     else:
         told = str(replace(result, warnings=()))  # which go to the other stream
-        click.echo("\n".join([told, "", str(shares), *tell_bands(bands)]))
+        cut = [str(lumping), ""] if lumping is not None else []
+        click.echo("\n".join([told, "", *cut, str(shares), *tell_bands(bands)]))
         click.echo(f"\nWritten: {', '.join(map(str, written))}")
     warn(result.warnings)
 
 
 def _write(
-    result: Trajectory, shares: Superposition | None, bands: Sequence[Band], output: str, pictures: bool
-) -> list[Path]:
+    result: Trajectory, shares: Superposition | None, bands: Sequence[Band], lumping: LumpingError | None, output: str,
+    pictures: bool,
+) -> list[Path]:  # fmt: skip
     from network.platform.publication import publication
     from network.report.files.band_files import write_bands
     from network.report.files.result_files import RUN, write_run
 
     with publication(output, RUN) as draft:
-        made = [*write_run(result, draft, shares), *write_bands(result, bands, draft)]
+        made = [*write_run(result, draft, shares, lumping), *write_bands(result, bands, draft)]
         if pictures:
             from network.report.files.pictures import draw_run
 
@@ -220,7 +227,7 @@ def sweep(
     """How far a MACHINE may be simplified along SOURCE, or how its tool centre point answers to varied numbers."""
     with share_bar(f"sweeping {Path(machine).name}") as bar:
         results_go_to(output)
-        loaded = read_machine(machine, level, lumps, sets)
+        loaded = read_machine(machine, level, lumps, sets, [source], start)
         from network.analysis.sweep.sweep import sweep as run
         from network.recordings.load_source import load_source
 

@@ -46,9 +46,10 @@ def compare(
         results_go_to(output)
         if json_file not in (None, "-"):
             results_go_to(Path(str(json_file)).parent)
-        loaded = read_machine(machine, level, lumps, sets)
+        loaded = read_machine(machine, level, lumps, sets, recordings, start)
         from network.analysis.comparison.common_start import doubt_starts
         from network.analysis.comparison.compare import compare as lay_beside
+        from network.analysis.sweep.lumping_error import estimate_on_recording
         from network.recordings.channel_match import overheard
 
         given, stated = list(read_recordings(recordings)), None
@@ -61,6 +62,9 @@ def compare(
             result = lay_beside(loaded, given, start=stated, method=method, progress=bar.over(given))
         bar.now("testing residuals", 1.0)
         text, summary = _tell(loaded, result, json_file != "-")
+        lumping = estimate_on_recording(loaded, result.recordings, start=stated, method=method)
+        if lumping is not None:
+            text, summary = f"{text}\n{lumping}", summary | {"lumping": lumping.summary()}
         written = _write(result, summary, output, json_file)
     if json_file == "-":
         print_json(summary)

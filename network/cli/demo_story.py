@@ -96,7 +96,7 @@ def _recording(machine_file: Path, scenario: Scenario, where: Path) -> Iterator[
     yield from _chapter("4  A recording beside it")
     truth = Machine.load(machine_file, sets=TRUTH)
     made = simulate(truth, scenario, noise_seed=1)
-    columns = {name: (unit_text, values) for name, unit_text, values in made.columns() if not axis_of(name)}
+    columns = {name: (unit_text, values) for name, unit_text, values in made.columns_in_si() if not axis_of(name)}
     write_csv(where / "recording.csv", made.t, columns)
     compared = compare(Machine.load(machine_file), [Recording.load(where / "recording.csv")])
     yield from _wrap(

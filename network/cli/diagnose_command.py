@@ -57,7 +57,7 @@ def diagnose(
         from network.report.files.diagnosis_files import check_target, write_diagnosis
 
         results_go_to(output)
-        loaded = read_machine(machine, level, lumps, sets)
+        loaded = read_machine(machine, level, lumps, sets, recordings, start)
         where = check_target(loaded, Path(output))
         begins, runs, held_out = read_start(start), [*read_recordings(recordings)], [*read_recordings(holdout)]
         result = run(loaded, runs, held_out, start=begins, seed=seed, jobs=jobs, progress=bar, seconds=budget)

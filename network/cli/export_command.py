@@ -44,7 +44,7 @@ def export(
     """A MACHINE as a correction for a control, with the micrometres lost on every scenario or recording (SOURCES)."""
     with share_bar(f"exporting {Path(machine).name}"):
         results_go_to(output)
-        loaded = read_machine(machine, level, lumps, sets)
+        loaded = read_machine(machine, level, lumps, sets, sources)
         from network.analysis.correction.channels_given import read_channels
         from network.platform.publication import publication
         from network.recordings.load_source import load_source

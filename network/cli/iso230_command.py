@@ -39,7 +39,7 @@ def iso230(
     etve, spindle_constant, spindle_spectrum, linear_axis, rotary_axis), or from a recording."""
     with share_bar(f"testing {Path(machine).name}") as bar:
         results_go_to(output)
-        loaded = read_machine(machine, level, lumps, sets)
+        loaded = read_machine(machine, level, lumps, sets, [str(_find_program(program))], start)
         from network.analysis.acceptance.thermal_test import evaluate_thermal_test
         from network.recordings.load_source import load_source
         from network.recordings.scaled_inputs import scale_inputs

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from network.platform.refusal import Complaints, Refused
+from network.recordings.start_rule import ESTIMATED
 
 if TYPE_CHECKING:
     from network.machine.machine import Machine
@@ -24,7 +25,7 @@ def machine_options(command: Command) -> Command:
     """MACHINE and the three ways to change it."""
     for option in (
         click.option("--set", "sets", multiple=True, metavar="PATH=VALUE", help="e.g. 'links.skin.conductance=5 W/K'"),
-        click.option("--lumps", multiple=True, metavar="N|NODE=N", help="lumps of every bar, or of one"),
+        click.option("--lumps", multiple=True, metavar="N|NODE=N|auto", help="of every bar, of one, or what it takes"),
         click.option("--level", metavar="NAME", help="a simplification level of the machine file"),
         click.argument("machine", type=FileName()),
     ):
@@ -92,10 +93,22 @@ def results_go_to(path: str | Path | None) -> None:
         check_folder(path)
 
 
-def read_machine(path: str, level: str | None, lumps: Sequence[str], sets: Sequence[str]) -> Machine:
+def read_machine(
+    path: str, level: str | None, lumps: Sequence[str], sets: Sequence[str], along: Iterable[str] = (),
+    start: str | None = None,
+) -> Machine:  # fmt: skip
+    """The machine, changed; along: scenarios and recordings by which `--lumps auto` chooses, with their start."""
+    from network.cli.lumps_option import cut_as_wished, split_wishes
     from network.machine.machine import Machine
 
-    return Machine.load(path, level=level, lumps=lumps, sets=sets)
+    numbers, wish = split_wishes(lumps)
+    machine = Machine.load(path, level=level, lumps=numbers, sets=sets)
+    if wish is None:
+        return machine
+    from network.recordings.load_source import load_source
+
+    begins = None if start == ESTIMATED else read_start(start)
+    return cut_as_wished(machine, wish, numbers, [load_source(source) for source in along], begins)
 
 
 def read_fitting(machine: Machine, path: str) -> Scenario | Recording:

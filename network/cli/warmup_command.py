@@ -27,7 +27,7 @@ def warmup(
     """The shortest warm-up of a MACHINE after which its tool centre point moves less than a tolerance over SCENARIO."""
     with share_bar(f"warming up {Path(machine).name}") as bar:
         results_go_to(output)
-        loaded = read_machine(machine, level, lumps, sets)
+        loaded = read_machine(machine, level, lumps, sets, [scenario])
         from network.analysis.sweep.warm_up import find_warm_up
         from network.recordings.scenario import Scenario
         from network.recordings.yaml_values import read_time

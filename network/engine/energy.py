@@ -12,13 +12,14 @@ from network.engine.balance import heat_balance, inward
 from network.engine.network import Network
 from network.engine.solvers.linear import LinearProblem, LinearSolution, Regime
 from network.engine.solvers.plan import Plan
+from network.platform.printing import Brief
 
 NO_HEAT = 1e-9
 """K: what does not warm a machine by more is the rounding of its temperatures."""
 
 
-@dataclass(frozen=True, eq=False)
-class EnergyAccount:
+@dataclass(frozen=True, eq=False, repr=False)
+class EnergyAccount(Brief):
     """All in joules, over the whole run.
 
     by_mechanism: net heat brought into the parts by every entry (negative: taken out); links between two parts carry

@@ -16,6 +16,7 @@ from network.catalogue.mechanisms.base import Inputs, Mechanism, Relay
 from network.engine.entry_groups import Flows, Heats
 from network.machine.lumps import weights
 from network.machine.machine import Machine
+from network.platform.printing import Brief
 
 
 @dataclass(frozen=True)
@@ -35,8 +36,8 @@ class Held:
         return np.empty(0) if self.drift is None else self.drift.edges(duration)
 
 
-@dataclass(frozen=True)
-class Network:
+@dataclass(frozen=True, repr=False)
+class Network(Brief):
     """N lumps; capacity [J/K] is 0 for massless junctions and inf for held nodes.
 
     mechanisms: names as in the file, then the bars' inner conduction; parts: node → its lumps; held: lump → what holds

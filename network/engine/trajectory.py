@@ -14,8 +14,10 @@ from network.catalogue.expansions.base import ANGULAR_AXES
 from network.engine.energy import EnergyAccount
 from network.engine.network import Network
 from network.machine.machine import Machine
-from network.platform.printing import tell
+from network.platform.data_frame import data_frame
+from network.platform.printing import Drawn
 from network.platform.quantities.units import difference, unit
+from network.platform.refusal import UnknownName, likely
 from network.recordings.inputs import Schedule
 
 
@@ -24,8 +26,8 @@ def axis_unit(axis: str) -> str:
     return "urad" if axis in ANGULAR_AXES else "um"
 
 
-@dataclass(frozen=True, eq=False)
-class Trajectory:
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectory(Drawn):
     """One run. Everything over `t` [s]; inside SI and °C, `shown` gives a channel in its unit.
 
     inputs, sensors: by name; tcp: axis → displacement [m] or angle [rad]; contributions: (axis, entry) → the same;
@@ -61,7 +63,16 @@ class Trajectory:
         return {name: values for (a, name), values in self.contributions.items() if a == axis}
 
     def columns(self) -> Iterator[tuple[str, str, Array]]:
-        """(name, unit, values in SI) of every input, sensor and tcp axis: the columns of results.csv."""
+        """(name, unit, values in that unit) of every input, sensor and tcp axis: the columns of results.csv."""
+        yield from ((name, text, in_own_unit(values, text)) for name, text, values in self.columns_in_si())
+
+    def part_columns(self) -> Iterator[tuple[str, str, Array]]:
+        """(name, unit, values in that unit) of every part's temperature and heat, of every contribution, of every state
+        of an entry: the columns of parts.csv."""
+        yield from ((name, text, in_own_unit(values, text)) for name, text, values in self.part_columns_in_si())
+
+    def columns_in_si(self) -> Iterator[tuple[str, str, Array]]:
+        """`columns`, values in SI and °C; the unit is that which they are shown in."""
         for name, values in self.inputs.items():
             yield name, self.schedule.signals[name].unit, values
         for name, values in self.sensors.items():
@@ -69,9 +80,8 @@ class Trajectory:
         for axis, values in self.tcp.items():
             yield displacement(axis), axis_unit(axis), values
 
-    def part_columns(self) -> Iterator[tuple[str, str, Array]]:
-        """(name, unit, values in SI) of every part's temperature and heat, of every contribution, of every state of an
-        entry: parts.csv."""
+    def part_columns_in_si(self) -> Iterator[tuple[str, str, Array]]:
+        """`part_columns`, values in SI and °C."""
         for name, values in self.parts.items():
             yield f"T.{name}", "degC", values
         for name, values in self.heat.items():
@@ -81,12 +91,26 @@ class Trajectory:
         for path, values in self.states.items():
             yield path, self.machine.states[path].unit, values
 
+    def find_column(self, name: str) -> tuple[str, str, Array]:
+        """(name, unit, values in that unit) of an input, sensor, tcp axis (`tcp.z` or `z`), part (`T.housing` or
+        `housing`), contribution (`tcp.z.housing grows`) or heat (`heat.housing`). Raises UnknownName."""
+        known = {column: (text, values) for column, text, values in self.columns_in_si()}
+        known |= {column: (text, values) for column, text, values in self.part_columns_in_si() if column not in known}
+        meant = next((each for each in (name, displacement(name), f"T.{name}") if each in known), None)
+        if meant is None:
+            raise UnknownName(f"there is no channel '{name}'; {likely(name, [*known, *self.tcp, *self.parts])}")
+        text, values = known[meant]
+        return meant, text, in_own_unit(values, text)
+
     def shown(self, name: str) -> Array:
-        """A channel, part or tcp axis in its unit (degC, um, rpm …). Raises KeyError for an unknown name."""
-        for column, unit_text, values in self.columns():
-            if column == name:
-                return _in_unit(values, unit_text)
-        return self.parts[name]
+        """A channel by its name in its unit (degC, um, rpm …). Raises UnknownName, which says what there is."""
+        return self.find_column(name)[2]
+
+    def to_pandas(self, parts: bool = False) -> Any:
+        """A data frame over time [s] of what `columns` gives, with `parts` of what `part_columns` gives, too. Raises
+        ImportError without pandas."""
+        more = self.part_columns() if parts else ()
+        return data_frame([*self.columns(), *more], ("time", "s", self.t))
 
     def summary(self) -> dict[str, Any]:
         """What summary.json holds."""
@@ -109,15 +133,13 @@ class Trajectory:
         }
 
     def _extent(self, axis: str) -> dict[str, Any]:
-        values = _in_unit(self.tcp[axis], axis_unit(axis))
+        values = in_own_unit(self.tcp[axis], axis_unit(axis))
         ends = {"max": values.max(), "min": values.min(), "final": values[-1]}
         return {key: float(value) for key, value in ends.items()} | {"unit": axis_unit(axis)}
 
-    def __str__(self) -> str:
-        return tell(self)
 
-
-def _in_unit(values: Array, unit_text: str) -> Array:
+def in_own_unit(values: Array, unit_text: str) -> Array:
+    """A channel in its unit, from SI and °C."""
     given = unit(unit_text)
     return np.asarray((values - given.offset) / given.scale)
 

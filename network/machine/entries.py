@@ -23,7 +23,7 @@ from network.platform.refusal import Complaints, Refusal
 from network.platform.yaml.document import Branch, plain
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Entries(ABC):
     """Everything a machine file says, with materials, lengths and the reference filled in.
 

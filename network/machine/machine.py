@@ -13,24 +13,26 @@ from network.machine.checks import check_machine
 from network.machine.entries import Entries
 from network.machine.file_layers import load_tree
 from network.machine.lumps import level_patch
-from network.machine.overrides import set_lumps, set_value
+from network.machine.overrides import part_numbers, set_lumps, set_value
 from network.machine.reader import MachineReader
-from network.platform.printing import tell
+from network.platform.printing import Drawn
 from network.platform.refusal import Complaints, Spot
 from network.platform.yaml.document import Branch
 
 
-@dataclass(frozen=True)
-class Machine(Entries):
+@dataclass(frozen=True, repr=False)
+class Machine(Entries, Drawn):
     """The entries of a machine file, checked; from a file, and with patches laid over it."""
 
     @classmethod
     def load(
         cls, path: str | Path, *, level: str | None = None, lumps: Sequence[str | int] = (), sets: Sequence[str] = ()
     ) -> Self:
-        """The machine of a YAML file, patched by a named level, lump counts and `path=value` settings, in that order.
+        """The machine of a YAML file, patched by a named level, lump counts and settings, in that order.
 
-        Raises Refused with every fault of the file.
+        level: like 'fine'; lumps: like [8] for every bar, ['housing=8'] for one (as many as it takes: `choose_lumps`);
+        sets: like ['links.flange.conductance=60 W/K'], as `--set` has them. Raises Refused with every fault of the
+        file.
         """
         complaints = Complaints()
         machine = cls.read(load_tree(Path(path), complaints), str(path), complaints)
@@ -54,8 +56,14 @@ class Machine(Entries):
         return replace(machine, warnings=tuple(sorted(set(collected.warnings))))
 
     def patched(self, patch: Mapping[str, Any], origin: str = "patch") -> Self:
-        """This machine with a patch laid over it; `origin` stands in messages. Raises Refused."""
-        return self.read(Patch(patch).over(self.tree, Spot(origin)), self.file)
+        """This machine with a patch laid over it; `origin` stands in messages. Raises Refused.
 
-    def __str__(self) -> str:
-        return tell(self)
+        An entry given replaces the whole entry of that name, None takes it out. Single numbers are exchanged by their
+        path, as in `{"links.flange.conductance": "60 W/K"}`, or in an entry that names no kind, as in
+        `{"links": {"flange": {"conductance": "60 W/K"}}}`.
+        """
+        whole, numbers = part_numbers(patch, self.tree)
+        tree = Patch(whole).over(self.tree, Spot(origin)) if whole else self.tree
+        for path, value in numbers:
+            tree = set_value(tree, f"{path}={value}")
+        return self.read(tree, self.file)

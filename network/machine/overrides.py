@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
+from typing import Any
 
 from network.catalogue.declaration.sections import SECTIONS, depth, section
 from network.platform.refusal import Refused, Spot, likely, refuse, short
 from network.platform.yaml.document import Branch, Items, Leaf, Tree, parse
 
+AUTO = "auto"
+"""What is wished of lumps where they are to be chosen along a schedule."""
+KINDED = ("links", "sources", "tcp")
+"""Sections whose entries name their kind."""
 _SECTIONS = tuple(name for name in SECTIONS if name != "extends")
 
 
@@ -76,11 +82,46 @@ def _descend(child: Tree, rest: str, value: Tree, spot: Spot, where: str) -> Tre
     return Items((*child.entries[:i], new, *child.entries[i + 1 :]), child.spot)
 
 
+def part_numbers(patch: Mapping[str, Any], tree: Branch) -> tuple[dict[str, Any], list[tuple[str, Any]]]:
+    """(what replaces whole entries, (path, value) of what is exchanged in one) of a patch from Python. A path has dots;
+    an entry that is there and is given without its kind is no whole one."""
+    whole: dict[str, Any] = {}
+    numbers: list[tuple[str, Any]] = []
+    for name, given in patch.items():
+        if "." in name:
+            numbers.append((name, given))
+        elif name in KINDED and isinstance(given, Mapping):
+            kept = _part_section(name, given, section(tree, name), depth(name), numbers)
+            whole |= {name: kept} if kept or not given else {}
+        else:
+            whole[name] = given
+    return whole, numbers
+
+
+def _part_section(
+    where: str, given: Mapping[str, Any], there: Branch, below: int, numbers: list[tuple[str, Any]]
+) -> dict[str, Any]:
+    kept: dict[str, Any] = {}
+    for name, entry in given.items():
+        old = there.items.get(name)
+        if below > 1 and isinstance(entry, Mapping) and isinstance(old, Branch):
+            inner = _part_section(f"{where}.{name}", entry, old, below - 1, numbers)
+            kept |= {name: inner} if inner or not entry else {}
+        elif below == 1 and isinstance(entry, Mapping) and entry and isinstance(old, Branch) and "kind" not in entry:
+            numbers += [(f"{where}.{name}.{key}", "null" if value is None else value) for key, value in entry.items()]
+        else:
+            kept[name] = entry
+    return kept
+
+
 def set_lumps(tree: Branch, wish: str, spot: Spot | None = None) -> Branch:
     """`4` for every bar, or `housing=20` for one; `spot` says where that is wished."""
     name, equals, count = (part.strip() for part in wish.rpartition("="))
     spot = spot or Spot(f"--lumps {short(wish)}")
     bars = _bars(tree)
+    if is_auto(wish):
+        right = "in Python choose_lumps(machine, scenario).machine has them, on the command line --lumps auto"
+        raise refuse(spot, f"'{short(wish)}' needs a schedule to choose lumps by", right)
     if equals and name not in bars:
         raise refuse(spot, f"'{short(name)}' is not a bar", likely(name, bars))
     if not re.fullmatch("[1-9][0-9]{0,8}", count):
@@ -88,6 +129,11 @@ def set_lumps(tree: Branch, wish: str, spot: Spot | None = None) -> Branch:
     for bar in [name] if equals else bars:
         tree = _set(tree, f"nodes.{bar}.lumps", Leaf(count, spot), spot, "")
     return tree
+
+
+def is_auto(wish: str) -> bool:
+    """`auto`, or with a tolerance `auto:1 %`."""
+    return wish.strip().partition(":")[0].strip() == AUTO
 
 
 def _bars(tree: Branch) -> list[str]:

@@ -49,6 +49,13 @@ class Failed(Exception):
     """A computation that could not be carried through. The command line exits with 1."""
 
 
+class UnknownName(KeyError):
+    """A name that is none of those there are; says which they are."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
 @dataclass
 class Complaints:
     """Collects the refusals of one input, so that all are told at once; warnings do not stop anything."""

@@ -8,20 +8,28 @@ from dataclasses import dataclass
 import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
+from network.platform.printing import Brief
+from network.platform.quantities.units import unit
 from network.recordings.csv_table import Table
 
 
-@dataclass(frozen=True, eq=False)
-class Column:
+@dataclass(frozen=True, eq=False, repr=False)
+class Column(Brief):
     """One channel. values: in SI (temperatures in °C), NaN for gaps; unit: what it is shown in."""
 
     name: str
     unit: str
     values: Array
 
+    @property
+    def shown(self) -> Array:
+        """The values in the unit."""
+        of = unit(self.unit)
+        return np.asarray((self.values - of.offset) / of.scale)
 
-@dataclass(frozen=True, eq=False)
-class Samples:
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Samples(Brief):
     """t: [s], as the clock of the file has it, in the order of the rows; lines: where each row stands; files: and in
     which of them; time_unit: what the file tells times in, '' for stamps."""
 

@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
+from network.platform.printing import Brief
 from network.platform.quantities.units import Unit, unit
 
 
-@dataclass(frozen=True)
-class Signal:
+@dataclass(frozen=True, repr=False)
+class Signal(Brief):
     """One input. Between t[k] and t[k+1] it runs straight from start[k] to end[k]; after the last knot it stays at
     end[-1], before the first at start[0]. A held step has start == end.
 
@@ -103,8 +104,8 @@ class Start:
     nodes: Mapping[str, float] | None = None
 
 
-@dataclass(frozen=True)
-class Schedule:
+@dataclass(frozen=True, repr=False)
+class Schedule(Brief):
     """What drives a simulation: inputs over time, the instants asked for, and where it starts.
 
     name: for titles; file: for messages; t: instants of output [s], increasing, t[0] is the start of the run;

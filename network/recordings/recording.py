@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices, Mask
+from network.platform.data_frame import data_frame
+from network.platform.printing import Result
 from network.platform.quantities.units import unit
-from network.platform.refusal import Complaints, Spot, likely, refuse
+from network.platform.refusal import Complaints, Spot, UnknownName, likely, refuse
 from network.recordings.columns import Column, channels
 from network.recordings.csv_table import Heading, read_heading, refuse_twice, table, usual_unit
 from network.recordings.hygiene.set_aside import SetAside
@@ -22,8 +25,8 @@ from network.recordings.table_rows import Header
 from network.recordings.yaml_values import collecting
 
 
-@dataclass(frozen=True, eq=False)
-class Recording:
+@dataclass(frozen=True, eq=False, repr=False)
+class Recording(Result):
     """Channels over time.
 
     file: as given by the user; t: [s], the run starts at t[0] and t increases, within each piece where cuts part it;
@@ -53,6 +56,17 @@ class Recording:
     def __str__(self) -> str:
         hours = (self.t[-1] - self.t[0]) / 3600
         return f"{self.name}: {len(self.t)} samples in {hours:.3g} h of {', '.join([*self.columns, *self.constants])}"
+
+    def shown(self, name: str) -> Array:
+        """A column in its unit. Raises UnknownName, which says what there is."""
+        if name not in self.columns:
+            raise UnknownName(f"{self.name} has no column '{name}'; {likely(name, self.columns)}")
+        return self.columns[name].shown
+
+    def to_pandas(self) -> Any:
+        """A data frame over time [s] of all columns in their units. Raises ImportError without pandas."""
+        columns = ((name, column.unit, column.shown) for name, column in self.columns.items())
+        return data_frame(columns, ("time", "s", self.t))
 
     @classmethod
     def load(cls, path: str | Path) -> Recording:

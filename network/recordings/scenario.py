@@ -12,6 +12,7 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import word_of
+from network.platform.printing import Result
 from network.platform.quantities.units import BadNumber
 from network.platform.refusal import Complaints, Spot
 from network.platform.yaml import document
@@ -25,8 +26,8 @@ USUAL_OUTPUT = 10.0
 """s; shorter where a run has fewer than a hundred of them."""
 
 
-@dataclass(frozen=True, eq=False)
-class Scenario:
+@dataclass(frozen=True, eq=False, repr=False)
+class Scenario(Result):
     """Inputs over a duration. `schedule` drives a simulation; its instants are 0, output, 2 output … and the end.
 
     output: [s] between two of them.

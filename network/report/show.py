@@ -1,12 +1,16 @@
-"""What every result says of itself: in words for a terminal, and as the contents of a JSON file.
+"""What every result says of itself: in words for a terminal, as the contents of a JSON file, as a picture, as a table.
 
 The function for a class is fetched when the first of its kind is printed, so that `lptn check` starts fast.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 TELL = {
     "Machine": ("words.words", "describe"),
@@ -18,6 +22,8 @@ TELL = {
     "WarmUp": ("words.warm_up_words", "tell_warm_up"),
     "Comparison": ("words.words", "tell_comparison"),
     "Sweep": ("words.sweep_words", "tell_sweep"),
+    "LumpingError": ("words.lump_words", "tell_lumping"),
+    "LumpChoice": ("words.lump_words", "tell_choice"),
     "Calibration": ("words.calibration_words", "tell_calibration"),
     "Foresight": ("words.experiment_plan_words", "tell_foresight"),
     "Diagnosis": ("words.diagnosis_words", "tell_diagnosis"),
@@ -29,6 +35,23 @@ SUMMARISE = {
     "Foresight": ("words.experiment_plan_words", "summary"),
 }
 """Class → module and function that makes a mapping of it."""
+PLOT = {
+    "Machine": ("figures.axes_plots", "plot_machine"),
+    "Trajectory": ("figures.axes_plots", "plot_run"),
+    "Superposition": ("figures.axes_plots", "plot_shares"),
+    "Comparison": ("figures.axes_plots", "plot_comparison"),
+    "Calibration": ("figures.axes_plots", "plot_calibration"),
+    "Diagnosis": ("figures.axes_plots", "plot_diagnosis"),
+    "Sweep": ("figures.axes_plots", "plot_sweep"),
+}
+"""Class → module and function that draws it into axes."""
+TABULATE = {
+    "Comparison": ("words.result_tables", "tabulate_comparison"),
+    "Calibration": ("words.result_tables", "tabulate_calibration"),
+    "Diagnosis": ("words.result_tables", "tabulate_diagnosis"),
+    "Sweep": ("words.result_tables", "tabulate_sweep"),
+}
+"""Class → module and function that makes a table of it."""
 
 
 def tell(what: Any) -> str:
@@ -39,6 +62,18 @@ def tell(what: Any) -> str:
 def summarise(what: Any) -> dict[str, Any]:
     """As a machine reads it."""
     return dict(_function(SUMMARISE, what)(what))
+
+
+def plot(what: Any, names: Sequence[str], axes: Axes | None) -> Axes:
+    """As a picture, in axes."""
+    drawn: Axes = _function(PLOT, what)(what, names, axes)
+    return drawn
+
+
+def tabulate(what: Any) -> tuple[list[str], list[list[Any]]]:
+    """As a table: header and rows."""
+    header, rows = _function(TABULATE, what)(what)
+    return header, rows
 
 
 def _function(table: dict[str, tuple[str, str]], what: Any) -> Any:

@@ -66,7 +66,7 @@ def recorded(folder: Path) -> str:
     pair = Machine.load(ROOT / f"machines/{SMALL[0]}.yaml"), Scenario.load(ROOT / f"scenarios/{SMALL[1]}.yaml")
     run = simulate(*pair, noise_seed=1)
     some = np.linspace(0, len(run.t) - 1, 200).astype(int)
-    columns = {name: (unit_text, values[some]) for name, unit_text, values in run.columns() if name != "tcp.z"}
+    columns = {name: (unit_text, values[some]) for name, unit_text, values in run.columns_in_si() if name != "tcp.z"}
     write_csv(folder / "recorded.csv", run.t[some], columns)
     return (folder / "recorded.csv").read_text(encoding="utf-8")
 

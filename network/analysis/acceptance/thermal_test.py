@@ -14,7 +14,7 @@ from network.catalogue.declaration.declare import Array
 from network.engine.simulation import check_known, schedule_for, simulate
 from network.engine.trajectory import Trajectory, axis_unit
 from network.machine.machine import Machine
-from network.platform.printing import tell
+from network.platform.printing import Brief, Result
 from network.platform.quantities.units import unit
 from network.platform.refusal import Failed, Refused, Spot, refuse
 from network.recordings.counted_readings import drop_uncounted
@@ -26,8 +26,8 @@ TILTS = {"x": ("b", -1.0), "y": ("a", 1.0)}
 """The rotation that carries the end of a tool along an axis, and which way: with a tool to −z, x = −b L and y = a L."""
 
 
-@dataclass(frozen=True, eq=False)
-class AxisDrift:
+@dataclass(frozen=True, eq=False, repr=False)
+class AxisDrift(Brief):
     """What one axis drifted since the start, over t [s] [m, rad]; all figures are ranges (largest less smallest).
 
     drift: over the whole test; first, last: in the first and the last 60 min of motion; stable_after: [s] of motion,
@@ -68,8 +68,8 @@ class AxisDrift:
         return told
 
 
-@dataclass(frozen=True, eq=False)
-class ThermalTest:
+@dataclass(frozen=True, eq=False, repr=False)
+class ThermalTest(Result):
     """A test, evaluated. axes: measured, or simulated where `is_measured` is False; simulated: beside what was
     measured, None without; run: the simulation, None for a recording of a machine that still has unknown numbers."""
 
@@ -95,9 +95,6 @@ class ThermalTest:
         if self.simulated is not None:
             told["simulated"] = {axis: drift.summary(self.tool_length) for axis, drift in self.simulated.items()}
         return told
-
-    def __str__(self) -> str:
-        return tell(self)
 
 
 def evaluate_thermal_test(

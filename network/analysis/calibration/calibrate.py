@@ -32,10 +32,11 @@ from network.analysis.calibration.uncertainty import Uncertainty
 from network.analysis.comparison.channel_residual import pool_residuals
 from network.analysis.comparison.common_start import doubt_starts, share_starts
 from network.analysis.comparison.compare import Comparison, compare
+from network.analysis.sweep.lumping_error import LumpingError, estimate_on_recording
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import Parameter, at_prior_centres, free_parameters
 from network.machine.machine import Machine
-from network.platform.printing import summarise, tell
+from network.platform.printing import Tabled, summarise
 from network.platform.threads import on_one_thread
 from network.recordings.channel_match import overheard
 from network.recordings.inputs import Start
@@ -46,14 +47,15 @@ Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Calibration:
+class Calibration(Tabled):
     """The outcome. machine: with value ± standard error for each number; original: as it was given; fit, known: the
     minimum and its uncertainty; before, after, before_holdout, after_holdout: residuals on the recordings calibrated on
     and on those held out (None without), the constants of each run estimated, of those held out from their beginning;
     `before` with unknown numbers at their priors' centres; stated, stated_holdout: after with constants as stated and
     starts by rule, as `simulate` runs it; bands: of the tool centre point, by recording; coverage: of
     its bands on the runs held out; disagreements: numbers that
-    runs want differently; warnings: what was wrong with the input; sentences: what the result means."""
+    runs want differently; warnings: what was wrong with the input; sentences: what the result means; lumping: what
+    finer lumps would change of the calibrated machine."""
 
     machine: Machine
     original: Machine
@@ -74,6 +76,7 @@ class Calibration:
     tried: int
     seed: int
     seconds: float
+    lumping: LumpingError | None = None
 
     @property
     def theta(self) -> Array:
@@ -107,9 +110,6 @@ class Calibration:
 
     def __repr__(self) -> str:
         return f"<calibration of {self.original.name}: rmse {self.after.rmse_in_noise:.3g} σ>"
-
-    def __str__(self) -> str:
-        return tell(self)
 
 
 @on_one_thread
@@ -160,6 +160,7 @@ def _calibrate(
         result, machine, parameters, fit, known, before, after, before_holdout, after_holdout, *stated,
         areas, measure_coverage(result, after_holdout), apart, (*doubts, *let_in.warnings), tuple(findings),
         null.found.tried, seed, time.perf_counter() - began,
+        estimate_on_recording(result, stated[0].recordings, start=start, asks=False),
     )  # fmt: skip
 
 

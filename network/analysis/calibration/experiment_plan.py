@@ -26,7 +26,7 @@ from network.engine.response.model import Model, start_pushes
 from network.engine.response.parameters import Parameter, at_prior_centres, centres, free_parameters
 from network.engine.trajectory import axis_unit
 from network.machine.machine import Machine
-from network.platform.printing import summarise, tell
+from network.platform.printing import Brief, Result, summarise
 from network.platform.threads import on_one_thread
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
@@ -36,8 +36,8 @@ USUAL = {"degC": 0.1, "um": 0.5e-6, "urad": 0.5e-6}
 """1σ of a sample of a sensor that is not there yet, where none of its kind is."""
 
 
-@dataclass(frozen=True, eq=False)
-class Candidate:
+@dataclass(frozen=True, eq=False, repr=False)
+class Candidate(Brief):
     """A sensor that is not there. ratio: 1σ of each number with it over that without; bands: worst 1σ of each axis."""
 
     measures: str
@@ -52,7 +52,7 @@ class Candidate:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Foresight:
+class Foresight(Result):
     """What a schedule would tell. covariance: posterior of θ; bands: of the TCP before and after; candidates: further
     sensors, the best first."""
 
@@ -87,9 +87,6 @@ class Foresight:
 
     def __repr__(self) -> str:
         return f"<what {self.schedule} would tell about {self.machine.name}>"
-
-    def __str__(self) -> str:
-        return tell(self)
 
 
 @on_one_thread

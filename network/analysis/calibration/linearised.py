@@ -17,11 +17,12 @@ from network.analysis.calibration.slopes import Rows, Slopes
 from network.catalogue.declaration.declare import Array
 from network.engine.response.input_slopes import input_slopes
 from network.engine.response.model import Prediction
+from network.platform.printing import Brief
 from network.platform.refusal import Failed
 
 
-@dataclass(frozen=True, eq=False)
-class Linearised:
+@dataclass(frozen=True, eq=False, repr=False)
+class Linearised(Brief):
     """The problem about θ. rows: the whitened residual z − y(θ) and its slopes.
 
     made_at, eta_made_at: θ at which the slopes by θ and by η were found, where that is not here.

@@ -18,6 +18,7 @@ from network.engine.response.model import Run, edge_pushes, start_pushes
 from network.engine.simulation import schedule_for
 from network.engine.start import start_temperatures
 from network.machine.machine import Machine
+from network.platform.printing import Brief
 from network.recordings.counted_readings import drop_uncounted
 from network.recordings.hygiene.data_quality import Channel, look_at
 from network.recordings.inputs import Schedule, Start
@@ -48,8 +49,8 @@ class Nuisance:
     spread: float
 
 
-@dataclass(frozen=True, eq=False)
-class Measured:
+@dataclass(frozen=True, eq=False, repr=False)
+class Measured(Brief):
     """One recording ready for a fit. means: of its cells, channel after channel; counts: samples in each; variance of
     each mean by white noise; sigma: 1σ of a sample that each channel counts with, declared: as in the file."""
 

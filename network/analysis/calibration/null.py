@@ -21,12 +21,13 @@ from network.analysis.calibration.unit_mistakes import misread
 from network.analysis.comparison.compare import compare
 from network.engine.response.parameters import Parameter, at_prior_centres, values_at
 from network.machine.machine import Machine
+from network.platform.printing import Brief
 from network.platform.refusal import Complaints
 from network.recordings.inputs import Start
 
 
-@dataclass(frozen=True, eq=False)
-class Null:
+@dataclass(frozen=True, eq=False, repr=False)
+class Null(Brief):
     """machine: with value ± standard error for each number; original: as it was given; found: the beginnings tried;
     fit: the minimum; known: its uncertainty."""
 

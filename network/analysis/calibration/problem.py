@@ -18,10 +18,11 @@ from network.catalogue.declaration.declare import Array
 from network.engine.response.model import Model
 from network.engine.response.parameters import Parameter
 from network.machine.machine import Machine
+from network.platform.printing import Brief
 
 
-@dataclass(frozen=True, eq=False)
-class Problem:
+@dataclass(frozen=True, eq=False, repr=False)
+class Problem(Brief):
     """A model with what it is compared to. offsets: of channels, common to all runs; firm_theta, firm_eta: factors by
     which the priors of θ and η are narrowed, so that a model that does not fit yet is not mended by its nuisances."""
 

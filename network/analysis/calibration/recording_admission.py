@@ -20,6 +20,7 @@ from network.recordings.counted_readings import drop_uncounted
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.runs import tell_excluded
+from network.recordings.twins import check_once, is_same
 
 MOVES = 4.0
 """Of the noise of a mean: what a channel has to move by to tell anything."""
@@ -47,11 +48,9 @@ def check_parameters(machine: Machine, parameters: Sequence[Parameter]) -> None:
 def check_apart(recordings: Sequence[Recording], holdout: Sequence[Recording]) -> None:
     """Raises Refused for recordings given twice, and for held-out ones that are also calibrated on."""
     complaints = Complaints()
-    for i, one in enumerate(recordings):
-        if any(_is_same(one, other) for other in recordings[:i]):
-            complaints.refuse(Spot(one.file), "is given twice, and would count twice", "give it once")
+    check_once(recordings, complaints)
     for one in holdout:
-        twin = next((other for other in recordings if _is_same(one, other)), None)
+        twin = next((other for other in recordings if is_same(one, other)), None)
         if twin is not None:
             what = "the same file" if _path(one) == _path(twin) else f"the same readings as {twin.file}"
             wrong = f"is held out and calibrated on ({what}), so it would show nothing"
@@ -61,13 +60,6 @@ def check_apart(recordings: Sequence[Recording], holdout: Sequence[Recording]) -
 
 def _path(recording: Recording) -> Path:
     return Path(recording.source or recording.file).resolve()
-
-
-def _is_same(a: Recording, b: Recording) -> bool:
-    """One file, or all the same columns; a mapping that cuts another piece out of one file is another recording."""
-    if len(a.t) != len(b.t) or not np.array_equal(a.t, b.t) or a.columns.keys() != b.columns.keys():
-        return False
-    return all(np.array_equal(c.values, b.columns[n].values, equal_nan=True) for n, c in a.columns.items())
 
 
 def admit(

@@ -18,6 +18,7 @@ from network.analysis.calibration.measured_means import OFFSET_LIMIT, Measured
 from network.analysis.calibration.multistart import rms
 from network.analysis.calibration.noise import Noise, whitener
 from network.catalogue.declaration.declare import Array
+from network.platform.printing import Brief
 from network.recordings.hygiene.data_quality import NORMAL
 
 HUBER, MOST_WEIGHTED = 4.0, 0.1
@@ -27,8 +28,8 @@ LET_GO = 1.4
 ROUNDS = 2
 
 
-@dataclass(frozen=True, eq=False)
-class Fit:
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit(Brief):
     """A refined fit. offsets: whether sensors' offsets took part, refused: or were not let; weighted: cells that count
     less."""
 

@@ -27,13 +27,14 @@ from network.engine.simulation import schedule_for
 from network.engine.start import start_temperatures
 from network.engine.trajectory import axis_unit, in_difference_unit
 from network.machine.machine import Machine
+from network.platform.printing import Brief
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
 
 
-@dataclass(frozen=True, eq=False)
-class Band:
+@dataclass(frozen=True, eq=False, repr=False)
+class Band(Brief):
     """Of one axis over one run. t [s]; centre, std (1σ by the numbers): [m] or [rad]; unit: shown; left: 1σ of what the
     machine leaves, None where no channel measured the axis."""
 
@@ -106,8 +107,8 @@ def bands(
                  for i, axis in enumerate(machine.tcp))  # fmt: skip
 
 
-@dataclass(frozen=True, eq=False)
-class Posterior:
+@dataclass(frozen=True, eq=False, repr=False)
+class Posterior(Brief):
     """Uncertain numbers, θ, and its covariance."""
 
     parameters: Sequence[Parameter]

@@ -18,6 +18,7 @@ from network.analysis.calibration.misfit import lasting_misfit
 from network.analysis.calibration.multistart import at_bound
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import centres
+from network.platform.printing import Brief
 from network.platform.refusal import Failed
 
 FAR, LEVEL = 2.0, 1.959964
@@ -28,8 +29,8 @@ PRIOR_ONLY = 0.9
 CLOSELY = 0.97
 
 
-@dataclass(frozen=True, eq=False)
-class Uncertainty:
+@dataclass(frozen=True, eq=False, repr=False)
+class Uncertainty(Brief):
     """Of a minimum. misfit: factor the readings' noise counts with; covariance: of (θ, η); sides: 1σ of θ downwards
     and upwards (parameters, 2), equal where the profile was taken for a parabola."""
 

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
+from network.platform.printing import Brief
 from network.platform.quantities.units import difference, unit
 
 
-@dataclass(frozen=True, eq=False)
-class ChannelResidual:
+@dataclass(frozen=True, eq=False, repr=False)
+class ChannelResidual(Brief):
     """One channel of one recording. t [s]; measured, simulated in SI; sigma: declared 1σ of a sample; unit: shown."""
 
     name: str

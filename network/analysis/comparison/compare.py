@@ -14,7 +14,7 @@ from network.engine.simulation import schedule_for, simulate
 from network.engine.solvers.carry_out import Progress
 from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
-from network.platform.printing import tell
+from network.platform.printing import Brief, Tabled
 from network.platform.quantities.units import unit
 from network.platform.refusal import Complaints, Spot, refuse
 from network.recordings.counted_readings import drop_uncounted
@@ -22,16 +22,17 @@ from network.recordings.hygiene.set_aside import summarise_excluded
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.recording_checks import check_readings
-from network.recordings.runs import runs_of, tell_excluded
+from network.recordings.runs import as_several, runs_of, tell_excluded
 from network.recordings.scenario import Scenario
+from network.recordings.twins import check_once
 
 if TYPE_CHECKING:
     from network.analysis.comparison.examine import ChannelTests
     from network.analysis.comparison.run_constants import RunConstants
 
 
-@dataclass(frozen=True, eq=False)
-class RecordingResidual:
+@dataclass(frozen=True, eq=False, repr=False)
+class RecordingResidual(Brief):
     """All channels of one recording, with the run they were compared to; constants: where these were estimated."""
 
     recording: Recording
@@ -60,7 +61,7 @@ class RecordingResidual:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Comparison:
+class Comparison(Tabled):
     """Residuals of a machine on its recordings."""
 
     machine: Machine
@@ -83,9 +84,6 @@ class Comparison:
     def __repr__(self) -> str:
         return f"<comparison of {self.machine.name} on {len(self.recordings)}: rmse {self.rmse_in_noise:.3g} σ>"
 
-    def __str__(self) -> str:
-        return tell(self)
-
 
 def compare(
     machine: Machine, recordings: Recording | Iterable[Recording], *, start: Start | None = None, method: str = "auto",
@@ -93,10 +91,13 @@ def compare(
 ) -> Comparison:  # fmt: skip
     """Simulates the machine along a recording, or each of several, and lays the measured channels beside it.
 
-    Raises Refused where a recording lacks an input, shares no channel with the machine, or has a channel in a unit
-    that does not fit.
+    Raises Refused where a recording lacks an input, shares no channel with the machine, has a channel in a unit that
+    does not fit, or is given twice.
     """
-    runs = share_start_rule(machine, runs_of(machine, recordings), start)
+    given, complaints = as_several(recordings), Complaints()
+    check_once(given, complaints)
+    complaints.raise_if_any()
+    runs = share_start_rule(machine, runs_of(machine, given), start)
     return Comparison(machine, tuple(_compare_one(machine, r, start, method, progress) for r in runs))
 
 

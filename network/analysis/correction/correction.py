@@ -18,7 +18,7 @@ from network.catalogue.declaration.declare import Array
 from network.engine.simulation import check_known, schedule_for, simulate
 from network.engine.trajectory import Trajectory, axis_unit
 from network.machine.machine import Machine
-from network.platform.printing import tell
+from network.platform.printing import Brief, Result
 from network.platform.quantities.units import unit
 from network.recordings.inputs import Schedule
 from network.recordings.recording import Recording
@@ -29,8 +29,8 @@ UNSEEN = 0.5e-6
 USUAL_TOPS = {"rpm": 10_000.0, "m/min": 30.0}
 
 
-@dataclass(frozen=True, eq=False)
-class Loss:
+@dataclass(frozen=True, eq=False, repr=False)
+class Loss(Brief):
     """What one run loses: its name, and by axis the largest difference to the full model [m, rad]; t: steps [s]; full,
     told: by axis what the full model and the filter say there (of a parted recording the longest piece)."""
 
@@ -44,8 +44,8 @@ class Loss:
         return {"run": self.run, "axes": {axis: _shown(axis, value) for axis, value in self.by_axis.items()}}
 
 
-@dataclass(frozen=True, eq=False)
-class Correction:
+@dataclass(frozen=True, eq=False, repr=False)
+class Correction(Result):
     """filter: what the control runs; full: states of the machine; losses: of every run, without its sensors, from the
     same start; by_states: number of states → largest loss over all runs and axes [m], of those tried."""
 
@@ -66,9 +66,6 @@ class Correction:
             "lost": [loss.summary() for loss in self.losses],
             "lost_by_states": {str(n): 1e6 * lost for n, lost in self.by_states.items()}, "notes": list(self.notes),
         }  # fmt: skip
-
-    def __str__(self) -> str:
-        return tell(self)
 
 
 def _shown(axis: str, value: float) -> dict[str, Any]:

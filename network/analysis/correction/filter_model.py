@@ -14,10 +14,11 @@ import numpy as np
 
 from network.analysis.correction.input_table import InputTable
 from network.catalogue.declaration.declare import Array
+from network.platform.printing import Brief
 
 
-@dataclass(frozen=True, eq=False)
-class FilterModel:
+@dataclass(frozen=True, eq=False, repr=False)
+class FilterModel(Brief):
     """machine: its name; step: [s]; reference: [°C]; inputs: name → unit, in the order of the values of a step;
     sensors, axes: names; axis_units.
 

@@ -22,11 +22,12 @@ from network.engine.network import Network
 from network.engine.solvers.linear import regime_from
 from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
+from network.platform.printing import Brief
 from network.platform.refusal import Complaints, Spot
 
 
-@dataclass(frozen=True, eq=False)
-class LinearModel:
+@dataclass(frozen=True, eq=False, repr=False)
+class LinearModel(Brief):
     """network; point: temperatures of all lumps [°C]; u: inputs there (SI); axes, sensors: what y holds, in that order;
     A (n, n); F_held (n, held), F_heat (n, N); C (m, n), D_held, D_heat; rest: heat into every lump at the point without
     the sources [W]; shift: y there."""

@@ -18,7 +18,7 @@ from network.catalogue.declaration.declare import Array
 from network.engine.simulation import check_known, simulate
 from network.engine.trajectory import Trajectory, axis_unit
 from network.machine.machine import Machine
-from network.platform.printing import tell
+from network.platform.printing import Result
 from network.platform.quantities.units import unit
 from network.platform.refusal import Spot, refuse
 from network.recordings.recording import Recording
@@ -56,8 +56,8 @@ class Formula:
         return told
 
 
-@dataclass(frozen=True, eq=False)
-class FormulaTable:
+@dataclass(frozen=True, eq=False, repr=False)
+class FormulaTable(Result):
     """formulas: one for each axis; runs: the names of those they were fitted on."""
 
     machine: Machine
@@ -73,9 +73,6 @@ class FormulaTable:
         """What export.json holds."""
         axes = {formula.axis: formula.summary() for formula in self.formulas}
         return {"machine": self.machine.name, "runs": list(self.runs), "axes": axes}
-
-    def __str__(self) -> str:
-        return tell(self)
 
 
 def fit_formulas(

@@ -25,7 +25,7 @@ from network.recordings.runs import as_several
 
 @on_one_thread
 def diagnose(
-    machine: Machine, recordings: Recording | Iterable[Recording], holdout: Iterable[Recording] = (), *,
+    machine: Machine, recordings: Recording | Iterable[Recording], holdout: Recording | Iterable[Recording] = (), *,
     start: Start | None = None, seed: int = 0, jobs: int = 1, progress: Callable[[float], None] | None = None,
     seconds: float = float("inf"),
 ) -> Diagnosis:  # fmt: skip
@@ -37,7 +37,7 @@ def diagnose(
     """
     budget, tell = TimeBudget(seconds), progress or (lambda share: None)
     given = as_several(recordings)
-    let_in = admit_runs(machine, given, tuple(holdout), start)
+    let_in = admit_runs(machine, given, as_several(holdout), start)
     with processes(jobs, __name__):
         parameters, is_late = free_parameters(machine), budget.is_calibrated
         null = estimate_null(machine, parameters, let_in.data, start, seed, lambda x: tell(0.05 * x), is_late)

@@ -14,7 +14,7 @@ from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.patch import Patch
 from network.machine.machine import Machine
-from network.platform.printing import tell
+from network.platform.printing import Brief, Tabled
 from network.recordings.hygiene.set_aside import summarise_excluded
 
 UNKNOWN = "unknown"
@@ -120,8 +120,8 @@ def name_member(kind: str, places: Sequence[str], channels: Sequence[str]) -> st
     return f"{kind}@{'|'.join((*places, *channels))}"
 
 
-@dataclass(frozen=True, eq=False)
-class UnknownHeat:
+@dataclass(frozen=True, eq=False, repr=False)
+class UnknownHeat(Brief):
     """Heat that a place would need for simulation and recordings to agree, before anything was added; at a channel it
     is an offset in the channel's unit, SI. t, heat, std: for each recording [s, W]."""
 
@@ -169,8 +169,8 @@ class Experiment:
         return {"experiment": self.text, "separates": list(self.separates), "sigma": self.sigma, "hours": self.hours}
 
 
-@dataclass(frozen=True, eq=False)
-class Fits:
+@dataclass(frozen=True, eq=False, repr=False)
+class Fits(Brief):
     """Comparisons of the calibrated machine as it was written (before) and with what was found (after)."""
 
     train_before: Comparison
@@ -208,8 +208,8 @@ def _fit(comparison: Comparison | None) -> dict[str, Any]:
     return {"rmse_in_noise": comparison.rmse_in_noise, "channels": by_name}
 
 
-@dataclass(frozen=True, eq=False)
-class Diagnosis:
+@dataclass(frozen=True, eq=False, repr=False)
+class Diagnosis(Tabled):
     """What was found out about a machine from its recordings.
 
     machine: as given; before: as given, calibrated; after: with the findings in it, calibrated; tried: every rival of
@@ -255,6 +255,3 @@ class Diagnosis:
             "budget_reached": self.ended == "budget", "stopped": self.ended == "stopped", "refuted": list(self.refuted),
             "settings": SETTINGS.summary(), "not_searched": [u.summary() for u in self.unsearched],
         }  # fmt: skip
-
-    def __str__(self) -> str:
-        return tell(self)

@@ -24,6 +24,7 @@ from network.analysis.drafting.heat_scale import Sizes, size_parts
 from network.analysis.drafting.identification import Identified, identify
 from network.analysis.drafting.part_models import Progress
 from network.machine.machine import Machine
+from network.platform.printing import Result
 from network.platform.quantities.units import show
 from network.platform.refusal import Complaints, Spot
 from network.platform.yaml.document import Branch, dump, parse
@@ -35,8 +36,8 @@ DRAFTED = "# Draft from "
 """What a drafted file begins with, until somebody makes it his own."""
 
 
-@dataclass(frozen=True, eq=False)
-class Draft:
+@dataclass(frozen=True, eq=False, repr=False)
+class Draft(Result):
     """text: the file; machine: the same, read; found, sizes, paths, names: what it was made of; sentences: why;
     warnings: what of the recordings will not fit it."""
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from network.analysis.comparison.channel_residual import ChannelResidual, pool_residuals
 from network.analysis.comparison.compare import check_fit
+from network.analysis.sweep.lump_choice import choose_lumps
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.sections import section
 from network.engine.observe import channel
@@ -20,21 +21,23 @@ from network.engine.simulation import simulate
 from network.engine.trajectory import Trajectory
 from network.machine.lumps import level_patch
 from network.machine.machine import Machine
-from network.machine.overrides import set_lumps
+from network.machine.overrides import AUTO, set_lumps
+from network.platform.printing import Brief
 from network.platform.refusal import Complaints, Refused, Spot, likely, refuse, short
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
 
 PAPER = "paper"
+WRITTEN = "as written"
 REPEATS = 3
 LONG = 1.0
 """s: a solution that takes longer is timed once."""
 USUAL = ("1", "2", "4", "8", "16")
 
 
-@dataclass(frozen=True, eq=False)
-class Job:
+@dataclass(frozen=True, eq=False, repr=False)
+class Job(Brief):
     """What all runs of a sweep have in common."""
 
     machine: Machine
@@ -43,8 +46,8 @@ class Job:
     method: str = "auto"
 
 
-@dataclass(frozen=True, eq=False)
-class LevelRun:
+@dataclass(frozen=True, eq=False, repr=False)
+class LevelRun(Brief):
     """One level along a schedule. lumps: of all parts; t [s]; tcp: axis → displacement [m] or angle [rad];
     temperatures: of the temperature sensors, or of the parts where there are none [°C]; in_noise, tcp_in_noise: rms
     to the recording over all channels, and over those of displacement, NaN without; closed_form: of the paper's."""
@@ -67,10 +70,19 @@ def usual_levels(machine: Machine) -> tuple[str, ...]:
     return (*([PAPER] if "spindle" in machine.closed_form else []), *USUAL, *named)
 
 
+def with_written(machine: Machine, levels: tuple[str, ...]) -> tuple[str, ...]:
+    """The levels with the machine as its file has it among them, unless a number of lumps says the same."""
+    counts = {str(node.lumps) for node in machine.nodes.values() if node.is_bar}
+    if WRITTEN in levels or (len(counts) == 1 and counts & set(levels)):
+        return levels
+    first = 1 if levels[:1] == (PAPER,) else 0
+    return (*levels[:first], WRITTEN, *levels[first:])
+
+
 def check_levels(job: Job, levels: tuple[str, ...]) -> None:
     """Raises Refused with every level that this machine cannot have, or for a recording that does not fit."""
     complaints = Complaints()
-    for level in levels:
+    for level in (level for level in levels if level != AUTO):
         try:
             at_level(job.machine, level)
         except Refused as refused:
@@ -86,10 +98,12 @@ def at_level(machine: Machine, level: str) -> Machine:
     if level == PAPER:
         SpindleUnit.of(machine)
         return machine
+    if level == WRITTEN and level not in named:
+        return machine
     if level in named:
         return Machine.read(level_patch(machine, level), machine.file)
     if not re.fullmatch("[1-9][0-9]{0,8}", level):
-        near = likely(level, [PAPER, *named])
+        near = likely(level, [PAPER, AUTO, *named])
         right = near if near.endswith("?") else f"{near}, and any number of lumps from 1"
         raise refuse(spot, f"there is no level '{short(level)}'", right)
     if not any(node.is_bar for node in machine.nodes.values()):
@@ -99,9 +113,15 @@ def at_level(machine: Machine, level: str) -> Machine:
 
 def run_level(job: Job, level: str) -> LevelRun:
     """The machine at that level, run; how long it takes is the median of three solutions."""
-    machine = at_level(job.machine, level)
     if level == PAPER:
         return _run_paper(job)
+    if level == AUTO:
+        return run_machine(job, choose_lumps(job.machine, job.source, start=job.start).machine, level)
+    return run_machine(job, at_level(job.machine, level), level)
+
+
+def run_machine(job: Job, machine: Machine, level: str) -> LevelRun:
+    """A machine run as a level of that name."""
     sensed = any(sensor.place is not None for sensor in machine.sensors.values())
     runs = list(_repeat(job, machine, parts=not sensed))
     run, seconds = runs[0], median(run.solve_seconds for run in runs)

@@ -7,7 +7,19 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
 
-from network.analysis.sweep.level_runs import PAPER, Gap, Job, LevelRun, check_levels, run_level, usual_levels
+from network.analysis.sweep.finer_lumps import bars_of, cut_bars
+from network.analysis.sweep.level_runs import (
+    PAPER,
+    Gap,
+    Job,
+    LevelRun,
+    at_level,
+    check_levels,
+    run_level,
+    run_machine,
+    usual_levels,
+    with_written,
+)
 from network.analysis.sweep.tolerance import Tolerance, parse_tolerance
 from network.analysis.sweep.variations import (
     GridJob,
@@ -20,18 +32,22 @@ from network.analysis.sweep.variations import (
 )
 from network.engine.simulation import check_known, schedule_for
 from network.machine.machine import Machine
+from network.machine.overrides import AUTO
 from network.platform.parallel import Told, run_all
-from network.platform.printing import summarise, tell
+from network.platform.printing import Tabled, summarise
 from network.platform.refusal import Complaints, Spot, refuse
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
 
+FINEST, QUICK = 500, 2.0
+"""Lumps, and seconds of a solution, up to which the finest level is run once more with twice as many."""
 
-@dataclass(frozen=True, eq=False)
-class Sweep:
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Sweep(Tabled):
     """What a sweep gives: `levels` of one machine compared with the finest of them, or `runs` over the grid of the
-    `variations`. source: name of the scenario or recording."""
+    `variations`. source: name of the scenario or recording; beyond: the finest level with every bar cut once more."""
 
     machine: Machine
     source: str
@@ -39,6 +55,7 @@ class Sweep:
     variations: tuple[Variation, ...] = ()
     runs: tuple[VariedRun, ...] = ()
     tolerance: Tolerance | None = None
+    beyond: LevelRun | None = None
 
     @cached_property
     def finest(self) -> LevelRun:
@@ -54,9 +71,16 @@ class Sweep:
 
     def temperature_gap(self, run: LevelRun) -> float | None:
         """The largest difference of a temperature to the finest level's [K]; None where they share none."""
+        return max(self._temperature_gaps(run).values(), default=None)
+
+    def furthest_temperature(self, run: LevelRun) -> str:
+        """Where that difference is; empty where they share none, or do not differ."""
+        gaps = self._temperature_gaps(run)
+        return max(gaps, key=lambda name: gaps[name]) if any(gaps.values()) else ""
+
+    def _temperature_gaps(self, run: LevelRun) -> dict[str, float]:
         shared = [name for name in run.temperatures if name in self.finest.temperatures]
-        gaps = [Gap.between(run.temperatures[name], self.finest.temperatures[name]) for name in shared]
-        return max((gap.largest for gap in gaps), default=None)
+        return {n: Gap.between(run.temperatures[n], self.finest.temperatures[n]).largest for n in shared}
 
     def stays_within(self, run: LevelRun, tolerance: Tolerance) -> bool:
         """Whether a level keeps to the tolerance on every axis that it concerns."""
@@ -75,9 +99,6 @@ class Sweep:
         """What sweep.json holds and --json prints."""
         return summarise(self)
 
-    def __str__(self) -> str:
-        return tell(self)
-
 
 def sweep(
     machine: Machine, source: Scenario | Recording, *, levels: Sequence[str | int] = (), vary: Sequence[str] = (),
@@ -86,10 +107,11 @@ def sweep(
 ) -> Sweep:  # fmt: skip
     """Runs a machine at several levels of simplification, or over a grid of values.
 
-    levels: 'paper' (the closed form), numbers of lumps for every bar, names of levels of the machine file; without
-    levels and vary: the usual ones; vary: 'path=lo..hi unit:N' or 'path=a,b,c unit', several make a grid; tolerance:
-    like '1 um'; start, method: as in `simulate`; jobs: processes; cluster: address of a dask scheduler; progress: told
-    the share of the runs that are done. Raises Refused, and Failed where a run breaks down.
+    levels: 'paper' (the closed form), numbers of lumps for every bar, 'auto' (see `choose_lumps`), names of levels of
+    the machine file, which is itself run as written, too; without levels and vary: the usual ones; vary: 'path=lo..hi
+    unit:N' or 'path=a,b,c unit', several make a grid; tolerance: like '1 um'; start, method: as in `simulate`; jobs:
+    processes; cluster: address of a dask scheduler; progress: told the share of the runs that are done. Raises Refused,
+    and Failed where a run breaks down.
     """
     job = Job(machine, source, start, method)
     variations = tuple(parse_variation(text) for text in vary)
@@ -101,10 +123,23 @@ def sweep(
         runs = run_all(partial(run_varied, GridJob(job, variations)), list(grid(variations)), jobs, progress, cluster)
         return replace(result, runs=tuple(runs))
     names = names or usual_levels(machine)
+    check_levels(job, names)
+    names = with_written(machine, names)
     if len(names) < 2:
         raise refuse(Spot("--levels"), "one level has nothing to be compared with", "give two or more, as in 1,2,4,8")
-    check_levels(job, names)
-    return replace(result, levels=tuple(run_all(partial(run_level, job), names, jobs, progress, cluster)))
+    result = replace(result, levels=tuple(run_all(partial(run_level, job), names, jobs, progress, cluster)))
+    return replace(result, beyond=_run_beyond(job, result.finest))
+
+
+def _run_beyond(job: Job, finest: LevelRun) -> LevelRun | None:
+    """The finest level with twice the lumps in every bar; None for what has none, or would have too many."""
+    if finest.level in (PAPER, AUTO):
+        return None
+    machine = at_level(job.machine, finest.level)
+    twice = {name: 2 * count for name, count in bars_of(machine).items()}
+    if not twice or machine.lumps + sum(twice.values()) > 2 * FINEST or finest.solve_seconds > QUICK:
+        return None
+    return run_machine(job, cut_bars(machine, twice), f"twice {finest.level}")
 
 
 def _check(

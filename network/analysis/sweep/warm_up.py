@@ -17,7 +17,7 @@ from network.analysis.sweep.tolerance import Tolerance, parse_tolerance
 from network.catalogue.declaration.declare import Array
 from network.engine.simulation import schedule_for, simulate
 from network.machine.machine import Machine
-from network.platform.printing import tell
+from network.platform.printing import Brief, Result
 from network.platform.quantities.units import BadNumber, in_unit, split_number, unit
 from network.platform.refusal import Spot, likely, refuse
 from network.recordings.inputs import Schedule, Signal
@@ -33,8 +33,8 @@ SHARES = (0.5, 0.75, 1.0)
 DRIVEN = ("rpm", "m/min")
 
 
-@dataclass(frozen=True, eq=False)
-class Attempt:
+@dataclass(frozen=True, eq=False, repr=False)
+class Attempt(Brief):
     """One speed (SI). lengths: of the warm-ups tried [s]; left: what moves after each [m]; shortest: the first that
     serves [s], None where none does; leaves: what moves after it, else after the best [m]; best: that length [s]."""
 
@@ -46,8 +46,8 @@ class Attempt:
     best: float
 
 
-@dataclass(frozen=True, eq=False)
-class WarmUp:
+@dataclass(frozen=True, eq=False, repr=False)
+class WarmUp(Result):
     """input: what is driven; attempts: by speed; none: what moves without a warm-up [m]; chosen: the attempt that is
     shortest, where none serves the one that leaves least."""
 
@@ -86,9 +86,6 @@ class WarmUp:
             "tried": [{self.input: a.value / unit(self.unit).scale, "minutes": (a.lengths / 60).tolist(),
                        "left": [shown.from_si(v) for v in a.left.tolist()]} for a in self.attempts],
         }  # fmt: skip
-
-    def __str__(self) -> str:
-        return tell(self)
 
 
 def find_warm_up(

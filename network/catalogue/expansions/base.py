@@ -6,8 +6,9 @@ angle [rad] on a, b, c; at the machine's reference temperature both are zero. `d
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any, ClassVar, Literal
@@ -25,6 +26,8 @@ ANGULAR_AXES = ("a", "b", "c")
 AXES = LINEAR_AXES + ANGULAR_AXES
 
 How = Literal["mean", "gradient", "heat"]
+SLACK = 1e-9
+"""Of a lump: an edge of a place is on an edge of a lump."""
 
 
 @dataclass(frozen=True)
@@ -100,6 +103,20 @@ def own_expansion(machine: MachineLike, place: Place) -> float | None:
     """The coefficient of expansion of a part's material [1/K]; None without one."""
     alpha: float | None = machine.nodes[place.node].expansion
     return alpha
+
+
+def lie_in_one_lump(places: Sequence[Place], lumps: int) -> bool:
+    """Whether places are of one part and in the same of its lumps, so that nothing differs between them."""
+    first = int(min(place.start for place in places) * lumps + SLACK)
+    last = math.ceil(max(place.stop for place in places) * lumps - SLACK) - 1
+    return len({place.node for place in places}) == 1 and max(last, 0) <= min(first, lumps - 1)
+
+
+def tell_one_lump(place: Place, lumps: int) -> tuple[str, str]:
+    """What is wrong there, and what would be right."""
+    where = f"all of it lies in one lump of {place.node}" if lumps > 1 else f"{place.node} is one lump"
+    right = f"cut it, as in `lumps: 8` at nodes.{place.node}, or name two parts with `between`"
+    return f"is 0 whatever happens: {where}, which has one temperature", right
 
 
 def neighbours(machine: MachineLike) -> Iterator[tuple[str, str]]:

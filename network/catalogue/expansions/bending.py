@@ -14,9 +14,11 @@ from network.catalogue.expansions.base import (
     Expansion,
     Reading,
     choose,
+    lie_in_one_lump,
     neighbours,
     own_expansion,
     steel_unless_known,
+    tell_one_lump,
 )
 from network.catalogue.mechanisms.base import Inputs
 
@@ -44,6 +46,7 @@ class Bending(Expansion, kind="bending"):
     alpha: Array | None
     height: Array | None
     capacity: float
+    lumps: int = 2
     sentence = "{host} bends over {length} and moves the tool centre point along {way}"
 
     @property
@@ -54,7 +57,7 @@ class Bending(Expansion, kind="bending"):
         node = machine.nodes[self.host.node]
         height = float(node.length) * self.host.share if node.length is not None else None
         alpha = own_expansion(machine, self.host)
-        return self.replaced(alpha=alpha, height=height, capacity=node.capacity * self.host.share)
+        return self.replaced(alpha=alpha, height=height, capacity=node.capacity * self.host.share, lumps=node.lumps)
 
     def faults(self) -> Iterator[Advice]:
         if self.of is not None and self.of.share == 0:
@@ -65,6 +68,10 @@ class Bending(Expansion, kind="bending"):
             yield "length", f"{self.host.node} names no material", "give `expansion`, as in 1.1e-5 1/K"
         if self.of is not None and self.__dict__.get("height", 0.0) is None:
             yield "of", f"{self.of.node} has no length to bend over", "use a bar, or `between` with `distance`"
+
+    def doubts(self) -> Iterator[Advice]:
+        if self.method != "paper" and lie_in_one_lump((self.of,) if self.of is not None else self.between, self.lumps):
+            yield "of" if self.of is not None else "between", *tell_one_lump(self.host, self.lumps)
 
     def readings(self) -> tuple[Reading, ...]:
         if self.of is None:

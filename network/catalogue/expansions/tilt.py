@@ -3,6 +3,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, Self
 
+import numpy as np
+
 from network.catalogue.declaration.declare import Advice, Array
 from network.catalogue.declaration.fields import param, places
 from network.catalogue.declaration.machine_protocol import MachineLike
@@ -12,10 +14,12 @@ from network.catalogue.expansions.base import (
     Expansion,
     Reading,
     choose,
+    lie_in_one_lump,
     neighbours,
     own_expansion,
     own_length,
     steel_unless_known,
+    tell_one_lump,
 )
 from network.catalogue.mechanisms.base import Inputs
 from network.platform.quantities.units import show
@@ -40,6 +44,7 @@ class Tilt(Expansion, kind="tilt"):
     alpha_b: Array | None
     length_a: Array | None
     length_b: Array | None
+    lumps: int = 2
     sentence = "{between[0]} grows more than {between[1]}: the tilt moves the tool centre point along {way}"
 
     def resolve(self, machine: MachineLike) -> Self:
@@ -47,6 +52,7 @@ class Tilt(Expansion, kind="tilt"):
         return self.replaced(
             alpha_a=own_expansion(machine, a), alpha_b=own_expansion(machine, b),
             length_a=own_length(machine, a), length_b=own_length(machine, b),
+            lumps=machine.nodes[a.node].lumps,
         )  # fmt: skip
 
     def faults(self) -> Iterator[Advice]:
@@ -59,6 +65,13 @@ class Tilt(Expansion, kind="tilt"):
         if self.axis and (self.arm is None) == (self.axis in LINEAR_AXES):
             right = "give `arm`" if self.arm is None else "drop `arm`: on a, b, c the result is the angle"
             yield "arm", f"on axis {self.axis} the lever arm is {'missing' if self.arm is None else 'of no use'}", right
+
+    def doubts(self) -> Iterator[Advice]:
+        if [*self.faults()] or not lie_in_one_lump(self.between, self.lumps):
+            return
+        g_a, g_b = self.growths
+        if np.all(g_a == g_b):
+            yield "between", *tell_one_lump(self.between[0], self.lumps)
 
     def readings(self) -> tuple[Reading, ...]:
         return tuple(Reading(place) for place in self.between)

@@ -23,7 +23,7 @@ WIDEST = 8.0
 """Prior σ that a number with ± may move at most: beyond, its file is wrong and not its value."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Parameter:
     """One free number. centre, spread, low, high: prior mean, σ and bounds in θ; θ = log value, or value.
 
@@ -43,6 +43,9 @@ class Parameter:
     def path(self) -> str:
         """As its user writes it, like 'links.skin.conductance'."""
         return str(NumberPath(self.entry, self.field.key))
+
+    def __repr__(self) -> str:
+        return f"<{self.path}: {self.format_value(self.centre)}>"
 
     @property
     def attribute(self) -> str:

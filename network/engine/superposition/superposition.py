@@ -4,21 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
-from network.engine.trajectory import Trajectory, axis_unit
-from network.platform.printing import tell
+from network.engine.trajectory import Trajectory, axis_unit, in_own_unit
+from network.platform.data_frame import data_frame
+from network.platform.printing import Brief, Drawn
 
 By = Literal["part", "cause", "kind"]
 FEWEST_DIGITS = 5e-4
 """Of the largest movement: what three digits leave untold."""
 
 
-@dataclass(frozen=True, eq=False)
-class Share:
+@dataclass(frozen=True, eq=False, repr=False)
+class Share(Brief):
     """What one cause moved an axis through one part and one kind of movement, over time [m, rad]."""
 
     axis: str
@@ -28,8 +29,8 @@ class Share:
     values: Array
 
 
-@dataclass(frozen=True, eq=False)
-class Superposition:
+@dataclass(frozen=True, eq=False, repr=False)
+class Superposition(Drawn):
     """All shares of a run. remainder: axis → movement that they leave [m, rad]; how: the method in a sentence."""
 
     run: Trajectory
@@ -57,6 +58,14 @@ class Superposition:
         return all(float(np.abs(r).max()) <= FEWEST_DIGITS * largest[axis] for axis, r in self.remainder.items())
 
     def columns(self) -> Iterator[tuple[str, str, Array]]:
+        """(name, unit, values in that unit) of what `columns_in_si` gives."""
+        yield from ((name, text, in_own_unit(values, text)) for name, text, values in self.columns_in_si())
+
+    def to_pandas(self) -> Any:
+        """A data frame over time [s] of what `columns` gives. Raises ImportError without pandas."""
+        return data_frame(self.columns(), ("time", "s", self.run.t))
+
+    def columns_in_si(self) -> Iterator[tuple[str, str, Array]]:
         """(name, unit, values in SI) for parts.csv: by cause, by part, by kind, and all three at once; of these, what
         is never worth a digit is added up."""
         for axis in self.run.tcp:
@@ -76,6 +85,3 @@ class Superposition:
                 small.append(values)
         if small:
             yield f"share.{axis}.others", axis_unit(axis), np.sum(small, axis=0)
-
-    def __str__(self) -> str:
-        return tell(self)

@@ -8,7 +8,7 @@ import json
 from collections.abc import Iterable, Mapping
 from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from network.engine.superposition.superposition import Superposition
 from network.engine.trajectory import Trajectory
@@ -16,6 +16,9 @@ from network.platform.files import write_text
 from network.platform.publication import Kind
 from network.recordings.csv_table import write_csv
 from network.report.words.source_words import summarise_superposition
+
+if TYPE_CHECKING:
+    from network.analysis.sweep.lumping_error import LumpingError
 
 RUN = Kind("summary.json", ("run.png", "network.png", "contributions.png", "sources.png", "bands.csv"))
 """What `lptn simulate` leaves in a folder."""
@@ -43,17 +46,22 @@ def write_table(path: Path, header: Iterable[object], rows: Iterable[Iterable[ob
     write_text(path, text.getvalue())
 
 
-def run_summary(run: Trajectory, shares: Superposition | None) -> dict[str, Any]:
-    """What summary.json holds; `from`: where the movement comes from."""
-    return run.summary() | ({} if shares is None else {"from": summarise_superposition(shares)})
+def run_summary(
+    run: Trajectory, shares: Superposition | None, lumping: LumpingError | None = None
+) -> dict[str, Any]:
+    """What summary.json holds; `from`: where the movement comes from; `lumping`: what finer lumps would change."""
+    found = {"from": summarise_superposition(shares)} if shares is not None else {}
+    return run.summary() | found | {"lumping": None if lumping is None else lumping.summary()}
 
 
-def write_run(run: Trajectory, where: Path, shares: Superposition | None = None) -> list[Path]:
+def write_run(
+    run: Trajectory, where: Path, shares: Superposition | None = None, lumping: LumpingError | None = None
+) -> list[Path]:
     """results.csv (a recording's format), parts.csv (what every part has and does, and where the movement comes from),
     and summary.json."""
     results, parts, summary = (where / name for name in ("results.csv", "parts.csv", "summary.json"))
-    more = shares.columns() if shares is not None else ()
-    for path, columns in ((results, run.columns()), (parts, chain(run.part_columns(), more))):
+    more = shares.columns_in_si() if shares is not None else ()
+    for path, columns in ((results, run.columns_in_si()), (parts, chain(run.part_columns_in_si(), more))):
         write_csv(path, run.t, {name: (unit_text, values) for name, unit_text, values in columns})
-    write_text(summary, as_json(run_summary(run, shares)))
+    write_text(summary, as_json(run_summary(run, shares, lumping)))
     return [results, parts, summary]

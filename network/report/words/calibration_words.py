@@ -24,6 +24,7 @@ def tell_calibration(c: Calibration) -> str:
     """Numbers before and after, residuals before and after, bands of the tool centre point, sentences, warnings."""
     blocks = [_head(c), _numbers(c), "\n".join(_residuals(c)), "\n".join(_bands(c))]
     told = [sentence + "." for sentence in c.sentences]
+    told += [f"{c.lumping} Calibrate again after that."] if c.lumping is not None and not c.lumping.is_within else []
     told += [f"warning: {warning}" for warning in c.warnings]
     return "\n\n".join(block for block in [*blocks, "\n".join(told)] if block)
 

@@ -7,9 +7,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from network.analysis.sweep.level_runs import PAPER
+from network.analysis.comparison.amounts import join_names
+from network.analysis.sweep.level_runs import PAPER, WRITTEN
 from network.catalogue.expansions.base import ANGULAR_AXES
 from network.engine.trajectory import axis_unit
+from network.machine.overrides import AUTO
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits, table
 from network.platform.quantities.units import unit
@@ -20,6 +22,8 @@ if TYPE_CHECKING:
     from network.engine.paper.closed_form import ClosedForm, Law
 
 MOST_LAWS = 4
+SURELY = 0.8
+"""Share of a time from which one that is shorter is not told: medians of three solutions scatter by a fifth."""
 
 
 def tell_sweep(sweep: Sweep) -> str:
@@ -42,6 +46,25 @@ def _tell_levels(sweep: Sweep) -> Iterator[str]:
     if sweep.tolerance is not None:
         yield ""
         yield tell_tolerance(sweep)
+    yield from tell_convergence(sweep)
+
+
+def tell_convergence(sweep: Sweep) -> Iterator[str]:
+    """What the finest level is off itself, and where temperatures differ most."""
+    places = dict.fromkeys(place for run in sweep.levels if (place := sweep.furthest_temperature(run)))
+    if places:
+        yield f"ΔT max is that of {join_names(list(places))}."
+    if sweep.beyond is None:
+        return
+    most = {axis: sweep.gap(sweep.beyond, axis) for axis in sweep.finest.tcp}
+    told = [
+        f"{axis} by {_cell(gap.largest / unit(axis_unit(axis)).scale)} {pretty(axis_unit(axis))}"
+        for axis, gap in most.items()
+        if gap is not None
+    ]
+    if told:
+        name = _name_run(sweep.finest)
+        yield f"{name[0].upper()}{name[1:]}: twice as many would change {join_names(told)} at most."
 
 
 @dataclass(frozen=True)
@@ -91,6 +114,8 @@ def _cell(value: str | int | float | None) -> str:
 def _name_run(run: LevelRun) -> str:
     if run.level == PAPER:
         return "the paper's closed form"
+    if run.level in (WRITTEN, AUTO):
+        return "the file as written" if run.level == WRITTEN else "lumps chosen per bar"
     return f"{lumps_of(run.level)} in every bar" if run.level.isdigit() else f"'{run.level}'"
 
 
@@ -100,14 +125,21 @@ def tell_tolerance(sweep: Sweep) -> str:
     finest, within, text = sweep.finest, sweep.coarsest_within, pretty_quantity(sweep.tolerance.text)
     if within is not None:
         stays = "stay" if within.level.isdigit() and within.level != "1" else "stays"
-        took = f"{digits(within.solve_seconds * 1e3, 2)} ms instead of {digits(finest.solve_seconds * 1e3, 2)} ms"
         name = _short(within)[0].upper() + _short(within)[1:]
-        return f"{name} {stays} within {text} of {_short(finest, within)}: {_gaps(sweep, within)}; {took}."
+        told = f"{_gaps(sweep, within)}{_gain(within, finest)}"
+        return f"{name} {stays} within {text} of {_short(finest, within)}: {told}."
     others = [run for run in sweep.levels if run is not finest and _worst(sweep, run) < math.inf]
     if not others:
         return f"No level stays within {text} of {_short(finest)}."
     nearest = min(others, key=lambda run: _worst(sweep, run))
     return f"No level stays within {text} of {_short(finest)}; nearest is {_short(nearest)}: {_gaps(sweep, nearest)}."
+
+
+def _gain(run: LevelRun, finest: LevelRun) -> str:
+    """What it takes instead, where that is less by more than times scatter."""
+    if run.solve_seconds > SURELY * finest.solve_seconds:
+        return ""
+    return f"; {digits(run.solve_seconds * 1e3, 2)} ms instead of {digits(finest.solve_seconds * 1e3, 2)} ms"
 
 
 def _short(run: LevelRun, after: LevelRun | None = None) -> str:

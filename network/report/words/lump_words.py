@@ -1,0 +1,86 @@
+"""What is said of lumps: what finer ones would change, and how many are enough."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from network.analysis.comparison.amounts import join_names
+from network.analysis.sweep.finer_lumps import Change
+from network.catalogue.expansions.base import AXES
+from network.platform.quantities.number_format import pretty
+from network.platform.quantities.text_table import digits
+from network.platform.quantities.units import difference, unit
+
+if TYPE_CHECKING:
+    from network.analysis.sweep.lump_choice import LumpChoice
+    from network.analysis.sweep.lumping_error import LumpingError
+
+TINY = 1e-3
+"""Share of its range below which a change is none to speak of."""
+
+
+def tell_lumping(error: LumpingError) -> str:
+    """What finer lumps would change: of every axis, and of the thermometer that is off most."""
+    lines = [f"Lumps: with {_tell_finer(error.finer)}, {_tell_changes([*_main(error.changes)])}."]
+    if error.noise is not None and digits(error.noise[0], 3) != digits(error.noise[1], 3):
+        noise = " σ instead of ".join(digits(each, 3) for each in reversed(error.noise))
+        lines.append(f"With these numbers the residual would be {noise} σ.")
+    if error.choice is not None:
+        lines += _tell_need(error.choice, error.lumps)
+    elif not error.is_within:
+        lines.append("`--lumps auto` chooses as many for every bar as keep each channel within 2 % of its range.")
+    return "\n".join(lines)
+
+
+def _main(changes: Sequence[Change]) -> Iterator[Change]:
+    yield from (change for change in changes if change.name in AXES)
+    rest = [change for change in changes if change.name not in AXES]
+    if rest:
+        yield max(rest, key=lambda change: change.size)
+
+
+def _tell_finer(finer: Mapping[str, int]) -> str:
+    counts = set(finer.values())
+    if len(counts) == 1:
+        return f"{counts.pop()} in every bar"
+    return f"every bar cut twice as finely, into {min(counts)} at least"
+
+
+def _tell_changes(changes: Sequence[Change]) -> str:
+    """z would be up to 13.7 µm higher (20 % of its range), y up to 3.3 µm lower (34 %); x would not change."""
+    moved = [change for change in changes if change.share >= TINY]
+    still = [change.name for change in changes if change.share < TINY]
+    told = [_tell_change(change, k == 0) for k, change in enumerate(moved)]
+    stays = [f"{join_names(still)} would not change"] if still else []
+    return "; ".join([*([join_names(told)] if told else []), *stays])
+
+
+def _tell_change(change: Change, is_first: bool) -> str:
+    shown = difference(unit(change.unit))
+    size, way = digits(abs(change.largest) / shown.scale, 3), "higher" if change.largest > 0 else "lower"
+    verb, whole = ("would be up to", " of its range") if is_first else ("up to", "")
+    return f"{change.name} {verb} {size} {pretty(shown.text)} {way} ({digits(100 * change.share, 2)} %{whole})"
+
+
+def _tell_need(choice: LumpChoice, now: Mapping[str, int]) -> Iterator[str]:
+    more = [f"{name} {count}" for name, count in choice.lumps.items() if count > now[name]]
+    few = "" if len(more) == len(now) else "; the others are fine"
+    total = f"{choice.machine.lumps} lumps in all"
+    if choice.is_settled and more:
+        yield f"Within 2 % of every range: {', '.join(more)}{few} (`--lumps auto`: {total})."
+    elif not choice.is_settled:
+        yield f"Even {choice.finest} in every bar are not enough to tell what is; something is very thin or very quick."
+
+
+def tell_choice(choice: LumpChoice) -> str:
+    """The lumps of every bar, and what they leave."""
+    each = ", ".join(f"{name} {count}" for name, count in choice.lumps.items())
+    worst = max(choice.changes, key=lambda change: change.size)
+    share = f"{digits(100 * choice.share, 2).rstrip('0').rstrip('.')} %"
+    left = f"{worst.name} is off by {digits(100 * worst.share, 2)} % of its range at most"
+    kept = f"within {share} or a reading's noise" if choice.is_within else f"beyond {share}"
+    lines = [f"Lumps: {each} ({choice.machine.lumps} in all); {left}, {kept}, of {choice.finest} in every bar."]
+    if not choice.is_settled:
+        lines.append(f"{choice.finest} in every bar are not settled themselves: twice as many would change more.")
+    return "\n".join(lines)
