@@ -205,7 +205,7 @@ def test_phases_are_rows_and_what_a_row_does_not_name_holds(tmp_path: Path) -> N
     minutes = np.array([0.0, 29, 30, 44, 45, 50, 55, 59])
     hours = minutes / 60
     assert values(signals["speed"], *hours) == pytest.approx(np.array([6000, 6000, 0, 0, 0, 1500, 3000, 3000]) * RPM)
-    assert values(signals["feed"], *hours) == pytest.approx([8 / 60] * 7 + [0.0])
+    assert values(signals["feed"], *hours) == pytest.approx([8 / 60] * 6 + [0.0, 0.0])
     assert values(signals["ambient"], 0, 0.9) == [22.0, 22.0]
     assert (signals["speed"].unit, signals["feed"].unit) == ("rpm", "m/min")
 

@@ -107,9 +107,7 @@ def sweep(
     return replace(result, levels=tuple(run_all(partial(run_level, job), names, jobs, progress, cluster)))
 
 
-def _check(
-    job: Job, levels: Sequence[str], variations: Sequence[Variation], tolerance: str | None
-) -> Tolerance | None:
+def _check(job: Job, levels: Sequence[str], variations: Sequence[Variation], tolerance: str | None) -> Tolerance | None:
     """The tolerance. Raises Refused for what no sweep can do."""
     complaints, machine = Complaints(), job.machine
     if levels and variations:
