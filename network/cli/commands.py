@@ -246,7 +246,7 @@ def sweep(
 @cli.command()
 @click.argument("kind", required=False)
 def catalogue(kind: str | None) -> None:
-    """The physics that can be written down: all kinds, or one KIND with its equation and parameters."""
+    """The physics that can be written down: all kinds, one KIND with its equation and parameters, or `materials`."""
     from network.report.words.catalogue_page import catalogue_page
 
     click.echo(catalogue_page(kind))
