@@ -21,6 +21,7 @@ from network.cli.draft_command import draft
 from network.cli.export_command import export
 from network.cli.follow_command import follow
 from network.cli.iso230_command import iso230
+from network.cli.new_command import new
 from network.cli.options import (
     FileName,
     Whole,
@@ -77,6 +78,7 @@ cli.add_command(export)
 cli.add_command(follow)
 cli.add_command(iso230)
 cli.add_command(draft)
+cli.add_command(new)
 cli.add_command(prove)
 cli.add_command(warmup)
 
