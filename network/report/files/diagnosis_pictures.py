@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from network.analysis.diagnosis.result import Diagnosis
 
 LIT = "The network with what was found in it, lit in orange."
-RANKED = "Every explanation that was fitted: what it adds to the evidence (dashed: chance), and how much worse it fits."
+RANKED = "Every explanation that was fitted: how clearly it stands out (dashed: chance), and how much worse it fits."
 HEAT = "Heat that the likeliest places would have needed, ±2 standard deviations, above the inputs."
 
 
