@@ -16,6 +16,7 @@ from network.catalogue.declaration.declare import Declared
 from network.catalogue.declaration.discovery import kinds, open_rooms
 from network.catalogue.declaration.fields import ParamField, read_kind
 from network.catalogue.declaration.registry import sections
+from network.catalogue.materials import BUILT_IN, SOURCES
 from network.machine.machine import Machine
 from network.machine.schema import schema
 from network.platform.refusal import Complaints, Refused, Spot
@@ -60,6 +61,39 @@ def test_an_unknown_kind_is_answered_with_the_likely_one() -> None:
     with pytest.raises(Refused) as caught:
         catalogue_page("radiaton")
     assert str(caught.value) == "catalogue radiaton: there is no such kind; did you mean 'radiation'?"
+
+
+def test_the_materials_are_listed_with_their_numbers_and_sources() -> None:
+    page = catalogue_page("materials")
+    rows = {line.split()[0]: line.split() for line in page.splitlines() if line.startswith("  ")}
+    assert rows["steel"][1:5] == ["7850", "477", "50.66", "11.3"] and rows["material"][-1] == "source"
+    for name, stuff in BUILT_IN.items():
+        told = [float(x) for x in rows[name][1:5]]
+        own = [stuff.density, stuff.specific_heat, stuff.conductivity, 1e6 * float(stuff.expansion)]
+        assert told == pytest.approx([float(x) for x in own], rel=1e-3) and SOURCES[name] in page
+    assert "cast_iron" in catalogue_page("cast_iron") and "invar" not in catalogue_page("cast_iron")
+    assert "`lptn catalogue materials`" in catalogue_page()
+
+
+def test_its_example_of_a_material_can_be_read(tmp_path: Path) -> None:
+    file = tmp_path / "m.yaml"
+    own = catalogue_page("materials").partition("materials:\n    ")[2]
+    file.write_text(f"machine: m\nreference: 20 degC\nmaterials:\n  {own}\nnodes:\n"
+                    "  bed: {material: nodular_iron, length: 1 m, area: 100 cm^2}\n"
+                    "sources: {h: {kind: heat_source, into: {bed: 1}, power: 5 W}}\n", encoding="utf-8")  # fmt: skip
+    assert Machine.load(file).nodes["bed"].capacity == pytest.approx(7100 * 515 * 0.01)
+
+
+def test_an_unknown_material_is_answered_with_the_list(tmp_path: Path) -> None:
+    file = tmp_path / "m.yaml"
+    file.write_text("machine: m\nreference: 20 degC\nnodes: {a: {material: Guss, length: 1 m, area: 1 m^2}}\n"
+                    "sources: {h: {kind: heat_source, into: {a: 1}, power: 5 W}}\n", encoding="utf-8")  # fmt: skip
+    with pytest.raises(Refused, match=r"there is no material 'Guss'; .*`lptn catalogue materials` lists what is built"):
+        Machine.load(file)
+
+
+def test_examples_in_the_schema_are_short() -> None:
+    assert not re.search(r"\d{5,}[1-9]|\.\d{6,}", json.dumps(SCHEMA))
 
 
 # -- schema ---------------------------------------------------------------------------------------------------------

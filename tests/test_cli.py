@@ -17,6 +17,7 @@ from network.cli import main
 ROOT = Path(__file__).parents[1]
 BLOCKS, STEPS = str(ROOT / "machines" / "two_blocks.yaml"), str(ROOT / "scenarios" / "heater_steps.yaml")
 GANTRY, WARM_UP = str(ROOT / "machines" / "gantry_spindle.yaml"), str(ROOT / "scenarios" / "warm_up_and_stop.yaml")
+RECORDED = str(ROOT / "scenarios" / "flagship_6000rpm.csv")
 
 
 def run(*words: str) -> int:
@@ -116,7 +117,14 @@ def test_all_errors_are_told_on_stderr_and_nothing_is_left(tmp_path: Path, capsy
         ),
         (["compare", BLOCKS, "flagship_6000rpm.csv"], "(one of that name comes with lptn: "),
         (["check", "nope.yaml"], "nope.yaml: there is no such file; give the path of a machine file"),
-        (["simulate", BLOCKS, BLOCKS], "is a machine file; begin with `scenario: name`, or with `recording: name`"),
+        (
+            ["simulate", BLOCKS, BLOCKS],
+            "is a machine file; give a scenario or a recording here; the machine stands first",
+        ),
+        (["simulate", STEPS, BLOCKS], f"{STEPS}:1: is a scenario; a machine file is needed here"),
+        (["check", RECORDED], f"{RECORDED}:1: is a recording; a machine file is needed here"),
+        (["check", GANTRY, "--set", "links.flange=60 W/K"], "did you mean links.flange.conductance=60 W/K?"),
+        (["check", GANTRY, "--set", "sources.motor loss=60 W"], "name one of sources.motor loss.copper, sources.motor"),
         (["compare", BLOCKS, STEPS], "is a scenario; give a recording"),
         (["simulate", BLOCKS, STEPS, "--method", "modall"], "there is no method 'modall'; did you mean 'modal'?"),
         (["simulate", BLOCKS, STEPS, "--level", "fine"], "there is no level 'fine'"),
@@ -130,6 +138,11 @@ def test_refusals_end_with_two(words: list[str], told: str, capsys: pytest.Captu
     assert run(*words) == 2
     captured = capsys.readouterr()
     assert told in captured.err and captured.out == ""
+
+
+def test_arguments_in_the_wrong_order_are_told_in_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("simulate", STEPS, BLOCKS) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1
 
 
 def test_a_misspelt_section_is_told_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

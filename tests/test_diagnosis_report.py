@@ -15,14 +15,17 @@ import pytest
 from diagnosed import diagnosed, finding, rival, saved, unknown_heat
 from matplotlib.figure import Figure
 
-from network import Machine, compare
+from network import Machine, Scenario, compare, simulate
 from network.analysis.comparison.compare import Comparison
 from network.analysis.diagnosis.candidates import candidates
+from network.analysis.diagnosis.experiments.programs import programs
 from network.analysis.diagnosis.findings import why_not
 from network.analysis.diagnosis.isolability import DETAILS
 from network.analysis.diagnosis.location import Location
-from network.analysis.diagnosis.result import UNKNOWN, Diagnosis, Fits, Quantity
+from network.analysis.diagnosis.result import UNKNOWN, Diagnosis, Experiment, Fits, Quantity
+from network.platform.quantities.text_table import digits
 from network.platform.refusal import Refused
+from network.recordings.inputs import Start
 from network.report.figures.explanations_figure import candidates_figure
 from network.report.figures.fit_figure import fit_figure
 from network.report.figures.heat_figure import heat_figure
@@ -32,9 +35,11 @@ from network.report.files.diagnosis_patch import patch_text
 from network.report.files.diagnosis_pictures import pictures_of
 from network.report.files.page import basis, is_tall
 from network.report.words.diagnosis_words import fit_rows
+from network.report.words.effect_words import effect_summary, movements
 from network.report.words.finding_words import plus_minus, sure_word, sure_words
 from network.report.words.heat_words import course
 from network.report.words.moved_words import list_moved
+from network.report.words.tie_words import title_words
 from network.report.words.verdict_words import MEANING
 
 ROOT = Path(__file__).parent.parent
@@ -66,10 +71,10 @@ def test_the_words_tell_what_where_how_sure_and_against_what(found: Diagnosis) -
     told = flat(str(found))
     assert "test lacks one effect that its recordings show at body." in told
     assert "conductance 6.10 ± 0.20 W/K" in told and "probable, 93 %" in told
-    assert "It explains 44 times more than chance would (412 nats of evidence against 9.3)." in told
+    assert "It stands out by 29 σ; chance alone may reach 4.3 σ." in told and "nats" not in told
     assert "radiation (body, air), 5 %: fits 3.3 times worse" in told
     assert "links.skin.conductance from +2.5 to +0.0" in told
-    assert "it would be heat in body (81 %), or heat from motor to body (12 %), or an offset of T_body (4.0 %)." in told
+    assert "If one unknown" not in told and "more heat than" not in told
     assert "train1: 3 readings of T_body are outliers" in told
     assert "It would tell convection from radiation by 6.1 σ in 42 min." in told
     before, after = found.fits.train_before.rmse_in_noise, found.fits.train_after.rmse_in_noise
@@ -77,8 +82,15 @@ def test_the_words_tell_what_where_how_sure_and_against_what(found: Diagnosis) -
     assert "on holdout.csv, never used in a fit" in told
 
 
+def unnamed(d: Diagnosis, *places: str) -> Diagnosis:
+    """The same where what was found at those places has no name."""
+    nameless = finding(kind=UNKNOWN, places=places or ("body",), patch={}, parameters={})
+    return replace(d, verdict="unexplained", findings=(nameless,))
+
+
 def test_unknown_heat_is_told_with_its_sign_its_time_and_its_bursts(found: Diagnosis) -> None:
-    told = flat(str(found))
+    told = flat(str(unnamed(found)))
+    assert "it would be heat in body (81 %), or heat from motor to body (12 %), or an offset of T_body (4.0 %)." in told
     right = "of train1.csv body gets on average 155 W less heat than the model gives it, in 4 bursts of about 310 W."
     assert f"Between 45 and 140 min {right}" in told
 
@@ -93,13 +105,13 @@ def test_a_course_that_never_leaves_its_uncertainty_is_none() -> None:
 
 
 def test_it_is_told_when_the_map_of_unknown_heat_points_elsewhere(found: Diagnosis) -> None:
-    assert "explains the recordings better" not in flat(str(found))
-    assert "explains the recordings better" in flat(str(replace(found, findings=(finding(places=("motor",)),))))
-    reads = finding(places=("tcp.z", "motor"))
+    assert "explains the recordings better" not in flat(str(unnamed(found)))
+    assert "explains the recordings better" in flat(str(unnamed(found, "motor")))
     probe = unknown_heat(Location(channel="dz"), 0.9, 2, 2e-6)
-    told = flat(str(replace(found, findings=(reads,), located=(probe, *found.located))))
+    told = flat(str(replace(unnamed(found, "tcp.z", "motor"), located=(probe, *found.located))))
     assert "explains the recordings better" not in told and "dz reads on average 1.0 µm higher than the model" in told
-    assert "show at motor (movement along z)." in told
+    named = replace(found, findings=(finding(places=("tcp.z", "motor")),))
+    assert "show at motor (movement along z)." in flat(str(named))
 
 
 @pytest.mark.parametrize(("at", "size", "told"), [
@@ -108,7 +120,7 @@ def test_it_is_told_when_the_map_of_unknown_heat_points_elsewhere(found: Diagnos
 ])  # fmt: skip
 def test_unknown_heat_of_links_and_channels(found: Diagnosis, at: Location, size: float, told: str) -> None:
     heat = unknown_heat(at, 0.9, 2, size)
-    assert told in flat(str(replace(found, located=(heat,))))
+    assert told in flat(str(replace(unnamed(found), located=(heat,))))
 
 
 @pytest.mark.parametrize(("verdict", "findings", "words"), [
@@ -128,7 +140,7 @@ def test_every_verdict_says_plainly_what_it_means(
         for kind in findings
     )  # fmt: skip
     told = flat(str(replace(found, verdict=verdict, findings=several)))
-    assert words in told and ("If one unknown were" in told) == bool(findings)
+    assert words in told and ("If one unknown were" in told) == (verdict == "unexplained")
     assert verdict in MEANING
 
 
@@ -144,6 +156,63 @@ def test_a_held_out_run_that_is_not_explained_is_told_of_a_clean_verdict(found: 
 def test_what_cannot_be_told_apart_is_told(found: Diagnosis) -> None:
     alike = finding(indistinguishable=(rival("radiation", "body", 0.4, 1.0, 410.0),))
     assert "These recordings cannot tell it from radiation (body)." in flat(str(replace(found, findings=(alike,))))
+
+
+def test_what_is_as_likely_shares_the_headline(found: Diagnosis) -> None:
+    place = rival("convection", "motor air", 0.4, 1.0, 410.0)
+    tie = replace(found, findings=(finding(confidence=0.56, alternatives=(place,)),))
+    assert "that its recordings show at body or motor." in flat(str(tie))
+    kind = rival("radiation", "body air", 0.4, 1.0, 410.0)
+    either = finding(confidence=0.5, alternatives=(), indistinguishable=(kind,))
+    assert title_words(found, finding()) == "convection at body"
+    assert title_words(tie, tie.findings[0]) == "convection at body or motor"
+    assert title_words(found, either) == "convection or radiation at body"
+    both = finding(confidence=0.5, alternatives=(), indistinguishable=(replace(kind, places=("motor", "air")),))
+    assert title_words(found, both) == "convection at body or radiation at motor"
+
+
+def test_what_it_does_to_the_tool_is_told_in_micrometres(found: Diagnosis) -> None:
+    """Beside a simulation of the better machine with and without its entry."""
+    residual = found.fits.train_after.recordings[0]
+    there, gone = (simulate(m, residual.trajectory.schedule, start=Start(others=20.0))
+                   for m in (found.after, found.after.patched({"links": {"wet side": None}})))  # fmt: skip
+    assert there.T_start == pytest.approx(residual.trajectory.T_start)
+    apart = there.shown("tcp.z") - gone.shown("tcp.z")
+    most = apart[np.argmax(np.abs(apart))]
+    assert movements(found, 0)["z"] == pytest.approx(most * 1e-6) and abs(most) > 1
+    told = f"{'−' if most < 0 else '+'}{digits(abs(most), 2)} µm along z"
+    assert f"It moves the tool centre point by up to {told} on train1.csv." in flat(str(found))
+    assert effect_summary(found, 0)["z"] == {"value": pytest.approx(most), "unit": "um"}
+
+
+def test_a_sensor_moves_nothing(found: Diagnosis) -> None:
+    lag = finding(kind="sensor_lag", section="sensors", places=(), channels=("T_body",), patch={"sensors": {}})
+    assert "moves the tool" not in str(replace(found, findings=(lag,)))
+
+
+def test_a_search_that_was_cut_short_does_not_call_the_machine_complete(found: Diagnosis) -> None:
+    cut = flat(str(replace(found, verdict="parameters_only", findings=(), ended="budget")))
+    assert "nothing was found so far that it lacks" in cut and "The time was up" in cut
+    assert "no physics is missing" not in cut and "Use the calibrated numbers" not in cut
+
+
+def test_the_next_experiment_is_a_scenario_that_runs(found: Diagnosis, tmp_path: Path) -> None:
+    runs = [r.recording for r in found.fits.train_after.recordings]
+    made = programs([found.machine], runs)
+    switching = next(p for p in made if p.text.startswith("Switch"))
+    steps = Experiment(switching.text, ("convection", "radiation"), 6.1, switching.hours, switching.scenario())
+    d = replace(found, advice=(steps,))
+    write_diagnosis(d, tmp_path / "out", pictures=False)
+    assert [p.name for p in (tmp_path / "out").glob("*.yaml")] == ["machine.diagnosed.yaml"]
+    written = Scenario.load(tmp_path / "out" / "experiment-1.yml")
+    assert written.duration == pytest.approx(3600 * switching.hours, rel=1e-4)
+    t = np.arange(30.0, written.duration, 60.0)
+    for name, signal in switching.signals.items():
+        assert written.schedule.signals[name].at(t) == pytest.approx(signal.at(t), rel=1e-3, abs=1e-3)
+    assert simulate(d.after, written).t[-1] == pytest.approx(written.duration)
+    told = flat(str(d))
+    assert "It is written as experiment-1.yml." in told and "min in turn" not in told and "in holds of" in told
+    assert json.loads((tmp_path / "out" / "diagnosis.json").read_text())["advice"][0]["scenario"] == "experiment-1.yml"
 
 
 def test_one_number_has_one_word_and_more_is_never_less_sure() -> None:
@@ -179,11 +248,11 @@ def test_what_says_nothing_is_left_out(found: Diagnosis) -> None:
     always = finding(windows=((0.0, 4 * 3600.0),))
     still = unknown_heat(Location(("body",)), 0.9, 2, 0.0)
     told = flat(str(replace(found, findings=(always,), located=(still,))))
-    assert "showed most" not in told and "stands out" not in told
+    assert "showed most" not in told
     twice = replace(found, findings=(finding(), finding(kind="windage", places=("motor",))))
     assert flat(str(twice)).count("It showed most") == 1
     vague = tuple(replace(u, at=Location(("motor",)), probability=0.1) for u in found.located)
-    pointless = flat(str(replace(found, located=vague)))
+    pointless = flat(str(replace(unnamed(found), located=vague)))
     assert "If one unknown" not in pointless and "motor gets" not in pointless
     long = replace(found, notes=(f"3 of 9 effects are too small to show here. {DETAILS} alike: tilt (3).",))
     assert "too small to show here." in flat(str(long)) and "alike: tilt" not in flat(str(long))
@@ -358,7 +427,14 @@ def test_the_page_needs_nothing_beside_it(folder: Path) -> None:
     assert not links.open and len(links.addresses) == 6
     assert all(address.startswith("data:image/png;base64,") for address in links.addresses)
     assert "http" not in re.sub("base64,[A-Za-z0-9+/=]*", "", text) and "<script" not in text
-    for told in ("What was found", "412 nats", "radiation (body", "Before and after", "lptn compare", "wet side"):
+    for told in (
+        "What was found",
+        "stands out by 29 σ",
+        "radiation (body",
+        "Before and after",
+        "lptn compare",
+        "wet side",
+    ):
         assert told in text
 
 
@@ -387,7 +463,7 @@ def test_the_suspect_is_lit(found: Diagnosis) -> None:
 
 
 def test_unknown_heat_is_drawn_for_every_recording_with_its_inputs(found: Diagnosis) -> None:
-    figure = heat_figure(found)
+    figure = heat_figure(unnamed(found))
     told = words_of(figure)
     assert len(figure.axes) == 2 * 4
     for word in ("train1.csv", "train2.csv", "heat into body", "offset of T_body", "speed [rpm]", "heat [W]", "[K]"):
@@ -396,23 +472,29 @@ def test_unknown_heat_is_drawn_for_every_recording_with_its_inputs(found: Diagno
     assert np.min(line.get_ydata()) == pytest.approx(-310.0)
 
 
+def test_where_a_name_was_found_only_its_place_is_drawn(found: Diagnosis) -> None:
+    told = words_of(heat_figure(found))
+    assert "heat into body" in told and "offset of" not in told and "probability" not in told
+    assert "before it was added" in told
+
+
 def test_rivals_are_ranked_and_the_found_one_stands_out(found: Diagnosis) -> None:
     figure = candidates_figure(found)
     gains = figure.axes[0]
-    assert [patch.get_width() for patch in gains.patches] == pytest.approx([412.3, 300.0, 90.0])
+    assert [patch.get_width() for patch in gains.patches] == pytest.approx(np.sqrt(2 * np.array([412.3, 300.0, 90.0])))
     assert [t.get_text() for t in figure.axes[1].texts] == ["1.00", "1.27", "3.33"]
     assert len({patch.get_facecolor() for patch in gains.patches}) == 2
     names = [t.get_text() for t in gains.get_yticklabels()]
     assert names == ["convection (body, air)", "radiation (body, air)", "windage (motor)"]
     again = replace(found, findings=(finding(gain=382.3),))
     told = [t.get_text() for t in candidates_figure(again).axes[0].texts]
-    assert told == ["382", "278", "83"] and "382 nats" in str(again)
+    assert told == ["28", "24", "13"] and "by 28 σ" in str(again)
     many = replace(found, tried=tuple(rival("convection", f"n{i}", 0.1, 1 + i, 50.0 - i) for i in range(40)))
     assert "the best 16 of 40" in words_of(candidates_figure(many))
 
 
 def test_heat_and_offsets_share_one_clock_and_are_called_what_they_are(found: Diagnosis) -> None:
-    figure = heat_figure(found)
+    figure = heat_figure(unnamed(found))
     assert "unknown heat or offset of a channel" in words_of(figure)
     assert len({axes.get_xlabel() for axes in figure.axes} - {""}) == 1
     quick = finding(parameters={"period": Quantity(540.0, 2.0, "min")})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import time
@@ -17,6 +18,7 @@ from matplotlib.cbook import is_math_text
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon, Rectangle
+from matplotlib.text import Text
 
 from network.analysis.comparison.compare import RecordingResidual, compare
 from network.engine.simulation import simulate
@@ -593,6 +595,17 @@ def test_a_closed_loop_shows_its_capacity_flow() -> None:
     skin = {"kind": "convection", "between": ["b", "room"], "conductance": "1 W/K"}
     machine = machine_of(nodes=nodes, links={"loop": loop, "skin": skin}, sources=None, tcp=None, sensors=None)
     assert labels(network_figure(machine, run_of(machine)), "link:")["loop"].endswith("30.0 W/K")
+
+
+def test_every_link_of_a_large_network_is_named_beside_its_line_or_below() -> None:
+    root = Path(__file__).parents[1]
+    machine = Machine.load(root / "machines" / "new_machine.yaml")
+    for run in (None, simulate(machine, Scenario.load(root / "scenarios" / "new_machine_day.yaml"))):
+        figure = network_figure(machine, run)
+        told = " ".join(text.get_text() for text in figure.findobj(Text))
+        assert all(name in told for name in machine.links) and "flow 350 W/K" in told
+        keys = {key for key in re.findall(r"\(\d+\)", told) if f"{key} " in told}
+        assert keys and all(told.count(key) == 2 for key in keys)
 
 
 def test_a_relay_may_watch_a_held_node(tmp_path: Path) -> None:

@@ -268,3 +268,26 @@ def test_a_switch_may_be_an_input_that_others_read_in_a_unit() -> None:
     assert here.inputs["speed"] == "rpm"
     with pytest.raises(Refused, match="the machine needs the input `pump`, which is not there; add `pump: …` to its"):
         simulate(tank(), small.schedule([0.0, 60.0]))
+
+
+class Noting(dict[str, Any]):
+    """Inputs of an instant, which note the names that are asked for."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.asked: set[str] = set()
+
+    def __missing__(self, name: str) -> Any:
+        self.asked.add(name)
+        return np.array(0.07)
+
+
+@pytest.mark.parametrize("cls", [c for c in TYPES if not issubclass(c, Suspect)], ids=names)
+def test_no_kind_reads_an_input_that_its_entry_cannot_name(cls: type[Effect]) -> None:
+    default = reads_by_default(cls)
+    body = next(b for seed in range(99) if is_read(cls, b := Draw(cls, seed).body()))
+    own = {**body, default.key: "mine"} if default is not None else body
+    entry = entry_in(cls, machine().patched(patch_of(cls, own)))
+    u = Noting()
+    evaluated(entry, u, *arguments(entry, 4))
+    assert u.asked - {"time"} <= {str(value) for value in own.values()}

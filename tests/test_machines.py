@@ -25,7 +25,8 @@ ROOT = Path(__file__).resolve().parents[1]
 CASES = ROOT.parent / "shared" / "cases"
 MACHINES = sorted(path.stem for path in (ROOT / "machines").glob("*.yaml"))
 SCENARIOS = sorted(path.stem for path in (ROOT / "scenarios").glob("*.yaml"))
-TOO_FAST = {("belt_lathe", name) for name in ("constant_6000", "constant_8000", "warm_up_and_stop", "day_of_work")}
+FAST = ("constant_6000", "constant_8000", "warm_up_and_stop", "day_of_work", "new_machine_day")
+TOO_FAST = {("belt_lathe", name) for name in FAST}
 TOO_FAST |= {("cnc_lathe_plain", "day_of_work"), ("cnc_lathe", "day_of_work")}
 TO_CALIBRATE = {"lathe_warm_up"}
 """Machines with numbers that are `unknown`."""

@@ -115,7 +115,10 @@ def test_a_csv_column_is_linear_or_held_by_its_unit(tmp_path: Path) -> None:
 
 
 ONE_FAULT = [
-    ("name: x", "3: the scenario has an unknown key 'name'; known are: scenario, duration, output, start, inputs"),
+    (
+        "name: x",
+        "3: the scenario has an unknown key 'name'; known are: scenario, duration, output, start, inputs, phases",
+    ),
     ("ouput: 5 s", "3: the scenario has an unknown key 'ouput'; did you mean 'output'?"),
     ("output: 0 s", "3: output: '0 s' is not above zero; give a time above zero"),
     ("output: 10", "3: output: '10' has no unit; give a time, like `10 min`"),
@@ -188,3 +191,52 @@ def test_a_missing_column_is_refused_where_it_is_asked_for(tmp_path: Path) -> No
     (tmp_path / "shop.csv").write_text("time [h],air [degC]\n0,20\n1,21\n")
     with pytest.raises(Refused, match=r"s.yaml:5: the recording 'shop' has no column 'ait'; did you mean 'air'\?"):
         load(tmp_path, HEAD + "inputs:\n  ambient:\n    column: ait\n    csv: shop.csv\n")
+
+
+ROWS = "scenario: rows\nphases:\n  - {for: 30 min, speed: 6000 rpm, feed: 8 m/min, ambient: 22 degC}\n"
+ROWS += "  - {for: 15 min, speed: 0 rpm}\n"
+ROWS += "  - {for: 10 min, speed: {from: 0 rpm, to: 3000 rpm}}\n  - {for: 5 min, feed: 0 m/min}\n"
+
+
+def test_phases_are_rows_and_what_a_row_does_not_name_holds(tmp_path: Path) -> None:
+    scenario = load(tmp_path, ROWS)
+    assert scenario.duration == 3600.0
+    signals = scenario.schedule.signals
+    minutes = np.array([0.0, 29, 30, 44, 45, 50, 55, 59])
+    hours = minutes / 60
+    assert values(signals["speed"], *hours) == pytest.approx(np.array([6000, 6000, 0, 0, 0, 1500, 3000, 3000]) * RPM)
+    assert values(signals["feed"], *hours) == pytest.approx([8 / 60] * 6 + [0.0, 0.0])
+    assert values(signals["ambient"], 0, 0.9) == [22.0, 22.0]
+    assert (signals["speed"].unit, signals["feed"].unit) == ("rpm", "m/min")
+
+
+def test_phases_say_what_the_same_steps_by_input_say(tmp_path: Path) -> None:
+    rows = [{"for": "1 h", "speed": "3000 rpm"}, {"for": "30 min", "speed": "0 rpm"}, {"speed": "500 rpm"}]
+    ours = Scenario.of("x", "4 h", {"ambient": "21 degC"}, phases=rows).schedule
+    steps = [{"for": "1 h", "at": "3000 rpm"}, {"for": "30 min", "at": "0 rpm"}, {"at": "500 rpm"}]
+    theirs = Scenario.of("x", "4 h", {"ambient": "21 degC", "speed": steps}).schedule
+    assert np.array_equal(ours.t, theirs.t) and ours.signals.keys() == theirs.signals.keys()
+    for name, one in theirs.signals.items():
+        assert np.array_equal(one.at(ours.t), ours.signals[name].at(ours.t))
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "wrong", "right"),
+    [
+        ("phases: []\n", 2, "phases: is no list of rows", "{for: 30 min"),
+        ("phases:\n  - 3 h\n", 3, "phases, row 1 is not a mapping", "write it like"),
+        ("phases:\n  - {speed: 2 rpm}\n", 3, "phases, row 1 has no `for`", "for: 30 min"),
+        ("phases:\n  - {for: 1 h, speed: 200}\n", 3, "phases, row 1, speed: '200' has no unit", "200 rpm"),
+        ("phases:\n  - {for: 1 h}\n  - {for: 1 h, feed: 2 m/min}\n", 4, "feed: is named here first", "`feed: 0 m/min`"),
+        ("phases:\n  - {for: 1 h, n: 1 rpm}\n  - {for: 1 h, n: 2 W}\n", 4, "another kind of unit", "was rpm"),
+        ("duration: 1 h\nphases:\n  - {for: 1 h, n: 1 rpm}\n  - {n: 2 rpm}\n", 5, "begins after 60 min", "drop it"),
+        ("phases:\n  - {for: 1 h, n: 1 rpm}\ninputs:\n  n: 2 rpm\n", 5, "inputs.n is given in `phases`", "once"),
+        ("phases:\n  - {for: 1 h, n: {from: 1 rpm}}\n", 3, "phases, row 1 has no `to`", "add `to:"),
+        ("phases:\n  - {for: 1 h, air: 900 degC}\n", 2, "phases, air: reaches 900.0 degC", "to 400 degC"),
+    ],
+)
+def test_rows_that_cannot_be_used(tmp_path: Path, text: str, line: int, wrong: str, right: str) -> None:
+    with pytest.raises(Refused) as refused:
+        load(tmp_path, f"scenario: x\n{text}")
+    (one,) = refused.value.refusals
+    assert one.spot.line == line and wrong in one.wrong and right in one.right

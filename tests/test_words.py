@@ -148,10 +148,27 @@ def test_a_machine_is_described_in_tables() -> None:
     assert line_of(text, "bearing").split()[1:] == ["conduction", "shaft", "–", "bed@0..0.5", "20.0"]
     assert line_of(text, "jacket").split()[1:] == ["advection", "water", "→", "bed", "12.0"]
     assert line_of(text, "friction").endswith("bearing_friction  shaft 25%, bed 75%  torque 0.4 N m")
-    assert line_of(text, "z: bed grows").split()[-2:] == ["stretching", "bed"]
+    told = "stretching  bed  direction −1, length 0.3 m"
+    assert line_of(text, "z: bed grows").endswith(told)
     assert "shaft, with sensor_lag" in line_of(text, "T_shaft") and line_of(text, "T_bed").split()[-2:] == ["0.10", "K"]
     assert "tcp.z, zeroed at the start" in line_of(text, "dz") and line_of(text, "dz").split()[-2:] == ["0.25", "µm"]
     assert "reads the inputs: ambient [degC], speed [rpm]" in text
+
+
+def test_what_an_entry_reads_and_how_it_is_driven_is_told() -> None:
+    axis = {"kind": "stretching", "of": "bed", "fixed": "30 mm", "at": "50 mm + position", "direction": 1}
+    fan = {"kind": "forced_convection", "between": ["shaft", "ambient"], "conductance": "4 W/K", "gain": 3,
+           "reference_speed": "9000 rpm", "input": "n2", "while": "door"}  # fmt: skip
+    cooler = {"kind": "thermostat_cooling", "into": {"bed": 1}, "watches": "shaft", "set": "22 degC",
+              "hysteresis": "0.5 K", "power": "800 W"}  # fmt: skip
+    coil = {"kind": "heat_source", "into": {"shaft": 1}, "power": "30 W", "with": "feed_x", "at": "40 m/min"}
+    machine = machine_of(tcp={"z": {"bed grows": axis}}, sources={"cooler": cooler, "coil": coil})
+    text = describe(machine.patched({"links": {"fan": fan}}))
+    assert "further" in line_of(text, "link")
+    assert line_of(text, "fan").endswith("while door, gain 3, reference_speed 9000 rpm, input n2")
+    assert line_of(text, "cooler").endswith("watches shaft, set 22 °C, hysteresis 0.5 K, power 800 W")
+    assert line_of(text, "coil").endswith("power 30 W, with feed_x, at 40 m/min")
+    assert line_of(text, "z: bed grows").endswith("direction 1, fixed 30 mm, at 50 mm + position")
 
 
 def test_uncertain_numbers_stand_with_their_spread() -> None:

@@ -1,7 +1,7 @@
 """Materials: what is built in, each with its source, and how a file adds its own.
 
-Values at 20 °C. Sources: M = Incropera & DeWitt, appendix A; S = seed method's specimen (its table 1); T = typical of
-maker's data sheets. Ranges between grades: ± 5 % for density and specific heat, ± 20 % for conductivity of iron.
+Values at 20 °C, each with its source. Ranges between grades: ± 5 % for density and specific heat, ± 20 % for
+conductivity of iron.
 """
 
 from __future__ import annotations
@@ -16,38 +16,41 @@ class Material(Declared):
     """A solid's properties, constant over temperature."""
 
     section = "materials"
-    density = param("kg/m^3", 1, 30_000, "density", positive=True)
-    specific_heat = param("J/(kg K)", 1, 20_000, "specific heat capacity", positive=True)
-    conductivity = param("W/(m K)", 0, 5000, "thermal conductivity", positive=True)
-    expansion = param("1/K", -1e-4, 2e-3, "coefficient of linear expansion")
+    density = param("kg/m^3", 1, 30_000, "density", positive=True, typical=7850)
+    specific_heat = param("J/(kg K)", 1, 20_000, "specific heat capacity", positive=True, typical=480)
+    conductivity = param("W/(m K)", 0, 5000, "thermal conductivity", positive=True, typical=50)
+    expansion = param("1/K", -1e-4, 2e-3, "coefficient of linear expansion", typical=1.1e-5)
 
     def doubts(self) -> Iterator[Advice]:
         if abs(float(self.expansion)) > 1e-4:
             yield "expansion", f"expands by {float(self.expansion):.3g} per kelvin", "metals have 1e-6 to 3e-5 1/K"
 
 
-def _material(name: str, density: float, specific_heat: float, conductivity: float, expansion: float) -> Material:
-    return Material(name, density=density, specific_heat=specific_heat, conductivity=conductivity, expansion=expansion)
-
-
+BOOK = "Incropera & DeWitt, appendix A"
+SPECIMEN = "specimen of the heat-quantity paper, its table 1"
+SHEETS = "typical of data sheets"
+_TABLE = (  # density, specific heat, conductivity, expansion
+    ("steel", 7850, 477, 50.66, 1.13e-5, SPECIMEN),
+    ("stainless_steel", 7900, 477, 14.9, 1.66e-5, f"{BOOK} (AISI 304)"),
+    ("cast_iron", 7200, 500, 48, 1.08e-5, f"{SHEETS} (GJL-300)"),
+    ("mineral_casting", 2400, 800, 2.5, 1.3e-5, f"{SHEETS} (epoxy granite)"),
+    ("granite", 2630, 775, 2.79, 7.0e-6, f"{BOOK}; expansion {SHEETS}"),
+    ("aluminium", 2700, 900, 209, 2.34e-5, f"{SHEETS} (EN AW-6060)"),
+    ("copper", 8933, 385, 401, 1.65e-5, BOOK),
+    ("brass", 8530, 380, 110, 1.9e-5, BOOK),
+    ("titanium", 4430, 560, 6.7, 8.6e-6, f"{SHEETS} (Ti-6Al-4V)"),
+    ("invar", 8100, 515, 10.5, 1.3e-6, f"{SHEETS} (FeNi36)"),
+    ("silicon_nitride", 3200, 700, 28, 3.0e-6, f"{SHEETS} (balls of bearings)"),
+    ("alumina", 3900, 765, 36, 7.5e-6, BOOK),
+    ("cfrp", 1550, 900, 5, 5e-7, f"{SHEETS} (quasi-isotropic, along the layers)"),
+    ("glass", 2500, 720, 1.0, 9e-6, "EN 572-1 (soda-lime glass)"),
+    ("water", 998, 4182, 0.6, 6.9e-5, f"{BOOK}; a third of the volume's expansion"),
+    ("oil", 870, 1900, 0.13, 2.5e-4, f"{SHEETS} (mineral oil)"),
+    ("air", 1.2, 1007, 0.026, 1.14e-3, BOOK),
+)
 BUILT_IN = {
-    material.name: material
-    for material in (
-        _material("steel", 7850, 477, 50.66, 1.13e-5),  # S
-        _material("stainless_steel", 7900, 477, 14.9, 1.66e-5),  # M (AISI 304)
-        _material("cast_iron", 7200, 500, 48, 1.08e-5),  # T (GJL-300)
-        _material("mineral_casting", 2400, 800, 2.5, 1.3e-5),  # T (epoxy granite)
-        _material("granite", 2630, 775, 2.79, 7.0e-6),  # M; expansion T
-        _material("aluminium", 2700, 900, 209, 2.34e-5),  # T (EN AW-6060)
-        _material("copper", 8933, 385, 401, 1.65e-5),  # M
-        _material("brass", 8530, 380, 110, 1.9e-5),  # M
-        _material("titanium", 4430, 560, 6.7, 8.6e-6),  # T (Ti-6Al-4V)
-        _material("invar", 8100, 515, 10.5, 1.3e-6),  # T (FeNi36)
-        _material("silicon_nitride", 3200, 700, 28, 3.0e-6),  # T (bearing balls)
-        _material("alumina", 3900, 765, 36, 7.5e-6),  # M
-        _material("cfrp", 1550, 900, 5, 5e-7),  # T (quasi-isotropic, along the fibre layers)
-        _material("water", 998, 4182, 0.6, 6.9e-5),  # M; linear expansion is a third of the volume's
-        _material("oil", 870, 1900, 0.13, 2.5e-4),  # T (mineral oil)
-        _material("air", 1.2, 1007, 0.026, 1.14e-3),  # M
-    )
+    name: Material(name, density=density, specific_heat=heat, conductivity=conductivity, expansion=expansion)
+    for name, density, heat, conductivity, expansion, _ in _TABLE
 }
+SOURCES = {row[0]: row[5] for row in _TABLE}
+"""Where the numbers of a built-in material come from."""

@@ -21,6 +21,7 @@ from network.cli.draft_command import draft
 from network.cli.export_command import export
 from network.cli.follow_command import follow
 from network.cli.iso230_command import iso230
+from network.cli.new_command import new
 from network.cli.options import (
     FileName,
     Whole,
@@ -78,6 +79,7 @@ cli.add_command(export)
 cli.add_command(follow)
 cli.add_command(iso230)
 cli.add_command(draft)
+cli.add_command(new)
 cli.add_command(prove)
 cli.add_command(warmup)
 
@@ -253,7 +255,7 @@ def sweep(
 @cli.command()
 @click.argument("kind", required=False)
 def catalogue(kind: str | None) -> None:
-    """The physics that can be written down: all kinds, or one KIND with its equation and parameters."""
+    """The physics that can be written down: all kinds, one KIND with its equation and parameters, or `materials`."""
     from network.report.words.catalogue_page import catalogue_page
 
     click.echo(catalogue_page(kind))

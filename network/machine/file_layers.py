@@ -7,9 +7,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from network.catalogue.declaration.patch import Patch, overlay
-from network.catalogue.declaration.sections import as_meant, check_sections
-from network.platform.refusal import Complaints, Refused, refuse, short
+from network.catalogue.declaration.sections import NAMED, as_meant, check_sections
+from network.platform.refusal import Complaints, Refused, Spot, refuse, short
 from network.platform.yaml.document import Branch, Leaf, Tree, load
+
+RECORDED = (".csv", ".xlsx")
+OTHERS = {"scenario": "a scenario", "recording": "the mapping of a recording"}
+RIGHT = "a machine file is needed here; it stands before scenarios and recordings"
 
 
 def load_tree(path: Path, complaints: Complaints | None = None) -> Branch:
@@ -39,13 +43,24 @@ def _chain(path: Path, complaints: Complaints) -> Iterator[Branch]:
     """The file, the one it extends, and so on."""
     above: list[Path] = []
     while True:
-        tree = load(path, "a machine file", complaints)
+        tree = _load_machine(path, complaints)
         above.append(path.resolve())
         yield tree
         base = tree.items.get("extends")
         if base is None:
             return
         path = _find_base(path, base, above)
+
+
+def _load_machine(path: Path, complaints: Complaints) -> Branch:
+    """One file; where it is no machine at all, that is told instead of everything that it lacks."""
+    if path.suffix.lower() in RECORDED and path.is_file():
+        raise refuse(Spot(str(path), 1), "is a recording", RIGHT)
+    tree = load(path, "a machine file", complaints)
+    for key, what in OTHERS.items():
+        if key in tree.items and not set(tree.items) & {*NAMED, "machine", "extends"}:
+            raise refuse(Spot(str(path), 1), f"is {what}", RIGHT)
+    return tree
 
 
 def _find_base(path: Path, base: Tree, above: list[Path]) -> Path:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from network.catalogue.declaration.sections import SECTIONS, depth, section
+from network.platform.quantities.units import BadNumber, split_number, spread_parts, unit
 from network.platform.refusal import Refused, Spot, likely, refuse, short
 from network.platform.yaml.document import Branch, Items, Leaf, Tree, parse
 
@@ -47,12 +48,31 @@ def _set(branch: Branch, path: str, value: Tree, spot: Spot, where: str) -> Bran
         if "." in where:
             keys[key] = spot
         return Branch(items, branch.spot, keys)
+    _refuse_single(items.get(key), value, spot, here)
     keys[key] = spot
     if not (isinstance(value, Leaf) and value.is_null):
         items[key] = value
     elif items.pop(key, None) is None:
         raise refuse(spot, f"takes out {here}, and it is not there", likely(key, items))
     return Branch(items, branch.spot, keys)
+
+
+def _refuse_single(there: Tree | None, value: Tree, spot: Spot, here: str) -> None:
+    """Refuses one value in the place of a whole entry, with the numbers of it that are of that kind."""
+    if not isinstance(there, Branch) or not isinstance(value, Leaf) or value.is_null or not there.items:
+        return
+    alike = [key for key, own in there.items.items() if isinstance(own, Leaf) and _kind(own) == _kind(value)]
+    names = [f"{here}.{key}" for key in (alike or there.items) if key != "kind"]
+    right = f"did you mean {names[0]}={short(value.text)}?" if len(alike) == 1 else f"name one of {', '.join(names)}"
+    raise refuse(spot, f"{here} holds more than one value", right)
+
+
+def _kind(leaf: Leaf) -> str | None:
+    """The dimension of a number; None for what is none."""
+    try:
+        return unit(split_number(spread_parts(leaf.text)[0])[1]).dimension
+    except BadNumber:
+        return None
 
 
 def _first_key(branch: Branch, path: str, spot: Spot, where: str) -> str:

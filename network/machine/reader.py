@@ -211,6 +211,8 @@ class MachineReader:
             return
         wrong = f"{path}: there is no {where[:-1]} '{short(name)}'"
         right = likely(name, dict.fromkeys([*known, *there.items]))
+        if where == "materials" and not any(f"'{own}'" in right for own in there.items):
+            right = f"{right} `lptn catalogue materials` lists what is built in"
         if name in there.keys:
             wrong, right = f"{wrong} any more ({there.keys[name]} takes it out)", "change or take out this entry too"
         self.complaints.refuse(entry.spot_of(field), wrong, right)

@@ -4,3 +4,8 @@
 def sentence(words: str) -> str:
     """The words, the first letter large."""
     return words[:1].upper() + words[1:]
+
+
+def join_either(names: list[str]) -> str:
+    """a; a or b; a, b or c."""
+    return " or ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)

@@ -20,8 +20,12 @@ def load_source(path: str | Path) -> Scenario | Recording:
         return Recording.load(path)
     if "scenario" in keys:
         return Scenario.load(path)
-    what = "a machine file" if "machine" in keys else "neither a scenario nor a mapping"
-    raise refuse(Spot(str(path), 1), f"is {what}", "begin with `scenario: name`, or with `recording: name`")
+    if "machine" in keys or "nodes" in keys:
+        raise refuse(
+            Spot(str(path), 1), "is a machine file", "give a scenario or a recording here; the machine stands first"
+        )
+    right = "begin with `scenario: name`, or with `recording: name`"
+    raise refuse(Spot(str(path), 1), "is neither a scenario nor a mapping", right)
 
 
 def load_recording(path: str | Path) -> Recording:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from network.platform.yaml import document
 from network.platform.yaml.document import Branch, Tree
 from network.recordings.inputs import Schedule
 from network.recordings.scenario_inputs import MOST_SAMPLES, signals
+from network.recordings.scenario_phases import read_phases
 from network.recordings.yaml_values import check_keys, collecting, parse_start, read_keys, seconds
 
 _DAY = 86400.0
@@ -52,11 +53,13 @@ class Scenario(Result):
 
     @classmethod
     def of(
-        cls, name: str, duration: str, inputs: Mapping[str, Any] | None = None, output: str = "10 s",
+        cls, name: str, duration: str | None = None, inputs: Mapping[str, Any] | None = None, output: str = "10 s",
         start: str | Mapping[str, str] | None = None, folder: str | Path = ".",
+        phases: Sequence[Mapping[str, Any]] | None = None,
     ) -> Scenario:  # fmt: skip
         """The same from Python values written as in a file; `folder` is where paths start. Raises Refused."""
-        given = {"scenario": name, "duration": duration, "output": output, "start": start, "inputs": inputs}
+        given = {"scenario": name, "duration": duration, "output": output, "start": start, "inputs": inputs,
+                 "phases": phases}  # fmt: skip
         tree = document.tree_of({key: value for key, value in given.items() if value is not None}, Spot("python"))
         assert isinstance(tree, Branch)
         return _read(tree, Path(folder))
@@ -67,24 +70,42 @@ class Scenario(Result):
 
 def _read(tree: Branch, folder: Path) -> Scenario:
     complaints = Complaints()
-    needed = {"scenario": "name", "duration": "4 h"}
-    check_keys(tree, "the scenario", needed, ("output", "start", "inputs"), complaints)
+    needed = {"scenario": "name"} if "phases" in tree.items else {"scenario": "name", "duration": "4 h"}
+    others = ("duration", "output", "start", "inputs", "phases")
+    check_keys(tree, "the scenario", needed, [key for key in others if key not in needed], complaints)
+    values: dict[str, Any] = {"output": None, "start": None, "inputs": {}}
     readers: dict[str, Callable[[Tree], Any]] = {
         "scenario": lambda child: word_of(child, "a name"),
         "duration": seconds,
+        "phases": lambda child: read_phases(child, values.get("duration")),
         "output": seconds,
         "start": parse_start,
-        "inputs": lambda child: signals(child, values.get("duration", _DAY), folder),
+        "inputs": lambda child: signals(child, _duration(values) or _DAY, folder),
     }
-    values: dict[str, Any] = {"output": None, "start": None, "inputs": {}}
     read_keys(tree, readers, values, complaints)
-    if "duration" in values:
+    duration, rows = _duration(values), values.get("phases", ({}, 0.0))[0]
+    _check_once(tree, rows, complaints)
+    if duration:
         with collecting(complaints, tree.key_spot("output"), "output"):
-            values["output"] = values["output"] or min(USUAL_OUTPUT, values["duration"] / 100)
-            values["t"] = _instants(values["duration"], values["output"])
+            values["output"] = values["output"] or min(USUAL_OUTPUT, duration / 100)
+            values["t"] = _instants(duration, values["output"])
     complaints.raise_if_any()
-    schedule = Schedule(values["scenario"], tree.spot.file, values["t"], values["inputs"], values["start"])
-    return Scenario(schedule, values["output"])
+    given = {**values["inputs"], **rows}
+    return Scenario(Schedule(values["scenario"], tree.spot.file, values["t"], given, values["start"]), values["output"])
+
+
+def _duration(values: Mapping[str, Any]) -> float | None:
+    """As given, else as long as all phases together [s]; None where neither could be read."""
+    duration: float | None = values.get("duration") or values.get("phases", ({}, None))[1]
+    return duration
+
+
+def _check_once(tree: Branch, rows: Mapping[str, Any], complaints: Complaints) -> None:
+    """Complains about what stands in `phases` and in `inputs`."""
+    inputs = tree.items.get("inputs")
+    for name in rows:
+        if isinstance(inputs, Branch) and name in inputs.items:
+            complaints.refuse(inputs.key_spot(name), f"inputs.{name} is given in `phases` as well", "give it once")
 
 
 def _instants(duration: float, output: float) -> Array:

@@ -137,9 +137,7 @@ def _check(machine: Machine, source: Scenario | Recording, tool_length: float | 
         raise refuse(Spot(source.file), "has no measured displacement", right)
 
 
-def _simulate(
-    machine: Machine, source: Scenario | Recording, start: Start | None
-) -> tuple[Trajectory | None, str]:
+def _simulate(machine: Machine, source: Scenario | Recording, start: Start | None) -> tuple[Trajectory | None, str]:
     """The run, and what is to be said of its start. A program begins in equilibrium with its inputs, unless it or the
     user says otherwise; a machine that has none begins at its reference."""
     if isinstance(source, Recording):

@@ -79,9 +79,7 @@ def stated_constants(of: Numbers, recording: Recording) -> RunConstants:
     return RunConstants({n.name: data.run.start[n.name] for n in data.starts})
 
 
-def _about(
-    machine: Machine, data: Measured, start: Mapping[str, float], inputs: Mapping[str, float]
-) -> Problem:
+def _about(machine: Machine, data: Measured, start: Mapping[str, float], inputs: Mapping[str, float]) -> Problem:
     """The run about other temperatures at its start and other inputs."""
     return make_problem(machine, (), [data.with_start(start).with_inputs(inputs)])
 

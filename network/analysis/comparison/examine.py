@@ -120,9 +120,7 @@ def rows_of(channels: Sequence[ChannelResidual], grid: Grid) -> Rows:
     return Rows(channels, grid, si, values, there, *autocorrelations(values, there))
 
 
-def candidates_of(
-    run: Trajectory, columns: Mapping[str, Column], unused: Sequence[str], grid: Grid
-) -> list[Candidate]:
+def candidates_of(run: Trajectory, columns: Mapping[str, Column], unused: Sequence[str], grid: Grid) -> list[Candidate]:
     """Inputs and unused columns that vary, in all their forms."""
     candidates: list[Candidate] = []
     for name, values in run.inputs.items():

@@ -158,15 +158,21 @@ class Unsearched:
 @dataclass(frozen=True)
 class Experiment:
     """A run that would tell rivals apart: by how many σ, in how many hours. Where σ is not CLEAR, it is the best that
-    was tried."""
+    was tried. scenario: the run as a scenario file holds it; empty where it is none."""
 
     text: str
     separates: tuple[str, ...]
     sigma: float
     hours: float
+    scenario: Mapping[str, Any] = field(default_factory=dict)
 
     def summary(self) -> dict[str, Any]:
         return {"experiment": self.text, "separates": list(self.separates), "sigma": self.sigma, "hours": self.hours}
+
+
+def experiment_file(number: int) -> str:
+    """What the scenario of a proposed run is called, counted from 1."""
+    return f"experiment-{number}.yml"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -247,7 +253,8 @@ class Diagnosis(Tabled):
         return {
             "verdict": self.verdict, "findings": [f.summary() for f in self.findings],
             "located": {"channels": channels, "nodes": nodes}, "fit": self.fits.summary(),
-            "advice": [e.summary() for e in self.advice], "machine": "machine.diagnosed.yaml",
+            "advice": [e.summary() | ({"scenario": experiment_file(k)} if e.scenario else {})
+                       for k, e in enumerate(self.advice, 1)], "machine": "machine.diagnosed.yaml",
             "seconds": self.seconds, "seed": self.seed, "notes": list(self.notes),
             "one_machine": {"agree": not self.disagreements, "numbers": [d.summary() for d in self.disagreements]},
             "runs": self.fits.list_runs({n: s.unit for n, s in self.machine.sensors.items()}),

@@ -142,9 +142,7 @@ def _run_beyond(job: Job, finest: LevelRun) -> LevelRun | None:
     return run_machine(job, cut_bars(machine, twice), f"twice {finest.level}")
 
 
-def _check(
-    job: Job, levels: Sequence[str], variations: Sequence[Variation], tolerance: str | None
-) -> Tolerance | None:
+def _check(job: Job, levels: Sequence[str], variations: Sequence[Variation], tolerance: str | None) -> Tolerance | None:
     """The tolerance. Raises Refused for what no sweep can do."""
     complaints, machine = Complaints(), job.machine
     if levels and variations:

@@ -134,7 +134,8 @@ class ParamField(Field):
 
     @property
     def sample(self) -> Any:
-        return self.write(self.proposal())
+        """Typical, to four digits."""
+        return self.write(self._si(float(show(self.proposal(), self.unit, 4).partition(" ")[0])))
 
     def schema(self) -> dict[str, Any]:
         """A number with its unit; heirs of this class may read words as well."""

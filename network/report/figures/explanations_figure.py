@@ -1,4 +1,4 @@
-"""Explanations that were fitted, ranked: what each adds to the evidence, and how well it fits."""
+"""Explanations that were fitted, ranked: how clearly each stands out, and how well it fits."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from network.report.figures.canvas import (
     text_size,
     write_title,
 )
-from network.report.words.finding_words import rival_name
+from network.report.words.finding_words import rival_name, to_sigma
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,9 +40,9 @@ LEAVES, GAP, RIGHT = 2.1, 0.75, 0.55
 
 
 def candidates_figure(d: Diagnosis) -> Figure:
-    """Left: log evidence over nothing missing [nats], with what chance reaches; right: the misfit, relative to that of
-    what was found. What was found is blue."""
-    rivals = sorted(rescale_gains(d), key=lambda r: -r.gain)[:MOST]
+    """Left: how clearly each stands out [σ], with what chance reaches; right: the misfit, relative to that of what was
+    found. What was found is blue."""
+    rivals = [replace(r, gain=to_sigma(r.gain)) for r in sorted(rescale_gains(d), key=lambda r: -r.gain)[:MOST]]
     names = [name_text(rival_name(r), LONGEST) for r in rivals]
     left = 0.3 + max((text_size(name, FONT)[0] for name in names), default=0.0) / 72
     height = max(len(rivals), 1) * LINE
@@ -86,7 +86,7 @@ def was_found(d: Diagnosis, rival: Rival) -> bool:
 
 
 def _threshold(d: Diagnosis) -> float:
-    return max((f.threshold for f in d.findings), default=math.nan)
+    return to_sigma(max((f.threshold for f in d.findings), default=math.nan))
 
 
 def _draw_gains(axes: Axes, rivals: list[Rival], colours: list[str], threshold: float) -> None:
@@ -95,7 +95,7 @@ def _draw_gains(axes: Axes, rivals: list[Rival], colours: list[str], threshold: 
     axes.barh(rows, gains, height=0.6, color=colours, linewidth=0)
     reach = float(np.max(gains, initial=1.0))
     for row, gain in enumerate(gains):
-        text = f"{gain:.0f}".replace("-", "−")
+        text = digits(abs(gain), 2) if gain >= 0 else f"−{digits(abs(gain), 2)}"
         at = max(gain, 0.0) + 0.008 * reach
         wide = 1.12 * reach * text_size(text, SMALL)[0] / 72 / size_of(axes)[0]
         if at - 0.02 * reach < threshold < at + wide + 0.01 * reach:
@@ -105,7 +105,7 @@ def _draw_gains(axes: Axes, rivals: list[Rival], colours: list[str], threshold: 
     axes.set_xlim(max(low, -0.1 * reach) * 1.05, reach * 1.12)
     if math.isfinite(threshold):
         axes.axvline(threshold, color=CHANCE, linewidth=1.0, linestyle=(0, (5.0, 2.0)))
-    axes.set_xlabel("log evidence over nothing missing [nats]", fontsize=FONT, labelpad=2)
+    axes.set_xlabel("how clearly it stands out over nothing missing [σ]", fontsize=FONT, labelpad=2)
 
 
 def _draw_misfits(axes: Axes, misfits: Array, colours: list[str]) -> None:
@@ -118,7 +118,7 @@ def _draw_misfits(axes: Axes, misfits: Array, colours: list[str]) -> None:
     finite = [1.0, *misfits[np.isfinite(misfits)]]
     room = 0.08 * (max(finite) - min(finite) or 1.0)
     axes.set_xlim(min(finite) - room, max(finite) + room)
-    axes.set_xlabel("misfit, relative to what was found", fontsize=FONT, labelpad=2)
+    axes.set_xlabel("misfit in the fit; found: 1", fontsize=FONT, labelpad=2)
 
 
 def _finish(gains: Axes, leaves: Axes, names: list[str]) -> None:

@@ -31,7 +31,7 @@ from network.report.figures.canvas import (
 from network.report.figures.lines import clock, outline, set_clock
 from network.report.figures.run_figure import is_speed
 from network.report.words.finding_words import percent
-from network.report.words.heat_words import suspects_of, unit_of
+from network.report.words.heat_words import is_named, suspects_of, unit_of
 from network.report.words.recording_names import name_recording
 
 if TYPE_CHECKING:
@@ -66,6 +66,8 @@ def heat_figure(d: Diagnosis) -> Figure:
         headline(panels[0][row], _describe_heat(d, place))
         label_y(panels[0][row], "offset" if place.is_offset else "heat", _unit(d, place))
     below = "what each place would need to agree with the recordings, nothing added; shaded ±2 σ"
+    if is_named(d):
+        below = "what its place lacked before it was added, the rest hidden in bent numbers; shaded ±2 σ"
     write_title(figure, f"{d.machine.name}: {_kinds(places)}", f"{below}; {_describe_resolution(d, places)}")
     return figure
 
@@ -159,7 +161,7 @@ def _describe_heat(d: Diagnosis, u: UnknownHeat) -> str:
     what = {"node": "heat into", "link": "heat from", "channel": "offset of"}[u.at.kind]
     size = u.rms / gap_unit(_unit(d, u)).scale
     told = f"{what} {name_text(str(u.at))}: rms {size:.3g} {pretty(gap_unit(_unit(d, u)).text)}"
-    return f"{told}, probability {percent(u.probability)}"
+    return told if is_named(d) else f"{told}, probability {percent(u.probability)}"
 
 
 def _unit(d: Diagnosis, u: UnknownHeat) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +11,18 @@ from network.catalogue.declaration.declare import Array
 from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
 from network.platform.quantities.number_format import number
-from network.report.figures.canvas import FONT, GREY, INK, WIDTH, literal, name_text, new_figure, text_size, write_title
+from network.report.figures.canvas import (
+    FONT,
+    GREY,
+    INK,
+    SMALL,
+    WIDTH,
+    literal,
+    name_text,
+    new_figure,
+    text_size,
+    write_title,
+)
 from network.report.figures.curves import Obstacles, arrow, route
 from network.report.figures.layout import place
 from network.report.figures.node_boxes import Block, Placing, box_of, boxes_of
@@ -35,8 +46,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_NAMED = 26
-"""More links than this show their number without their name."""
-HEAD, FOOT = 58.0, 64.0
+"""More links than this are numbered, and named below."""
+HEAD, FOOT, ROW = 58.0, 64.0, SMALL * 1.6
 STREAM = 0.3
 """Width of a stream, as a share of the widest link: what it carries is its number."""
 
@@ -56,14 +67,32 @@ def draw_picture(picture: Picture, title: str, below: str) -> Figure:
     axes.set(xlim=(middle - WIDTH * 36, middle + WIDTH * 36), ylim=(bottom - FOOT, top + HEAD))
     axes.axis("off")
     picture.draw(axes)
+    rows = list_rows([*(f"({k}) {told}" for k, told in enumerate(picture.numbered, 1)), *picture.unplaced])
+    if rows:
+        figure.set_size_inches(WIDTH, (top - bottom + HEAD + FOOT + ROW * len(rows)) / 72)
+        axes.set_ylim(bottom - FOOT - ROW * len(rows), top + HEAD)
+        axes.text(middle - WIDTH * 36 + 14, bottom - FOOT, "\n".join(rows), fontsize=SMALL, color=INK, va="top")
     write_title(figure, title, below)
     return figure
 
 
+def list_rows(entries: Sequence[str]) -> list[str]:
+    """One after the other, in as many lines as the width takes."""
+    rows, most = list[str](), WIDTH * 72 - 28
+    for entry in map(literal, entries):
+        longer = f"{rows[-1]}   {entry}" if rows else entry
+        if rows and text_size(longer, SMALL)[0] <= most:
+            rows[-1] = longer
+        else:
+            rows.append(entry)
+    return rows
+
+
 def _headings(machine: Machine, run: Trajectory | None) -> tuple[str, str]:
     if run is None:
-        return f"{machine.name}: network", "line width and number: conductance at the reference, inputs zero"
-    told = f"line width and number: mean heat flow over {_span(duration(run))}"
+        told = "line width and number: conductance at the reference, inputs zero; of a stream its capacity flow"
+        return f"{machine.name}: network", told
+    told = f"line width and number: mean heat flow over {_span(duration(run))}; of a closed stream its capacity flow"
     return f"{machine.name}: {run.schedule.name}", told
 
 
@@ -91,6 +120,7 @@ class Picture:
         self.boxes = [box_of(self.placing, symbol, block) for symbol, block in placed]
         self.around = Obstacles([box for symbol, block in placed for box in boxes_of(self.placing, symbol, block)])
         self.curves = [self._route(stroke) for stroke in self.strokes]
+        self.numbered, self.unplaced = list[str](), list[str]()
 
     def _text(self, name: str) -> Iterator[tuple[str, str, bool]]:
         """(text, colour, bold) of every line at a node."""
@@ -165,22 +195,31 @@ class Picture:
         return self._width(stroke, largest)
 
     def _label(self, axes: Axes, stroke: Stroke, curve: Array, largest: float) -> None:
-        """Name and number where there is room, beside a line that is thick; else the number alone; else neither."""
+        """Name and value where there is room, beside a line that is thick; else a number, which stands below with the
+        name, and the value; else that number alone; else it stands below only."""
         if stroke.value is None:
             return
-        size = stroke.value if stroke.stream else abs(stroke.value)
-        value = watts(size) if stroke.unit == "W" else number(size, stroke.unit, 3)
+        value, key = self._value(stroke), f"({len(self.numbered) + 1})"
         both = [cut(stroke.name, self.whole, 18), value]
         own = stroke.name in self.whole
-        tries = [(both, False)] * (own or len(self.strokes) <= MOST_NAMED) + [(both, True)] * own
-        for lines, crossing in [*tries, ([value], False), ([value], True)]:
+        named = [(both, False)] * (own or len(self.strokes) <= MOST_NAMED) + [(both, True)] * own
+        keyed = [([f"{key} {value}"], False), ([key], False), ([key], True)]
+        for lines, crossing in [*named, *keyed]:
             sizes = [text_size(line, self.font - 0.5) for line in lines]
             width, height = max(w for w, _ in sizes) + 2, sum(h for _, h in sizes)
             spot = self.around.spot(width, height, curve, crossing, 0.0 if crossing else self._breadth(stroke, largest))
             if spot is not None:
                 self.around.take(*spot, width, height)
                 self._write_label(axes, spot, "\n".join(lines), stroke.name)
+                self.numbered += [f"{stroke.name} {value}"] * (lines is not both)
                 return
+        self.unplaced.append(f"{stroke.a} – {stroke.b}: {stroke.name} {value}")
+
+    def _value(self, stroke: Stroke) -> str:
+        """The number of a line; what flows through a stream is no conductance, and is called so."""
+        size = (stroke.value or 0.0) if stroke.stream else abs(stroke.value or 0.0)
+        told = watts(size) if stroke.unit == "W" else number(size, stroke.unit, 3)
+        return f"flow {told}" if stroke.stream and stroke.unit != "W" else told
 
     def _write_label(self, axes: Axes, spot: tuple[float, float], text: str, name: str) -> None:
         axes.text(

@@ -52,9 +52,7 @@ def _panels(test: ThermalTest, t: Array) -> Iterator[Panel]:
     yield from _motion_panels(test, t)
 
 
-def _drift_panel(
-    test: ThermalTest, quantity: str, shown: str, height: float, chosen: Mapping[str, AxisDrift]
-) -> Panel:
+def _drift_panel(test: ThermalTest, quantity: str, shown: str, height: float, chosen: Mapping[str, AxisDrift]) -> Panel:
     """Measured curves; beside them, dashed, what is simulated."""
     curves, labels = list[Curve](), list[EndLabel]()
     for i, axis in enumerate(chosen):

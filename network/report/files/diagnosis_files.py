@@ -7,21 +7,24 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from network.analysis.diagnosis.result import experiment_file
 from network.machine.file_layers import is_made_of
 from network.platform.folders import folder
 from network.platform.publication import Kind, publication
 from network.platform.refusal import Spot, refuse
+from network.platform.yaml.document import dump
 from network.report.files.diagnosis_patch import FILE, patch_text
 from network.report.files.diagnosis_pictures import Picture, pictures_of
 from network.report.files.page import Shown, page
 from network.report.files.result_files import as_json
+from network.report.words.effect_words import effect_summary
 
 if TYPE_CHECKING:
     from network.analysis.diagnosis.result import Diagnosis
     from network.machine.machine import Machine
 
-ORDER = (".html", ".yaml", ".json", ".png")
-PICTURES = ("network.png", "candidates.png", "heat.png", "fit-*.png", "holdout-fit-*.png")
+ORDER = (".html", ".yaml", ".json", ".yml", ".png")
+PICTURES = ("network.png", "candidates.png", "heat.png", "fit-*.png", "holdout-fit-*.png", "experiment-*.yml")
 DIAGNOSIS = Kind("diagnosis.json", PICTURES)
 
 
@@ -48,9 +51,20 @@ def _fill(d: Diagnosis, draft: Path, where: Path, pictures: bool) -> None:
     """Makes every file; `where` is where they are going to stand."""
     drawn = [_draw(picture, draft) for picture in pictures_of(d)] if pictures else []
     patch = patch_text(d, where)
-    texts = {FILE: patch, "diagnosis.json": as_json(tidy(d.summary())), "report.html": page(d, drawn, patch, where)}
+    runs = {experiment_file(k): dump(e.scenario) for k, e in enumerate(d.advice, 1) if e.scenario}
+    texts = {
+        FILE: patch,
+        "diagnosis.json": as_json(tidy(_summary(d))),
+        "report.html": page(d, drawn, patch, where),
+    } | runs
     for name, content in texts.items():
         (draft / name).write_text(content, encoding="utf-8", newline="\n")
+
+
+def _summary(d: Diagnosis) -> dict[str, Any]:
+    """With what every finding does to the tool centre point."""
+    told = d.summary()
+    return told | {"findings": [f | {"effect": effect_summary(d, i)} for i, f in enumerate(told["findings"])]}
 
 
 def _draw(picture: Picture, draft: Path) -> Shown:

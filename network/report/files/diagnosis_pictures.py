@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from network.report.files.calibration_files import stems_of
+from network.report.words.heat_words import is_named
 from network.report.words.recording_names import name_recording
 
 if TYPE_CHECKING:
@@ -17,8 +18,12 @@ if TYPE_CHECKING:
     from network.analysis.diagnosis.result import Diagnosis
 
 LIT = "The network with what was found in it, lit in orange."
-RANKED = "Every explanation that was fitted: what it adds to the evidence (dashed: chance), and how much worse it fits."
+RANKED = "Every explanation that was fitted: how clearly it stands out (dashed: chance), and how much worse it fits."
 HEAT = "Heat that the likeliest places would have needed, ±2 standard deviations, above the inputs."
+LACKED = (
+    "What the place lacked before it was added, ±2 standard deviations, above the inputs: less than was found, for "
+    "calibration had hidden the rest in other numbers."
+)
 
 
 @dataclass(frozen=True)
@@ -36,7 +41,7 @@ def pictures_of(d: Diagnosis) -> Iterator[Picture]:
     if d.tried:
         yield Picture("candidates.png", "found", RANKED, partial(_draw_ranking, d))
     if d.located and d.findings:
-        yield Picture("heat.png", "where", HEAT, partial(_heat, d))
+        yield Picture("heat.png", "where", LACKED if is_named(d) else HEAT, partial(_heat, d))
     if d.fits.holdout_before is not None and d.fits.holdout_after is not None:
         yield from _fits(d, "holdout-", "held out", d.fits.holdout_before, d.fits.holdout_after)
     yield from _fits(d, "", "fitted", d.fits.train_before, d.fits.train_after)

@@ -10,10 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from network.analysis.comparison.amounts import join_names
+from network.analysis.diagnosis.result import experiment_file
 from network.platform.quantities.text_table import format_shift, span
 from network.recordings.start_rule import ESTIMATED
 from network.report.files.diagnosis_patch import FILE
 from network.report.words.diagnosis_words import advice_words, fit_rows, is_unchanged, where_lines
+from network.report.words.effect_words import effect_words
 from network.report.words.finding_words import (
     alike_words,
     evidence_words,
@@ -26,7 +28,8 @@ from network.report.words.finding_words import (
 )
 from network.report.words.moved_words import describe_moved, list_moved
 from network.report.words.recording_names import name_recording
-from network.report.words.verdict_words import next_words, seat_words, verdict_words
+from network.report.words.tie_words import title_words
+from network.report.words.verdict_words import next_words, verdict_words
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -86,7 +89,8 @@ def _tables(d: Diagnosis) -> dict[str, Any]:
     return {
         "unchanged": is_unchanged(d), "fit_header": header, "fit_rows": rows,
         "numbers": list_moved(d), "moved": list(describe_moved(d)),
-        "notes": d.notes, "advice": [advice_words(e) for e in d.advice],
+        "notes": d.notes,
+        "advice": [(advice_words(e), experiment_file(k) if e.scenario else "") for k, e in enumerate(d.advice, 1)],
     }  # fmt: skip
 
 
@@ -100,9 +104,8 @@ def basis(d: Diagnosis) -> str:
 
 
 def _finding(d: Diagnosis, finding: Finding) -> Mapping[str, Any]:
-    seats = seat_words(d, finding)
     return {
-        "title": f"{name_of(finding.kind)}{f' at {seats}' if seats else ''}",
+        "title": title_words(d, finding), "effect": effect_words(d, finding),
         "sentence": finding.whole_sentence, "sure": sure_words(finding), "sizes": sizes(finding),
         "evidence": " ".join(filter(None, [evidence_words(finding), windows_words(d, finding)])),
         "alike": alike_words(finding), "rivals": [_rival(r) for r in finding.alternatives],
@@ -119,4 +122,6 @@ def commands(d: Diagnosis, where: Path) -> list[str]:
     """Command lines that use the patched machine."""
     machine = shlex.quote((where / FILE).as_posix())
     files = [shlex.quote(r.recording.file) for r in d.fits.train_after.recordings]
-    return [f"lptn compare {machine} {' '.join(files)} --start {ESTIMATED}", f"lptn simulate {machine} {files[0]}"]
+    runs = [shlex.quote((where / experiment_file(k)).as_posix()) for k, e in enumerate(d.advice, 1) if e.scenario]
+    lines = [f"lptn compare {machine} {' '.join(files)} --start {ESTIMATED}", f"lptn simulate {machine} {files[0]}"]
+    return lines + [f"lptn simulate {machine} {run}" for run in runs]

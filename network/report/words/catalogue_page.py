@@ -14,9 +14,11 @@ from network.catalogue.declaration.input_field import InputField
 from network.catalogue.declaration.number_fields import ParamField
 from network.catalogue.declaration.places import PlaceField, PlacesField, SharesField
 from network.catalogue.declaration.registry import sections
+from network.catalogue.materials import BUILT_IN
 from network.catalogue.mechanisms.base import Mechanism, Relay
 from network.platform.refusal import Spot, likely, refuse, short
 from network.platform.yaml.document import dump
+from network.report.words.material_page import material_page
 
 WIDTH = 110
 HEADINGS = {
@@ -27,17 +29,23 @@ HEADINGS = {
     "suspects": "suspects: missing physics of more than one entry, named by a diagnosis only",
 }
 
+MATERIALS = "materials"
+POINTER = "materials: `lptn catalogue materials` lists what is built in, with numbers and sources"
+
 
 def catalogue_page(kind: str | None = None) -> str:
-    """All kinds by section, or the page of one. Raises Refused for an unknown kind."""
+    """All kinds by section, or the page of one; `materials`, or one of them. Raises Refused for an unknown name."""
     open_rooms()
     if kind is None:
-        return "\n\n".join(_table(section) for section in sorted(sections(), key=_place_of))
+        return "\n\n".join([*(_table(section) for section in sorted(sections(), key=_place_of)), POINTER])
+    if kind == MATERIALS or kind in BUILT_IN:
+        return material_page(BUILT_IN if kind == MATERIALS else [kind])
     ordered = sorted(sections(), key=_place_of)
     found = [kinds(section)[kind] for section in ordered if kind in kinds(section)]
     if not found:
         known = dict.fromkeys(name for section in ordered for name in kinds(section))
-        raise refuse(Spot(f"catalogue {short(kind)}"), "there is no such kind", likely(kind, known))
+        names = [*known, MATERIALS, *BUILT_IN]
+        raise refuse(Spot(f"catalogue {short(kind)}"), "there is no such kind", likely(kind, names))
     return "\n\n\n".join(map(_page, found))
 
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from network.catalogue.declaration.declare import Declared
 from network.catalogue.mechanisms.base import Stream
 from network.catalogue.nodes import Node
 from network.engine.assembly import build
@@ -16,8 +15,8 @@ from network.machine.machine import Machine
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits, span, table
 from network.platform.quantities.units import Number, difference, show, unit
-from network.platform.refusal import short
 from network.report.figures.strokes import conductance
+from network.report.words.entry_settings import settings_of
 
 MOST_LUMPS = 300
 """Beyond, time constants cost more than they tell."""
@@ -66,36 +65,33 @@ def _links(machine: Machine) -> list[str]:
         places = link.through if isinstance(link, Stream) else link.between
         value = link.transport()[1] if isinstance(link, Stream) else conductance(machine, link)
         joined = (" → " if isinstance(link, Stream) else " – ").join(map(str, places))
-        rows.append([name, link.kind, joined, digits(value, 3)])
+        rows.append([name, link.kind, joined, digits(value, 3), settings_of(link, ("conductance", "capacity_flow"))])
     streams = any(isinstance(link, Stream) for link in machine.links.values())
-    header = ["link", "kind", "between", f"conductance{' or capacity flow' if streams else ''} [W/K]"]
-    return table(header, rows, header[3:]) if rows else []
+    header = ["link", "kind", "between", f"conductance{' or capacity flow' if streams else ''} [W/K]", "further"]
+    return _table(header, rows, header[3:4])
 
 
 def _sources(machine: Machine) -> list[str]:
     rows = []
     for name, source in machine.sources.items():
         into = ", ".join(f"{place} {share:.0%}" if share < 1 else str(place) for place, share in source.into)
-        rows.append([name, source.kind, into, _numbers(source)])
-    return table(["source", "kind", "into", "numbers"], rows) if rows else []
+        rows.append([name, source.kind, into, settings_of(source)])
+    return _table(["source", "kind", "into", "with"], rows)
 
 
-def _numbers(entry: Declared) -> str:
-    """The numbers that were given, in the units of the catalogue."""
-    words = []
-    for key, field in entry.params().items():
-        value = entry.__dict__[key]
-        if value is not None and value != field.initial:
-            words.append(f"{key} {field.tell(value)}")
-    return short(", ".join(words), 70)
+def _table(header: list[str], rows: list[list[str]], numbers: Sequence[str] = ()) -> list[str]:
+    """A table; without rows none, and without its last column where that is empty."""
+    if rows and not any(row[-1] for row in rows):
+        header, rows = header[:-1], [row[:-1] for row in rows]
+    return table(header, rows, numbers) if rows else []
 
 
 def _tcp(machine: Machine) -> list[str]:
     rows = [
-        [f"{axis}: {name}", entry.kind, ", ".join(str(place) for _, place in places_of(entry))]
+        [f"{axis}: {name}", entry.kind, ", ".join(str(place) for _, place in places_of(entry)), settings_of(entry)]
         for (axis, name), entry in machine.expansions.items()
     ]
-    return table(["tool centre point", "kind", "of"], rows) if rows else []
+    return _table(["tool centre point", "kind", "of", "with"], rows)
 
 
 def _sensors(machine: Machine) -> list[str]:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Iterable, Iterator
+from itertools import count
 from typing import TYPE_CHECKING
 
 from network.analysis.diagnosis.isolability import DETAILS
-from network.analysis.diagnosis.result import CLEAR, FAINT
+from network.analysis.diagnosis.result import CLEAR, FAINT, experiment_file
 from network.platform.quantities.text_table import digits, span, table
+from network.report.words.effect_words import effect_words
 from network.report.words.finding_words import (
     alike_words,
     evidence_words,
@@ -17,7 +20,15 @@ from network.report.words.finding_words import (
     sure_words,
     windows_words,
 )
-from network.report.words.heat_words import POINTS, heat_words, is_found_at, seats_in, suspects_of, where_words
+from network.report.words.heat_words import (
+    POINTS,
+    heat_words,
+    is_found_at,
+    is_named,
+    seats_in,
+    suspects_of,
+    where_words,
+)
 from network.report.words.moved_words import describe_moved
 from network.report.words.verdict_words import next_words, verdict_words
 
@@ -36,7 +47,7 @@ def tell_diagnosis(d: Diagnosis) -> str:
     blocks = [
         _verdict(d), *(_finding(d, i, f) for i, f in enumerate(d.findings, 1)), _paragraphs(where_lines(d)),
         _paragraphs(describe_moved(d)), "\n".join(fits),
-        _paragraphs(map(shorten_note, d.notes)), _paragraphs(map(_next_experiment, d.advice)),
+        _paragraphs(map(shorten_note, d.notes)), _paragraphs(map(_next_experiment, count(1), d.advice)),
         _paragraphs([next_words(d)]),
     ]  # fmt: skip
     return "\n\n".join(block for block in blocks if block)
@@ -51,9 +62,10 @@ def _finding(d: Diagnosis, number: int, finding: Finding) -> str:
     first, then = (f"{number}. ", "   ") if len(d.findings) > 1 else ("  ", "  ")
     lines = textwrap.wrap(finding.whole_sentence, WIDTH, initial_indent=first, subsequent_indent=then)
     rows = [
+        ("alike", alike_words(finding)), ("effect", effect_words(d, finding)),
         ("size", "; ".join(f"{name} {size}" for name, size in sizes(finding))), ("sure", sure_words(finding)),
         ("evidence", " ".join([evidence_words(finding), windows_words(d, finding)])),
-        ("alike", alike_words(finding)), *(("or", told) for told in rivals_words(finding)),
+        *(("or", told) for told in rivals_words(finding)),
     ]  # fmt: skip
     for name, told in rows:
         start = f"   {name:<9} "
@@ -62,8 +74,9 @@ def _finding(d: Diagnosis, number: int, finding: Finding) -> str:
 
 
 def where_lines(d: Diagnosis) -> list[str]:
-    """Where it differed, and how; nothing where nothing is missing."""
-    if not d.findings:
+    """Where it differed, and how, as far as no name says it: what was found is told instead of the heat that its place
+    seemed to lack while other numbers were bent to hide it."""
+    if not d.findings or is_named(d):
         return []
     told = [u for u in suspects_of(d, 1) if is_found_at(u, seats_in(d)) or u.probability >= POINTS]
     return [line for line in [*(heat_words(d, u) for u in told), where_words(d)] if line]
@@ -108,20 +121,31 @@ def _sigma(value: float | None) -> str:
     return "–" if value is None else digits(value, 3)
 
 
-def _next_experiment(experiment: Experiment) -> str:
+def _next_experiment(number: int, experiment: Experiment) -> str:
     told = advice_words(experiment)
-    return told if experiment.sigma < CLEAR else f"Next experiment: {told}"
+    if experiment.sigma >= CLEAR:
+        told = f"Next experiment: {told}"
+    return f"{told} It is written as {experiment_file(number)}." if experiment.scenario else told
 
 
 def advice_words(experiment: Experiment) -> str:
     """A run, what it would separate, how clearly and how fast."""
-    text = " ".join(experiment.text.split()).rstrip(".")
+    text = _HOLDS.sub(_shorten_holds, " ".join(experiment.text.split()).rstrip("."))
     if not experiment.separates:
         return f"{text}."
     apart = f"{digits(experiment.sigma, 2)} σ in {span(3600 * experiment.hours)}"
     if experiment.sigma < CLEAR:
         return f"{text}, with {apart}." if experiment.sigma >= FAINT else f"{text}."
     return f"{text}. It would tell {' from '.join(experiment.separates)} by {apart}."
+
+
+_HOLDS = re.compile(r"held for ([\d., ]+) min in turn")
+
+
+def _shorten_holds(found: re.Match[str]) -> str:
+    """A dozen durations as their range: all of them stand in the scenario."""
+    minutes = [float(word) for word in found[1].split(",")]
+    return f"in holds of {min(minutes):g} to {max(minutes):g} min"
 
 
 def shorten_note(note: str) -> str:

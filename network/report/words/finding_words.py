@@ -75,19 +75,18 @@ def sure_words(finding: Finding) -> str:
 
 
 def evidence_words(finding: Finding) -> str:
-    """What it adds to the log evidence, against what chance adds."""
+    """How clearly it stands out, and what chance reaches: as the σ of a single number that adds so much."""
     if not math.isfinite(finding.gain):
         return "Without it the machine cannot be fitted at all."
-    times = finding.gain / finding.threshold if finding.threshold > 0 else math.inf
-    if times < 1:
-        return f"It explains less than chance would ({_nats(finding.gain)} nats against {_nats(finding.threshold)})."
-    more = f"{times:.0f} times" if 2 <= times < 200 else "far" if times >= 200 else ""
-    told = f"It explains {f'{more} more'.strip()} than chance would"
-    return f"{told} ({_nats(finding.gain)} nats of evidence against {_nats(finding.threshold)})."
+    own, chance = (digits(max(to_sigma(nats), 0.0), 2) for nats in (finding.gain, finding.threshold))
+    if finding.gain < finding.threshold:
+        return f"It stands out by {own} σ, less than chance alone may ({chance} σ)."
+    return f"It stands out by {own} σ; chance alone may reach {chance} σ."
 
 
-def _nats(value: float) -> str:
-    return f"{value:.0f}" if abs(value) >= 100 else digits(value, 2)
+def to_sigma(nats: float) -> float:
+    """Log evidence as the σ by which a single number would have to stand out to add as much: z²/2 nats."""
+    return math.copysign(math.sqrt(2 * abs(nats)), nats)
 
 
 def windows_words(d: Diagnosis, finding: Finding) -> str:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from network.analysis.comparison.amounts import amount
+from network.analysis.diagnosis.result import UNKNOWN
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.entry_path import axis_of, displacement
 from network.engine.trajectory import axis_unit
@@ -132,11 +133,19 @@ def unit_of(d: Diagnosis, u: UnknownHeat) -> str:
 
 
 def suspects_of(d: Diagnosis, most: int = 3) -> tuple[UnknownHeat, ...]:
-    """The places to tell about: where something was found, then the most probable."""
+    """The places to tell about: where something was found; where that has no name, or no place, the most probable."""
     seats = seats_in(d)
     ranked = sorted(d.located, key=lambda u: (not is_found_at(u, seats), -u.probability))
+    found = [u for u in ranked if is_found_at(u, seats)]
+    if found and is_named(d):
+        return tuple(found[:most])
     counting = [u for u in ranked if is_found_at(u, seats) or u.probability > COUNTS]
     return tuple((counting or ranked)[:most])
+
+
+def is_named(d: Diagnosis) -> bool:
+    """Whether everything that was found has a name."""
+    return bool(d.findings) and all(f.kind != UNKNOWN for f in d.findings)
 
 
 def is_found_at(u: UnknownHeat, seats: Container[str]) -> bool:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from network.analysis.comparison.amounts import join_names
-from network.catalogue.declaration.entry_path import axis_of
 from network.platform.quantities.text_table import digits
 from network.report.words.recording_names import name_recording
+from network.report.words.tie_words import seats_words
 
 if TYPE_CHECKING:
-    from network.analysis.diagnosis.result import Diagnosis, Finding
+    from network.analysis.diagnosis.result import Diagnosis
 
 COUNTS = ("nothing", "one effect", "two effects", "three effects", "four effects")
 MEANING = {
@@ -25,6 +25,8 @@ MEANING = {
     "unexplained": "{machine} and its recordings differ{where}, and nothing in the catalogue explains it: after all "
     "that was tried, {left} is left.",
 }
+UNENDED = "With its numbers calibrated {machine} leaves {left}; nothing was found so far that it lacks."
+"""Where the search did not come to its end, a clean verdict says no more than that."""
 CLEAN, UNTOLD = ("adequate", "parameters_only"), 2.0
 """Verdicts that speak of recordings as explained, and misfit of a held-out run over that of the others from which it is
 not."""
@@ -56,7 +58,8 @@ def verdict_words(d: Diagnosis) -> str:
         "where": _where(d), "count": _count(d), "it": "it" if len(d.findings) < 2 else "them",
         "channels": join_names(list(dict.fromkeys(n for f in d.findings for n in f.channels))) or "a channel",
     }  # fmt: skip
-    return "".join([MEANING[d.verdict].format_map(words), _part(d), _but(d), ENDED.get(d.ended, "")])
+    meaning = UNENDED if d.ended and d.verdict in CLEAN else MEANING[d.verdict]
+    return "".join([meaning.format_map(words), _part(d), _but(d), ENDED.get(d.ended, "")])
 
 
 def _part(d: Diagnosis) -> str:
@@ -77,7 +80,8 @@ def _but(d: Diagnosis) -> str:
 
 
 def next_words(d: Diagnosis) -> str:
-    return NEXT[d.verdict]
+    """What to do next; nothing where a clean verdict is not the last word."""
+    return "" if d.ended and d.verdict in CLEAN else NEXT[d.verdict]
 
 
 def falls(d: Diagnosis) -> str:
@@ -106,26 +110,8 @@ def _count(d: Diagnosis) -> str:
 
 
 def _where(d: Diagnosis) -> str:
-    seats = list(dict.fromkeys(seat_words(d, f) for f in d.findings))
+    seats = list(dict.fromkeys(seats_words(d, f) for f in d.findings))
     if not (seats and all(seats)):
         return ""
     told = [f"one at {seat}" for seat in seats] if len(seats) > 1 else [f"at {seats[0]}"]
     return f"{', ' if len(seats) > 1 else ' '}{join_names(told)}"
-
-
-def seat_words(d: Diagnosis, finding: Finding) -> str:
-    """Where a finding sits; behind the parts, along which axes they move the tool centre point."""
-    seats = seats_of(d, finding)
-    axes = [axis for seat in seats if (axis := axis_of(seat))]
-    parts = [seat for seat in seats if not axis_of(seat)]
-    if not axes:
-        return join_names(parts)
-    along = join_names(axes)
-    return f"{join_names(parts)} (movement along {along})" if parts else f"the tool centre point ({along})"
-
-
-def seats_of(d: Diagnosis, finding: Finding) -> tuple[str, ...]:
-    """Where a finding sits, as its reader says it: parts rather than what is held, an axis, or a channel."""
-    nodes = d.machine.nodes
-    parts = tuple(name for name in finding.places if name not in nodes or not nodes[name].is_held)
-    return parts or finding.places or finding.channels

@@ -74,7 +74,7 @@ def revealing(null: Hypothesis, unseen: Sequence[Candidate]) -> Iterator[Experim
         told = f"{len(seen)} of {len(unseen)} effects that these recordings could not show would be seen"
         kinds = count_kinds([(s.candidate,) for s in seen])
         sigma = float(np.median([s.detectable for s in seen]))
-        yield Experiment(f"{program.text}: {told} ({kinds})", (), sigma, program.hours)
+        yield Experiment(f"{program.text}: {told} ({kinds})", (), sigma, program.hours, program.scenario())
 
 
 def in_doubt(search: Search) -> list[Pair]:
@@ -139,4 +139,4 @@ def _try_program(pair: Pair, program: Program, parts: list[str] | None = None) -
 
 def _describe_experiment(pair: Pair, program: Program, text: str, sigma: float) -> Experiment | None:
     names = name_candidate(pair.holds.found[-1]), name_candidate(pair.rival.found[-1])
-    return Experiment(text, names, sigma, program.hours) if np.isfinite(sigma) else None
+    return Experiment(text, names, sigma, program.hours, program.scenario()) if np.isfinite(sigma) else None

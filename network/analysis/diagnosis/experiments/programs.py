@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -61,6 +62,18 @@ class Program:
     signals: Mapping[str, Signal]
     start: float
     interval: float
+
+    def scenario(self) -> dict[str, Any]:
+        """The run as a scenario file holds it: constants apart, steps in rows with what changes."""
+        steps = {n: s for n, s in self.signals.items() if len(s.t) > 1}
+        still = {n: show(s.value, s.unit, 6) for n, s in self.signals.items() if n not in steps}
+        edges = sorted({0.0, *(float(t) for s in steps.values() for t in s.t)})
+        lengths = np.diff([*edges, 3600 * self.hours])
+        rows = [{"for": f"{length / 60:.6g} min"} | {n: show(float(s.start[s.t == t][0]), s.unit, 6)
+                for n, s in steps.items() if t in s.t} for t, length in zip(edges, lengths, strict=True)]  # fmt: skip
+        timed = {"phases": rows} if steps else {"duration": f"{self.hours:g} h"}
+        output = f"{self.interval:.6g} s"
+        return {"scenario": self.text, "start": f"{self.start:.6g} degC", "output": output, "inputs": still, **timed}
 
     def recording(self, channels: Mapping[str, str]) -> Recording:
         """A recording of it whose channels (name → unit) all read zero."""
