@@ -17,14 +17,17 @@ from network.engine.response.parameters import centres
 from network.platform.refusal import Refused
 from network.recordings.inputs import constant
 
-PLAIN = {"density": "7850 kg/m^3", "specific_heat": "480 J/(kg K)", "conductivity": "50 W/(m K)", "expansion": "1.1e-5 1/K"}
+PLAIN = {
+    "density": "7850 kg/m^3", "specific_heat": "480 J/(kg K)", "conductivity": "50 W/(m K)", "expansion": "1.1e-5 1/K",
+}  # fmt: skip
 AIR = constant("ambient", "degC", 20.0)
 
 
 def bar(lumps: int = 1, held: bool = False, **slopes: str) -> Machine:
     nodes: dict[str, Any] = {
-        "bar": {"material": "it", "length": "400 mm", "area": "20 cm^2", "lumps": lumps}, "air": {"temperature": "ambient"},
-    }  # fmt: skip
+        "bar": {"material": "it", "length": "400 mm", "area": "20 cm^2", "lumps": lumps},
+        "air": {"temperature": "ambient"},
+    }
     links: dict[str, Any] = {"skin": {"kind": "convection", "between": ["bar", "air"], "conductance": "2 W/K"}}
     if held:
         nodes["hot"], nodes["cold"] = {"temperature": "220 degC"}, {"temperature": "20 degC"}

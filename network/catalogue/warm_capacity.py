@@ -31,6 +31,6 @@ class WarmCapacity:
         return np.asarray(self.growth * (T - USUAL))
 
     def temperature(self, apparent: Array, capacity: float) -> Array:
-        """T from the heat in the part over its heat capacity: the root of x + (C b/C) x²/2 = apparent − 20, x = T − 20."""
+        """T from the heat in the part over its heat capacity: x + (C b/C) x²/2 = apparent − 20, x = T − 20."""
         y, bend = apparent - USUAL, self.growth / capacity
         return np.asarray(USUAL + 2 * y / (1 + np.sqrt(np.maximum(1 + 2 * bend * y, 0.0))))
