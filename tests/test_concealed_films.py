@@ -42,7 +42,8 @@ def test_what_turns_is_explained_as_it_is_proposed(
 def test_a_gap_that_stirs_its_air() -> None:
     """Beside a flange that its file knows: it is told by what the speed does to it."""
     plain = two_blocks(nodes=TURNS)
-    gap = {"kind": "annular_gap", "between": ["motor", "body"], "area": "0.08 m^2", "diameter": "100 mm", "gap": "0.5 mm"}
+    sizes = {"area": "0.08 m^2", "diameter": "100 mm", "gap": "0.5 mm"}
+    gap = {"kind": "annular_gap", "between": ["motor", "body"], **sizes}
     case = conceal(plain, plain.patched({"links": {"gap": gap}}))
     known = fit_hypothesis(case, with_link(plain, {**gap, "area": "0.02 m^2 ± 300 %"}))
     assert fit_hypothesis(case, plain).chi > 1.1 > 1.05 > known.chi
@@ -84,8 +85,9 @@ def test_a_bearing_whose_oil_thins() -> None:
 
 
 def test_a_wall_by_its_shape_and_orientation() -> None:
-    plain = two_blocks(links={"skin": {"kind": "convection", "between": ["body", "air"], "conductance": "7 W/K ± 30 %"}})
-    wall = {"kind": "convection", "between": ["body", "air"], "geometry": "plate", "orientation": "up", "length": "0.2 m"}
+    film = {"kind": "convection", "between": ["body", "air"]}
+    plain = two_blocks(links={"skin": {**film, "conductance": "7 W/K ± 30 %"}})
+    wall = {**film, "geometry": "plate", "orientation": "up", "length": "0.2 m"}
     case = conceal(plain, plain.patched({"links": {"skin": {**wall, "area": "2.5 m^2"}}}))
     known = fit_hypothesis(case, plain.patched({"links": {"skin": {**wall, "area": "1.5 m^2 ± 50 %"}}}))
     assert fit_hypothesis(case, plain).chi > known.chi + 0.02 and known.chi < 1.05

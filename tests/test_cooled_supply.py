@@ -19,7 +19,7 @@ W, DELAY = 400.0, 120.0
 
 
 def test_a_loop_comes_back_after_its_delay() -> None:
-    """A large tank warms at once by 10 K; what returns to a small one behind it is the distribution of n tanks in series
+    """A large tank warms at once by 10 K; what reaches a small one behind it is the distribution of n tanks in series
     (Levenspiel), mean DELAY/2 for each of two legs, standard deviation over mean 1/√n."""
     machine = small.machine(
         {"tank": {"temperature": "supply"}, "jacket": {"heat_capacity": "0.01 J/K"}},
@@ -37,11 +37,15 @@ def test_a_loop_comes_back_after_its_delay() -> None:
 SUPPLY = {
     "nodes": {"supply": {"heat_capacity": "20 kJ/K"}},
     "links": {
-        "loop": {"kind": "advection", "through": ["supply", "body", "supply"], "capacity_flow": "80 W/K", "delay": "60 s"}
+        "loop": {
+            "kind": "advection", "through": ["supply", "body", "supply"], "capacity_flow": "80 W/K", "delay": "60 s",
+        },
     },
     "sources": {
-        "chiller": {"kind": "pi_cooling", "into": {"supply": 1}, "watches": "supply", "set": "19 degC", "gain": "60 W/K",
-                    "reset_time": "400 s"}
+        "chiller": {
+            "kind": "pi_cooling", "into": {"supply": 1}, "watches": "supply", "set": "19 degC", "gain": "60 W/K",
+            "reset_time": "400 s",
+        },
     },
 }  # fmt: skip
 
