@@ -15,6 +15,7 @@ from network.catalogue.declaration.discovery import kinds
 from network.catalogue.declaration.fields import (
     REQUIRED,
     Field,
+    Nested,
     ParamField,
     PlaceField,
     PlacesField,
@@ -140,6 +141,8 @@ class Draw:
             text = show(self.number(field), field.unit, 15)
             uncertain = spread and self.rng.random() < 0.5 and not text.startswith("0 ")
             return text + (f" ± {spread}" if uncertain and "degC" not in text else "")
+        if isinstance(field, Nested):
+            return field.sample
         if isinstance(field, PlaceField):
             return ("shaft", "housing@0.1..0.7")[self.rng.integers(2)]
         if isinstance(field, PlacesField):

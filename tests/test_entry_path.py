@@ -8,6 +8,7 @@ import pytest
 from build import machine
 
 from network.analysis.diagnosis.candidates import candidates
+from network.catalogue.declaration.discovery import kinds
 from network.catalogue.declaration.entry_path import NESTED, EntryPath, NumberPath, axis_of, displacement
 from network.catalogue.declaration.fields import Nested
 from network.catalogue.declaration.patch import Patch
@@ -70,10 +71,10 @@ def test_what_is_no_path_is_told(text: str) -> None:
 
 
 def test_what_entries_hold_is_what_their_fields_declare() -> None:
-    declared = {
-        cls.section: {name: field.many for name, field in cls.fields.items() if isinstance(field, Nested)}
-        for cls in (Node, Sensor)
-    }
+    declared: dict[str, dict[str, bool]] = {}
+    for cls in (Node, *kinds("links").values(), *kinds("sources").values(), Sensor):
+        if own := {name: field.many for name, field in cls.fields.items() if isinstance(field, Nested)}:
+            declared.setdefault(cls.section, {}).update(own)
     assert declared == {name: dict(held) for name, held in NESTED.items()}
 
 

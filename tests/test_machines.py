@@ -14,6 +14,8 @@ from scipy.integrate import trapezoid
 from scipy.optimize import fsolve
 
 from network.analysis.comparison.compare import compare
+from network.catalogue.mechanisms.palmgren_friction import PalmgrenFriction
+from network.engine.assembly import build
 from network.engine.simulation import simulate
 from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
@@ -28,6 +30,8 @@ SCENARIOS = sorted(path.stem for path in (ROOT / "scenarios").glob("*.yaml"))
 FAST = ("constant_6000", "constant_8000", "warm_up_and_stop", "day_of_work", "new_machine_day")
 TOO_FAST = {("belt_lathe", name) for name in FAST}
 TOO_FAST |= {("cnc_lathe_plain", "day_of_work"), ("cnc_lathe", "day_of_work")}
+BY_CORRELATIONS = {"described_spindle": {"constant_6000", "constant_8000"}}
+"""Machines whose films take tens of milliseconds a step, and what they are run by."""
 TO_CALIBRATE = {"lathe_warm_up"}
 """Machines with numbers that are `unknown`."""
 HOTTEST = {"two_heater_rig": 80, "toaster_oven": 600, "heated_building": 80}
@@ -49,7 +53,7 @@ def drives(scenario_name: str, machine_name: str) -> bool:
 
 
 DRIVEN = [(m, s) for m in MACHINES for s in SCENARIOS if drives(s, m) and (m, s) not in TOO_FAST]
-PAIRS = [(m, s) for m, s in DRIVEN if m not in TO_CALIBRATE]
+PAIRS = [(m, s) for m, s in DRIVEN if m not in TO_CALIBRATE and s in BY_CORRELATIONS.get(m, {s})]
 LEVELS = [(m, level) for m in MACHINES for level in machine(m).to_plain().get("levels", ())]
 
 
@@ -149,6 +153,31 @@ def test_gantry_spindle_is_the_machine_of_the_method() -> None:
         assert at_63 == pytest.approx(3400, rel=0.1)
     assert 30e-6 < result.tcp["z"][360] < result.tcp["z"][720] < 100e-6
     assert 7 < T[-1] - 21.6 < 13
+
+
+# -- the spindle by its drawing -------------------------------------------------------------------------------------
+def test_described_spindle_settles_where_its_correlations_say() -> None:
+    """Gnielinski in the helix, Palmgren in the front bearing's grease, and no offset left by the chiller."""
+    result = settled("described_spindle", speed="8000 rpm", ambient="21.6 degC")
+    shaft, housing = (result.T_end[build(result.machine).parts[name]] for name in ("shaft", "housing"))
+    tank, jacket = (result.parts[name][-1] for name in ("tank", "jacket"))
+    assert tank == pytest.approx(21.6, abs=1e-4)
+
+    rho, k, mu = 997.7, 0.604, 9.45e-4  # water near 23 °C
+    Re, Pr = 8 / 60e3 / 72e-6 * 8e-3 * rho / mu, mu * 4182 / k
+    f = (0.79 * np.log(Re) - 1.64) ** -2 / 8
+    Nu = f * (Re - 1000) * Pr / (1 + 12.7 * np.sqrt(f) * (Pr ** (2 / 3) - 1)) * (1 + (8e-3 / 6) ** (2 / 3))
+    washed = housing @ (np.array([1 / 3 - 0.1, 1 / 3, 0.75 - 2 / 3]) / 0.65)
+    assert Nu * k / 8e-3 * 0.22 * (washed - jacket) == pytest.approx(557 * (jacket - tank), rel=0.02)
+
+    known = [[1, -np.log10(T + KELVIN)] for T in (40, 100)], [np.log10(np.log10(v + 0.7)) for v in (22, 4.3)]
+    A, B = np.linalg.solve(*known)
+    nu = 10 ** 10 ** (A - B * np.log10(shaft[0] + KELVIN)) - 0.7
+    torque = 1e-7 * 1.1 * (nu * 8000) ** (2 / 3) * 90**3 + 0.0003 * 600 * 90
+    by_hand, front = 8000 * RPM * torque / 1e3, result.machine.sources["front friction"]
+    assert isinstance(front, PalmgrenFriction)
+    assert float(front.heat({"speed": np.array(8000 * RPM)}, shaft[0])) == pytest.approx(by_hand, rel=1e-6)
+    assert 150 < by_hand < 400
 
 
 # -- the cooler -----------------------------------------------------------------------------------------------------

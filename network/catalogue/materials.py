@@ -13,13 +13,20 @@ from network.catalogue.declaration.fields import param
 
 
 class Material(Declared):
-    """A solid's properties, constant over temperature."""
+    """A solid's properties at 20 °C; with slopes k = k₂₀ (1 + a (T − 20 °C)) and c_p = c_20 (1 + b (T − 20 °C)).
+
+    Steel loses some 0.04 % of its conductivity per kelvin and gains 0.05 % of its specific heat (Incropera & DeWitt,
+    appendix A, 300 to 400 K; unverified). Between lumps k is that of their mean temperature, which is exact for a
+    steady bar (Kirchhoff's transform). Both make a network non-linear: what is within 20 K of 20 °C does without.
+    """
 
     section = "materials"
     density = param("kg/m^3", 1, 30_000, "density", positive=True, typical=7850)
     specific_heat = param("J/(kg K)", 1, 20_000, "specific heat capacity", positive=True, typical=480)
     conductivity = param("W/(m K)", 0, 5000, "thermal conductivity", positive=True, typical=50)
     expansion = param("1/K", -1e-4, 2e-3, "coefficient of linear expansion", typical=1.1e-5)
+    conductivity_slope = param("1/K", -0.005, 0.005, "relative growth of the conductivity per kelvin", default=0)
+    specific_heat_slope = param("1/K", -0.005, 0.005, "relative growth of the specific heat per kelvin", default=0)
 
     def doubts(self) -> Iterator[Advice]:
         if abs(float(self.expansion)) > 1e-4:

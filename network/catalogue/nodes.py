@@ -12,6 +12,7 @@ from network.catalogue.declaration.fields import ParamField, flag, nested, param
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.drift import Drift
 from network.catalogue.materials import Material
+from network.catalogue.warm_capacity import WarmCapacity
 from network.platform.quantities.units import BadNumber
 from network.platform.refusal import short
 from network.platform.yaml.document import Tree
@@ -50,6 +51,7 @@ class Melting(Declared):
     """
 
     section = "melts"
+    manner = "melts"
     at = param("degC", -50, 1000, "middle of the melting range", typical=28)
     over = param("K", 0, 200, "width of the melting range", positive=True, typical=2)
     latent_heat = param("J", 0, 1e10, "latent heat", positive=True, typical=1e5)
@@ -125,12 +127,24 @@ class Node(Declared):
         return float(self.heat_capacity or 0.0)
 
     @property
+    def stored(self) -> Melting | WarmCapacity | None:
+        """What it stores beside C T: by melting, or because its specific heat changes; None where C is constant."""
+        if self.melts is not None or not self.is_bar or self.stuff is None or not self.stuff.specific_heat_slope:
+            return self.melts
+        return WarmCapacity(float((self.capacity - self.extra_heat_capacity) * self.stuff.specific_heat_slope))
+
+    @property
     def expansion(self) -> float | None:
         return None if self.stuff is None else float(self.stuff.expansion)
 
     @property
+    def conductivity_slope(self) -> float:
+        """Relative growth of its conductivity per kelvin, over 20 °C [1/K]."""
+        return 0.0 if self.stuff is None else float(self.stuff.conductivity_slope)
+
+    @property
     def bar_conductance(self) -> float:
-        """λ S / Δx between neighbouring lumps [W/K]."""
+        """λ S / Δx between neighbouring lumps at 20 °C [W/K]."""
         if self.stuff is None:
             return 0.0
         return float(self.stuff.conductivity * self.area / self.length * self.lumps)

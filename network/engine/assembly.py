@@ -13,7 +13,9 @@ from network.catalogue.declaration.declare import Array, Declared, Indices
 from network.catalogue.declaration.fields import Place
 from network.catalogue.mechanisms.base import Link, Mechanism, Relay, Source, Stream
 from network.catalogue.mechanisms.conduction import Conduction
+from network.catalogue.mechanisms.contact import Contact
 from network.catalogue.nodes import Node
+from network.catalogue.warm_capacity import USUAL
 from network.engine.entry_groups import Flows, Guards, Heats, Rates, group_by_structure
 from network.engine.network import Held, Network
 from network.machine.lumps import weights
@@ -112,7 +114,7 @@ class _Builder:
     def _bars(self) -> Iterator[_Element]:
         for name, node in self.machine.nodes.items():
             if node.lumps > 1:
-                law = Conduction(name, conductance=node.bar_conductance)
+                law = _conduct_along(name, node)
                 index, part = self._name(f"nodes.{name}"), self.parts[name]
                 lumps = range(part.start, part.stop - 1) if self._is_wanted(f"nodes.{name}") else ()
                 yield from (_Element(law, i, i + 1, 1.0, index) for i in lumps)
@@ -197,6 +199,14 @@ class _Builder:
                 for i, w in self._places(getattr(member, reading)):
                     matrix[line, i] += w
             yield matrix
+
+
+def _conduct_along(name: str, node: Node) -> Link:
+    """The law between neighbouring lumps of a bar."""
+    if not node.conductivity_slope:
+        return Conduction(name, conductance=node.bar_conductance)
+    joint = Contact(name, conductance=node.bar_conductance, slope=node.conductivity_slope)
+    return joint.replaced(cold=USUAL)
 
 
 def _stack_entries(entries: Sequence[Entry]) -> Entry:

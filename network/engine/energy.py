@@ -83,7 +83,7 @@ def sum_stored_heat(network: Network, T: Array) -> Array:
     finite = np.where(np.isfinite(network.capacity), network.capacity, 0.0)
     heat = np.where(finite > 0, finite * np.where(np.isfinite(T), T, 0.0), 0.0)
     for name in network.melting:
-        part, melting = network.parts[name], network.machine.nodes[name].melts
+        part, melting = network.parts[name], network.machine.nodes[name].stored
         assert melting is not None
         share = 1 / (part.stop - part.start)
         heat[..., part] += share * melting.compute_latent_heat(T[..., part])

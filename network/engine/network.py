@@ -86,7 +86,13 @@ class Network(Brief):
 
     @property
     def melting(self) -> list[str]:
-        return [name for name, node in self.machine.nodes.items() if node.melts is not None]
+        """Parts whose heat capacity is not constant: they melt, or their specific heat changes as they warm."""
+        return [name for name, node in self.machine.nodes.items() if node.stored is not None]
+
+    def tell_melting(self, name: str) -> str:
+        """What keeps the heat capacity of one of `melting` from being constant, with its path."""
+        stored = self.machine.nodes[name].stored
+        return f"nodes.{name} {stored.manner if stored is not None else 'is constant'}"
 
     def is_affine(self) -> bool:
         """Heat flows are linear in temperatures, at given inputs and relay modes; capacities are constant."""

@@ -127,7 +127,7 @@ def _part_heat(network: Network, parts: Mapping[str, Array], outcome: Outcome) -
     heat: dict[str, Array] = {}
     for name, T in parts.items():
         capacity = network.capacity[network.parts[name]]
-        if network.machine.nodes[name].melts is not None and outcome.heat is not None:
+        if network.machine.nodes[name].stored is not None and outcome.heat is not None:
             heat[name] = outcome.heat[:, network.parts[name]].sum(axis=1)
         elif np.isfinite(capacity).all():
             heat[name] = float(capacity.sum()) * (T - float(outcome.T_start[network.parts[name]].mean()))

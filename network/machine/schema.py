@@ -110,7 +110,7 @@ def _form(cls: type[Declared], form: tuple[str, ...], in_forms: set[str]) -> Sch
 
 def _field(field: Field) -> Schema:
     default = {} if field.initial in (None, ()) else {"default": field.write(field.initial)}
-    return {"description": meaning(field), **_describe_nested(field), **default}
+    return {**_describe_nested(field), "description": meaning(field), **default}
 
 
 def _describe_nested(field: Field) -> Schema:

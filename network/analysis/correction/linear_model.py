@@ -123,8 +123,10 @@ def moves_at_once(entry: Expansion) -> bool:
 def _refuse_what_bends(network: Network) -> None:
     complaints, machine = Complaints(), network.machine
     for name in network.melting:
+        melts = machine.nodes[name].melts is not None
         right = "give it the heat capacity that it has while it does not melt"
-        wrong = f"nodes.{name} melts, which no linear model does"
+        right = right if melts else "leave its material's specific_heat_slope out"
+        wrong = f"{network.tell_melting(name)}, which no linear model does"
         complaints.refuse(machine.nodes[name].spot_of("melts"), wrong, right)
     for relays in network.relays:
         right = "replace it, say by a heat_source of its mean power or a node held at the temperature that it keeps"

@@ -14,7 +14,9 @@ from typing import Any, TypeAlias
 from network.catalogue.declaration.sections import TCP
 
 Keys: TypeAlias = tuple[str | int, ...]
-NESTED: Mapping[str, Mapping[str, bool]] = {"nodes": {"melts": False, "drifts": False}, "sensors": {"effects": True}}
+NESTED: Mapping[str, Mapping[str, bool]] = {
+    "nodes": {"melts": False, "drifts": False}, "sources": {"oil": False}, "sensors": {"effects": True},
+}  # fmt: skip
 """Section → the keys under which its entries hold others, and whether that is a list."""
 
 

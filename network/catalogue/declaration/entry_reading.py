@@ -29,8 +29,8 @@ Entry = TypeVar("Entry", bound=Readable)
 class Nested(Field):
     """An entry of its own kind inside an entry, or a list of entries chosen by their `kind`."""
 
-    def __init__(self, meaning: str, of: Callable[[], Any], many: bool) -> None:
-        super().__init__(meaning, () if many else None)
+    def __init__(self, meaning: str, of: Callable[[], Any], many: bool, required: bool = False) -> None:
+        super().__init__(meaning, REQUIRED if required else () if many else None)
         self.of, self.many = of, many
 
     def parse(self, tree: Tree) -> Any:
@@ -46,6 +46,12 @@ class Nested(Field):
 
     def write(self, value: Any) -> Any:
         return [entry.to_plain() for entry in value] if self.many else value.to_plain()
+
+    @property
+    def sample(self) -> Any:
+        """What an entry of its kind cannot do without."""
+        fields = {} if self.many else self.of().fields
+        return {f.key: f.sample for f in fields.values() if f.default is REQUIRED} or None
 
     def schema(self) -> dict[str, Any]:
         """What stands in it is described by its kinds; see network.machine.schema."""

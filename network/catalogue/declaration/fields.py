@@ -144,5 +144,5 @@ def whole(meaning: str, low: int, high: int, *, default: Any = REQUIRED, allowed
     return cast(int, WholeField(meaning, low, high, default, allowed))
 
 
-def nested(meaning: str, of: Any, *, many: bool = False) -> Any:
-    return Nested(meaning, of, many)
+def nested(meaning: str, of: Any, *, many: bool = False, required: bool = False) -> Any:
+    return Nested(meaning, of, many, required)

@@ -54,7 +54,13 @@ class BearingFriction(Friction, kind="bearing_friction"):
     def moment(self, u: Inputs, *T: Array) -> Array:
         if self.is_constant:
             return self.torque
-        wetness = raise_to_power(self.viscosity * 1e6 * np.abs(u[self.input]) * 60 / (2 * np.pi), np.array(2 / 3))
-        stirred = 1e-7 * self.lubrication_factor * np.maximum(wetness, LEAST) * (self.mean_diameter * 1e3) ** 3 * 1e-3
+        stirred = find_palmgren_torque(self.lubrication_factor, self.viscosity, u[self.input], self.mean_diameter)
         M: Array = stirred + self.load_factor * self.load * self.mean_diameter
         return M
+
+
+def find_palmgren_torque(f0: Array, viscosity: Array, speed: Array, mean_diameter: Array) -> Array:
+    """M₀ [N m] of a lubricant of so many m²/s at a speed in rad/s."""
+    wetness = raise_to_power(viscosity * 1e6 * np.abs(speed) * 60 / (2 * np.pi), np.array(2 / 3))
+    stirred = np.where(np.real(wetness) > LEAST, wetness, LEAST)
+    return np.asarray(1e-7 * f0 * stirred * (mean_diameter * 1e3) ** 3 * 1e-3)

@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from network.catalogue.convection_correlations import FILMS, coefficient, rayleigh
+from network.catalogue.convection_correlations import FILMS, ORIENTATIONS, SHAPES, coefficient, rayleigh
 from network.catalogue.declaration.declare import Advice, Array
 from network.catalogue.declaration.fields import param, word
+from network.catalogue.fluids import FLUIDS
 from network.catalogue.mechanisms.base import Inputs, SurfaceLink
 from network.platform.quantities.units import Number, show
 
@@ -16,18 +17,21 @@ WARM = 10.0
 
 
 class Convection(SurfaceLink, kind="convection"):
-    """Heat to a fluid: Q = h A (T_a − T_b), h constant, or by a correlation for still air around a geometry.
+    """Heat to a fluid: Q = h A (T_a − T_b), h constant, or by a correlation for a still fluid around a geometry.
 
-    Newton's law of cooling; the surface is named first. The correlations, their sources and ranges stand in
-    convection_correlations. Constant h holds for steady forced flow; natural_convection and forced_convection say what
-    it leaves out.
+    Newton's law of cooling; the surface is named first. Instead of h its shape, orientation and length: `geometry:
+    plate, orientation: up, length: 40 mm`, or in one word (plate_facing_up). The correlations, their sources and ranges
+    stand in convection_correlations. Constant h holds for steady forced flow; natural_convection and forced_convection
+    say what it leaves out; plate_flow, pipe_flow, rotating_cylinder and rotating_disc are films of what moves.
     """
 
     conductance = param("W/K", 0, 1e6, "conductance h A", typical=5, default=None)
     coefficient = param("W/(m^2 K)", 0, 1e5, "heat transfer coefficient", typical=8, default=None)
     area = param("m^2", 0, 1000, "area", typical=1, default=None)
-    geometry = word("the shape of the surface", *FILMS, default=None)
+    geometry = word("the shape of the surface", *FILMS, *SHAPES, default=None)
     length = param("m", 0, 100, "height, diameter, or area over perimeter", positive=True, typical=0.5, default=None)
+    orientation = word("how a plate or a cylinder lies; up: facing up", *ORIENTATIONS, default=None)
+    fluid = word("the fluid around a geometry", *FLUIDS, default="air")
     one_of = (("conductance",), ("coefficient", "area"), ("geometry", "length", "area"))
     strength = "conductance"
     sentence = "{between[0]} exchanges heat with {between[1]} by convection, {film}"
@@ -55,7 +59,13 @@ class Convection(SurfaceLink, kind="convection"):
         over = f"over {show(float(self.area), 'm^2')}"
         if self.coefficient is not None:
             return f"{show(float(self.coefficient), 'W/(m^2 K)')} {over}"
-        return f"as a {self.geometry.replace('_', ' ')} {over}"
+        around = "" if self.fluid == "air" else f" in {self.fluid.replace('_', ' ')}"
+        return f"as a {self.shape.replace('_', ' ')}{around} {over}"
+
+    @property
+    def shape(self) -> str:
+        """The film that geometry and orientation name."""
+        return SHAPES[self.geometry][self.orientation] if self.geometry in SHAPES else self.geometry
 
     def is_affine(self) -> bool:
         return self.geometry is None
@@ -69,12 +79,22 @@ class Convection(SurfaceLink, kind="convection"):
             return self.conductance
         if self.coefficient is not None:
             return np.asarray(self.coefficient * self.area)
-        return np.asarray(coefficient(self.geometry, T_a, T_b, self.length) * self.area)
+        return np.asarray(coefficient(self.shape, T_a, T_b, self.length, FLUIDS[self.fluid]) * self.area)
+
+    def faults(self) -> Iterator[Advice]:
+        ways = SHAPES.get(self.geometry or "", {})
+        if ways and self.orientation not in ways:
+            yield "geometry", f"does not say how the {self.geometry} lies", f"give `orientation: {'` or `'.join(ways)}`"
+        if self.orientation is not None and not ways:
+            yield "orientation", "says nothing without a plate or a cylinder", "write `geometry: plate`, or drop it"
+        if self.fluid != "air" and self.geometry is None:
+            yield "fluid", "says nothing without a geometry", "give geometry, length and area, or drop it"
 
     def doubts(self) -> Iterator[Advice]:
         if self.geometry is None:
             return
-        film, Ra = FILMS[self.geometry], float(rayleigh(np.array(20 + WARM), np.array(20.0), self.length))
+        at = np.array(20 + WARM), np.array(20.0)
+        film, Ra = FILMS[self.shape], float(rayleigh(*at, self.length, FLUIDS[self.fluid]))
         if not film.low <= Ra <= film.high:
-            right = f"the correlation for {self.geometry} holds for Ra {film.low:.0e} to {film.high:.0e}"
+            right = f"the correlation for {self.shape} holds for Ra {film.low:.0e} to {film.high:.0e}"
             yield "length", f"gives Ra = {Ra:.1e} at {WARM:.0f} K excess, outside the correlation", right

@@ -16,13 +16,12 @@ KILOWATT_AT = 2 * np.pi / 60 * 3000
 """rad/s: a bearing whose torque makes a kilowatt at 3000 rpm was probably meant in N mm."""
 
 
-class Friction(Source):
+class Rubbing(Source):
     """Friction of what turns with the spindle: q = 2π/60 · |n| · M = |ω| M, M the torque at this moment.
 
     With n in rpm and M in N mm this is q = 1.047e-4 n M. Zero at rest; the sign of n does not matter.
     """
 
-    torque = param("N m", 0, 1e5, "friction torque", typical=0.3)
     input = channel("speed", "rpm")
 
     @abstractmethod
@@ -32,6 +31,12 @@ class Friction(Source):
     def heat(self, u: Inputs, *T: Array) -> Array:
         q: Array = np.abs(u[self.input]) * self.moment(u, *T)
         return q
+
+
+class Friction(Rubbing):
+    """Friction whose torque is a number of its own."""
+
+    torque = param("N m", 0, 1e5, "friction torque", typical=0.3)
 
     def doubts(self) -> Iterator[Advice]:
         kilowatts = float(self.torque) * KILOWATT_AT / 1e3 if self.torque is not None else 0.0
@@ -53,7 +58,7 @@ class Sliding(Source):
 
 def turning(machine: MachineLike) -> Iterator[str]:
     """Parts that turn: marked `rotates: true`, or not marked and the first that some friction heats."""
-    first = {entry.into[0][0].node for entry in machine.sources.values() if isinstance(entry, Friction)}
+    first = {entry.into[0][0].node for entry in machine.sources.values() if isinstance(entry, Rubbing)}
     for name, node in machine.nodes.items():
         if node.is_part and (name in first if node.rotates is None else node.rotates):
             yield name

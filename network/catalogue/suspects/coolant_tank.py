@@ -38,22 +38,28 @@ class CoolantTank(Suspect, kind="thermostat_cooling"):
         links = {fresh(f"{tank} to surroundings", machine.links): around}
         return {
             "nodes": {tank: self.write_numbers("heat_capacity")},
-            "links": {**links, **_close_streams(machine, tank)},
+            "links": {**links, **close_streams(machine, tank)},
             "sources": {fresh(f"{tank} cooler", machine.sources): cooler},
         }
 
     @classmethod
     def suspected(cls, machine: MachineLike) -> Iterator[Self]:
         """Every node held at a constant that is linked to a part, where another held node remains as surroundings."""
-        held = [name for name, node in machine.nodes.items() if node.is_held]
-        for name in held:
-            constant = not isinstance(machine.nodes[name].temperature, str)
-            if constant and len(held) > 1 and links_to(machine, name):
-                sized = {key: size_value(cls, key, machine) for key in ("heat_capacity", "power", "conductance")}
-                yield cls.typical(host=Place(name), set=float(machine.nodes[name].temperature), **sized)
+        for name, temperature in list_held_coolants(machine):
+            sized = {key: size_value(cls, key, machine) for key in ("heat_capacity", "power", "conductance")}
+            yield cls.typical(host=Place(name), set=temperature, **sized)
 
 
-def _close_streams(machine: MachineLike, tank: str) -> dict[str, Any]:
+def list_held_coolants(machine: MachineLike) -> Iterator[tuple[str, float]]:
+    """Nodes held at a constant that are linked to a part, with their temperature [°C]; none where no other is held."""
+    held = [name for name, node in machine.nodes.items() if node.is_held]
+    for name in held if len(held) > 1 else ():
+        temperature = machine.nodes[name].temperature
+        if not isinstance(temperature, str) and links_to(machine, name):
+            yield name, float(temperature)
+
+
+def close_streams(machine: MachineLike, tank: str) -> dict[str, Any]:
     """Streams that came from the held coolant, led back into the tank: now it loses what they bring."""
     streams = {name: link for name, link in machine.links.items() if isinstance(link, Stream)}
     return {

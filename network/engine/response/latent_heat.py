@@ -41,7 +41,7 @@ class Latent:
         """C(T)/C of each, at the temperatures of all lumps: (…, N) → (…, m)."""
         columns = []
         for name in self.network.melting:
-            part, melts = self.network.parts[name], self.network.machine.nodes[name].melts
+            part, melts = self.network.parts[name], self.network.machine.nodes[name].stored
             assert melts is not None
             columns.append(1 + melts.apparent_capacity(T[..., part]) / self.network.capacity[part].sum())
         return np.concatenate([*columns, np.zeros((*T.shape[:-1], 0))], axis=-1)

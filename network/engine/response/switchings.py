@@ -177,7 +177,7 @@ def check_followed(network: Network) -> None:
             right = f"a fit follows relays that switch a heat; {as_it_is}"
             raise refuse(spot, f"{wrong}, which a fit cannot follow", right)
     if network.melting and network.relays:
-        wrong = f"nodes.{network.melting[0]} melts, which a fit cannot follow beside a relay"
+        wrong = f"{network.tell_melting(network.melting[0])}, which a fit cannot follow beside a relay"
         raise refuse(spot, wrong, f"take the relay out; {as_it_is}")
     for rates in network.heats if network.relays else ():
         if isinstance(rates, Rates) and not rates.law.is_affine():

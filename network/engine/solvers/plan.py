@@ -182,7 +182,7 @@ def _choose_method(network: Network, method: str, obstacle: str) -> tuple[str, s
         raise refuse(Spot("--method"), f"{method} is exact for linear networks, and {obstacle}", "use --method auto")
     if method == "switched" and not network.relays:
         raise refuse(Spot("--method"), "switched needs a relay, and this machine has none", "use --method auto")
-    general = "" if not (network.relays or network.melting) else "it switches or melts"
+    general = "" if not (network.relays or network.melting) else "it switches or its heat capacity changes"
     if method == "rosenbrock" and general:
         raise refuse(Spot("--method"), f"rosenbrock does not serve this network: {general}", "use --method auto")
     if method != "auto":
@@ -203,7 +203,7 @@ def _switches(network: Network) -> str:
 def why_not_exact(network: Network, left: Mapping[str, Array], right: Mapping[str, Array]) -> str:
     """What keeps this run from the exact paths; empty where nothing does."""
     if network.melting:
-        return f"nodes.{network.melting[0]} melts"
+        return network.tell_melting(network.melting[0])
     for group in network.groups:
         if not group.law.is_affine():
             return f"{network.mechanisms[group.entry[0]]} ({group.law.kind}) is not linear in temperature"

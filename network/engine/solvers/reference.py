@@ -65,8 +65,8 @@ class _Run:
         self.network, self.n = network, len(network.free)
         self.latest = self.plan.T0.copy()
         self.melting = [
-            (network.parts[name], node.melts, node.capacity)
-            for name, node in network.machine.nodes.items() if node.melts is not None
+            (network.parts[name], stored, node.capacity)
+            for name, node in network.machine.nodes.items() if (stored := node.stored) is not None
         ]  # fmt: skip
         self.modes = np.zeros(sum(relays.into.shape[1] for relays in network.relays))
         self.pauses = [float(p) for g in network.relays for p in np.broadcast_to(g.law.pause(), g.into.shape[1])]
