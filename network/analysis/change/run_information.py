@@ -85,10 +85,11 @@ def _slices(at: Linearised, run: int) -> Iterator[slice]:
         yield rows
 
 
-def find_scale(runs: Sequence[WeighedRun], scale: float) -> float:
-    """What the noise of these rows, weighed by a scale, counts with, at least 1: the rms of what they leave, more where
-    that lasts, as in misfit.py."""
+def find_scale(runs: Sequence[WeighedRun], scale: float) -> tuple[float, float]:
+    """What the noise of these rows, weighed by a scale, counts with, at least 1: the rms χ of what they leave, more
+    where that lasts, as in misfit.py; and how many independent values tell it."""
     left = [scale * run.left for run in runs]
-    chi = float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
+    whole = np.concatenate(left)
     rho = correlate_neighbours(r[rows] for run, r in zip(runs, left, strict=True) for rows in run.channels)
-    return max(1.0, chi * float(np.sqrt((1 + rho) / (1 - rho))))
+    lasts = (1 + rho) / (1 - rho)
+    return max(1.0, float(np.sqrt(np.mean(whole**2) * lasts))), len(whole) / lasts

@@ -1,8 +1,10 @@
 """Then and now: which numbers of a machine, and which sensors, differ between two sets of recordings.
 
-All numbers are fitted on both sets together. The entry whose difference explains most is split, if it lies further
-from zero than one in 1/RARE machines that have not changed would show in any of its entries (Bonferroni), and so on
-until none does. Of entries that explain nearly as much each is fitted in full, and those that stay as likely are told.
+All numbers are fitted on both sets together, parts cut into more lumps while that fits the first set better. The entry
+whose difference explains most is split, if it lies further from zero than one in 1/RARE machines that have not changed
+would show in any of its entries (Bonferroni), and so on until none does; the limit is Student's for as many independent
+values as tell what the machine leaves beyond noise. Of entries that explain nearly as much each is fitted in full, and
+those that stay as likely are told.
 Range: changes that hold over all runs of a set; numbers without ± do not change.
 """
 
@@ -11,15 +13,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-from scipy.special import ndtri
+from scipy.special import stdtrit
 
-from network.analysis.calibration.gauss_newton import make_problem
+from network.analysis.calibration.gauss_newton import Linearised, Problem, chi_of, make_problem, minimise
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.null import estimate_null
+from network.analysis.calibration.robust_fit import fit_robustly
 from network.analysis.change.change_screening import Difference, list_testable, measure_difference, test_entries
 from network.analysis.change.paired_fit import PairedFit, Sets, fit_sets, weigh_again
 from network.analysis.change.run_information import find_scale
+from network.analysis.diagnosis.lump_refinement import FINEST, list_finer_machines
+from network.analysis.diagnosis.settings import SETTINGS
+from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import free_parameters
 from network.machine.machine import Machine
 from network.recordings.inputs import Start
@@ -56,10 +61,11 @@ def split_changes(
     """What differs between two sets of recordings that are laid out for a machine. Raises Failed where every run
     breaks down."""
     sets = _make_sets(machine, then, now, start, seed, lambda share: tell(0.5 * share))
-    unchanged = fit_sets(_with_noise(sets), (), None)
+    sets, freedom = _with_noise(sets)
+    unchanged = fit_sets(sets)
     tell(0.7)
     candidates = tuple(_list_candidates(unchanged))
-    limit = float(-ndtri(RARE / 2 / max(len(candidates), 1)))
+    limit = float(-stdtrit(freedom, RARE / 2 / max(len(candidates), 1)))
     at, alike = unchanged, dict[int, tuple[int, ...]]()
     while len(at.split) < MOST:
         best, rivals = _split_one(at, tuple(j for j in candidates if j not in at.split), limit)
@@ -78,21 +84,41 @@ def _make_sets(
     machine: Machine, then: Sequence[Measured], now: Sequence[Measured], start: Start | None, seed: int,
     tell: Callable[[float], None],
 ) -> Sets:  # fmt: skip
-    """Both problems with the noise that the first set shows, about the numbers that fit it."""
-    parameters = free_parameters(machine)
-    null = estimate_null(machine, parameters, then, start, seed, tell)
-    first, second = (replace(make_problem(machine, parameters, data, null.fit.noise), offsets=())
-                     for data in (then, now))  # fmt: skip
-    return Sets(machine, (first, second), begin=null.fit.at.theta)
+    """Both problems with the lumps that the first set asks for and the noise that it shows, about the numbers that fit
+    it."""
+    null = estimate_null(machine, free_parameters(machine), then, start, seed, tell)
+    at, noise = _refine(machine, then, null.fit.at.theta), null.fit.noise
+    if at.problem.model.machine is not machine:
+        noise = fit_robustly(make_problem(at.problem.model.machine, at.problem.parameters, then), at).noise
+    problems = [replace(make_problem(at.problem.model.machine, at.problem.parameters, data, noise), offsets=())
+                for data in (then, now)]  # fmt: skip
+    return Sets(at.problem.model.machine, (problems[0], problems[1]), begin=at.theta)
 
 
-def _with_noise(sets: Sets) -> Sets:
-    """The sets weighed by what they leave where all may differ."""
-    at = fit_sets(replace(sets, loose=ALL_FREE), range(len(sets.prior[0])))
+def _refine(machine: Machine, data: Sequence[Measured], theta: Array) -> Linearised:
+    """The fit of the machine on as many lumps as it takes: on finer ones while they take a share of the misfit away."""
+    best = minimise(_problem_of(machine, data), theta)
+    for finer in list_finer_machines(machine, FINEST):
+        if chi_of(best) < SETTINGS.noise:
+            break
+        other = minimise(_problem_of(finer, data), best.theta)
+        if chi_of(other) > (1 - SETTINGS.worth) * chi_of(best):
+            break
+        best = other
+    return best
+
+
+def _problem_of(machine: Machine, data: Sequence[Measured]) -> Problem:
+    return replace(make_problem(machine, free_parameters(machine), data), offsets=())
+
+
+def _with_noise(sets: Sets) -> tuple[Sets, float]:
+    """The sets weighed by what they leave where all may differ, and how many independent values tell that."""
+    at, freedom = fit_sets(replace(sets, loose=ALL_FREE), range(len(sets.prior[0]))), 0.0
     for _ in range(2):
-        then, now = (find_scale(runs, scale) for runs, scale in zip(at.runs, at.sets.scales, strict=True))
-        at = weigh_again(at, (then, now))
-    return replace(sets, scales=at.sets.scales, begin=at.p[: len(sets.parameters)])
+        (then, n), (now, m) = (find_scale(runs, scale) for runs, scale in zip(at.runs, at.sets.scales, strict=True))
+        at, freedom = weigh_again(at, (then, now)), min(n, m)
+    return replace(sets, scales=at.sets.scales, begin=at.p[: len(sets.parameters)]), freedom
 
 
 def _list_candidates(at: PairedFit) -> Iterator[int]:
