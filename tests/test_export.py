@@ -18,8 +18,9 @@ from network import Machine, Refused, Scenario, simulate
 from network.analysis.correction.correction import Correction, make_correction, sample_inputs
 from network.catalogue.declaration.declare import Array
 from network.cli import main
+from network.report.files.c_compiler import FLAGS
 from network.report.files.correction_c import write_c
-from network.report.files.step_timing import FLAGS, time_step
+from network.report.files.step_timing import time_step
 
 ROOT = Path(__file__).parents[1]
 GCC = shutil.which("gcc")

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from network.recordings.recording import Recording
     from network.recordings.scenario import Scenario
 
-FORMS = ("c", "table", "sinumerik", "heidenhain", "beckhoff")
+FORMS = ("c", "fmu", "table", "sinumerik", "heidenhain", "beckhoff")
 
 
 @click.command()
@@ -52,8 +52,10 @@ def export(
 
         channels, given = read_channels(loaded, inputs), [load_source(path) for path in sources]
         with publication(output) as draft:
-            if form == "c":
-                text, summary, made = _as_code(loaded, given, channels, states, read_time("--step", step), draft)
+            if form in ("c", "fmu"):
+                text, summary, made = _as_code(
+                    loaded, given, form, channels, states, read_time("--step", step), draft
+                )
             else:
                 text, summary, made = _as_formulas(loaded, given, channels, form, draft)
         written = [Path(output) / path.name for path in made]
@@ -65,18 +67,15 @@ def export(
 
 
 def _as_code(
-    machine: Machine, sources: Sequence[Scenario | Recording], channels: Sequence[str] | None, states: int | None,
-    step: float, where: Path,
+    machine: Machine, sources: Sequence[Scenario | Recording], form: str, channels: Sequence[str] | None,
+    states: int | None, step: float, where: Path,
 ) -> tuple[str, dict[str, Any], list[Path]]:  # fmt: skip
     from network.analysis.correction.correction import make_correction
     from network.report.files.correction_files import write_correction
-    from network.report.files.step_timing import time_step
 
     result = make_correction(machine, sources, states=states, channels=channels, step=step)
-    written = write_correction(result, where)
-    seconds = time_step(written[0])
-    timed = f"\nA step takes {1e6 * seconds:.2g} µs here." if seconds is not None else ""
-    return str(result) + timed, result.summary() | {"step_seconds": seconds}, written
+    written, sentence, told = write_correction(result, form, where)
+    return "\n".join(filter(None, [str(result), sentence])), result.summary() | told, written
 
 
 def _as_formulas(

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-FLAGS = ("-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic")
+from network.report.files.c_compiler import compile_c
+
 STEPS = 200_000
 MAIN = """#include <stdio.h>
 #include <time.h>
@@ -35,14 +35,10 @@ int main(void)
 
 def time_step(c_file: Path) -> float | None:
     """Seconds a step of the file; None without a C compiler, or where it does not compile."""
-    compiler = shutil.which("gcc") or shutil.which("cc")
-    if compiler is None:
-        return None
     with TemporaryDirectory() as folder:
         main, program = Path(folder, "main.c"), Path(folder, "main")
         main.write_text(MAIN.format(file=c_file.resolve().as_posix(), steps=STEPS))
-        built = subprocess.run([compiler, *FLAGS, str(main), "-o", str(program)], capture_output=True, check=False)
-        if built.returncode:
+        if not compile_c(main, program):
             return None
         told = subprocess.run([str(program)], capture_output=True, text=True, check=False).stdout.split()
     return float(told[0]) if told else None

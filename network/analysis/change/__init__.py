@@ -1,0 +1,1 @@
+"""What has changed about a machine between two sets of recordings: numbers that moved, sensors that drifted."""
