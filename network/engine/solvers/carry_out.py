@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,10 +12,14 @@ from network.catalogue.declaration.declare import Array
 from network.engine.channels import Readouts, readouts
 from network.engine.energy import EnergyAccount, heat_over_time, linear_account
 from network.engine.network import Network
-from network.engine.solvers import expm, modal, reference, rosenbrock, switched
+from network.engine.solvers import expm, modal, switched
 from network.engine.solvers.linear import LinearProblem, LinearSolution, reduce
 from network.engine.solvers.plan import Plan, make_plan
 from network.recordings.inputs import Schedule
+
+if TYPE_CHECKING:
+    from network.engine.solvers.reference import ReferenceSolution
+    from network.engine.solvers.rosenbrock import RosenbrockSolution
 
 ROSENBROCK_TOLERANCE, REFERENCE_TOLERANCE = 1e-7, 1e-8
 Progress = Callable[[float], None]
@@ -74,7 +79,9 @@ def _by_linear(plan: Plan, problem: LinearProblem, solution: LinearSolution, wan
 
 def _by_steps(plan: Plan, outputs: Readouts, rtol: float | None, progress: Progress | None) -> Outcome:
     """By RODAS or solve_ivp, with the energy account summed over their steps."""
-    solution: rosenbrock.RosenbrockSolution | reference.ReferenceSolution
+    from network.engine.solvers import reference, rosenbrock  # slow to load, for scipy's sake
+
+    solution: RosenbrockSolution | ReferenceSolution
     switches: tuple[tuple[float, str, bool], ...] = ()
     if plan.method == "rosenbrock":
         rtol = rtol or ROSENBROCK_TOLERANCE

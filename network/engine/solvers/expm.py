@@ -8,7 +8,6 @@ state (van Loan, IEEE Trans. Automatic Control 23 (1978) 395).
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import expm
 
 from network.catalogue.declaration.declare import Array
 from network.engine.solvers.linear import LinearProblem, LinearSolution
@@ -21,6 +20,8 @@ class _Steps:
         self.A, self.known = A, dict[float, Array]()
 
     def __call__(self, h: float) -> Array:
+        from scipy.linalg import expm  # slow to load
+
         key = float(f"{h:.12g}")
         if key not in self.known:
             n = len(self.A)

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import lu_factor, lu_solve
 
 from network.catalogue.declaration.declare import Array, Indices
 from network.engine.balance import affine_matrix, source_series, with_modes
@@ -162,10 +161,10 @@ def regime_from(network: Network, K: Array, readouts: Readouts) -> Regime:
     P[free, np.arange(n)] = 1.0
     P_held[bound, np.arange(len(bound))] = 1.0
     if len(massless):
-        factor = _massless_factor(network, K)
-        P[massless, :n] = -lu_solve(factor, K[np.ix_(massless, free)])
-        P_held[massless] = -lu_solve(factor, K[np.ix_(massless, bound)])
-        P_heat[np.ix_(massless, massless)] = -lu_solve(factor, np.eye(len(massless)))
+        inner = _junction_matrix(network, K)
+        P[massless, :n] = -np.linalg.solve(inner, K[np.ix_(massless, free)])
+        P_held[massless] = -np.linalg.solve(inner, K[np.ix_(massless, bound)])
+        P_heat[np.ix_(massless, massless)] = -np.linalg.inv(inner)
     per_capacity = 1 / network.capacity[free][:, None]
     A, F_held, F_heat = np.zeros((n + nz, n + nz)), np.zeros((n + nz, len(bound))), np.zeros((n + nz, N))
     into = K[free]
@@ -182,12 +181,11 @@ def regime_from(network: Network, K: Array, readouts: Readouts) -> Regime:
     return Regime(A, P, P_held, P_heat, F_held, F_heat, is_symmetric, K)
 
 
-def _massless_factor(network: Network, K: Array) -> tuple[Array, Array]:
+def _junction_matrix(network: Network, K: Array) -> Array:
     inner = K[np.ix_(network.massless, network.massless)]
     if not np.linalg.cond(inner) <= 1e14:
         raise Failed("a massless junction has no conductance to the rest; give its links a conductance above zero")
-    factor: tuple[Array, Array] = lu_factor(inner)
-    return factor
+    return inner
 
 
 def _start(plan: Plan, regime: Regime, readouts: Readouts, forcing: Forcing) -> Array:
