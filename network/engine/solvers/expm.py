@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
+from network.engine.solvers.courses import KnownCourses
 from network.engine.solvers.linear import LinearProblem, LinearSolution
 
 
@@ -52,7 +53,7 @@ def solve(problem: LinearProblem, each_interval: bool = False) -> LinearSolution
         x = _advance(steps[r], x, p, slope, h)
     problem.add_direct(y)
     error = 1e-15 * float(np.abs(problem.x0).max(initial=1.0)) * np.sqrt(len(plan.t) + len(plan.steps))
-    return LinearSolution(y, x, integral, each_interval, float(error))
+    return LinearSolution(KnownCourses(y), x, integral, each_interval, float(error))
 
 
 def _advance(steps: _Steps, x: Array, p: Array, slope: Array, h: float) -> Array:
