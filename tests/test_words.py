@@ -25,7 +25,9 @@ from network.recordings.columns import Column
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
-from network.report.words.words import describe, tell_comparison, tell_run, tell_worst
+from network.report.words.describe import describe
+from network.report.words.run_words import tell_run
+from network.report.words.words import tell_comparison, tell_worst
 
 SHARED = Path(__file__).parents[2] / "shared" / "cases"
 

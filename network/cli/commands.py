@@ -94,7 +94,7 @@ def check(
     """What is in a MACHINE, what is uncertain, what is wrong; with recordings or scenarios: whether they fit."""
     from network.machine.lumps import check_levels
     from network.report.words.check_summary import machine_summary, tell_source
-    from network.report.words.words import describe
+    from network.report.words.describe import describe
 
     loaded = read_machine(machine, level, lumps, sets, sources)
     words = [] if as_json else [describe(loaded)]
@@ -186,11 +186,14 @@ def _write(
     pictures: bool,
 ) -> list[Path]:  # fmt: skip
     from network.platform.publication import publication
-    from network.report.files.band_files import write_bands
     from network.report.files.result_files import RUN, write_run
 
     with publication(output, RUN) as draft:
-        made = [*write_run(result, draft, shares, lumping), *write_bands(result, bands, draft)]
+        made = write_run(result, draft, shares, lumping)
+        if bands:
+            from network.report.files.band_files import write_bands
+
+            made += write_bands(result, bands, draft)
         if pictures:
             from network.report.files.pictures import draw_run
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import TypeAlias
 
 import numpy as np
@@ -16,6 +17,7 @@ from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import Place
 from network.catalogue.sensors.sensor import Sensor
 from network.engine.network import Network
+from network.engine.solvers.courses import Courses, LazyCourses
 
 Key: TypeAlias = tuple[str, ...]
 
@@ -45,13 +47,17 @@ class Readouts:
         """Rows and states: what a solver delivers at every instant."""
         return len(self.rows) + self.states
 
-    def split_by_key(self, y: Array) -> dict[Key, Array]:
-        """Readings by key, from what a solver delivered (width × instants)."""
-        return {key: y[row] + offset if offset else y[row] for key, (row, offset) in self.where.items()}
+    def split_by_key(self, y: Array | Courses) -> Mapping[Key, Array]:
+        """Readings by key, from what a solver delivered (width × instants), each when it is asked for."""
+        return LazyCourses({key: partial(_read, y, *at) for key, at in self.where.items()})
 
     def start_states(self, T: Array) -> Array:
         """Sensor states in equilibrium: the solution of dz/dt = 0."""
         return np.asarray(np.linalg.solve(self.state_z, -(self.state_T @ T + self.state_constant)))
+
+
+def _read(y: Array | Courses, row: int, offset: float) -> Array:
+    return np.asarray(y[row] + offset if offset else y[row])
 
 
 def plain_readouts(rows: Array) -> Readouts:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from network.engine.network import Network
 from network.engine.runaway import extremes
 from network.engine.solvers import modal
 from network.engine.solvers.carry_out import Outcome
+from network.engine.solvers.courses import LazyCourses
 from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
 from network.recordings.extrapolation import list_extrapolated
@@ -36,13 +38,16 @@ def observe(
     u = plan.inputs_at_samples()
     for name, signal in schedule.signals.items():
         u[name][-1] = signal.at(plan.t[-1:])[0]  # at a jump the value after it, also at the end
-    rows = outcome.readouts.split_by_key(outcome.y)
+    early = [row for key, (row, _) in outcome.readouts.where.items() if key[0] != "part"]
+    own = range(len(outcome.readouts.rows), outcome.readouts.width)
+    outcome.courses.rows(np.unique([*early, *own]).astype(int))
+    rows = outcome.readouts.split_by_key(outcome.courses)
     contributions = dict(_contributions(network, rows, u, outcome))
     tcp = {
         axis: sum((contributions[axis, name] for name in entries), np.zeros(len(plan.t)))
         for axis, entries in machine.tcp.items()
     }
-    states = outcome.y[len(outcome.readouts.rows) :]
+    states = [outcome.courses[row] for row in own]
     sensors = {
         name: channel(name, sensor, rows, tcp, dict(zip(outcome.readouts.state_of, states, strict=True)), u)
         for name, sensor in machine.sensors.items()
@@ -50,12 +55,12 @@ def observe(
     }
     if noise_seed is not None:
         sensors = _noisy(machine, sensors, noise_seed)
-    parts = {key[1]: values for key, values in rows.items() if key[0] == "part"}
+    parts = LazyCourses({key[1]: partial(rows.__getitem__, key) for key in rows if key[0] == "part"})
     return Trajectory(
         machine, schedule, network, plan.t, {n: u[n] for n in schedule.signals if n in machine.inputs}, sensors, tcp,
         contributions, parts, _part_heat(network, parts, outcome), outcome.T_start, outcome.T_end, outcome.account,
         outcome.switches, plan.method, plan.why, seconds, outcome.error, tuple(_warnings(network, schedule, outcome)),
-        {key[1]: values for key, values in rows.items() if key[0] == "state"},
+        {key[1]: rows[key] for key in rows if key[0] == "state"},
     )  # fmt: skip
 
 
@@ -122,16 +127,21 @@ def _integrate_in_order(effect: SensorEffect, t: Array, truth: Array) -> Array:
     return np.append(states[:, 0], last)
 
 
-def _part_heat(network: Network, parts: Mapping[str, Array], outcome: Outcome) -> dict[str, Array]:
+def _part_heat(network: Network, parts: Mapping[str, Array], outcome: Outcome) -> Mapping[str, Array]:
     """Heat absorbed by every part since the start: C ΔT, or what was summed over its lumps where it melts."""
-    heat: dict[str, Array] = {}
-    for name, T in parts.items():
-        capacity = network.capacity[network.parts[name]]
+    heat: dict[str, Callable[[], Array]] = {}
+    for name in parts:
+        lumps = network.parts[name]
+        capacity = network.capacity[lumps]
         if network.machine.nodes[name].stored is not None and outcome.heat is not None:
-            heat[name] = outcome.heat[:, network.parts[name]].sum(axis=1)
+            heat[name] = partial(np.sum, outcome.heat[:, lumps], axis=1)
         elif np.isfinite(capacity).all():
-            heat[name] = float(capacity.sum()) * (T - float(outcome.T_start[network.parts[name]].mean()))
-    return heat
+            heat[name] = partial(_warm, parts, name, float(capacity.sum()), float(outcome.T_start[lumps].mean()))
+    return LazyCourses(heat)
+
+
+def _warm(parts: Mapping[str, Array], name: str, capacity: float, start: float) -> Array:
+    return capacity * (parts[name] - start)
 
 
 def _tell_impossible(machine: Machine, schedule: Schedule) -> Iterator[str]:
@@ -154,7 +164,7 @@ def _warnings(network: Network, schedule: Schedule, outcome: Outcome) -> Iterato
 
 
 def _tell_implausible(network: Network, outcome: Outcome) -> Iterator[str]:
-    for name, (low, high) in extremes(network, outcome).items():
+    for name, (low, high) in extremes(network, outcome, POSSIBLE).items():
         T = float(outcome.T_end[network.bodies[name]].max())
         far = high if not high < POSSIBLE[1] else low
         if not POSSIBLE[0] < far < POSSIBLE[1]:

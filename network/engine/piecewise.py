@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
 from network.engine.energy import EnergyAccount
+from network.engine.solvers.courses import LazyCourses
 from network.engine.trajectory import Trajectory
 from network.recordings.recording import Recording
 
@@ -34,8 +36,12 @@ def join_runs(recording: Recording, runs: Sequence[Trajectory]) -> Trajectory:
     )  # fmt: skip
 
 
-def _joined(runs: Sequence[Trajectory], of: Callable[[Trajectory], Mapping[Key, Array]]) -> dict[Key, Array]:
-    return {name: np.concatenate([of(run)[name] for run in runs]) for name in of(runs[0])}
+def _joined(runs: Sequence[Trajectory], of: Callable[[Trajectory], Mapping[Key, Array]]) -> Mapping[Key, Array]:
+    return LazyCourses({name: partial(_join, [of(run) for run in runs], name) for name in of(runs[0])})
+
+
+def _join(several: Sequence[Mapping[Key, Array]], name: Key) -> Array:
+    return np.concatenate([each[name] for each in several])
 
 
 def _sum_accounts(accounts: Sequence[EnergyAccount]) -> EnergyAccount:

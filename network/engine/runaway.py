@@ -26,12 +26,15 @@ def check_sane(network: Network, outcome: Outcome) -> None:
     raise Failed(f"{name} reaches {far} {when}: it runs away{told}; {right}")
 
 
-def extremes(network: Network, outcome: Outcome) -> dict[str, tuple[float, float]]:
-    """Lowest and highest temperature of every part [°C], over all instants where these were asked for."""
-    rows = outcome.readouts.split_by_key(outcome.y)
+def extremes(network: Network, outcome: Outcome, within: tuple[float, float]) -> dict[str, tuple[float, float]]:
+    """Lowest and highest temperature of every part [°C], over all instants where these were asked for; of one that
+    surely stays `within` two temperatures, at the start and at the end alone."""
     found = {}
     for name, part in network.bodies.items():
-        seen = [outcome.T_end[part], outcome.T_start[part], rows.get(("part", name), outcome.T_end[part])]
+        seen = [outcome.T_end[part], outcome.T_start[part]]
+        row, _ = outcome.readouts.where.get(("part", name), (None, 0.0))
+        if row is not None and not (within[0] < outcome.limits[0][row] and outcome.limits[1][row] < within[1]):
+            seen.append(outcome.courses[row])
         T = np.concatenate([values[np.isfinite(values)] for values in seen])
         found[name] = (float(T.min()), float(T.max())) if len(T) else (np.nan, np.nan)
     return found
@@ -47,13 +50,18 @@ def _find_runaway(network: Network, outcome: Outcome) -> tuple[str, float, str] 
     rows = outcome.readouts.rows
     size = np.abs(rows).sum(axis=1)
     own = np.flatnonzero((size > 0) & ~(np.abs(rows[:, network.is_state]).sum(axis=1) > 0))
-    means = np.abs(outcome.y[own]) / size[own, None]
-    if not means.size or bool((means < HOPELESS).all()):
+    furthest = np.maximum(np.abs(outcome.limits[0][own]), np.abs(outcome.limits[1][own]))
+    own = own[~(furthest < HOPELESS * size[own])]
+    if not len(own):
+        return None
+    y = outcome.courses.rows(own)
+    means = np.abs(y) / size[own, None]
+    if bool((means < HOPELESS).all()):
         return None
     row, instant = np.unravel_index(int(np.argmax(np.where(np.isfinite(means), means, np.inf))), means.shape)
     lump = int(np.argmax(np.abs(rows[own[row]])))
     name = next(name for name, part in network.bodies.items() if part.start <= lump < part.stop)
-    return name, float(outcome.y[own[row], instant] / size[own[row]]), f"after {digits(outcome.plan.t[instant])} s"
+    return name, float(y[row, instant] / size[own[row]]), f"after {digits(outcome.plan.t[instant])} s"
 
 
 def _tell_cause(network: Network, outcome: Outcome, sign: float) -> tuple[str, str]:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import stdtrit
 
 from network.catalogue.declaration.declare import Array, Mask
 from network.catalogue.declaration.fields import Place
@@ -150,6 +149,8 @@ def first_readings(network: Network, recording: Recording) -> dict[str, FirstRea
 def _begin(t: Array, values: Array, sigma: float) -> tuple[float, float]:
     """Where readings begin and its 1σ: the line through them at t = 0 where its slope is there (Student), else their
     mean."""
+    from scipy.special import stdtrit
+
     n, mean = len(values), float(values.mean())
     spread = float(np.sum((t - t.mean()) ** 2))
     if n < FEWEST or spread <= 0:

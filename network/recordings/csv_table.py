@@ -51,6 +51,8 @@ class Table:
     header: Header
 
 
+ROWS = 1000
+"""Rows of a table that are written at a time: as text a number takes ten times its room."""
 Choose: TypeAlias = Callable[[Header, Complaints], list[Heading]]
 
 
@@ -170,11 +172,24 @@ def write_csv(path: str | Path, t: Array, columns: Mapping[str, tuple[str, Array
 
     The file is replaced as a whole. Raises Refused where it cannot be written, BadNumber for an unknown unit.
     """
-    units = {name: unit(text) for name, (text, _) in columns.items()}
-    shown = [((values - units[name].offset) / units[name].scale).tolist() for name, (_, values) in columns.items()]
+    units = [unit(text) for text, _ in columns.values()]
     head = io.StringIO()
-    csv.writer(head, lineterminator="\n").writerow(["time [s]", *(f"{name} [{units[name].text}]" for name in columns)])
-    form = "%s" + ",%.7g" * len(columns) + "\n"
+    labels = (f"{name} [{given.text}]" for name, given in zip(columns, units, strict=True))
+    csv.writer(head, lineterminator="\n").writerow(["time [s]", *labels])
+
+    def write(beside: Path) -> None:
+        with beside.open("w", encoding="utf-8", newline="\n") as file:
+            file.write(head.getvalue())
+            for first in range(0, len(t), ROWS):
+                some = slice(first, first + ROWS)
+                several = zip([values for _, values in columns.values()], units, strict=True)
+                shown = [((values[some] - given.offset) / given.scale).tolist() for values, given in several]
+                file.writelines(_lines(t[some], shown))
+
+    replace_file(Path(path), write)
+
+
+def _lines(t: Array, shown: Sequence[Sequence[float]]) -> Iterator[str]:
+    form = "%s" + ",%.7g" * len(shown) + "\n"
     times = (repr(time).removesuffix(".0") for time in t.tolist())
-    text = head.getvalue() + "".join([form % row for row in zip(times, *shown, strict=True)])
-    replace_file(Path(path), lambda beside: beside.write_text(text, encoding="utf-8", newline="\n"))
+    return (form % row for row in zip(times, *shown, strict=True))

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from scipy.stats import norm
 
 from network.catalogue.declaration.declare import Array
 from network.platform.quantities.units import unit
@@ -24,6 +23,8 @@ STEADY = 1e-6
 
 def hinders(t: Array, columns: Iterable[Column], index: int, begin: int) -> str:
     """Why the run that began with sample `begin` cannot be drawn through the gap before `index`; '' where it can."""
+    from scipy.special import ndtri  # slow to load, and few runs have gaps
+
     several = list(columns)
     gap = float(t[index] - t[index - 1])
     shorter = min(float(t[index - 1] - t[begin]), float(t[-1] - t[index]))
@@ -34,7 +35,7 @@ def hinders(t: Array, columns: Iterable[Column], index: int, begin: int) -> str:
     if changed:
         return f"{', '.join(changed)} {'are' if len(changed) > 1 else 'is'} another after it"
     slow = [column for column in several if is_slow(unit(column.unit))]
-    level = float(norm.isf(FALSE_ALARM / 2 / max(len(slow), 1)))
+    level = -float(ndtri(FALSE_ALARM / 2 / max(len(slow), 1)))
     odd = [column.name for column in slow if _strays(t, column.values, index, begin, level)]
     return f"{', '.join(odd)} moved in it as under other inputs" if odd else ""
 

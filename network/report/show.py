@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 TELL = {
-    "Machine": ("words.words", "describe"),
-    "Trajectory": ("words.words", "tell_run"),
+    "Machine": ("words.describe", "describe"),
+    "Trajectory": ("words.run_words", "tell_run"),
     "Superposition": ("words.source_words", "tell_superposition"),
     "ThermalTest": ("words.thermal_test_words", "tell_thermal_test"),
     "Correction": ("words.correction_words", "tell_correction"),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,10 +13,15 @@ from network.catalogue.declaration.declare import Array
 from network.engine.channels import Readouts, readouts
 from network.engine.energy import EnergyAccount, heat_over_time, linear_account
 from network.engine.network import Network
-from network.engine.solvers import expm, modal, reference, rosenbrock, switched
+from network.engine.solvers import expm, modal_run, switched
+from network.engine.solvers.courses import Courses, KnownCourses
 from network.engine.solvers.linear import LinearProblem, LinearSolution, reduce
 from network.engine.solvers.plan import Plan, make_plan
 from network.recordings.inputs import Schedule
+
+if TYPE_CHECKING:
+    from network.engine.solvers.reference import ReferenceSolution
+    from network.engine.solvers.rosenbrock import RosenbrockSolution
 
 ROSENBROCK_TOLERANCE, REFERENCE_TOLERANCE = 1e-7, 1e-8
 Progress = Callable[[float], None]
@@ -22,17 +29,22 @@ Progress = Callable[[float], None]
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a solver gave: base readings and sensor states (rows × t), heat of lumps over time where asked for."""
+    """What a solver gave: base readings and sensor states over time, heat of lumps over time where asked for."""
 
     plan: Plan
     readouts: Readouts
-    y: Array
+    courses: Courses
     T_start: Array
     T_end: Array
     account: EnergyAccount
     error: float
     heat: Array | None
     switches: tuple[tuple[float, str, bool], ...] = ()
+
+    @cached_property
+    def limits(self) -> tuple[Array, Array]:
+        """What no row is below and above."""
+        return self.courses.limits()
 
 
 def solve_schedule(
@@ -54,7 +66,7 @@ def solve_schedule(
             return _by_steps(replace(plan, method="solve_ivp:LSODA", why=why), outputs, rtol, progress)
         plan, switches = found.plan, found.switches
     problem = reduce(plan, outputs)
-    solution = modal.solve(problem, each_interval=wants_heat) if plan.method != "expm" else None
+    solution = modal_run.solve(problem, each_interval=wants_heat) if plan.method != "expm" else None
     if solution is None:
         if plan.method == "modal":
             plan = replace(plan, method="expm", why="linear, but its modes are too much alike: matrix exponentials")
@@ -69,12 +81,14 @@ def _by_linear(plan: Plan, problem: LinearProblem, solution: LinearSolution, wan
         at = np.searchsorted(plan.edges, plan.t - 1e-9)
         heat = heat_over_time(problem, solution)[at]
     account = linear_account(problem, solution)
-    return Outcome(plan, problem.readouts, solution.y, T0, T1, account, solution.error, heat)
+    return Outcome(plan, problem.readouts, solution.courses, T0, T1, account, solution.error, heat)
 
 
 def _by_steps(plan: Plan, outputs: Readouts, rtol: float | None, progress: Progress | None) -> Outcome:
     """By RODAS or solve_ivp, with the energy account summed over their steps."""
-    solution: rosenbrock.RosenbrockSolution | reference.ReferenceSolution
+    from network.engine.solvers import reference, rosenbrock  # slow to load, for scipy's sake
+
+    solution: RosenbrockSolution | ReferenceSolution
     switches: tuple[tuple[float, str, bool], ...] = ()
     if plan.method == "rosenbrock":
         rtol = rtol or ROSENBROCK_TOLERANCE
@@ -85,7 +99,7 @@ def _by_steps(plan: Plan, outputs: Readouts, rtol: float | None, progress: Progr
         switches = _name_switches(plan.network, solution.switches)
     account, T0, T1 = solution.account, solution.T_start, solution.T_end
     error = _error_from(account, plan.network, rtol, T1)
-    return Outcome(plan, outputs, solution.y, T0, T1, account, error, solution.heat, switches)
+    return Outcome(plan, outputs, KnownCourses(solution.y), T0, T1, account, error, solution.heat, switches)
 
 
 def _error_from(account: EnergyAccount, network: Network, rtol: float, T_end: Array) -> float:

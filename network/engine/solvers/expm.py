@@ -8,9 +8,9 @@ state (van Loan, IEEE Trans. Automatic Control 23 (1978) 395).
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import expm
 
 from network.catalogue.declaration.declare import Array
+from network.engine.solvers.courses import KnownCourses
 from network.engine.solvers.linear import LinearProblem, LinearSolution
 
 
@@ -21,6 +21,8 @@ class _Steps:
         self.A, self.known = A, dict[float, Array]()
 
     def __call__(self, h: float) -> Array:
+        from scipy.linalg import expm  # slow to load
+
         key = float(f"{h:.12g}")
         if key not in self.known:
             n = len(self.A)
@@ -51,7 +53,7 @@ def solve(problem: LinearProblem, each_interval: bool = False) -> LinearSolution
         x = _advance(steps[r], x, p, slope, h)
     problem.add_direct(y)
     error = 1e-15 * float(np.abs(problem.x0).max(initial=1.0)) * np.sqrt(len(plan.t) + len(plan.steps))
-    return LinearSolution(y, x, integral, each_interval, float(error))
+    return LinearSolution(KnownCourses(y), x, integral, each_interval, float(error))
 
 
 def _advance(steps: _Steps, x: Array, p: Array, slope: Array, h: float) -> Array:

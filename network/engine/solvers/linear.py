@@ -10,12 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import lu_factor, lu_solve
 
 from network.catalogue.declaration.declare import Array, Indices
 from network.engine.balance import affine_matrix, source_series, with_modes
 from network.engine.channels import Readouts
 from network.engine.network import Network
+from network.engine.solvers.courses import Courses
 from network.engine.solvers.plan import Plan
 from network.engine.solvers.regimes import regimes as regimes_of
 from network.platform.refusal import Failed
@@ -73,33 +73,62 @@ class LinearProblem:
         held, heat = self.forcing.held[side][k], self.forcing.heat[side][k]
         return np.asarray(regime.P @ x + regime.P_held @ held + regime.P_heat @ heat)
 
-    def outputs(self, regime: Regime) -> Array:
-        """Readings, then sensor states, as rows over the states x."""
-        own = np.eye(self.readouts.states, regime.P.shape[1], regime.P.shape[1] - self.readouts.states)
-        return np.vstack([self.readouts.rows @ regime.P, own])
+    def outputs(self, regime: Regime, which: Indices | None = None) -> Array:
+        """Readings, then sensor states, as rows over the states x; all, or some of them."""
+        network, rows, own = self.plan.network, self._rows(which), self._states(which)
+        over = np.zeros((len(rows) + len(own), self.order))
+        free, massless, n = network.free, network.massless, len(network.free)
+        over[: len(rows), :n] = rows[:, free]
+        if len(massless):
+            over[: len(rows), :n] += rows[:, massless] @ regime.P[massless, :n]
+        over[np.arange(len(rows), len(over)), n + own] = 1.0
+        return over
 
-    def add_direct(self, y: Array) -> None:
-        """Adds to the readings y (rows × instants) what they see at once: held nodes, heats of massless junctions."""
-        plan, rows = self.plan, self.readouts.rows
-        (h0, h1), (q0, q1) = self.forcing.held, self.forcing.heat
-        for r, regime in enumerate(self.regimes):
-            by_held, by_heat = rows @ regime.P_held, rows @ regime.P_heat
-            if not by_held.any() and not by_heat.any():
+    def _rows(self, which: Indices | None) -> Array:
+        rows = self.readouts.rows
+        return rows if which is None else rows[which[which < len(rows)]]
+
+    def _states(self, which: Indices | None) -> Indices:
+        if which is None:
+            return np.arange(self.readouts.states)
+        return which[which >= len(self.readouts.rows)] - len(self.readouts.rows)
+
+    def see_at_once(self, r: int, which: Indices | None = None) -> tuple[Indices, Array, Array]:
+        """Readings that see held nodes or heats of massless junctions at once in regime r: which of those asked for,
+        and what they see just after and just before the edges of its intervals, (intervals, readings)."""
+        network, regime, rows = self.plan.network, self.regimes[r], self._rows(which)
+        mine = self.regime_of == r
+        by_held, by_heat = rows @ regime.P_held, np.zeros((len(rows), network.size))
+        if len(network.massless):
+            by_heat = rows[:, network.massless] @ regime.P_heat[network.massless]
+        lines = np.flatnonzero(by_held.any(axis=1) | by_heat.any(axis=1))
+        first, last = (
+            held[mine] @ by_held[lines].T + heat[mine] @ by_heat[lines].T
+            for held, heat in zip(self.forcing.held, self.forcing.heat, strict=True)
+        )
+        return lines, first, last
+
+    def add_direct(self, y: Array, which: Indices | None = None) -> None:
+        """Adds to the readings y (rows × instants; all, or some) what they see at once; the others are left alone."""
+        plan = self.plan
+        for r in range(len(self.regimes)):
+            lines, first, last = self.see_at_once(r, which)
+            if not len(lines):
                 continue
-            mine = np.flatnonzero(self.regime_of[plan.interval_of] == r)
-            for at in np.array_split(mine, max(1, len(mine) * plan.network.size // CHUNK)):
-                k = plan.interval_of[at]
-                s = ((plan.t[at] - plan.edges[k]) / plan.steps[k])[:, None]
-                seen = (h0[k] + s * (h1[k] - h0[k])) @ by_held.T + (q0[k] + s * (q1[k] - q0[k])) @ by_heat.T
-                y[: len(rows), at] += seen.T
+            mine = np.flatnonzero(self.regime_of == r)
+            at = np.flatnonzero(self.regime_of[plan.interval_of] == r)
+            for some in np.array_split(at, max(1, len(at) * len(lines) // CHUNK)):
+                k = plan.interval_of[some]
+                place, share = np.searchsorted(mine, k), ((plan.t[some] - plan.edges[k]) / plan.steps[k])[:, None]
+                y[np.ix_(lines, some)] += (first[place] + share * (last - first)[place]).T
 
 
 @dataclass(frozen=True)
 class LinearSolution:
-    """y: readings and sensor states (rows) at the instants of output; x_end: states at the end; x_integral: ∫x dt, one
+    """courses: readings and sensor states over the instants of output; x_end: states at the end; x_integral: ∫x dt, one
     row for each interval or, where these were not asked for, for each regime; error: estimate of the rounding [K]."""
 
-    y: Array
+    courses: Courses
     x_end: Array
     x_integral: Array
     by_interval: bool
@@ -162,10 +191,10 @@ def regime_from(network: Network, K: Array, readouts: Readouts) -> Regime:
     P[free, np.arange(n)] = 1.0
     P_held[bound, np.arange(len(bound))] = 1.0
     if len(massless):
-        factor = _massless_factor(network, K)
-        P[massless, :n] = -lu_solve(factor, K[np.ix_(massless, free)])
-        P_held[massless] = -lu_solve(factor, K[np.ix_(massless, bound)])
-        P_heat[np.ix_(massless, massless)] = -lu_solve(factor, np.eye(len(massless)))
+        inner = _junction_matrix(network, K)
+        P[massless, :n] = -np.linalg.solve(inner, K[np.ix_(massless, free)])
+        P_held[massless] = -np.linalg.solve(inner, K[np.ix_(massless, bound)])
+        P_heat[np.ix_(massless, massless)] = -np.linalg.inv(inner)
     per_capacity = 1 / network.capacity[free][:, None]
     A, F_held, F_heat = np.zeros((n + nz, n + nz)), np.zeros((n + nz, len(bound))), np.zeros((n + nz, N))
     into = K[free]
@@ -182,12 +211,11 @@ def regime_from(network: Network, K: Array, readouts: Readouts) -> Regime:
     return Regime(A, P, P_held, P_heat, F_held, F_heat, is_symmetric, K)
 
 
-def _massless_factor(network: Network, K: Array) -> tuple[Array, Array]:
+def _junction_matrix(network: Network, K: Array) -> Array:
     inner = K[np.ix_(network.massless, network.massless)]
     if not np.linalg.cond(inner) <= 1e14:
         raise Failed("a massless junction has no conductance to the rest; give its links a conductance above zero")
-    factor: tuple[Array, Array] = lu_factor(inner)
-    return factor
+    return np.asarray(inner)
 
 
 def _start(plan: Plan, regime: Regime, readouts: Readouts, forcing: Forcing) -> Array:

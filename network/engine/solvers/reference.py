@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.integrate import OdeSolution, solve_ivp
 
 from network.catalogue.declaration.declare import Array
 from network.catalogue.mechanisms.base import Inputs
@@ -21,6 +21,9 @@ from network.engine.energy import EnergyAccount, Quadrature, sum_stored_heat
 from network.engine.solvers.plan import Plan
 from network.engine.solvers.switch_count import check_count
 from network.platform.refusal import Failed
+
+if TYPE_CHECKING:
+    from scipy.integrate import OdeSolution
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)
 RELAY_STEP = 30.0
@@ -173,6 +176,8 @@ class _Run:
         return x
 
     def _solve(self, k: int, t: float, stop: float, x: Array) -> tuple[OdeSolution, float, Array]:
+        from scipy.integrate import solve_ivp  # 0.2 s to load
+
         guards = list(self._events(k))
         with np.errstate(over="ignore", invalid="ignore"):
             result = solve_ivp(

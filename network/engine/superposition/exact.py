@@ -8,24 +8,27 @@ from dataclasses import replace
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
-from network.engine.solvers import expm, modal
+from network.engine.solvers import expm
 from network.engine.solvers.linear import Forcing, LinearProblem, force_states
+from network.engine.solvers.modal_run import Propagators, propagators, solve
 from network.engine.superposition.causes import Cause
 
 
 def answer_exactly(problem: LinearProblem, causes: Sequence[Cause], base: float) -> Array:
     """Rises over `base` [°C] that each cause brings to the readouts: (causes, rows, instants)."""
-    return np.stack([_answer(problem, cause, base) for cause in causes])
+    by = propagators(problem) if problem.plan.method != "expm" else None
+    return np.stack([_answer(problem, by, cause, base) for cause in causes])
 
 
-def _answer(problem: LinearProblem, cause: Cause, base: float) -> Array:
+def _answer(problem: LinearProblem, by: Propagators | None, cause: Cause, base: float) -> Array:
     forcing = _forcing_of(problem, cause, base)
     f0, f1 = force_states(problem.regimes, problem.regime_of, forcing, problem.readouts)
     network = problem.plan.network
     x0 = problem.plan.T0[network.free] - base if cause.is_start else np.zeros(problem.order)
     alone = replace(problem, forcing=forcing, f0=f0, f1=f1, x0=x0)
-    solution = modal.solve(alone) if problem.plan.method != "expm" else None
-    return (solution or expm.solve(alone)).y
+    solution = solve(alone, by=by) if by is not None else expm.solve(alone)
+    assert solution is not None
+    return solution.courses.all()
 
 
 def _forcing_of(problem: LinearProblem, cause: Cause, base: float) -> Forcing:

@@ -130,7 +130,7 @@ def freeze(run: Trajectory, edges: Array) -> FrozenRun:
     everything = plain_readouts(np.eye(run.network.size))
     outcome = solve_schedule(run.network, replace(run.schedule, t=instants), run.T_start, outputs=everything)
     u = {name: values[:-1, None] for name, values in outcome.plan.inputs_at_samples().items()}
-    return FrozenRun(run.network, edges, outcome.y.T[:-1], u, _modes(run.network, outcome)[:-1])
+    return FrozenRun(run.network, edges, outcome.courses.all().T[:-1], u, _modes(run.network, outcome)[:-1])
 
 
 def _modes(network: Network, outcome: Outcome) -> Array:

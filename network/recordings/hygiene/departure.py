@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-from scipy.stats import poisson
 
 from network.catalogue.declaration.declare import Array
 from network.recordings.columns import Column
@@ -58,6 +57,8 @@ def _moves_on(values: Array, chance: Array, k: int) -> bool:
 
 def _is_shared(others: Array, k: int) -> bool:
     """Whether more other channels have one of their largest steps at that instant than chance would bring there."""
+    from scipy.stats import poisson
+
     steps = np.isfinite(others).sum()
     largest = others < SPARED + 1
     return bool(poisson.sf(largest[:, k].sum() - 1, len(others) * largest.sum() / max(steps, 1)) < TOGETHER)

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-from scipy.stats import t as student
 
 from network.catalogue.declaration.declare import Array
 from network.recordings.columns import Column
@@ -26,6 +25,8 @@ ALIKE = 0.1
 
 def find_scatter(t: Array, columns: Mapping[str, Column]) -> Iterator[SetAside]:
     """One for each channel that scatters."""
+    from scipy.special import stdtr
+
     noise = {name: noise_of(c.values[np.isfinite(c.values)]) for name, c in columns.items()}
     noise = {name: value for name, value in noise.items() if value > 0}
     for name, value in noise.items():
@@ -35,7 +36,7 @@ def find_scatter(t: Array, columns: Mapping[str, Column]) -> Iterator[SetAside]:
         middle = float(np.median(others))
         spread = max(float(np.median(np.abs(others - middle))) / NORMAL, ALIKE)
         away = (np.log(value) - middle) / spread / np.sqrt(1 + np.pi / 2 / len(others))
-        if student.sf(away, len(others) - 1) < FALSE_ALARM / len(noise):
+        if stdtr(len(others) - 1, -away) < FALSE_ALARM / len(noise):
             rows = np.flatnonzero(np.isfinite(columns[name].values))
             times = value / np.exp(middle)
             why = f"scatters {times:.0f} times as much from sample to sample as the other temperatures,"
