@@ -11,7 +11,7 @@ import numpy as np
 from network.analysis.calibration.gauss_newton import Problem, linearise, make_problem
 from network.analysis.calibration.linearised import Linearised
 from network.analysis.calibration.measured_means import OFFSET_LIMIT, START_ANYWHERE, Measured, weigh_recording
-from network.analysis.calibration.misfit import prior_firmness
+from network.analysis.calibration.misfit import ChannelMisfit, channel_misfits
 from network.analysis.comparison.common_start import share_start_rule
 from network.analysis.comparison.compare import Comparison, RecordingResidual, compare
 from network.analysis.comparison.run_constants import InputConstant, RunConstants, find_scored_from
@@ -32,13 +32,14 @@ TRIED = (0.0, -0.7, 0.7)
 @dataclass(frozen=True, eq=False)
 class Numbers:
     """What runs are compared with. machine: with its numbers in it; original, parameters, theta: where they came from
-    (a start depends on its sensors only)."""
+    (a start depends on its sensors only); misfit: of each channel in the runs that they came from."""
 
     machine: Machine
     original: Machine
     parameters: tuple[Parameter, ...]
     theta: Array
     start: Start | None = None
+    misfit: Mapping[str, ChannelMisfit] | None = None
 
     @classmethod
     def of(cls, machine: Machine, start: Start | None = None) -> Numbers:
@@ -49,7 +50,8 @@ class Numbers:
 def estimate_constants(of: Numbers, recording: Recording, held_out: bool = False) -> RunConstants:
     """The most probable constants of a run, the machine's numbers being known; of a held-out one from its beginning.
 
-    Their priors are narrowed by the misfit that is left, so that they do not mend what the machine lacks.
+    Each channel counts by the misfit of the fit that the numbers came from, or else of this run itself, so that
+    constants mend nothing that the machine lacks, and no badly told channel bends those that the others tell.
     """
     scored_from = find_scored_from(recording) if held_out else -np.inf
     seen = recording.before(scored_from) if held_out else recording
@@ -57,11 +59,12 @@ def estimate_constants(of: Numbers, recording: Recording, held_out: bool = False
         return stated_constants(of, recording)
     fixed = at_values(of.original, values_at(of.parameters, of.theta))
     data = weigh_recording(fixed, seen, of.start)
-    about = partial(_about, fixed, data)
     anywhere = [n.name for n in data.starts if n.spread >= START_ANYWHERE]
     shifts = TRIED if anywhere else (0.0,)
-    found = [_settle(about, {n: data.run.start[n] + x for n in anywhere}) for x in shifts]
-    best = min((f for f in found if f is not None), key=lambda at: at.cost, default=None)
+    begins = [{n: data.run.start[n] + x for n in anywhere} for x in shifts]
+    best = _settle_best(partial(_about, fixed, _reweigh(data, of.misfit or {})), begins)
+    if best is not None and of.misfit is None:
+        best = _settle_best(partial(_about, fixed, _reweigh(data, channel_misfits(best))), begins) or best
     if best is None:
         return replace(stated_constants(of, recording), scored_from=scored_from)
     return _read_constants(best, scored_from)
@@ -79,9 +82,24 @@ def stated_constants(of: Numbers, recording: Recording) -> RunConstants:
     return RunConstants({n.name: data.run.start[n.name] for n in data.starts})
 
 
+def _reweigh(data: Measured, misfit: Mapping[str, ChannelMisfit]) -> Measured:
+    """The run with the noise of its channels as large as they are told."""
+    cells = dict(zip(data.run.channels, data.known.reshape(len(data.run.channels), -1).sum(axis=1), strict=True))
+    factors = {n: misfit[n].factor(int(cells[n])) if n in misfit else 1.0 for n in cells}
+    return replace(data, sigma={n: sigma * factors[n] for n, sigma in data.sigma.items()})
+
+
 def _about(machine: Machine, data: Measured, start: Mapping[str, float], inputs: Mapping[str, float]) -> Problem:
     """The run about other temperatures at its start and other inputs."""
     return make_problem(machine, (), [data.with_start(start).with_inputs(inputs)])
+
+
+def _settle_best(
+    problem: Callable[[Mapping[str, float], Mapping[str, float]], Problem], begins: Iterable[Mapping[str, float]]
+) -> Linearised | None:
+    """The best of what several beginnings lead to; None where all break down."""
+    found = [_settle(problem, start) for start in begins]
+    return min((f for f in found if f is not None), key=lambda at: at.cost, default=None)
 
 
 def _settle(
@@ -90,14 +108,11 @@ def _settle(
     """The run at the constants at which it stays when it is linearised about them; None where it breaks down."""
     best: Linearised | None = None
     inputs: Mapping[str, float] = {}
-    firm = 0.0
     for _ in range(ROUNDS):
         try:
             fit = linearise(problem(start, inputs), np.empty(0))
         except Failed:
             break
-        firm = firm or prior_firmness(fit)
-        fit = fit.temper(1.0, firm)
         if best is not None and fit.cost > best.cost - CLOSE:
             break
         best, (start, inputs, _) = fit, _constants_of(fit)

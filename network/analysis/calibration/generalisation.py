@@ -1,7 +1,7 @@
 """What a calibrated machine leaves of the tool centre point on a run it has not seen, from the runs it was fitted to.
 
 Of run r: θ₋ᵣ from the normal equations without its rows, its own constants η_r from its beginning (as those of any
-held-out run, their priors as narrow as the misfit s asks for), and what is then left of the rest of it,
+held-out run, each channel weighed by its misfit), and what is then left of the rest of it,
 
     e_r = z_r − y(θ̂) − Sθᵀ(θ₋ᵣ − θ̂) − Sηᵀη_r ,   left² = mean over readings of e² − σ²/n − Sθᵀ C Sθ ,
 
@@ -24,7 +24,7 @@ from scipy.special import ndtri, stdtrit
 
 from network.analysis.calibration.linearised import Linearised
 from network.analysis.calibration.measured_means import Measured
-from network.analysis.calibration.misfit import correlate_neighbours
+from network.analysis.calibration.misfit import channel_misfits, correlate_neighbours
 from network.analysis.calibration.uncertainty import Uncertainty
 from network.analysis.comparison.run_constants import find_scored_from
 from network.catalogue.declaration.declare import Array, Indices, Mask
@@ -129,10 +129,18 @@ def _leave_out(known: Uncertainty, fold: Fold) -> tuple[Array, Array]:
     base = at_mean - _numbers_without(at, fold, at_mean) @ part.by_theta
     own = np.vstack([part.by_offset, part.by_own])
     spread = at.stated_prior[1][_columns(at, fold.run)[at.free :]]
-    told = own[:, fold.telling]
-    eta = np.linalg.solve(told @ told.T + np.diag(known.misfit**2 / spread**2), told @ base[fold.telling])
+    told, weights = own[:, fold.telling], _weigh_telling(at, fold)
+    eta = np.linalg.solve((told * weights) @ told.T + np.diag(spread**-2), (told * weights) @ base[fold.telling])
     slopes = whitener.colour(part.by_theta)
     return whitener.colour(base - eta @ own), np.einsum("ik,ij,jk->k", slopes, known.theta_covariance, slopes)
+
+
+def _weigh_telling(at: Linearised, fold: Fold) -> Array:
+    """How much each row counts from which the constants of a fold's run are told."""
+    data, misfit = at.problem.data[fold.run], channel_misfits(at)
+    channel = _channel_of_rows(data)[fold.telling]
+    factors = [misfit[n].factor(int((channel == i).sum())) for i, n in enumerate(data.run.channels)]
+    return np.asarray(np.array(factors)[channel] ** -2.0)
 
 
 def _numbers_without(at: Linearised, fold: Fold, at_mean: Array) -> Array:

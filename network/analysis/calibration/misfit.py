@@ -4,14 +4,19 @@
 error lasts: n cells with a correlation ρ from one to the next tell as much as n (1 − ρ)/(1 + ρ) independent ones, so
 that all of them together count as if the noise were χ √((1 + ρ)/(1 − ρ)) as large. Source: Bayley & Hammersley,
 J. R. Statist. Soc. Suppl. 8 (1946) 184, for a first-order process; unverified.
+
+Channels are not told equally well: where numbers are already known, each counts by its own misfit, so that one that
+the machine lacks the physics of does not bend what the others tell.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
+from network.analysis.calibration.estimate import Estimate
 from network.analysis.calibration.linearised import Linearised
 from network.catalogue.declaration.declare import Array
 
@@ -29,15 +34,33 @@ def lasting_misfit(at: Linearised) -> float:
     return max(1.0, chi_of(at) * float(np.sqrt((1 + (rho := persistence(at))) / (1 - rho))))
 
 
-def prior_firmness(at: Linearised) -> float:
-    """By how much priors of constants of a run are narrowed: by the misfit that lasts where they are as wide as stated,
-    so that they take what they explain and do not mend the rest."""
-    return lasting_misfit(at.temper(1.0, 1.0))
+@dataclass(frozen=True)
+class ChannelMisfit:
+    """Of one channel over all runs of a fit. chi: rms of what is left, whitened; rho: from one cell to the next."""
+
+    chi: float
+    rho: float
+
+    def factor(self, cells: int) -> float:
+        """By how much the noise of so many cells counts larger: all of them tell no less than one of them would."""
+        return max(1.0, self.chi * float(np.sqrt(min((1 + self.rho) / (1 - self.rho), max(cells, 1)))))
+
+
+def channel_misfits(at: Linearised | Estimate) -> Mapping[str, ChannelMisfit]:
+    """Of every channel."""
+    pooled: dict[str, list[Array]] = {}
+    for name, left in _channel_residuals(at):
+        pooled.setdefault(name, []).append(left)
+    return {n: ChannelMisfit(_rms(np.concatenate(z)), correlate_neighbours(z)) for n, z in pooled.items()}
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
 
 
 def persistence(at: Linearised) -> float:
     """ρ ≥ 0: correlation of whitened residuals from one cell of a channel to the next, less what chance brings."""
-    return correlate_neighbours(_channel_residuals(at))
+    return correlate_neighbours(left for _, left in _channel_residuals(at))
 
 
 def correlate_neighbours(several: Iterable[Array]) -> float:
@@ -53,9 +76,10 @@ def correlate_neighbours(several: Iterable[Array]) -> float:
     return float(np.clip(along / square - CHANCE / np.sqrt(pairs), 0.0, 1 - 1 / pairs))
 
 
-def _channel_residuals(at: Linearised) -> Iterator[Array]:
+def _channel_residuals(at: Linearised | Estimate) -> Iterator[tuple[str, Array]]:
+    """What is left of each channel of each run."""
     first = 0
-    for whitener in at.problem.whiteners:
-        for rows, _ in whitener.blocks:
-            yield at.left[first + rows.start : first + rows.stop]
+    for data, whitener in zip(at.problem.data, at.problem.whiteners, strict=True):
+        for name, (rows, _) in zip(data.run.channels, whitener.blocks, strict=True):
+            yield name, at.left[first + rows.start : first + rows.stop]
         first += whitener.blocks[-1][0].stop if whitener.blocks else 0

@@ -14,6 +14,7 @@ from network.analysis.calibration.calibrated_patch import with_fitted_numbers
 from network.analysis.calibration.estimated_constants import Numbers
 from network.analysis.calibration.gauss_newton import make_problem
 from network.analysis.calibration.measured_means import Measured
+from network.analysis.calibration.misfit import channel_misfits
 from network.analysis.calibration.multistart import Found, best_start
 from network.analysis.calibration.robust_fit import Fit, fit_robustly
 from network.analysis.calibration.uncertainty import Uncertainty, uncertainty
@@ -45,7 +46,8 @@ class Null(Brief):
 
     def numbers(self, start: Start | None) -> Numbers:
         """What runs are compared with."""
-        return Numbers(self.machine, self.original, self.parameters, self.fit.at.theta, start)
+        misfit = channel_misfits(self.fit.at)
+        return Numbers(self.machine, self.original, self.parameters, self.fit.at.theta, start, misfit)
 
 
 def estimate_null(

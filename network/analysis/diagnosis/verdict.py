@@ -12,6 +12,7 @@ import numpy as np
 from network.analysis.calibration.calibrated_patch import with_fitted_numbers
 from network.analysis.calibration.estimated_constants import Numbers, compare_estimated
 from network.analysis.calibration.gauss_newton import chi_of
+from network.analysis.calibration.misfit import channel_misfits
 from network.analysis.comparison.compare import Comparison, RecordingResidual
 from network.analysis.diagnosis.experiments.advice import experiments
 from network.analysis.diagnosis.findings import find_unknown, list_findings, list_rivals
@@ -133,7 +134,8 @@ def _fits(search: Search, before: Machine, after: Machine, holdout: Sequence[Rec
 
 def _numbers(h: Hypothesis, machine: Machine) -> Numbers:
     """A machine with the numbers of a hypothesis."""
-    return Numbers(machine, h.machine, h.fit.problem.parameters, h.fit.theta, h.case.start)
+    misfit = channel_misfits(h.fit)
+    return Numbers(machine, h.machine, h.fit.problem.parameters, h.fit.theta, h.case.start, misfit)
 
 
 def _correct_readings(search: Search, found: Numbers, holdout: Sequence[Recording]) -> Sequence[Recording]:
