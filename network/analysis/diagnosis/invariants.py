@@ -69,7 +69,7 @@ def list_strains(h: Hypothesis, c: Candidate) -> Iterator[str]:
         yield f"its size is less than {SETTINGS.errors:.0f} standard errors from not there"
     bounded = [i for i in at_bound(h.fit.problem.parameters, h.fit.theta) if i in own]
     yield from (f"its {h.fit.problem.parameters[i].field.key.replace('_', ' ')} stands at its bound" for i in bounded)
-    if float(np.abs(h.shift).max(initial=0.0)) > SETTINGS.errors:
+    if h.is_bent:
         yield f"a number of the file is bent by more than {SETTINGS.errors:.0f} of its ±"
 
 
