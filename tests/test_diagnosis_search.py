@@ -310,7 +310,9 @@ def test_what_does_not_hold_at_the_end_goes_and_the_rest_is_judged_again(monkeyp
     monkeypatch.setattr(backward_elimination, "reweight", lambda case, h: h)
     monkeypatch.setattr(backward_elimination, "estimate_noise", lambda case, h: case)
     monkeypatch.setattr(backward_elimination, "run_all", lambda work, items, jobs: [work(x) for x in items])
-    expected = {"a": ("", ()), "ab": ("b", (30.0,)), "abc": ("bc", (58.0, 30.0)), "": ("", ())}
+    expected = {"a": ("", ()), "ab": ("b", (30.0,)), "abc": ("bc", (58.0, 30.0)), "": ("", ()), "B": ("", ())}
+    evidence["B"] = 40.0  # the capital may as well be nothing
+    monkeypatch.setattr(backward_elimination, "strength_in_errors", lambda h, c: 1.0 if c == "B" else 9.0)
     for names, (left, gains) in expected.items():
         held, told = backward_elimination._eliminate_at_end(hypothesis(names), 12.0, 1)  # type: ignore[arg-type]
         assert ("".join(held.found), told) == (left, gains), names  # type: ignore[arg-type]

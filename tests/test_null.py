@@ -66,15 +66,21 @@ def _first_order(rho: float, count: int, rng: np.random.Generator) -> np.ndarray
 def test_what_no_other_sensor_of_its_kind_has_is_no_colour_of_one() -> None:
     told = {"a": (0.05, 0.5, 300.0), "b": (0.05, 0.0, 0.0), "c": (0.05, 0.0, 0.0), "dz": (1e-6, 2e-6, 60.0)}
     units = {"a": "degC", "b": "degC", "c": "degC", "dz": "um"}
-    bound = bound_by_peers(told, units)
+    bound = bound_by_peers(told, units, {"dz": 1.5e-6})
     assert bound["a"][1] == 0.0 and bound["dz"] == told["dz"]
 
 
 def test_colour_that_sensors_of_a_kind_share_stays() -> None:
     told = {n: (0.05, s, 300.0) for n, s in (("a", 0.06), ("b", 0.05), ("c", 0.045), ("d", 0.4))}
-    bound = bound_by_peers(told, dict.fromkeys(told, "degC"))
+    bound = bound_by_peers(told, dict.fromkeys(told, "degC"), dict.fromkeys(told, 0.01))
     assert [bound[n] for n in "abc"] == [told[n] for n in "abc"]
     assert bound["d"][1] == pytest.approx(0.05 * np.exp(0.6), rel=1e-6)
+
+
+def test_colour_of_the_only_sensor_of_a_kind_is_what_its_file_says() -> None:
+    told = {"T": (0.05, 0.5, 300.0)}
+    assert bound_by_peers(told, {"T": "degC"}, {"T": 0.1})["T"][1] == pytest.approx(0.1 * np.exp(0.6), rel=1e-6)
+    assert bound_by_peers(told, {"T": "degC"}, {"T": 0.01})["T"][1] == pytest.approx(0.05 * np.exp(0.6), rel=1e-6)
 
 
 def test_a_sensor_is_no_more_coloured_than_at_standstill() -> None:

@@ -33,7 +33,7 @@ def all_of_it(original: Callable[..., Any]) -> Callable[..., Any]:
 
 def on_seen_runs(original: Callable[..., Any]) -> Callable[..., Any]:
     """The held-out recordings do not count."""
-    return lambda fits: original(replace(fits, holdout_before=None, holdout_after=None))
+    return lambda h, fits: original(h, replace(fits, holdout_before=None, holdout_after=None))
 
 
 def none_found(original: Callable[..., Any]) -> Callable[..., Any]:

@@ -1,8 +1,10 @@
 """Coloured noise of sensors, told from how residuals differ over short lags, whatever slow error the model still has.
 
 Structure function D(l) = mean (e(t + l) − e(t))² = 2 σ_w² + 2 σ_c² (1 − e^(−l/τ)) + b l²: white noise, an
-OU process of variance σ_c² and correlation time τ, and the slow drift of a model that is not right yet. Source: Rytov,
-Kravtsov & Tatarskii, Principles of Statistical Radiophysics 1 (1987), on structure functions; unverified.
+OU process of variance σ_c² and correlation time τ, and the slow drift of a model that is not right yet. Noise is there
+all the time, heat comes and goes: D is the median over windows. Noise levels off: what still grows at the longest lag
+is none. Source: Rytov, Kravtsov & Tatarskii, Principles of Statistical Radiophysics 1 (1987), on structure functions;
+unverified.
 """
 
 from __future__ import annotations
@@ -26,13 +28,13 @@ CLIP = 0.99
 LEAST_SHARE = 0.5
 """Coloured 1σ over white 1σ below which a sensor counts as white."""
 PAIRS = 200
-"""Samples below which nothing is said."""
+"""Samples below which nothing is said, and pairs of a window: some six times the longest lag."""
 ALIKE, ALIKE_LAGS, ALIKE_SAMPLES = 0.22, (8, 16, 27), 3000
 """Correlation of two channels' bends over some lags from which they are no noise of their own, with so many samples."""
 
 ALIKE_BUILT, BEYOND, FEWEST_PEERS = 0.3, 2.0, 2
 """Scatter of log σ over sensors of a kind (a prior), standard deviations of it that one may lie above the middle of the
-others, and how many of these it takes."""
+others or above what its file says, and how many others it takes."""
 
 Colour = tuple[float, float, float]
 
@@ -65,7 +67,8 @@ def estimate_colours(
     told = {name: _quieter(colour(own, interval), colour(_only(own, still), interval)) for name, own in series.items()}
     moved = _find_common_moves({name: own for name, own in series.items() if told[name][1] > 0})
     told = {name: (white, 0.0, 0.0) if name in moved else (white, s, tau) for name, (white, s, tau) in told.items()}
-    return bound_by_peers(told, {n: column.unit for d in data for n, column in d.recording.columns.items()})
+    declared = {n: sigma for d in data for n, sigma in d.declared.items()}
+    return bound_by_peers(told, {n: column.unit for d in data for n, column in d.recording.columns.items()}, declared)
 
 
 def _standstill(data: Measured) -> Mask:
@@ -84,15 +87,18 @@ def _quieter(whole: Colour, still: Colour) -> Colour:
     return whole if still[0] == 0 or still[1] >= whole[1] else (whole[0], *still[1:])
 
 
-def bound_by_peers(told: Mapping[str, Colour], units: Mapping[str, str]) -> dict[str, Colour]:
-    """No sensor's colour beyond what others of its kind have: sensors of a kind are built alike, so that the logarithms
-    of their coloured 1σ scatter by ALIKE_BUILT about a common one; what exceeds it is no noise."""
-    out = dict(told)
+def bound_by_peers(
+    told: Mapping[str, Colour], units: Mapping[str, str], declared: Mapping[str, float]
+) -> dict[str, Colour]:
+    """No sensor's colour beyond what others of its kind have or, where these are few, its file says or its white noise
+    shows: sensors of a kind are built alike, so that the logarithms of their 1σ scatter by ALIKE_BUILT; what exceeds it
+    is no noise."""
+    out, beyond = dict(told), float(np.exp(BEYOND * ALIKE_BUILT))
     for name, (white, s, tau) in told.items():
         peers = [told[n][1] for n in told if n != name and units.get(n) == units.get(name)]
-        if len(peers) >= FEWEST_PEERS and s > 0:
-            most = float(np.median(peers)) * np.exp(BEYOND * ALIKE_BUILT)
-            out[name] = (white, min(s, most), tau) if most > 0 else (white, 0.0, 0.0)
+        own = max(declared.get(name, np.inf), white)
+        most = float(np.median(peers)) if len(peers) >= FEWEST_PEERS else own
+        out[name] = (white, min(s, beyond * most), tau) if min(s, most) > 0 else (white, 0.0, 0.0)
     return out
 
 
@@ -128,13 +134,22 @@ def colour(series: Sequence[Array], interval: float) -> tuple[float, float, floa
         found, left = nnls(basis * weight[:, None], D * weight)
         best = min(best, (float(left), found, tau), key=lambda trial: trial[0])
     _, (white, tinted, _), tau = best
-    if tinted < LEAST_SHARE**2 * max(white, 1e-300):
+    if tinted < LEAST_SHARE**2 * max(white, 1e-300) or tau == TIMES[-1]:
         return float(np.sqrt(white)), 0.0, 0.0
     return float(np.sqrt(white)), float(np.sqrt(tinted)), tau * interval
 
 
 def _structure(series: Sequence[Array], lag: int) -> float:
-    """Mean squared difference over a lag; the largest hundredth (jumps, outliers) is left out."""
-    squared = np.concatenate([np.empty(0), *((e[lag:] - e[:-lag]) ** 2 for e in series if len(e) > lag)])
-    squared = np.sort(squared[np.isfinite(squared)])
-    return float(squared[: max(1, int(CLIP * len(squared)))].mean()) / 0.93 if len(squared) else np.nan
+    """Mean squared difference over a lag in the middle one of some windows; the largest hundredth (jumps, outliers) of
+    each is left out."""
+    means = [_clip_mean(w) for e in series if len(e) > lag for w in _windows((e[lag:] - e[:-lag]) ** 2)]
+    return float(np.median(means)) / 0.93 if means else np.nan
+
+
+def _windows(squared: Array) -> list[Array]:
+    known = squared[np.isfinite(squared)]
+    return np.array_split(known, max(1, len(known) // PAIRS)) if len(known) else []
+
+
+def _clip_mean(values: Array) -> float:
+    return float(np.sort(values)[: max(1, int(CLIP * len(values)))].mean())

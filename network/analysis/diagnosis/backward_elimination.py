@@ -12,6 +12,7 @@ from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.coarse_surrogate import build_surrogate
 from network.analysis.diagnosis.compact_fit import compact
 from network.analysis.diagnosis.hypothesis import Hypothesis, estimate_noise, fit_findings, reweight
+from network.analysis.diagnosis.invariants import strength_in_errors
 from network.analysis.diagnosis.refit import unseen_misfit
 from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS
@@ -101,19 +102,25 @@ def _bare_or_null(null: Hypothesis, bare: Hypothesis) -> Hypothesis:
 
 
 def _eliminate(current: Hypothesis, threshold: float, jobs: int) -> tuple[Hypothesis, tuple[float, ...]]:
-    """Without the findings that add less than the threshold beside the others, and the evidence that each of the rest
-    adds."""
+    """Without the findings that add less than the threshold beside the others or may as well not be there, and the
+    evidence that each of the rest adds."""
     gains: list[float] = []
     while current.found:
         rests = [[c for c in current.found if c is not out] for out in current.found]
         less = run_all(partial(_refit, current), [(rest, current.values) for rest in rests], jobs)
-        gains = [float("inf") if h is None else current.evidence - h.evidence for h in less]
+        each = zip(current.found, less, strict=True)
+        gains = [np.inf if h is None else _gain_of(current, c, h) for c, h in each]
         k = int(np.argmin(gains))
         other = less[k]
         if other is None or gains[k] >= threshold:
             break
         current = _finish_fit(other)
     return current, tuple(gains) if current.found else ()
+
+
+def _gain_of(current: Hypothesis, c: Candidate, less: Hypothesis) -> float:
+    """Evidence that a finding adds; none where its size may as well be nothing."""
+    return current.evidence - less.evidence if strength_in_errors(current, c) >= SETTINGS.errors else -np.inf
 
 
 def _finish_fit(h: Hypothesis) -> Hypothesis:

@@ -23,6 +23,7 @@ from network.analysis.calibration.measured_means import Measured, weigh_recordin
 from network.analysis.calibration.noise import Noise
 from network.analysis.diagnosis.candidates import Candidate, lay_over
 from network.analysis.diagnosis.recorded_powers import gather_runs
+from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.time_budget import TimeBudget
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.proposals import Runs
@@ -193,6 +194,11 @@ class Hypothesis:
         own = {p.path for p in self.own}
         pairs = zip(self.fit.problem.parameters, self.fit.theta, strict=True)
         return np.array([(x - p.centre) / p.spread for p, x in pairs if p.path not in own])
+
+    @property
+    def is_bent(self) -> bool:
+        """Whether a number of the file stands far from it."""
+        return float(np.abs(self.shift).max(initial=0.0)) > SETTINGS.errors
 
     @property
     def root(self) -> Machine:

@@ -12,15 +12,21 @@ LITTLE = 0.015
 
 
 def refine_until_converged(case: Case, best: Hypothesis) -> Hypothesis:
-    """The hypothesis on as many lumps as it takes; relays are led back into step there."""
+    """The hypothesis on as many lumps as it takes; relays are led back into step there. What numbers of the file are
+    bent for is not converged, however little is left."""
     for root in list_finer_machines(best.root, FINEST):
-        if best.found and best.chi < SETTINGS.noise:
+        if best.found and best.chi < SETTINGS.noise and not best.is_bent:
             break
         other = fit_on_finer_lumps_afresh(case, best, root)
-        if other is None or other.evidence < best.evidence + SETTINGS.structure:
+        if other is None or other.evidence < best.evidence + _least_gain(best, other):
             break
         is_little = other.chi > (1 - LITTLE) * best.chi
         best = other
         if is_little:
             break
     return best
+
+
+def _least_gain(best: Hypothesis, other: Hypothesis) -> float:
+    """Evidence [nats] that finer lumps must add: none where numbers of the file come back to it by them."""
+    return 0.0 if best.is_bent and not other.is_bent else SETTINGS.structure

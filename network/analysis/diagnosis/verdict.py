@@ -16,7 +16,7 @@ from network.analysis.calibration.misfit import channel_misfits
 from network.analysis.comparison.compare import Comparison, RecordingResidual
 from network.analysis.diagnosis.experiments.advice import experiments
 from network.analysis.diagnosis.findings import find_unknown, list_findings, list_rivals
-from network.analysis.diagnosis.hypothesis import Hypothesis, reweight
+from network.analysis.diagnosis.hypothesis import Hypothesis, fit_findings, reweight
 from network.analysis.diagnosis.invariants import list_refutations
 from network.analysis.diagnosis.isolability import isolability
 from network.analysis.diagnosis.lumping_finding import find_lumping
@@ -64,16 +64,32 @@ def _as_sentence(told: str) -> str:
 def _withdraw_refuted(
     search: Search, before: Machine, holdout: Sequence[Recording], jobs: int
 ) -> tuple[Search, Machine, Fits, list[str]]:
-    """The search without findings, then without finer lumps, where simulated runs speak against them, and what did."""
+    """The search without the last findings, then without finer lumps, while simulated runs speak against them, and what
+    did."""
     after, fits = _simulate_both(search, before, holdout, jobs)
-    refuted = list_refutations(fits) if after is not before else []
-    told = refuted
-    for rest in (search.null, search.written) if refuted else ():
-        if told and rest is not search.best:
-            search = replace(search, selection=Selection(reweight(search.best.case, rest)))
-            after, fits = _simulate_both(search, before, holdout, jobs)
-            told = list_refutations(fits) if after is not before else []
+    refuted = told = list_refutations(search.best, fits) if after is not before else []
+    for rest in _list_retreats(search):
+        if not told:
+            break
+        search = rest
+        after, fits = _simulate_both(search, before, holdout, jobs)
+        told = list_refutations(search.best, fits) if after is not before else []
     return search, after, fits, refuted
+
+
+def _list_retreats(search: Search) -> Iterator[Search]:
+    """The search with ever less of what it found, to the machine as written."""
+    best, chosen = search.best, search.selection
+    for count in range(len(best.found) - 1, 0, -1):
+        fewer = fit_findings(best.case, best.root, best.found[:count], best.values)
+        if fewer is not None:
+            yield replace(search, selection=replace(chosen, best=fewer, gains=chosen.gains[:count]))
+    for rest in (search.null, search.written):
+        if rest is not best:
+            yield replace(search, selection=Selection(reweight(best.case, rest)))
+    if search.fault is not None:
+        bare = Selection(reweight(search.given, search.written))
+        yield replace(search, fault=None, case=search.given, selection=bare)
 
 
 def _simulate_both(search: Search, before: Machine, holdout: Sequence[Recording], jobs: int) -> tuple[Machine, Fits]:
