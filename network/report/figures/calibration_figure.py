@@ -100,12 +100,13 @@ def _far(names: Sequence[str], shift: Array, order: Indices) -> str:
 
 # -- a posterior band -----------------------------------------------------------------------------------------------
 def band_figure(
-    t: Array, centre: Array, std: Array, measured: Array | None, unit: str, name: str, inside: float | None = None
-) -> Figure:
+    t: Array, centre: Array, std: Array, measured: Array | None, unit: str, name: str, inside: float | None = None,
+    noise: float = 0.0, on: str = "",
+) -> Figure:  # fmt: skip
     """A channel with its band of 95 % (±1.96 std), and below it measured less centre.
 
     t: [s]; centre, std, measured: in SI (°C), NaN in gaps; unit: what they are shown in, um for the tool centre point;
-    inside: share of the readings within the band and their own noise.
+    inside: share of the readings within the band and their own noise; noise: 1σ of a reading, SI; on: which run.
     """
     figure, (values, apart) = stack_panels((2.6, 1.5), right=0.3)
     scale = gap_unit(unit).scale
@@ -113,14 +114,23 @@ def band_figure(
     if measured is not None:
         draw_measured(values, t, _convert(measured, unit), GREY, 0.9, clock(t)[1])
         draw_measured(apart, t, (measured - centre) / scale, GREY, 0.7, clock(t)[1])
+        _draw_reading_band(apart, t, LEVEL * np.hypot(std, noise) / scale)
     _draw_band(values, t, middle, width)
     _draw_band(apart, t, np.zeros(len(t)), width)
     values.margins(y=0.08)
     label_y(values, name_text(name, 16), unit)
     label_y(apart, "measured − mean", gap_unit(unit).text)
     set_clock([values, apart], t)
-    write_title(figure, f"{name}: band", _band_told(std, measured is not None, unit, inside))
+    told = _band_told(std, measured is not None, unit, inside)
+    write_title(figure, f"{name}: band of 95 %{f' on {on}' if on else ''}", told)
     return figure
+
+
+def _draw_reading_band(axes: Axes, t: Array, width: Array) -> None:
+    """What single readings lie in, their noise counted."""
+    index = decimate_together(t, [width], POINTS)
+    for side in (-1, 1):
+        axes.plot(t[index] / clock(t)[1], side * width[index], color=MOVED, linewidth=0.9, linestyle=(0, (1.0, 1.5)))
 
 
 def _convert(values: Array, unit_text: str) -> Array:
@@ -137,8 +147,8 @@ def _draw_band(axes: Axes, t: Array, middle: Array, width: Array) -> None:
 
 def _band_told(std: Array, is_measured: bool, unit_text: str, inside: float | None) -> str:
     given = gap_unit(unit_text)
-    text = f"mean blue, 95 % shaded: ±{number(LEVEL * float(std.max()) / given.scale, given.text, 3)} at most"
+    text = f"mean blue, band of 95 % shaded: ±{number(LEVEL * float(std.max()) / given.scale, given.text, 3)} at most"
     if not is_measured:
         return text
     share = "" if inside is None else f", {100 * inside:.3g} % of it within the band and its own noise"
-    return f"{text}; measured grey{share}"
+    return f"{text}; dotted: with the noise of a reading; measured grey{share}"
