@@ -8,6 +8,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
+from network.platform.quantities.number_format import write_minus
+
 TELL = {
     "Machine": ("words.words", "describe"),
     "Trajectory": ("words.words", "tell_run"),
@@ -32,8 +34,8 @@ SUMMARISE = {
 
 
 def tell(what: Any) -> str:
-    """As a person reads it in a terminal."""
-    return str(_function(TELL, what)(what))
+    """As a person reads it in a terminal: with one sign for minus."""
+    return write_minus(str(_function(TELL, what)(what)))
 
 
 def summarise(what: Any) -> dict[str, Any]:
