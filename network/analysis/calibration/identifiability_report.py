@@ -194,7 +194,8 @@ def _noise(fit: Fit) -> Iterator[str]:
     if coloured:
         yield f"Residuals last longer than white noise would, and every ± allows for it: {list_names(coloured)}"
     if fit.weighted:
-        yield f"Means of readings that lie far off count less ({fit.weighted} of {len(fit.at.left)})"
+        of = f"{fit.weighted} of the {len(fit.at.left)} means that the readings of all channels were put together to"
+        yield f"{of} lie far off, and count less in the fit"
 
 
 def _offset(name: str, value: float, unit_text: str) -> str:
