@@ -10,6 +10,7 @@ import numpy as np
 from network.analysis.calibration.uncertainty import LEVEL
 from network.catalogue.declaration.declare import Array, Indices
 from network.platform.quantities.number_format import number
+from network.platform.quantities.text_table import format_shift
 from network.platform.quantities.units import unit
 from network.report.figures.canvas import (
     FONT,
@@ -72,9 +73,9 @@ def _draw_shift(axes: Axes, row: int, shift: float, std: float) -> None:
     face = colour if known else "white"
     marker = "D" if far else "o"
     axes.plot([shift], [row], marker, color=colour, markerfacecolor=face, markersize=4.5, markeredgewidth=1.0)
-    told = f"{shift:+.2f} ± {std:.2f}" if known else f"{shift:+.2f}, at its bound"
+    told = f"{format_shift(shift, 2)} ± {std:.2f}" if known else f"{format_shift(shift, 2)}, at its bound"
     place = axes.get_yaxis_transform()
-    axes.text(1.015, row, told.replace("-", "−"), transform=place, fontsize=SMALL, color=INK, va="center_baseline")
+    axes.text(1.015, row, told, transform=place, fontsize=SMALL, color=INK, va="center_baseline")
 
 
 def _finish_shifts(axes: Axes, texts: Sequence[str], shift: Array, std: Array) -> None:
@@ -87,15 +88,15 @@ def _finish_shifts(axes: Axes, texts: Sequence[str], shift: Array, std: Array) -
     axes.axvline(0, color=GREY, linewidth=0.6)
     for limit in (-LIMIT, LIMIT):
         axes.axvline(limit, color=FAR, linewidth=0.9, linestyle=(0, (5.0, 2.0)))
-    axes.set_xlabel("posterior − prior [prior σ]; shaded ±1 σ, dashed ±2 σ", fontsize=FONT, labelpad=2)
+    axes.set_xlabel("moved by calibration [in the ± of the file]; shaded ±1, dashed ±2", fontsize=FONT, labelpad=2)
 
 
 def _far(names: Sequence[str], shift: Array, order: Indices) -> str:
     far = [names[int(k)] for k in order if abs(shift[int(k)]) > LIMIT]
     if not far:
-        return "none moved by more than 2 prior σ"
+        return "none moved by more than twice its ±"
     told = ", ".join(far[:NAMED]) + (" …" if len(far) > NAMED else "")
-    return f"{len(far)} of {len(names)} moved by more than 2 prior σ: {told}"
+    return f"{len(far)} of {len(names)} moved by more than twice their ±: {told}"
 
 
 # -- a posterior band -----------------------------------------------------------------------------------------------
