@@ -207,6 +207,15 @@ def test_a_constant_of_a_mapping_counts_as_recorded() -> None:
     assert made[0].start == 19 and "5000 rpm" in made[0].text
 
 
+def test_inputs_that_matter_are_programmed_before_others() -> None:
+    into = {"kind": "heat_source", "into": {"body": 1}, "power": "12 W", "at": "1 kW"}
+    names = ["a", "b", "c", "cutting"]
+    read = two_blocks().patched({"sources": {n: {**into, "with": n} for n in names}})
+    runs = [recording_of(**{n: ("W", half(0, 900.0)) for n in names}, speed=("rpm", 100.0), ambient=("degC", 20.0))]
+    usual, first = (programs([read], runs, matter)[0].text for matter in ((), ("cutting",)))
+    assert usual.startswith("Run a at") and first.startswith("Run cutting at 900 W")
+
+
 def test_two_drivers_are_switched_in_different_orders() -> None:
     screw = {"sources": {"screw": {"kind": "screw_friction", "into": {"body": 1}, "power_per_feed": "12 W/(m/min)"}}}
     runs = [recording_of(speed=("rpm", half(0, 6000 * RPM)), feed=("m/min", half(0.3, 0.0)), ambient=("degC", 20.0))]

@@ -146,7 +146,7 @@ def test_missing_physics_shows_as_far_moved_numbers_and_wide_errors() -> None:
     }
     found = calibrate(blocks(), recorded(truth().patched({"links": leak, "sources": timed}), steps()))
     assert found.known.misfit > 2
-    assert "some physics is missing" in said(found) and "prior σ moved" in said(found)
+    assert "some physics is missing" in said(found) and "twice their ± moved" in said(found)
     offsets = found.after.recordings[0].constants.offsets if found.after.recordings[0].constants else {}
     assert max(abs(offsets[n]) for n in ("T_hot", "T_cold")) <= 0.3
 

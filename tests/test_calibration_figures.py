@@ -197,7 +197,7 @@ def test_shifts_are_sorted_and_far_ones_marked(tmp_path: Path) -> None:
     assert "+0.40, at its bound" in [text.get_text() for text in axes.texts]
     marked = [line for line in axes.lines if line.get_marker() == "D"]
     assert len(marked) == 2 and all(line.get_color() == ORANGE for line in marked)
-    assert "2 of 6 moved by more than 2 prior σ: links.part 3.conductance" in figure.texts[1].get_text()
+    assert "2 of 6 moved by more than twice their ±: links.part 3.conductance" in figure.texts[1].get_text()
     assert sorted(float(line.get_xdata()[0]) for line in axes.lines if len(set(line.get_xdata())) == 1 and
                   line.get_linestyle() == "--") == [-2, 2]  # fmt: skip
     check_legible(figure, tmp_path / "x.png")

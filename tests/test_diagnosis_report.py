@@ -25,10 +25,10 @@ from network.analysis.diagnosis.location import Location
 from network.analysis.diagnosis.result import UNKNOWN, Diagnosis, Experiment, Fits, Quantity
 from network.platform.quantities.text_table import digits
 from network.platform.refusal import Refused
-from network.recordings.inputs import Start
+from network.recordings.inputs import Start, hold
 from network.report.figures.explanations_figure import candidates_figure
 from network.report.figures.fit_figure import fit_figure
-from network.report.figures.heat_figure import heat_figure
+from network.report.figures.heat_figure import heat_figure, varying
 from network.report.figures.lit_figure import lit_figure, lit_paths, moves_of
 from network.report.files.diagnosis_files import check_target, tidy, write_diagnosis
 from network.report.files.diagnosis_patch import patch_text
@@ -476,6 +476,16 @@ def test_where_a_name_was_found_only_its_place_is_drawn(found: Diagnosis) -> Non
     told = words_of(heat_figure(found))
     assert "heat into body" in told and "offset of" not in told and "probability" not in told
     assert "before it was added" in told
+
+
+def test_what_the_finding_reads_is_drawn_below_it(found: Diagnosis) -> None:
+    (run, *_) = found.fits.train_before.recordings
+    step = hold("n", "W", np.array([0.0, 600.0]), np.array([0.0, 50.0]))
+    signals = {**run.trajectory.schedule.signals, **{n: replace(step, name=n) for n in ("a", "b", "c", "cutting")}}
+    inputs = {name: np.zeros(2) for name in signals}
+    schedule = replace(run.trajectory.schedule, signals=signals)
+    many = replace(run, trajectory=replace(run.trajectory, schedule=schedule, inputs=inputs))
+    assert "cutting" not in varying([many]) and varying([many], {"cutting"})[0] == "cutting"
 
 
 def test_rivals_are_ranked_and_the_found_one_stands_out(found: Diagnosis) -> None:

@@ -10,8 +10,9 @@ import shutil
 from pathlib import Path
 
 import pytest
+import yaml
 
-from network import Machine, Recording, Refused, Scenario
+from network import Machine, Recording, Refused, Scenario, simulate
 from network.cli import main
 
 ROOT = Path(__file__).parents[1]
@@ -114,3 +115,48 @@ def test_the_files_shown_load(tmp_path: Path) -> None:
     (tmp_path / "m.yaml").write_text(mapping)
     (tmp_path / "run_20200615.csv").write_text("time_min,PT01,speed_rpm,TC08\n0,21,0,20\n1,22,100,20.5\n")
     assert Recording.load(tmp_path / "m.yaml").signal("ambient").t[-1] == 60.0
+
+
+def test_phases_signs_and_levels_shown_do_what_is_said(tmp_path: Path) -> None:
+    (phases,), (signs,), (levels,) = (blocks("yaml", f"{name}:") for name in ("phases", "tcp", "levels"))
+    (tmp_path / "s.yaml").write_text(f"scenario: rows\n{phases}")
+    shown = Scenario.load(tmp_path / "s.yaml")
+    assert shown.duration == 55 * 60 and set(shown.schedule.signals) == {"speed", "feed", "ambient"}
+    mill = yaml.safe_load((ROOT / "machines" / "gantry_spindle.yaml").read_text(encoding="utf-8"))
+    (tmp_path / "m.yaml").write_text(yaml.safe_dump(mill | {"levels": yaml.safe_load(levels)["levels"]}))
+    few, fine, bare = (Machine.load(tmp_path / "m.yaml", level=n) for n in ("coarse", "fine", "without jacket"))
+    assert "spindle" in few.nodes and fine.nodes["beam"].lumps == 20 and "coolant jacket" not in bare.links
+    heights = {
+        "column": 20e-6 / 10 / 1.13e-5,
+        "table": 5e-6 / 10 / 1.13e-5 / 0.15,
+    }  # m, and the share of 150 mm, at +10 K
+    bar = {"material": "steel", "length": f"{heights['column']} m", "area": "100 cm^2"}
+    nodes = {"column": bar, "table": {"heat_capacity": "9 kJ/K", "material": "steel"}}
+    heat = {name: {"kind": "heat_source", "into": {name: 1}, "power": "1 W"} for name in nodes}
+    tree = {
+        "machine": "m",
+        "reference": "20 degC",
+        "nodes": nodes,
+        "sources": heat,
+        "tcp": yaml.safe_load(signs)["tcp"],
+    }
+    (tmp_path / "t.yaml").write_text(yaml.safe_dump(tree))
+    start = {"column": "30 degC", "table": f"{20 + 10 * heights['table']} degC"}
+    run = simulate(Machine.load(tmp_path / "t.yaml"), Scenario.of("still", "1 min", start=start))
+    assert run.shown("tcp.z")[0] == pytest.approx(15.0, rel=1e-3)
+
+
+def test_every_heading_that_is_pointed_to_is_there() -> None:
+    heads = re.findall(r"^#+ (.*)$", re.sub(r"^```.*?^```$", "", README, flags=re.MULTILINE | re.DOTALL), re.MULTILINE)
+    anchors = {re.sub(r"[^\w -]", "", head.lower()).replace(" ", "-") for head in heads}
+    assert set(re.findall(r"\]\(#([^)]*)\)", README)) <= anchors
+    order = [
+        head for head in heads if head in ("Words", "From Python", "Evidence", "Changes") or head.startswith("Figures")
+    ]
+    assert order == ["Words", "From Python", "Evidence", "Figures, and the commands behind them", "Changes"]
+
+
+def test_every_command_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    from network.cli.commands import cli
+
+    assert [name for name in cli.commands if f"lptn {name}" not in README] == []

@@ -18,6 +18,7 @@ from network.engine.simulation import simulate
 from network.engine.time_constants import time_constants
 from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
+from network.platform.quantities.number_format import write_minus
 from network.platform.quantities.text_table import MOST_ROWS, digits, format_shift, span, table
 from network.platform.refusal import Spot
 from network.platform.yaml.document import tree_of
@@ -129,6 +130,18 @@ def test_long_tables_are_cut() -> None:
 )
 def test_digits(value: float, text: str) -> None:
     assert digits(value) == text
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("closure -5e-13, z -12.87 to +3 (-3.1 σ)", "closure −5e-13, z −12.87 to +3 (−3.1 σ)"),
+        ("-0.5 [-1; -2] ±-3 and -.5", "−0.5 [−1; −2] ±−3 and −.5"),
+        ("run-2.csv of 2026-11-20, solve_ivp:a-b, ISO 230-3, 1e-5 --lumps", None),
+    ],
+)
+def test_there_is_one_minus(text: str, told: str | None) -> None:
+    assert write_minus(text) == (told or text)
 
 
 @pytest.mark.parametrize(

@@ -54,7 +54,7 @@ def diagnose(
     with share_bar(f"diagnosing {Path(machine).name}") as bar:
         from network.analysis.diagnosis.diagnose import diagnose as run
         from network.recordings.channel_match import overheard
-        from network.report.files.diagnosis_files import check_target, write_diagnosis
+        from network.report.files.diagnosis_files import check_target, summarise_diagnosis, tidy, write_diagnosis
 
         results_go_to(output)
         loaded = read_machine(machine, level, lumps, sets, recordings, start)
@@ -65,7 +65,7 @@ def diagnose(
         written = write_diagnosis(result, where, pictures=not no_plots)
         text = "" if as_json else str(result)
     if as_json:
-        print_json(result.summary())
+        print_json(tidy(summarise_diagnosis(result)))
     else:
         click.echo(f"{text}\n\nWritten: {', '.join(map(str, written))}")
     warn([*loaded.warnings, *overheard(loaded, runs, held_out), *warn_of_extrapolation(loaded, [*runs, *held_out])])

@@ -156,4 +156,6 @@ def print_json(value: dict[str, Any]) -> None:
 
 def warn(warnings: Iterable[object]) -> None:
     for warning in warnings:
-        click.echo(f"warning: {warning}", err=True)
+        from network.platform.quantities.number_format import write_minus
+
+        click.echo(write_minus(f"warning: {warning}"), err=True)

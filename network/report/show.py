@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+from network.platform.quantities.number_format import write_minus
+
 TELL = {
     "Machine": ("words.describe", "describe"),
     "Trajectory": ("words.run_words", "tell_run"),
@@ -55,8 +57,8 @@ TABULATE = {
 
 
 def tell(what: Any) -> str:
-    """As a person reads it in a terminal."""
-    return str(_function(TELL, what)(what))
+    """As a person reads it in a terminal: with one sign for minus."""
+    return write_minus(str(_function(TELL, what)(what)))
 
 
 def summarise(what: Any) -> dict[str, Any]:

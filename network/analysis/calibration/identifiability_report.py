@@ -112,7 +112,7 @@ def _bounds(known: Uncertainty) -> Iterator[str]:
         from_ = (
             ""
             if p.is_unknown
-            else f", {digits(abs(theta[j] - p.centre) / p.spread, 2)} prior σ from {p.format_value(p.centre)}"
+            else f", {digits(abs(theta[j] - p.centre) / p.spread, 2)} times its ± from {p.format_value(p.centre)}"
         )
         yield f"{p.path} is at its bound, {p.format_value(theta[j])}{from_}: its uncertainty there means nothing"
 
@@ -125,7 +125,7 @@ def _describe_moves(known: Uncertainty) -> Iterator[str]:
     ]
     if far:
         told = list_names([f"{parameters[j].path} ({moved[j]:+.1f} σ)" for j in far])
-        yield f"Further than 2 prior σ moved {told}: the classic sign of something missing from the machine"
+        yield f"Further than twice their ± moved {told}: the classic sign of something missing from the machine"
 
 
 def _prior_only(known: Uncertainty) -> Iterator[str]:
@@ -194,7 +194,8 @@ def _noise(fit: Fit) -> Iterator[str]:
     if coloured:
         yield f"Residuals last longer than white noise would, and every ± allows for it: {list_names(coloured)}"
     if fit.weighted:
-        yield f"Means of readings that lie far off count less ({fit.weighted} of {len(fit.at.left)})"
+        of = f"{fit.weighted} of the {len(fit.at.left)} means that the readings of all channels were put together to"
+        yield f"{of} lie far off, and count less in the fit"
 
 
 def _offset(name: str, value: float, unit_text: str) -> str:

@@ -90,7 +90,7 @@ def why_not(h: Hypothesis, best: Hypothesis) -> str:
     relative to that of what was found."""
     worse = best.evidence - h.evidence
     if worse <= SETTINGS.alike:
-        return f"cannot be told apart from it: {worse:.1f} nats"
+        return "these recordings do not tell it apart"
     moved = float(np.abs(h.shift).max(initial=0.0))
     strained = f", and moves a number of the file by {moved:.0f} times its ±" if moved > FAR else ""
     return f"{_worse(h.chi / max(best.chi, 1e-9))}{strained}"

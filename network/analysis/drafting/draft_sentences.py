@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -106,7 +107,7 @@ def _tell_heats(found: Identified, model: PartModel) -> Iterator[str]:
 def _tell_links(model: PartModel, names: Names) -> Iterator[str]:
     for name, share in model.fit.weights.items():
         if name == OTHER and model.parent is not None:
-            worth = f"worth {digits(model.gain, 2)} nats"
+            worth = f"clear by {digits(math.sqrt(2 * max(model.gain, 0.0)), 2)} σ"
             yield f"{names.parts[model.parent]} ({100 * share:.0f} % of what it exchanges, {worth})"
         elif name in names.held:
             yield f"{names.held[name]} ({100 * share:.0f} % of what it exchanges)"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 from network.platform.quantities.units import difference, unit
 
@@ -10,6 +11,7 @@ FEWEST, LARGEST = 1e-3, 1e9
 """Sizes between which no exponent is written."""
 GROUPED = 1e4
 """Size from which thousands stand apart."""
+_SIGN = re.compile(r"(?<![^\s(\[,;:±…])-(?=\.?\d)")
 _PRETTY = {"degC": "°C", "degF": "°F", "um": "µm", "urad": "µrad", "1": "–"}
 
 
@@ -32,6 +34,11 @@ def format_amount(value: float, unit_text: str, most: int = 3) -> str:
         text = f"{number:,.0f}".replace(",", "\u00a0")
     told = f"−{text[1:]}" if text.startswith("-") else text
     return told if unit_text in ("", "1") else f"{told} {pretty(unit_text)}"
+
+
+def write_minus(text: str) -> str:
+    """Signs of numbers as true minus; hyphens in words, names, dates and exponents stay."""
+    return _SIGN.sub("−", text)
 
 
 def per_kelvin(value: float) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 from network.analysis.calibration.uncertainty import LEVEL
 from network.catalogue.declaration.declare import Array, Indices
 from network.platform.quantities.number_format import number
+from network.platform.quantities.text_table import format_shift
 from network.platform.quantities.units import unit
 from network.report.figures.canvas import (
     FONT,
@@ -72,9 +73,9 @@ def _draw_shift(axes: Axes, row: int, shift: float, std: float) -> None:
     face = colour if known else "white"
     marker = "D" if far else "o"
     axes.plot([shift], [row], marker, color=colour, markerfacecolor=face, markersize=4.5, markeredgewidth=1.0)
-    told = f"{shift:+.2f} ± {std:.2f}" if known else f"{shift:+.2f}, at its bound"
+    told = f"{format_shift(shift, 2)} ± {std:.2f}" if known else f"{format_shift(shift, 2)}, at its bound"
     place = axes.get_yaxis_transform()
-    axes.text(1.015, row, told.replace("-", "−"), transform=place, fontsize=SMALL, color=INK, va="center_baseline")
+    axes.text(1.015, row, told, transform=place, fontsize=SMALL, color=INK, va="center_baseline")
 
 
 def _finish_shifts(axes: Axes, texts: Sequence[str], shift: Array, std: Array) -> None:
@@ -87,25 +88,26 @@ def _finish_shifts(axes: Axes, texts: Sequence[str], shift: Array, std: Array) -
     axes.axvline(0, color=GREY, linewidth=0.6)
     for limit in (-LIMIT, LIMIT):
         axes.axvline(limit, color=FAR, linewidth=0.9, linestyle=(0, (5.0, 2.0)))
-    axes.set_xlabel("posterior − prior [prior σ]; shaded ±1 σ, dashed ±2 σ", fontsize=FONT, labelpad=2)
+    axes.set_xlabel("moved by calibration [in the ± of the file]; shaded ±1, dashed ±2", fontsize=FONT, labelpad=2)
 
 
 def _far(names: Sequence[str], shift: Array, order: Indices) -> str:
     far = [names[int(k)] for k in order if abs(shift[int(k)]) > LIMIT]
     if not far:
-        return "none moved by more than 2 prior σ"
+        return "none moved by more than twice its ±"
     told = ", ".join(far[:NAMED]) + (" …" if len(far) > NAMED else "")
-    return f"{len(far)} of {len(names)} moved by more than 2 prior σ: {told}"
+    return f"{len(far)} of {len(names)} moved by more than twice their ±: {told}"
 
 
 # -- a posterior band -----------------------------------------------------------------------------------------------
 def band_figure(
-    t: Array, centre: Array, std: Array, measured: Array | None, unit: str, name: str, inside: float | None = None
-) -> Figure:
+    t: Array, centre: Array, std: Array, measured: Array | None, unit: str, name: str, inside: float | None = None,
+    noise: float = 0.0, on: str = "",
+) -> Figure:  # fmt: skip
     """A channel with its band of 95 % (±1.96 std), and below it measured less centre.
 
     t: [s]; centre, std, measured: in SI (°C), NaN in gaps; unit: what they are shown in, um for the tool centre point;
-    inside: share of the readings within the band and their own noise.
+    inside: share of the readings within the band and their own noise; noise: 1σ of a reading, SI; on: which run.
     """
     figure, (values, apart) = stack_panels((2.6, 1.5), right=0.3)
     scale = gap_unit(unit).scale
@@ -113,14 +115,23 @@ def band_figure(
     if measured is not None:
         draw_measured(values, t, _convert(measured, unit), GREY, 0.9, clock(t)[1])
         draw_measured(apart, t, (measured - centre) / scale, GREY, 0.7, clock(t)[1])
+        _draw_reading_band(apart, t, LEVEL * np.hypot(std, noise) / scale)
     _draw_band(values, t, middle, width)
     _draw_band(apart, t, np.zeros(len(t)), width)
     values.margins(y=0.08)
     label_y(values, name_text(name, 16), unit)
     label_y(apart, "measured − mean", gap_unit(unit).text)
     set_clock([values, apart], t)
-    write_title(figure, f"{name}: band", _band_told(std, measured is not None, unit, inside))
+    told = _band_told(std, measured is not None, unit, inside)
+    write_title(figure, f"{name}: band of 95 %{f' on {on}' if on else ''}", told)
     return figure
+
+
+def _draw_reading_band(axes: Axes, t: Array, width: Array) -> None:
+    """What single readings lie in, their noise counted."""
+    index = decimate_together(t, [width], POINTS)
+    for side in (-1, 1):
+        axes.plot(t[index] / clock(t)[1], side * width[index], color=MOVED, linewidth=0.9, linestyle=(0, (1.0, 1.5)))
 
 
 def _convert(values: Array, unit_text: str) -> Array:
@@ -137,8 +148,8 @@ def _draw_band(axes: Axes, t: Array, middle: Array, width: Array) -> None:
 
 def _band_told(std: Array, is_measured: bool, unit_text: str, inside: float | None) -> str:
     given = gap_unit(unit_text)
-    text = f"mean blue, 95 % shaded: ±{number(LEVEL * float(std.max()) / given.scale, given.text, 3)} at most"
+    text = f"mean blue, band of 95 % shaded: ±{number(LEVEL * float(std.max()) / given.scale, given.text, 3)} at most"
     if not is_measured:
         return text
     share = "" if inside is None else f", {100 * inside:.3g} % of it within the band and its own noise"
-    return f"{text}; measured grey{share}"
+    return f"{text}; dotted: with the noise of a reading; measured grey{share}"

@@ -38,7 +38,7 @@ def draw_gaps(axes: Axes, sweep: Sweep) -> None:
     if not any(sizes.values()):
         axes.text(0.5, 0.7, "none", transform=axes.transAxes, fontsize=FONT, color=INK, ha="center")
     if axes.get_legend_handles_labels()[0]:
-        axes.legend(fontsize=SMALL, frameon=False, loc="lower left", handlelength=1.6)
+        axes.legend(fontsize=SMALL, frameon=False, loc="best", handlelength=1.6)
 
 
 def draw_times(axes: Axes, sweep: Sweep) -> None:

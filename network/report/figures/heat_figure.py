@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from network.catalogue.declaration.declare import Array
+from network.catalogue.declaration.declare import Array, Effect
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import span
 from network.platform.quantities.units import unit
@@ -53,7 +53,7 @@ def heat_figure(d: Diagnosis) -> Figure:
     below it the inputs that vary."""
     places, runs = suspects_of(d, MOST_PLACES), choose_runs(d)
     recordings = [d.fits.train_before.recordings[i] for i in runs]
-    inputs = varying(recordings)
+    inputs = varying(recordings, _inputs_of_findings(d))
     rows = [ROW] * len(places) + [INPUT] * len(inputs)
     figure = new_figure(TOP + sum(rows) + GAP * len(rows) + BOTTOM)
     panels = [_column(figure, rows, k, len(runs)) for k in range(len(runs))]
@@ -93,16 +93,22 @@ def choose_runs(d: Diagnosis) -> list[int]:
     return sorted(sorted(range(count), key=lambda i: -size[i])[:MOST_RUNS])
 
 
-def varying(recordings: Sequence[RecordingResidual]) -> list[str]:
-    """Inputs that vary in any recording, speeds first; all where none does."""
-    order: dict[str, tuple[bool, bool, bool]] = {}
+def _inputs_of_findings(d: Diagnosis) -> set[str]:
+    """What the entries that were found read."""
+    entries = (d.after.by_path.get(path) for f in d.findings for path, _ in f.patch.by_name())
+    return {name for entry in entries if isinstance(entry, Effect) for name in entry.needs()}
+
+
+def varying(recordings: Sequence[RecordingResidual], matter: Collection[str] = ()) -> list[str]:
+    """Inputs that vary in any recording, those that matter first, then speeds; all where none does."""
+    order: dict[str, tuple[bool, bool, bool, bool]] = {}
     for recording in recordings:
         for name in recording.trajectory.inputs:
             signal = recording.trajectory.schedule.signals[name]
             still = bool(np.ptp(np.concatenate([signal.start, signal.end])) == 0)
-            told = (still, not is_speed(signal), unit(signal.unit).is_temperature)
+            told = (still, name not in matter, not is_speed(signal), unit(signal.unit).is_temperature)
             order[name] = min(order.get(name, told), told)
-    moving = [name for name, (still, _, _) in order.items() if not still] or list(order)
+    moving = [name for name, (still, *_) in order.items() if not still] or list(order)
     return sorted(moving, key=lambda name: order[name])[:MOST_INPUTS]
 
 

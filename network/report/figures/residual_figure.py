@@ -9,7 +9,9 @@ import numpy as np
 from network.analysis.comparison.examine import rows_of
 from network.analysis.comparison.periodicity import spectrum
 from network.analysis.comparison.resample import Grid
+from network.analysis.comparison.whiteness import Whiteness, whiteness
 from network.catalogue.declaration.declare import Array, Indices
+from network.platform.quantities.text_table import span
 from network.report.figures.canvas import (
     FAINT,
     FONT,
@@ -42,9 +44,10 @@ WIDER = 1.15
 """Frequencies are taken together in groups this much wider from one to the next."""
 
 
-def residual_figure(before: RecordingResidual, after: RecordingResidual) -> Figure:
+def residual_figure(before: RecordingResidual, after: RecordingResidual, side: str = "") -> Figure:
     """One row for each channel: autocorrelation over the lag, and power over the period, with the bands that hold 95 %
-    of white noise: of any size on the left, of the declared size (1 σ²) on the right."""
+    of white noise: of any size on the left, of the declared size (1 σ²) on the right. side: which it was, calibrated on
+    or held out."""
     names = [name for name, c in before.channels.items() if c.n and name in after.channels and after.channels[name].n]
     figure = new_figure(0.62 + max(len(names), 1) * (ROW + GAP) + 0.48)
     grid, high = Grid.of(after.trajectory.t), figure.get_size_inches()[1] - 0.62
@@ -53,8 +56,8 @@ def residual_figure(before: RecordingResidual, after: RecordingResidual) -> Figu
         pair = before.channels[name], after.channels[name]
         left, right = (add_axes(figure, edge, high, width, ROW) for edge, width in (LEFT, RIGHT))
         _draw_row(left, right, pair, grid, last=name == names[-1])
-    what = "before orange, after blue; shaded: 95 % of white noise"
-    title = f"{after.trajectory.machine.name}: {after.recording.name}, what is left"
+    what = "how long it stays alike, and its power by period; before orange, after blue; shaded: 95 % of white noise"
+    title = f"{after.trajectory.machine.name}: {after.recording.name}{f', {side}' if side else ''}: what is left"
     write_title(figure, title, what if names else "no readings")
     return figure
 
@@ -69,16 +72,24 @@ def _draw_row(lags: Axes, powers: Axes, pair: tuple[ChannelResidual, ChannelResi
         lags.plot(*thin(lag, r, 1500), **style)
     for values, there, style in zip(rows.values, rows.there, STYLES, strict=True):
         _draw_power(powers, values, there, grid, style)
-    _finish_lags(lags, pair[1].name, name, last)
+    told = whiteness(pair[1], rows.values[1], rows.r[1], rows.pairs[1], grid.step)
+    _finish_lags(lags, f"{name_text(pair[1].name)}: autocorrelation{_tell(told)}", name, last)
     _finish_powers(powers, grid, last)
 
 
-def _finish_lags(axes: Axes, name: str, clock_name: str, last: bool) -> None:
+def _tell(found: Whiteness | None) -> str:
+    """What the test says of the residual after; nothing where there is too little to test."""
+    if found is None:
+        return ""
+    return "; after: white noise" if found.is_white else f"; after: not white, lasts about {span(found.lasting)}"
+
+
+def _finish_lags(axes: Axes, title: str, clock_name: str, last: bool) -> None:
     axes.axhline(0, color=GREY, linewidth=0.6)
     axes.set_ylim(-1.05, 1.05)
     axes.set_yticks([-1, 0, 1])
     axes.margins(x=0)
-    headline(axes, f"{name_text(name)}: autocorrelation")
+    headline(axes, title)
     axes.set_ylabel("r [–]", fontsize=FONT)
     axes.yaxis.set_label_coords(-0.42 / LEFT[1], 0.5)
     _label_x(axes, f"lag [{clock_name}]", last)

@@ -58,9 +58,10 @@ def figures(c: Calibration) -> Iterator[tuple[str, Callable[[], Figure]]]:
         sides.append(("holdout-", c.before_holdout, c.after_holdout))
     for prefix, before, after in sides:
         for stem, b, a in zip(stems_of(after), before.recordings, after.recordings, strict=True):
-            title = f"{c.original.name}: {a.recording.name}, {'held out' if prefix else 'calibrated on'}"
+            side = "held out" if prefix else "calibrated on"
+            title = f"{c.original.name}: {a.recording.name}, {side}"
             yield f"{prefix}fit-{stem}.png", partial(fit_figure, b, a, title, large=bool(prefix))
-            yield f"{prefix}residual-{stem}.png", partial(residual_figure, b, a)
+            yield f"{prefix}residual-{stem}.png", partial(residual_figure, b, a, side)
     if any(np.isfinite(c.shift)):
         yield "shifts.png", partial(_shifts, c)
     for band in c.bands[-1]:
@@ -86,7 +87,9 @@ def _band(c: Calibration, band: Band) -> Figure:
     name = next((n for n in last.channels if _reads(c.machine, n, band.axis)), None)
     measured = None if name is None else centre + last.channels[name].residual
     inside = next((k.inside for k in c.coverage if (k.file, k.channel) == (file, name)), None)
-    return band_figure(t, centre, std, measured, band.unit, displacement(band.axis), inside)
+    noise = c.machine.sensors[name].sigma if name is not None else 0.0
+    on = f"{last.recording.name}, {'held out' if c.after_holdout else 'calibrated on'}"
+    return band_figure(t, centre, std, measured, band.unit, displacement(band.axis), inside, noise, on)
 
 
 def _reads(machine: Machine, name: str, axis: str) -> bool:

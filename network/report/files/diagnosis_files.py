@@ -54,14 +54,14 @@ def _fill(d: Diagnosis, draft: Path, where: Path, pictures: bool) -> None:
     runs = {experiment_file(k): dump(e.scenario) for k, e in enumerate(d.advice, 1) if e.scenario}
     texts = {
         FILE: patch,
-        "diagnosis.json": as_json(tidy(_summary(d))),
+        "diagnosis.json": as_json(tidy(summarise_diagnosis(d))),
         "report.html": page(d, drawn, patch, where),
     } | runs
     for name, content in texts.items():
         (draft / name).write_text(content, encoding="utf-8", newline="\n")
 
 
-def _summary(d: Diagnosis) -> dict[str, Any]:
+def summarise_diagnosis(d: Diagnosis) -> dict[str, Any]:
     """With what every finding does to the tool centre point."""
     told = d.summary()
     return told | {"findings": [f | {"effect": effect_summary(d, i)} for i, f in enumerate(told["findings"])]}

@@ -42,8 +42,8 @@ NEXT = {
     "parameters_only": "Use the calibrated numbers, and look up any that moved far from the file: a wrong drawing, "
     "material or unit shows there.",
     "too_coarse": "Keep the finer parts. Judge what else may be missing only with them.",
-    "missing_physics": "Look at the machine for it. If it is there, keep the patch; its numbers come with their "
-    "uncertainty.",
+    "missing_physics": "Look at the machine for it. If it is there, copy its entry from machine.diagnosed.yaml into "
+    "your file, or keep that file where it is: it names yours by its path.",
     "sensor_fault": "Check, move or exchange that sensor and record again, and leave the physics of the machine as it "
     "is.",
     "unexplained": "Look at the machine where heat or movement is unaccounted for, with its history in hand. The patch "

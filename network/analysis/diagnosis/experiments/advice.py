@@ -17,6 +17,7 @@ from network.analysis.diagnosis.ranking import best_first, distinct, shares
 from network.analysis.diagnosis.result import CLEAR, FAINT, Experiment
 from network.analysis.diagnosis.screen import screen
 from network.analysis.diagnosis.settings import SETTINGS
+from network.catalogue.declaration.declare import Effect
 from network.platform.refusal import Failed, Refused
 
 if TYPE_CHECKING:
@@ -96,9 +97,16 @@ def _is_near(holds: Hypothesis, rival: Hypothesis) -> bool:
 
 def _programs(pair: Pair) -> list[Program]:
     try:
-        return programs([pair.holds.machine, pair.rival.machine], pair.holds.case.recordings)
+        return programs([pair.holds.machine, pair.rival.machine], pair.holds.case.recordings, _inputs_of(pair))
     except Refused:
         return []
+
+
+def _inputs_of(pair: Pair) -> set[str]:
+    """What the two explanations themselves read: it has to move for them to differ."""
+    last = [h.found[-1] for h in (pair.holds, pair.rival)]
+    entries = [c.machine.by_path.get(path) for c in last for path, _ in c.patch.by_name()]
+    return {name for entry in entries if isinstance(entry, Effect) for name in entry.needs()}
 
 
 def experiment(pair: Pair, program: Program) -> Experiment | None:

@@ -6,7 +6,7 @@ held at cannot: they keep their mean, and the machine begins in equilibrium with
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -82,9 +82,12 @@ class Program:
         return Recording("program", "program", t, columns, self.signals, Start(others=self.start))
 
 
-def programs(machines: Sequence[Machine], recordings: Sequence[Recording]) -> list[Program]:
-    """The library for what some machines read, from what their recordings hold; none where nothing was varied."""
-    needed = list(dict.fromkeys(n for m in machines for n in m.inputs))
+def programs(
+    machines: Sequence[Machine], recordings: Sequence[Recording], matter: Collection[str] = ()
+) -> list[Program]:
+    """The library for what some machines read, from what their recordings hold; none where nothing was varied. matter:
+    inputs that are programmed before all others."""
+    needed = sorted(dict.fromkeys(n for m in machines for n in m.inputs), key=lambda name: name not in matter)
     steady = {n.temperature for m in machines for n in m.nodes.values() if isinstance(n.temperature, str)}
     drivers = [d for n in needed if n not in steady and (d := driver(n, recordings)) is not None][:MOST]
     hours = _hours(recordings)
