@@ -54,11 +54,12 @@ def at_bound(parameters: Sequence[Parameter], theta: Array) -> list[int]:
 
 
 def best_start(
-    problem: Problem, rng: np.random.Generator, tell: Callable[[float], None], is_late: Callable[[], bool]
-) -> Found:
+    problem: Problem, rng: np.random.Generator, tell: Callable[[float], None], is_late: Callable[[], bool],
+    first: Array | None = None,
+) -> Found:  # fmt: skip
     """The most probable θ from as many beginnings as the problem asks for; once it is late, from those that came to an
-    end. Raises Failed where every run runs away."""
-    begin = centres(problem.parameters)
+    end. first: where to begin, else at the priors' centres. Raises Failed where every run runs away."""
+    begin = centres(problem.parameters) if first is None else first
     seeds, minima = [begin], _minima(problem, [begin], None, is_late)
     for _ in range(CYCLING if relay_numbers(problem) else 0):
         about = min(minima, key=_cost) if minima else None

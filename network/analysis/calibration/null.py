@@ -13,6 +13,7 @@ import numpy as np
 from network.analysis.calibration.calibrated_patch import with_fitted_numbers
 from network.analysis.calibration.estimated_constants import Numbers
 from network.analysis.calibration.gauss_newton import make_problem
+from network.analysis.calibration.growing_horizon import begin_in_step
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.multistart import Found, best_start
 from network.analysis.calibration.robust_fit import Fit, fit_robustly
@@ -56,7 +57,9 @@ def estimate_null(
     is_late: whether one beginning that came to an end has to do.
     Raises Refused where a channel is in another unit than told, Failed where every run breaks down."""
     problem = make_problem(machine, parameters, data)
-    found = best_start(replace(problem, offsets=()), np.random.default_rng(seed), lambda x: tell(0.6 * x), is_late)
+    begin = begin_in_step(machine, parameters, data, start, is_late)
+    alone = replace(problem, offsets=())
+    found = best_start(alone, np.random.default_rng(seed), lambda x: tell(0.6 * x), is_late, begin)
     given = compare(at_prior_centres(machine, parameters), [d.recording for d in data], start=start)
     complaints = Complaints([*misread(found.at, given)])
     complaints.raise_if_any()
