@@ -42,3 +42,28 @@ def test_switchings_fall_into_step(chilled: Machine, tmp_path: Path) -> None:
 def test_without_relays_there_is_nothing_to_fall_into() -> None:
     gantry = Machine.load(ROOT / "machines" / "gantry_spindle.yaml")
     assert begin_in_step(gantry, free_parameters(gantry), [], None, lambda: False) is None
+
+
+def test_it_says_what_it_does_and_what_it_has(chilled: Machine, tmp_path: Path) -> None:
+    """A listener with `now` hears stages and the misfit that is left; one without hears shares alone."""
+
+    class Listener:
+        def __init__(self) -> None:
+            self.said: list[str] = []
+            self.shares: list[float] = []
+
+        def __call__(self, share: float) -> None:
+            self.shares.append(share)
+
+        def now(self, what: str) -> None:
+            self.said.append(what)
+
+    write_run(simulate(chilled, Scenario.of("a morning", "3 h", INPUTS, output="20 s"), noise_seed=3), tmp_path)
+    heard, plain = Listener(), list[float]()
+    calibrate(chilled, Recording.load(tmp_path / "results.csv"), progress=heard)
+    assert heard.said[0] == "looking at the recordings" and "fitting 23 numbers" in heard.said
+    assert any(said.startswith("what switches falls into step: the first ") for said in heard.said)
+    assert heard.said[-1].endswith(" σ left; bands, and every recording beside it")
+    assert heard.shares == sorted(heard.shares)
+    calibrate(chilled, Recording.load(tmp_path / "results.csv"), progress=plain.append)
+    assert plain == heard.shares

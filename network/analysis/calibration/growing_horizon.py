@@ -18,6 +18,7 @@ from network.catalogue.mechanisms.base import Relay
 from network.engine.response.parameters import Parameter, at_prior_centres
 from network.machine.machine import Machine
 from network.platform.refusal import Failed, Refused
+from network.platform.stages import Told, say
 from network.recordings.inputs import Start
 
 SHARES = (1 / 16, 1 / 8, 1 / 4, 1 / 2)
@@ -28,7 +29,7 @@ STEPS = 8
 
 def begin_in_step(
     machine: Machine, parameters: Sequence[Parameter], data: Sequence[Measured], start: Start | None,
-    is_late: Callable[[], bool],
+    is_late: Callable[[], bool], tell: Told = lambda share: None,
 ) -> Array | None:  # fmt: skip
     """θ from which relays stay in step over whole recordings; None for a machine without relays."""
     if not parameters or not any(isinstance(source, Relay) for source in machine.sources.values()):
@@ -37,6 +38,7 @@ def begin_in_step(
     for share in SHARES:
         if is_late():
             break
+        say(tell, f"what switches falls into step: the first {100 * share:.2g} % of the recordings")
         try:
             some = [weigh_recording(known, d.recording.until(share), start) for d in data]
             theta = minimise(replace(make_problem(machine, parameters, some), offsets=()), theta, STEPS).theta
