@@ -390,7 +390,8 @@ def test_a_comparison_has_a_row_for_each_channel(mill: Machine, run: Trajectory,
     assert len(figure.axes) == 2 * len(residual.channels) + 2
     assert [axes.get_ylabel() for axes in figure.axes[:-2:2]] == ["[°C]", "[°C]", "[°C]", "[µm]"]
     assert {axes.get_ylabel() for axes in figure.axes[1:-2:2]} == {"[σ]"}
-    assert {axes.get_ylabel() for axes in figure.axes[-2:]} == {"speed [rpm]"}
+    assert {axes.get_ylabel() for axes in figure.axes[-2:]} == {"[rpm]"}
+    assert {text.get_text() for axes in figure.axes[-2:] for text in axes.texts} == {"speed"}
     assert [axes.get_xlabel() for axes in figure.axes] == [""] * 8 + ["time [h]"] * 2
     for channel, left, right in zip(residual.channels.values(), figure.axes[::2], figure.axes[1::2], strict=False):
         measured, simulated = left.lines

@@ -36,9 +36,10 @@ if TYPE_CHECKING:
 @click.option("-o", "--output", type=FileName(), metavar="DIR", help="pictures of measured over simulated")
 @method_option
 @start_option
+@click.option("--no-plots", is_flag=True, help="no pictures")
 def compare(
     machine: str, recordings: Sequence[str], json_file: str | None, output: str | None, method: str, start: str | None,
-    level: str | None, lumps: Sequence[str], sets: Sequence[str],
+    no_plots: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str],
 ) -> None:  # fmt: skip
     """Residuals of a MACHINE on RECORDINGS, per channel, in units of noise; --start estimated finds the temperatures at
     the start of each from it."""
@@ -65,7 +66,7 @@ def compare(
         lumping = estimate_on_recording(loaded, result.recordings, start=stated, method=method)
         if lumping is not None:
             text, summary = f"{text}\n{lumping}", summary | {"lumping": lumping.summary()}
-        written = _write(result, summary, output, json_file)
+        written = _write(result, summary, None if no_plots else output, json_file)
     if json_file == "-":
         print_json(summary)
     else:

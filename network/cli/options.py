@@ -46,16 +46,10 @@ class Whole(click.IntRange):
 
 
 def take_time(ctx: click.Context, param: click.Parameter, value: str) -> float:
-    """A time above zero, `5 min`, in seconds."""
-    from network.platform.quantities.units import BadNumber
-    from network.platform.refusal import Spot
-    from network.platform.yaml.document import Leaf
-    from network.recordings.yaml_values import seconds
+    """A time above zero, `5 min`, in seconds. Raises Refused."""
+    from network.recordings.yaml_values import read_time
 
-    try:
-        return seconds(Leaf(value, Spot("--budget")))
-    except BadNumber as error:
-        raise click.BadParameter(f"{error.wrong}; {error.right}", ctx, param) from None
+    return read_time(f"--{param.name}", value)
 
 
 class FileName(click.Path):

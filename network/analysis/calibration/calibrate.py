@@ -22,6 +22,7 @@ from network.analysis.calibration.identifiability_report import (
     shift,
 )
 from network.analysis.calibration.measured_means import Measured
+from network.analysis.calibration.misfit import chi_of
 from network.analysis.calibration.noise import Noise
 from network.analysis.calibration.null import estimate_null
 from network.analysis.calibration.one_machine import Disagreement, find_disagreements
@@ -37,6 +38,7 @@ from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import Parameter, at_prior_centres, free_parameters
 from network.machine.machine import Machine
 from network.platform.printing import Tabled, summarise
+from network.platform.stages import Stage, say
 from network.platform.threads import on_one_thread
 from network.recordings.channel_match import overheard
 from network.recordings.inputs import Start
@@ -139,8 +141,10 @@ def _calibrate(
     machine: Machine, parameters: tuple[Parameter, ...], train: Sequence[Recording], held_out: Sequence[Recording],
     start: Start | None, seed: int, tell: Progress, began: float,
 ) -> Calibration:  # fmt: skip
+    say(tell, "looking at the recordings")
     let_in = admit(machine, parameters, train, start)
-    null = estimate_null(machine, parameters, let_in.data, start, seed, lambda share: tell(0.1 + 0.8 * share))
+    null = estimate_null(machine, parameters, let_in.data, start, seed, Stage(tell, 0.1, 0.9))
+    say(tell, f"{chi_of(null.fit.at):.3g} σ left; bands, and every recording beside it")
     fit, known = null.fit, null.known
     validity = state_validity(machine, known)
     result = with_validity(null.machine, validity)

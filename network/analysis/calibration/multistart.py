@@ -17,6 +17,7 @@ from network.analysis.calibration.limit_cycle_matching import cycling, relay_num
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import Parameter, centres
 from network.platform.refusal import Failed
+from network.platform.stages import say
 
 WIDE = 0.7
 """A prior σ of the logarithm from which one beginning is not enough."""
@@ -54,19 +55,23 @@ def at_bound(parameters: Sequence[Parameter], theta: Array) -> list[int]:
 
 
 def best_start(
-    problem: Problem, rng: np.random.Generator, tell: Callable[[float], None], is_late: Callable[[], bool]
-) -> Found:
+    problem: Problem, rng: np.random.Generator, tell: Callable[[float], None], is_late: Callable[[], bool],
+    first: Array | None = None,
+) -> Found:  # fmt: skip
     """The most probable θ from as many beginnings as the problem asks for; once it is late, from those that came to an
-    end. Raises Failed where every run runs away."""
-    begin = centres(problem.parameters)
+    end. first: where to begin, else at the priors' centres. Raises Failed where every run runs away."""
+    begin = centres(problem.parameters) if first is None else first
+    say(tell, f"fitting {len(begin)} numbers")
     seeds, minima = [begin], _minima(problem, [begin], None, is_late)
     for _ in range(CYCLING if relay_numbers(problem) else 0):
         about = min(minima, key=_cost) if minima else None
         if (about is not None and rms(about.left) <= ADEQUATE) or is_late():
             break
+        say(tell, f"{_tell_best(minima)}what switches: numbers of relays that cycle alike")
         more = cycling(problem, begin if about is None or len(seeds) == 1 else about.theta, is_late)
         minima, seeds = minima + _minima(problem, more, STEPS, is_late), seeds + more
     if not minima or (needs_more(problem, min(minima, key=_cost)) and not is_late()):
+        say(tell, f"{_tell_best(minima)}other beginnings")
         drawn = np.array([draw_from(problem.parameters, rng) for _ in range(DRAWN)])
         tell(0.3)
         more = _best_of(problem, drawn, KEPT)
@@ -78,6 +83,10 @@ def best_start(
     best = min(minima, key=_cost)
     best = minimise(problem, best.theta) if len(seeds) > 1 and not is_late() else best
     return Found(best, len(seeds), tuple(r for r in minima if _is_rival(r, best)))
+
+
+def _tell_best(minima: Sequence[Linearised]) -> str:
+    return f"{rms(min(minima, key=_cost).left):.3g} σ left; " if minima else ""
 
 
 def _cost(at: Linearised) -> float:

@@ -13,8 +13,9 @@ import numpy as np
 from network.analysis.calibration.calibrated_patch import with_fitted_numbers
 from network.analysis.calibration.estimated_constants import Numbers
 from network.analysis.calibration.gauss_newton import make_problem
+from network.analysis.calibration.growing_horizon import begin_in_step
 from network.analysis.calibration.measured_means import Measured
-from network.analysis.calibration.misfit import channel_misfits
+from network.analysis.calibration.misfit import channel_misfits, chi_of
 from network.analysis.calibration.multistart import Found, best_start
 from network.analysis.calibration.robust_fit import Fit, fit_robustly
 from network.analysis.calibration.uncertainty import Uncertainty, uncertainty
@@ -24,6 +25,7 @@ from network.engine.response.parameters import Parameter, at_prior_centres, valu
 from network.machine.machine import Machine
 from network.platform.printing import Brief
 from network.platform.refusal import Complaints
+from network.platform.stages import Stage, say
 from network.recordings.inputs import Start
 
 
@@ -58,13 +60,17 @@ def estimate_null(
     is_late: whether one beginning that came to an end has to do.
     Raises Refused where a channel is in another unit than told, Failed where every run breaks down."""
     problem = make_problem(machine, parameters, data)
-    found = best_start(replace(problem, offsets=()), np.random.default_rng(seed), lambda x: tell(0.6 * x), is_late)
+    begin = begin_in_step(machine, parameters, data, start, is_late, tell)
+    alone = replace(problem, offsets=())
+    found = best_start(alone, np.random.default_rng(seed), Stage(tell, 0.0, 0.6), is_late, begin)
     given = compare(at_prior_centres(machine, parameters), [d.recording for d in data], start=start)
     complaints = Complaints([*misread(found.at, given)])
     complaints.raise_if_any()
     tell(0.6)
+    say(tell, f"{chi_of(found.at):.3g} σ left; weighing readings, finding their noise")
     fit = fit_robustly(problem, found.at)
     tell(0.9)
+    say(tell, f"{chi_of(fit.at):.3g} σ left; how well each number is known")
     known = uncertainty(fit.at)
     std = np.minimum(known.std, [p.spread for p in parameters])
     result = with_fitted_numbers(machine, parameters, fit.at.theta, std)

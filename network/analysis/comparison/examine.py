@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +11,8 @@ import numpy as np
 from network.analysis.comparison.amounts import to_unit
 from network.analysis.comparison.candidate_drivers import Candidate, forms, normalise, without
 from network.analysis.comparison.cycles import CLEAR, cycles_by_regime
-from network.analysis.comparison.drivers import Companion, Driver, companions, correlation, drivers
+from network.analysis.comparison.drivers import LEAST, SURE, Companion, Driver, companions, correlation, drivers
+from network.analysis.comparison.lagged_drivers import find_lagging
 from network.analysis.comparison.lags import autocorrelations, independent
 from network.analysis.comparison.periodicity import Periodicity, periodicity
 from network.analysis.comparison.resample import Grid, fill_gaps, reading_step
@@ -137,7 +138,21 @@ def _find_drivers(rows: Rows, candidates: Sequence[Candidate]) -> list[tuple[Dri
     r, pairs = correlation(rows.values, rows.there, z, z_there)
     worth = independent(rows.r, autocorrelations(z, z_there)[0], pairs)
     named = [channel.name for channel in rows.channels]
-    return [drivers(named[k], candidates, r[k], worth[k], float(rows.rms[k])) for k in range(len(named))]
+    plain = [drivers(named[k], candidates, r[k], worth[k], float(rows.rms[k])) for k in range(len(named))]
+    return [(*found, *_find_late(rows, k, candidates, found)) for k, found in enumerate(plain)]
+
+
+def _find_late(rows: Rows, k: int, candidates: Sequence[Candidate], found: Sequence[Driver]) -> Iterator[Driver]:
+    """Drivers that a channel follows late, beside those found at once; the closest first."""
+    named = {driver.of for driver in found}
+    own = [c for c in candidates if c.form == "value" and c.name not in named]
+    late = [(c, find_lagging(rows.values[k], rows.there[k], c, rows.grid, SURE / len(own))) for c in own]
+    for c, lagging in sorted(((c, found) for c, found in late if found is not None), key=lambda pair: -abs(pair[1].r)):
+        if abs(lagging.r) > LEAST:
+            form = replace(c, form="lagged" if lagging.lag else "value", lag=lagging.lag)
+            worth = lagging.r, float(lagging.blocks), min(lagging.p * len(own), 1.0)
+            yield Driver(rows.channels[k].name, c.name, form.form, form.lag, c.is_input, *worth, float(rows.rms[k]),
+                         form.words, by_changes=True)  # fmt: skip
 
 
 def _together(rows: Rows) -> list[tuple[Companion, ...]]:

@@ -17,6 +17,7 @@ from network.analysis.diagnosis.verdict import conclude
 from network.engine.response.parameters import free_parameters
 from network.machine.machine import Machine
 from network.platform.parallel import processes
+from network.platform.stages import Stage
 from network.platform.threads import on_one_thread
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
@@ -40,7 +41,7 @@ def diagnose(
     let_in = admit_runs(machine, given, as_several(holdout), start)
     with processes(jobs, __name__):
         parameters, is_late = free_parameters(machine), budget.is_calibrated
-        null = estimate_null(machine, parameters, let_in.data, start, seed, lambda x: tell(0.05 * x), is_late)
+        null = estimate_null(machine, parameters, let_in.data, start, seed, Stage(tell, 0.0, 0.05), is_late)
         found = last_of(search(Case(machine, let_in.recordings, start, budget=budget), null, seed, jobs, tell))
         apart = find_disagreements(null, let_in.data)
         told = conclude(found, let_in.holdout, (*let_in.warnings, *describe_disagreements(apart)), seed, jobs)

@@ -26,6 +26,7 @@ from network.report.figures.canvas import (
 )
 from network.report.figures.lines import alone, clock, outline, set_clock, thin, with_gaps
 from network.report.figures.run_figure import is_speed
+from network.report.figures.shown_inputs import choose_inputs
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -45,9 +46,8 @@ TIGHT = 8
 def comparison_figure(residual: RecordingResidual) -> Figure:
     """One row for each channel: measured (grey) over simulated (blue), beside it the residual with its ±2 σ band."""
     run, channels = residual.trajectory, list(residual.channels.values())
-    row, gap, driver = (1.15 if len(channels) <= TIGHT else 0.85), 0.36, driver_of(residual)
-    below = 0.7 + gap if driver is not None else 0.0
-    figure = new_figure(0.62 + len(channels) * (row + gap) + below + 0.25)
+    row, gap, drivers = (1.15 if len(channels) <= TIGHT else 0.85), 0.36, choose_inputs(residual)
+    figure = new_figure(0.62 + len(channels) * (row + gap) + (0.7 + gap) * len(drivers) + 0.25)
     high, panels = figure.get_size_inches()[1] - 0.62, []
     for channel in channels:
         high -= row + gap
@@ -55,8 +55,9 @@ def comparison_figure(residual: RecordingResidual) -> Figure:
         _draw_values(pair[0], channel, run.t)
         _draw_residual(pair[1], channel, run.t)
         panels += pair
-    if driver is not None:
-        pair = [add_axes(figure, left, high - 0.7 - gap * 0.7, width, 0.7) for left, width in (LEFT, RIGHT)]
+    for driver in drivers:
+        high -= 0.7 + gap
+        pair = [add_axes(figure, left, high + gap * 0.3, width, 0.7) for left, width in (LEFT, RIGHT)]
         for axes in pair:
             draw_driver(axes, driver, run.t)
         panels += pair
@@ -67,25 +68,13 @@ def comparison_figure(residual: RecordingResidual) -> Figure:
     return figure
 
 
-def driver_of(residual: RecordingResidual) -> Signal | None:
-    """The speed; else the first input that varies, a temperature last."""
-    signals = [residual.trajectory.schedule.signals[name] for name in residual.trajectory.inputs]
-    order = {True: 0, False: 1}
-    return min(
-        signals, key=lambda s: (order[is_speed(s)], order[_varies(s)], unit(s.unit).is_temperature), default=None
-    )
-
-
-def _varies(signal: Signal) -> bool:
-    return bool(np.ptp(np.concatenate([signal.start, signal.end])) > 0)
-
-
 def draw_driver(axes: Axes, signal: Signal, t: Array) -> None:
     shown = "rpm" if is_speed(signal) else signal.unit
     times, values = outline(signal, t)
     axes.plot(times / clock(t)[1], in_unit(values, unit(shown)), color=INK, linewidth=0.9)
     axes.margins(y=0.12)
-    label_y(axes, name_text(signal.name, 12), shown)
+    headline(axes, name_text(signal.name), GREY)
+    label_y(axes, "", shown)
 
 
 def _draw_values(axes: Axes, channel: ChannelResidual, t: Array) -> None:

@@ -25,8 +25,9 @@ from network.report.figures.canvas import (
     new_figure,
     write_title,
 )
-from network.report.figures.comparison_figure import draw_driver, draw_measured, driver_of
+from network.report.figures.comparison_figure import draw_driver, draw_measured
 from network.report.figures.lines import clock, set_clock, thin
+from network.report.figures.shown_inputs import choose_inputs
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -51,17 +52,17 @@ def fit_figure(before: RecordingResidual, after: RecordingResidual, title: str, 
     and after (blue), beside it both residuals with the ±2 σ band. large: for the recording that was held out."""
     pairs = sorted(_pairs(before, after), key=lambda pair: -_size(pair[0]))
     heights = [_height(place) * (LARGER if large else 1.0) for place in range(len(pairs))]
-    driver = driver_of(after)
-    below = DRIVER + GAP if driver is not None else 0.0
-    figure = new_figure(0.62 + sum(heights) + GAP * len(pairs) + below + 0.3)
+    drivers = choose_inputs(before)
+    figure = new_figure(0.62 + sum(heights) + GAP * len(pairs) + (DRIVER + GAP) * len(drivers) + 0.3)
     t, high = after.trajectory.t, figure.get_size_inches()[1] - 0.62
     panels: list[Axes] = []
     for pair, height in zip(pairs, heights, strict=True):
         high -= height + GAP
         panels += _row(figure, high, height, pair, t)
-    if driver is not None:
+    for driver in drivers:
+        high -= DRIVER + GAP
         for left, width in (LEFT, RIGHT):
-            panels.append(add_axes(figure, left, high - DRIVER - GAP * 0.7, width, DRIVER))
+            panels.append(add_axes(figure, left, high + GAP * 0.3, width, DRIVER))
             draw_driver(panels[-1], driver, t)
     set_clock(panels, t, panels[-2:])
     write_title(figure, title, _describe_misfits(before, after))

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from network.catalogue.declaration.declare import Array, Effect
+from network.catalogue.declaration.declare import Array, Declared, Effect
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import span
 from network.platform.quantities.units import unit
@@ -30,6 +30,7 @@ from network.report.figures.canvas import (
 )
 from network.report.figures.lines import clock, outline, set_clock
 from network.report.figures.run_figure import is_speed
+from network.report.figures.shown_inputs import followed_inputs, rank_inputs
 from network.report.words.finding_words import percent
 from network.report.words.heat_words import is_named, suspects_of, unit_of
 from network.report.words.recording_names import name_recording
@@ -53,7 +54,7 @@ def heat_figure(d: Diagnosis) -> Figure:
     below it the inputs that vary."""
     places, runs = suspects_of(d, MOST_PLACES), choose_runs(d)
     recordings = [d.fits.train_before.recordings[i] for i in runs]
-    inputs = varying(recordings, _inputs_of_findings(d))
+    inputs = choose_inputs_of(d, recordings)
     rows = [ROW] * len(places) + [INPUT] * len(inputs)
     figure = new_figure(TOP + sum(rows) + GAP * len(rows) + BOTTOM)
     panels = [_column(figure, rows, k, len(runs)) for k in range(len(runs))]
@@ -93,23 +94,17 @@ def choose_runs(d: Diagnosis) -> list[int]:
     return sorted(sorted(range(count), key=lambda i: -size[i])[:MOST_RUNS])
 
 
-def _inputs_of_findings(d: Diagnosis) -> set[str]:
-    """What the entries that were found read."""
-    entries = (d.after.by_path.get(path) for f in d.findings for path, _ in f.patch.by_name())
-    return {name for entry in entries if isinstance(entry, Effect) for name in entry.needs()}
+def choose_inputs_of(d: Diagnosis, recordings: Sequence[RecordingResidual]) -> list[str]:
+    """What the findings read, then what residuals follow, then what varies, speeds first."""
+    paths = [path for f in d.findings for path, _ in f.patch.entries() if path in d.after.by_path]
+    read = [name for path in paths for name in _needs(d.after.by_path[path])]
+    moving = rank_inputs(recordings)
+    known = [name for name in followed_inputs(recordings) if name in moving]
+    return list(dict.fromkeys([*(name for name in read if name in moving), *known, *moving]))[:MOST_INPUTS]
 
 
-def varying(recordings: Sequence[RecordingResidual], matter: Collection[str] = ()) -> list[str]:
-    """Inputs that vary in any recording, those that matter first, then speeds; all where none does."""
-    order: dict[str, tuple[bool, bool, bool, bool]] = {}
-    for recording in recordings:
-        for name in recording.trajectory.inputs:
-            signal = recording.trajectory.schedule.signals[name]
-            still = bool(np.ptp(np.concatenate([signal.start, signal.end])) == 0)
-            told = (still, name not in matter, not is_speed(signal), unit(signal.unit).is_temperature)
-            order[name] = min(order.get(name, told), told)
-    moving = [name for name, (still, *_) in order.items() if not still] or list(order)
-    return sorted(moving, key=lambda name: order[name])[:MOST_INPUTS]
+def _needs(entry: Declared) -> Iterable[str]:
+    return entry.needs() if isinstance(entry, Effect) else ()
 
 
 def _column(figure: Figure, rows: Sequence[float], k: int, of: int) -> list[Axes]:

@@ -1,0 +1,69 @@
+"""A machine whose cooler switches is calibrated in step with its recording, from one beginning."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from network import Machine, Recording, Scenario, calibrate, simulate
+from network.analysis.calibration.growing_horizon import begin_in_step
+from network.engine.response.parameters import free_parameters
+from network.report.files.result_files import write_run
+
+ROOT = Path(__file__).parents[1]
+INPUTS = {
+    "speed": [{"for": "2 h", "at": "8000 rpm"}, {"for": "1 h", "at": "3000 rpm"}, {"for": "3 h", "at": "10000 rpm"},
+              {"for": "1 h", "at": "0 rpm"}, {"for": "3 h", "at": "9000 rpm"}, {"for": "2 h", "at": "6000 rpm"}],
+    "ambient": "21.6 degC",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def chilled() -> Machine:
+    return Machine.load(ROOT / "machines" / "chilled_spindle.yaml")
+
+
+def test_switchings_fall_into_step(chilled: Machine, tmp_path: Path) -> None:
+    """112 switchings, the jacket a quarter off: from the priors' centres alone the tank stays 10 σ off."""
+    weaker = chilled.patched({"links.coolant jacket.conductance": "22 W/K"})
+    run = simulate(weaker, Scenario.of("a day of shifts", "12 h", INPUTS, output="20 s"), noise_seed=3)
+    assert len(run.switches) > 100
+    write_run(run, tmp_path)
+    found = calibrate(chilled, Recording.load(tmp_path / "results.csv"))
+    tank = found.after.recordings[0].channels["T_tank"]
+    assert tank.rmse_in_noise < 1.1 and found.after.rmse_in_noise < 1.1 and found.before.rmse_in_noise > 10
+    jacket = next(k for k, p in enumerate(found.parameters) if p.path == "links.coolant jacket.conductance")
+    assert abs(found.theta[jacket] - np.log(22)) < 3 * found.std[jacket]
+    assert found.tried == 1
+
+
+def test_without_relays_there_is_nothing_to_fall_into() -> None:
+    gantry = Machine.load(ROOT / "machines" / "gantry_spindle.yaml")
+    assert begin_in_step(gantry, free_parameters(gantry), [], None, lambda: False) is None
+
+
+def test_it_says_what_it_does_and_what_it_has(chilled: Machine, tmp_path: Path) -> None:
+    """A listener with `now` hears stages and the misfit that is left; one without hears shares alone."""
+
+    class Listener:
+        def __init__(self) -> None:
+            self.said: list[str] = []
+            self.shares: list[float] = []
+
+        def __call__(self, share: float) -> None:
+            self.shares.append(share)
+
+        def now(self, what: str) -> None:
+            self.said.append(what)
+
+    write_run(simulate(chilled, Scenario.of("a morning", "3 h", INPUTS, output="20 s"), noise_seed=3), tmp_path)
+    heard, plain = Listener(), list[float]()
+    calibrate(chilled, Recording.load(tmp_path / "results.csv"), progress=heard)
+    assert heard.said[0] == "looking at the recordings" and "fitting 23 numbers" in heard.said
+    assert any(said.startswith("what switches falls into step: the first ") for said in heard.said)
+    assert heard.said[-1].endswith(" σ left; bands, and every recording beside it")
+    assert heard.shares == sorted(heard.shares)
+    calibrate(chilled, Recording.load(tmp_path / "results.csv"), progress=plain.append)
+    assert plain == heard.shares
