@@ -28,6 +28,7 @@ from network.cli.options import (
     machine_options,
     method_option,
     output_folder,
+    page_flag,
     print_json,
     read_fitting,
     read_machine,
@@ -141,10 +142,11 @@ def draw(machine: str, output: str, level: str | None, lumps: Sequence[str], set
 @click.option("--no-plots", is_flag=True, help="no pictures")
 @click.option("--noise", is_flag=True, help="add every sensor's noise")
 @click.option("--seed", type=Whole(0), default=0, show_default=True, help="of the noise")
+@page_flag
 @json_flag
 def simulate(
     machine: str, source: str, output: str, method: str, start: str | None, no_plots: bool, noise: bool, seed: int,
-    level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
+    page: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
 ) -> None:  # fmt: skip
     """Run a MACHINE through a scenario, or along the inputs of a recording (SOURCE)."""
     with share_bar(f"simulating {Path(machine).name}") as bar:
@@ -163,7 +165,7 @@ def simulate(
         )  # fmt: skip
         shares, bands = superpose(result), _bands(loaded, driver, start)
         bar.now("drawing the run", 1.0)
-        written = _write(result, shares, bands, output, not no_plots)
+        written = _write(result, shares, bands, output, not no_plots, page)
     if as_json:
         print_json(run_summary(result, shares) | {"bands": summarise_bands(bands)})
     else:
@@ -174,7 +176,7 @@ def simulate(
 
 
 def _write(
-    result: Trajectory, shares: Superposition | None, bands: Sequence[Band], output: str, pictures: bool
+    result: Trajectory, shares: Superposition | None, bands: Sequence[Band], output: str, pictures: bool, page: bool
 ) -> list[Path]:
     from network.platform.publication import publication
     from network.report.files.band_files import write_bands
@@ -186,6 +188,10 @@ def _write(
             from network.report.files.pictures import draw_run
 
             made += draw_run(result, draft, bands, shares)
+        if page:
+            from network.report.pages.result_pages import page_of_run, write_page
+
+            made.append(write_page(page_of_run(result, shares, bands), draft))
     return [Path(output) / path.name for path in made]
 
 

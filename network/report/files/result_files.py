@@ -17,7 +17,7 @@ from network.platform.publication import Kind
 from network.recordings.csv_table import write_csv
 from network.report.words.source_words import summarise_superposition
 
-RUN = Kind("summary.json", ("run.png", "network.png", "contributions.png", "sources.png", "bands.csv"))
+RUN = Kind("summary.json", ("run.png", "network.png", "contributions.png", "sources.png", "bands.csv", "report.html"))
 """What `lptn simulate` leaves in a folder."""
 
 

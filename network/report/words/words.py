@@ -39,10 +39,15 @@ def tell_run(run: Trajectory) -> str:
 
 
 def _temperatures(run: Trajectory) -> list[str]:
+    header, rows = temperature_rows(run)
+    return table(header, rows, header[1:]) if rows else []
+
+
+def temperature_rows(run: Trajectory) -> tuple[list[str], list[list[str]]]:
+    """Header and rows: the temperature channels, the parts where there are none."""
     sensors = {name: v for name, v in run.sensors.items() if run.machine.sensors[name].quantity == "temperature"}
     rows = [[name, *(f"{v:.2f}" for v in _ends(values))] for name, values in (sensors or run.parts).items()]
-    header = ["temperature [°C]", "start", "lowest", "highest", "end"]
-    return table(header, rows, header[1:]) if rows else []
+    return ["temperature [°C]", "start", "lowest", "highest", "end"], rows
 
 
 def _ends(values: Array) -> tuple[float, float, float, float]:
@@ -50,6 +55,12 @@ def _ends(values: Array) -> tuple[float, float, float, float]:
 
 
 def _displacements(run: Trajectory) -> list[str]:
+    header, rows = displacement_rows(run)
+    return table(header, rows, header[1:4]) if rows else ["The machine file moves no tool centre point."]
+
+
+def displacement_rows(run: Trajectory) -> tuple[list[str], list[list[str]]]:
+    """Header and a row for each axis."""
     from network.engine.trajectory import axis_unit
 
     rows = []
@@ -57,8 +68,7 @@ def _displacements(run: Trajectory) -> list[str]:
         shown = unit(axis_unit(axis))
         low, high, end = (f"{shown.from_si(v):.2f}" for v in _ends(values)[1:])
         rows.append([f"{axis} [{pretty(shown.text)}]", high, low, end, _main_contributor(run, axis, shown)])
-    header = ["tool centre point", "max", "min", "final", "mostly from"]
-    return table(header, rows, header[1:4]) if rows else ["The machine file moves no tool centre point."]
+    return ["tool centre point", "max", "min", "final", "mostly from"], rows
 
 
 def _main_contributor(run: Trajectory, axis: str, shown: Unit) -> str:
@@ -107,10 +117,19 @@ def tell_comparison(comparison: Comparison) -> str:
 
 def _tell_recording(residual: RecordingResidual) -> Iterator[str]:
     yield f"{residual.trajectory.machine.name}: {residual.recording.file}"
-    header = ["channel", "rmse [σ]", "rmse", "max", "unit", "n"]
-    rows = [_row(channel) for channel in residual.channels.values()]
-    yield from table(header, rows, ["rmse [σ]", "rmse", "max", "n"])
+    yield from table(*residual_rows(residual), ["rmse [σ]", "rmse", "max", "n"])
     yield f"  all channels: rmse {digits(residual.rmse_in_noise, 3)} σ (σ: declared noise of a sample)"
+    yield from tell_findings(residual)
+
+
+def residual_rows(residual: RecordingResidual) -> tuple[list[str], list[list[str]]]:
+    """Header and a row for each channel."""
+    rows = [_row(channel) for channel in residual.channels.values()]
+    return ["channel", "rmse [σ]", "rmse", "max", "unit", "n"], rows
+
+
+def tell_findings(residual: RecordingResidual) -> Iterator[str]:
+    """What is worst, what stands out, and which columns nothing reads."""
     yield tell_worst(residual)
     yield from telling(residual.tests)
     if residual.unused:
