@@ -317,6 +317,15 @@ def test_long_lines_are_thinned_and_keep_their_peaks() -> None:
     assert None in line["v"] and told["clock"] == "h" and told["end"] == pytest.approx(99_999 / 3600)
 
 
+def test_many_runs_of_many_channels_stay_a_page() -> None:
+    t = np.arange(0.0, 36_000.0, 10.0)
+    noisy = np.random.default_rng(1).standard_normal(len(t))
+    lines = [Line(f"T{i}", f"T{i}", t, 20 + i + noisy, "#000000") for i in range(3)]
+    charts = [Chart(f"run {k}", [Plot(f"T{i}", "degC", lines) for i in range(20)]) for k in range(12)]
+    page = fill_page(Page("many", [], charts=charts))
+    assert len(page.encode()) < 2_000_000 and page.count('class="line"') == 720
+
+
 def test_ticks_are_round() -> None:
     assert find_ticks(0.3, 9.7) == [2, 4, 6, 8]
     assert find_ticks(-0.013, 0.021) == pytest.approx([-0.01, 0, 0.01, 0.02])

@@ -17,6 +17,8 @@ POINTS = 600
 """Of a line as data: zooming in tenfold still shows its course."""
 DRAWN = 300
 """Of a line as it is drawn without the script."""
+ON_A_PAGE, LEAST = 50_000, 40
+"""Points of all lines of a page, some 800 kB, and the fewest of one line: many runs of many channels are coarser."""
 DIGITS = 4
 """Of a value, in the range of its line: a ten-thousandth of it shows."""
 
@@ -80,25 +82,32 @@ def list_points(line: Line, most: int = POINTS) -> tuple[Array, Array]:
     return thin(*with_gaps(line.t, line.values), most)
 
 
-def tell_chart(chart: Chart) -> str:
+def share_points(charts: Sequence[Chart]) -> tuple[int, int]:
+    """Points of a line, as data and as drawn, where a page has so many lines."""
+    lines = sum(len(plot.lines) for chart in charts for plot in chart.plots)
+    most = min(max(ON_A_PAGE // max(lines, 1), LEAST), POINTS)
+    return most, min(DRAWN, most)
+
+
+def tell_chart(chart: Chart, most: int = POINTS) -> str:
     """The chart as JSON that may stand in a page: no character of it ends a script or begins a tag."""
     name, length = chart.clock
     first, last = chart.span
     body = {
         "clock": name, "start": first / length, "end": max(last / length, first / length + 1e-9),
-        "plots": [_describe_plot(plot, length) for plot in chart.plots],
+        "plots": [_describe_plot(plot, length, most) for plot in chart.plots],
     }  # fmt: skip
     text = json.dumps(body, ensure_ascii=True, separators=(",", ":"), allow_nan=False)
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
-def _describe_plot(plot: Plot, length: float) -> dict[str, Any]:
+def _describe_plot(plot: Plot, length: float, most: int) -> dict[str, Any]:
     return {"label": plot.label, "unit": pretty(plot.unit), "height": plot.height,
-            "lines": [_describe_line(line, length) for line in plot.lines]}  # fmt: skip
+            "lines": [_describe_line(line, length, most) for line in plot.lines]}  # fmt: skip
 
 
-def _describe_line(line: Line, length: float) -> dict[str, Any]:
-    t, values = list_points(line)
+def _describe_line(line: Line, length: float, most: int) -> dict[str, Any]:
+    t, values = list_points(line, most)
     return {
         "key": line.key, "name": line.name, "colour": line.colour, "dash": line.dash, "width": line.width,
         "t": [*_shorten(t / length)], "v": [*_shorten(values)],

@@ -10,7 +10,7 @@ from functools import lru_cache
 from importlib.resources import files
 from typing import TYPE_CHECKING
 
-from network.report.pages.chart import Chart, tell_chart
+from network.report.pages.chart import Chart, share_points, tell_chart
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -62,18 +62,23 @@ def show_charts(charts: Sequence[Chart], caption: str = "") -> Markup:
     if not charts:
         return Markup("")
     told = Markup('<p class="quiet">{}</p>\n').format(caption) if caption else Markup("")
-    return told + Markup('<div class="charts">\n{}</div>\n').format(Markup("").join(map(_show_run, charts)))
+    points = share_points(charts)
+    return told + Markup('<div class="charts">\n{}</div>\n').format(
+        Markup("").join(_show_run(chart, *points) for chart in charts)
+    )
 
 
-def _show_run(chart: Chart) -> Markup:
+def _show_run(chart: Chart, most: int, drawn: int) -> Markup:
     from markupsafe import Markup
 
     from network.report.pages.chart_svg import draw_chart
 
     keys = Markup("").join(_show_key(key, *look) for key, look in chart.keys.items())
-    data = Markup('<script type="application/json" class="chart-data">{}</script>').format(Markup(tell_chart(chart)))
+    data = Markup('<script type="application/json" class="chart-data">{}</script>').format(
+        Markup(tell_chart(chart, most))
+    )
     head = Markup('<figure class="run" data-name="{}">\n<figcaption>{}</figcaption>\n').format(chart.name, chart.name)
-    return head + Markup('<ul class="keys">{}</ul>\n{}\n{}\n</figure>\n').format(keys, draw_chart(chart), data)
+    return head + Markup('<ul class="keys">{}</ul>\n{}\n{}\n</figure>\n').format(keys, draw_chart(chart, drawn), data)
 
 
 def _show_key(key: str, colour: str, dash: str) -> Markup:

@@ -15,19 +15,19 @@ WIDTH, LEFT, RIGHT, TOP, GAP, FOOT = 960, 66, 12, 20, 12, 34
 """Of the drawing and its margins [px]; chart.js has the same."""
 
 
-def draw_chart(chart: Chart) -> Markup:
-    """The SVG, its names escaped."""
+def draw_chart(chart: Chart, most: int = DRAWN) -> Markup:
+    """The SVG, its names escaped, its lines of so many points."""
     height = sum(TOP + plot.height + GAP for plot in chart.plots) + FOOT
     parts = [Markup('<svg class="drawing" viewBox="0 0 {} {}" role="img" aria-label="{}">').format(
         WIDTH, height, f"{chart.name}: {', '.join(plot.label for plot in chart.plots)}")]  # fmt: skip
     top = 0
     for plot in chart.plots:
-        parts += [*_draw_plot(chart, plot, top + TOP)]
+        parts += [*_draw_plot(chart, plot, top + TOP, most)]
         top += TOP + plot.height + GAP
     return Markup("").join([*parts, *_draw_clock(chart, top), Markup("</svg>")])
 
 
-def _draw_plot(chart: Chart, plot: Plot, top: int) -> Iterator[Markup]:
+def _draw_plot(chart: Chart, plot: Plot, top: int, most: int) -> Iterator[Markup]:
     yield Markup('<text class="label" x="{}" y="{}">{}</text>').format(LEFT, top - 6, plot.label)
     low, high = find_range(plot.lines)
     for tick in find_ticks(low, high):
@@ -36,12 +36,13 @@ def _draw_plot(chart: Chart, plot: Plot, top: int) -> Iterator[Markup]:
         told = f"{tick:.6g}".replace("-", "−")
         yield Markup('<text class="tick" x="{}" y="{:.1f}" text-anchor="end">{}</text>').format(LEFT - 6, y + 4, told)
     for line in plot.lines:
-        yield _draw_line(chart, line, (top, plot.height), (low, high))
+        yield _draw_line(chart, line, list_points(line, most), (top, plot.height), (low, high))
 
 
-def _draw_line(chart: Chart, line: Line, place: tuple[int, int], ends: tuple[float, float]) -> Markup:
-    (top, height), (low, high), (first, last) = place, ends, chart.span
-    t, values = list_points(line, DRAWN)
+def _draw_line(
+    chart: Chart, line: Line, points: tuple[Array, Array], place: tuple[int, int], ends: tuple[float, float]
+) -> Markup:
+    (t, values), (top, height), (low, high), (first, last) = points, place, ends, chart.span
     x = LEFT + (WIDTH - LEFT - RIGHT) * (t - first) / max(last - first, 1e-9)
     y = top + height * (high - values) / (high - low)
     shape = Markup('<path class="line" d="{}" stroke="{}" stroke-width="{}" stroke-dasharray="{}"/>')
