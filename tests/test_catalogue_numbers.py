@@ -322,3 +322,34 @@ def test_sensor_lag_and_offset() -> None:
     assert float(lag.reading(np.array(30.0), np.array(22.0), at())) == 22
     offset = entry("effects", "sensor_offset", offset="-0.1 K")
     assert float(offset.reading(np.array(30.0), np.array(0.0), at())) == 29.9
+
+
+def test_conduction_through_a_wall() -> None:
+    """48 W/(m K) · 100 cm² / 30 mm = 16 W/K; a contact in its place begins with that."""
+    wall = {"conductivity": "48 W/(m K)", "area": "100 cm^2", "length": "30 mm"}
+    through = entry("links", "conduction", **wall)
+    assert float(through.heat_flow(np.array(30.0), np.array(20.0), at())) == pytest.approx(160)
+    assert "conduction at 16 W/K" in through.said()
+    between = {"kind": "conduction", "between": ["shaft", "column"], **wall}
+    patches = kinds("links")["contact"].proposes(machine().patched({"links": {"wall": between}}))
+    (body,) = (patch["links"]["wall"] for patch in patches if "wall" in patch["links"])
+    assert body["conductance"] == "16 W/K"
+    with pytest.raises(Refused, match="exactly one of"):
+        entry("links", "conduction", conductance="16 W/K", area="1 m^2")
+
+
+def test_a_pressed_joint() -> None:
+    """Ground cast iron, 2 MPa at 2 GPa, σ = 3 µm, m = 0.2, k = 48: P/H = 1e-3, 1.25 · 48 · 0.2/3e-6 · 1e-3^0.95 = 5650;
+    air over 1.53 · 3 µm · 1e-3^-0.097 = 8.97 µm: 0.0257/8.97e-6 = 2870 W/(m² K)."""
+    faces = {"pressure": "2 MPa", "roughness": "3 um", "hardness": "2 GPa", "conductivity": "48 W/(m K)"}
+    joint = entry("links", "pressed_joint", area="100 cm^2", asperity_slope="0.2", **faces)
+    spots = 1.25 * 48 * 0.2 / 3e-6 * 1e-3**0.95
+    gaps = 0.0257 / (1.53 * 3e-6 * 1e-3**-0.097)
+    assert float(joint.heat_flow(np.array(30.0), np.array(20.0), at())) == pytest.approx((spots + gaps) * 0.1, rel=5e-3)
+    usual = entry("links", "pressed_joint", area="100 cm^2", **faces)
+    assert float(usual.coefficient - gaps) == pytest.approx(spots * 0.125 * 3**0.402 / 0.2, rel=0.02)
+    oiled = entry("links", "pressed_joint", area="100 cm^2", fluid="oil_vg_32", **faces)
+    assert float(oiled.coefficient) > 2 * float(usual.coefficient)
+    body = {"kind": "pressed_joint", "between": ["shaft", "column"], "area": "1 m^2", **faces, "pressure": "2 Pa"}
+    warned = machine().patched({"links": {"it": body}}).warnings
+    assert any("is 1.0e-09 of the hardness" in str(w) for w in warned)

@@ -226,6 +226,7 @@ def test_another_input_takes_the_place_of_the_default(cls: type[Effect]) -> None
     assert field.default in usual.needs() and field.default not in other.needs()
     assert other.needs()["other"] == field.unit
     u, x = surroundings(4), arguments(usual, 4)
+    u = {**u, field.default: np.array(1000.0)}  # rad/s, fast enough to stir a gap
     moved = {**u, "other": u[field.default], field.default: np.array(0.0)}
     assert float(evaluated(usual, u, *x)) == float(evaluated(other, moved, *x)) != 0
     assert float(evaluated(other, {**moved, "other": np.array(0.0)}, *x)) != float(evaluated(usual, u, *x))

@@ -129,7 +129,7 @@ def test_the_command_leaves_a_page_with_everything_in_it(tmp_path: Path, capsys:
     assert {path.name for path in tmp_path.iterdir()} == {"report.html", "iso230.json", "iso230.png"}
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     drift = json.loads((tmp_path / "iso230.json").read_text())["axes"]["z"]["drift"]["value"]
-    assert f"{drift:.1f}" in page and "data:image/png;base64" in page and "http" not in page
+    assert f"{drift:.1f}" in page and "data:image/png;base64" in page and "http:" not in page and "https:" not in page
     assert status(*words[:5], "--json") == 0
     assert json.loads(capsys.readouterr().out)["axes"]["z"]["drift"]["value"] == pytest.approx(drift)
 

@@ -185,7 +185,11 @@ LISTED += ", calibrated"
         ),
         # keys, kinds and sections
         (("torque:", "torqe:"), "13: sources.friction has an unknown key 'torqe'; did you mean 'torque'?"),
-        ((", conductance: 20 W/K ± 30 %", ""), "10: links.bearing lacks 'conductance'; give it: conductance, in W/K"),
+        (
+            (", conductance: 20 W/K ± 30 %", ""),
+            "10: links.bearing has nothing to compute with; "
+            "give exactly one of: conductance | conductivity + area + length",
+        ),
         (("convection", "convecton"), "11: links.skin has an unknown kind 'convecton'; did you mean 'convection'?"),
         (
             ("kind: bearing_friction", "kind: bearing_frictoin"),

@@ -13,6 +13,7 @@ from network.cli.options import (
     Whole,
     json_flag,
     machine_options,
+    page_flag,
     print_json,
     read_fitting,
     read_machine,
@@ -44,10 +45,12 @@ PLAN = "plan.json"
 @click.option("--seed", type=Whole(0), default=0, show_default=True, help="of further beginnings")
 @start_option
 @click.option("--no-plots", is_flag=True, help="no pictures")
+@page_flag
 @json_flag
 def calibrate(
     machine: str, recordings: Sequence[str], holdout: Sequence[str], output: str | None, plan: str | None, seed: int,
-    start: str | None, no_plots: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
+    start: str | None, no_plots: bool, page: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str],
+    as_json: bool,
 ) -> None:  # fmt: skip
     """The uncertain numbers of a MACHINE (± or unknown) from RECORDINGS, with their uncertainty."""
     if plan is None and not recordings:
@@ -60,7 +63,8 @@ def calibrate(
             _check_no_recordings(recordings, holdout)
             answer, written = _plan(loaded, plan, output, start)
         else:
-            answer, written = _calibrate(loaded, recordings, holdout, output or "out", seed, start, no_plots, bar)
+            made = (not no_plots, page)
+            answer, written = _calibrate(loaded, recordings, holdout, output or "out", seed, start, made, bar)
         text = "" if as_json else str(answer)
     if as_json:
         print_json(answer.summary())
@@ -93,8 +97,9 @@ def _plan(machine: Machine, scenario: str, output: str | None, start: str | None
 
 def _calibrate(
     machine: Machine, recordings: Sequence[str], holdout: Sequence[str], output: str, seed: int, start: str | None,
-    no_plots: bool, bar: Bar,
+    made: tuple[bool, bool], bar: Bar,
 ) -> tuple[Calibration, list[Path]]:  # fmt: skip
+    """made: whether pictures and the page are wanted."""
     from network.analysis.calibration.calibrate import calibrate as run
     from network.analysis.calibration.calibrated_patch import check_target
     from network.report.files.calibration_files import write_calibration
@@ -103,4 +108,4 @@ def _calibrate(
     train, held_out = list(read_recordings(recordings)), list(read_recordings(holdout))
     result = run(machine, train, held_out, start=read_start(start), seed=seed, progress=bar)
     bar.now("drawing the calibration", 1.0)
-    return result, write_calibration(result, Path(output), pictures=not no_plots)
+    return result, write_calibration(result, Path(output), *made)

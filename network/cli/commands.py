@@ -29,6 +29,7 @@ from network.cli.options import (
     machine_options,
     method_option,
     output_folder,
+    page_flag,
     print_json,
     read_fitting,
     read_machine,
@@ -144,10 +145,11 @@ def draw(machine: str, output: str, level: str | None, lumps: Sequence[str], set
 @click.option("--no-plots", is_flag=True, help="no pictures")
 @click.option("--noise", is_flag=True, help="add every sensor's noise")
 @click.option("--seed", type=Whole(0), default=0, show_default=True, help="of the noise")
+@page_flag
 @json_flag
 def simulate(
     machine: str, source: str, output: str, method: str, start: str | None, no_plots: bool, noise: bool, seed: int,
-    level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
+    page: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
 ) -> None:  # fmt: skip
     """Run a MACHINE through a scenario, or along the inputs of a recording (SOURCE)."""
     with share_bar(f"simulating {Path(machine).name}") as bar:
@@ -170,7 +172,7 @@ def simulate(
         plain = None if noise else result
         lumping = estimate_lumping(loaded, driver, plain, start=read_start(start), method=method)
         bar.now("drawing the run", 1.0)
-        written = _write(result, shares, bands, lumping, output, not no_plots)
+        written = _write(result, shares, bands, lumping, output, not no_plots, page)
     if as_json:
         print_json(run_summary(result, shares, lumping) | {"bands": summarise_bands(bands)})
     else:
@@ -183,7 +185,7 @@ def simulate(
 
 def _write(
     result: Trajectory, shares: Superposition | None, bands: Sequence[Band], lumping: LumpingError | None, output: str,
-    pictures: bool,
+    pictures: bool, page: bool,
 ) -> list[Path]:  # fmt: skip
     from network.platform.publication import publication
     from network.report.files.result_files import RUN, write_run
@@ -198,6 +200,10 @@ def _write(
             from network.report.files.pictures import draw_run
 
             made += draw_run(result, draft, bands, shares)
+        if page:
+            from network.report.pages.result_pages import page_of_run, write_page
+
+            made.append(write_page(page_of_run(result, shares, bands), draft))
     return [Path(output) / path.name for path in made]
 
 

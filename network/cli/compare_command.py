@@ -10,8 +10,10 @@ import click
 
 from network.cli.options import (
     FileName,
+    check_page,
     machine_options,
     method_option,
+    page_flag,
     print_json,
     read_machine,
     read_recordings,
@@ -34,15 +36,17 @@ if TYPE_CHECKING:
 @click.argument("recordings", nargs=-1, required=True, type=FileName())
 @click.option("--json", "json_file", type=FileName(), metavar="FILE", help="residuals as JSON, '-' to print them")
 @click.option("-o", "--output", type=FileName(), metavar="DIR", help="pictures of measured over simulated")
+@page_flag
 @method_option
 @start_option
 @click.option("--no-plots", is_flag=True, help="no pictures")
 def compare(
-    machine: str, recordings: Sequence[str], json_file: str | None, output: str | None, method: str, start: str | None,
-    no_plots: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str],
+    machine: str, recordings: Sequence[str], json_file: str | None, output: str | None, page: bool, method: str,
+    start: str | None, no_plots: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str],
 ) -> None:  # fmt: skip
     """Residuals of a MACHINE on RECORDINGS, per channel, in units of noise; --start estimated finds the temperatures at
     the start of each from it."""
+    check_page(page, output)
     with share_bar(f"comparing {Path(machine).name}") as bar:
         results_go_to(output)
         if json_file not in (None, "-"):
@@ -66,7 +70,7 @@ def compare(
         lumping = estimate_on_recording(loaded, result.recordings, start=stated, method=method)
         if lumping is not None:
             text, summary = f"{text}\n{lumping}", summary | {"lumping": lumping.summary()}
-        written = _write(result, summary, None if no_plots else output, json_file)
+        written = _write(result, summary, None if no_plots else output, json_file, page)
     if json_file == "-":
         print_json(summary)
     else:
@@ -87,8 +91,10 @@ def _tell(machine: Machine, result: Comparison, in_words: bool) -> tuple[str, di
     return text, result.summary() | {"coverage": [c.summary() for c in coverage]}
 
 
-def _write(result: Comparison, summary: dict[str, Any], output: str | None, json_file: str | None) -> list[Path]:
-    """Pictures and residuals, at once where they go into one folder; the pictures that were written."""
+def _write(
+    result: Comparison, summary: dict[str, Any], output: str | None, json_file: str | None, page: bool
+) -> list[Path]:
+    """Pictures, page and residuals, at once where they go into one folder; pictures and page that were written."""
     from network.platform.files import write_text
     from network.platform.folders import folder
     from network.platform.publication import publication
@@ -100,6 +106,10 @@ def _write(result: Comparison, summary: dict[str, Any], output: str | None, json
     if output is not None:
         with publication(output) as draft:
             written = [Path(output) / path.name for path in draw_comparison(result, draft)]
+            if page:
+                from network.report.pages.result_pages import page_of_comparison, write_page
+
+                written.append(Path(output) / write_page(page_of_comparison(result), draft).name)
             if left is not None and left.parent.resolve() == Path(output).resolve() and not left.is_symlink():
                 write_text(draft / left.name, as_json(summary))
                 left = None

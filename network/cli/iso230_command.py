@@ -8,8 +8,10 @@ from pathlib import Path
 import click
 
 from network.cli.options import (
+    check_page,
     json_flag,
     machine_options,
+    page_flag,
     print_json,
     read_machine,
     read_start,
@@ -29,14 +31,16 @@ PROGRAMS = ("etve", "spindle_constant", "spindle_spectrum", "linear_axis", "rota
 @click.option("--top", "tops", multiple=True, metavar="INPUT=VALUE", help="scale an input of PROGRAM, 'speed=9000 rpm'")
 @click.option("--tool-length", metavar="LENGTH", help="also the drift at a tool that is longer by this, like '150 mm'")
 @click.option("-o", "--output", type=click.Path(), metavar="DIR", help="report.html, iso230.json and a picture")
+@page_flag
 @start_option
 @json_flag
 def iso230(
-    machine: str, program: str, tops: Sequence[str], tool_length: str | None, output: str | None, start: str | None,
-    level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
+    machine: str, program: str, tops: Sequence[str], tool_length: str | None, output: str | None, page: bool,
+    start: str | None, level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
 ) -> None:  # fmt: skip
     """A thermal test of ISO 230-3 on a MACHINE: simulated along PROGRAM (a scenario, or one of the programs shipped:
     etve, spindle_constant, spindle_spectrum, linear_axis, rotary_axis), or from a recording."""
+    check_page(page, output)  # which stands in the folder anyway
     with share_bar(f"testing {Path(machine).name}") as bar:
         results_go_to(output)
         loaded = read_machine(machine, level, lumps, sets, [str(_find_program(program))], start)

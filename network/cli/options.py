@@ -67,6 +67,9 @@ json_flag = click.option("--json", "as_json", is_flag=True, help="print JSON ins
 start_option = click.option(
     "--start", metavar="TEMPERATURE", help="'22 degC', 'steady' or '{housing: 24 degC, others: 22 degC}'"
 )
+page_flag = click.option(
+    "--page", is_flag=True, help="report.html besides: the result as one page, with charts to look into"
+)
 method_option = click.option(
     "--method", default="auto", show_default=True,
     help="auto, modal, switched, rosenbrock, expm, solve_ivp:LSODA|BDF|Radau|RK45",
@@ -77,6 +80,14 @@ def output_folder(default: str) -> Callable[[Command], Command]:
     return click.option(
         "-o", "--output", default=default, show_default=True, type=FileName(), metavar="DIR", help="where results go"
     )
+
+
+def check_page(page: bool, output: str | None) -> None:
+    """Raises Refused for a page that has no folder to stand in."""
+    from network.platform.refusal import Spot, refuse
+
+    if page and output is None:
+        raise refuse(Spot("--page"), "has no folder to stand in", "name one with -o DIR")
 
 
 def results_go_to(path: str | Path | None) -> None:

@@ -53,5 +53,7 @@ class Contact(Link, kind="contact"):
     @classmethod
     def take_over(cls, entry: EntryLike, machine: MachineLike) -> Mapping[str, Any] | None:
         """Nothing more; it stands between parts only."""
-        between_parts = isinstance(entry, Conduction) and not any(machine.nodes[p.node].is_held for p in entry.places)
-        return {} if between_parts else None
+        if not isinstance(entry, Conduction) or any(machine.nodes[p.node].is_held for p in entry.places):
+            return None
+        total = {"conductance": cls.fields["conductance"].write(float(entry.total))}
+        return {} if entry.is_given("conductance") else total

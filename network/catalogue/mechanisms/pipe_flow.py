@@ -24,7 +24,7 @@ class PipeFlow(MovingFilm, kind="pipe_flow"):
 
     diameter = param("mm", 0, 2000, "hydraulic diameter", positive=True, typical=12)
     length = param("m", 0, 1000, "length of the channel", positive=True, typical=2)
-    flow = param("l/min", 0, 1e5, "volume flow", default=None, typical=8)
+    flow = param("l/min", 0, 60_000, "volume flow", default=None, typical=8)
     cross_section = param("mm^2", 0, 1e6, "cross-section, if not round", positive=True, default=None, typical=100)
     measured_flow = channel(None, "l/min", "the input that records the flow", key="input")
     fluid = word("what flows", *FLUIDS, default="water")

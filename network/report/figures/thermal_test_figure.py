@@ -28,14 +28,14 @@ if TYPE_CHECKING:
 
 def thermal_test_figure(test: ThermalTest) -> Figure:
     """Drift since the start on top (measured with dots, simulated as lines), then angles, temperatures, motion."""
-    t = _times(test)
+    t = list_times(test)
     figure, axes = draw_panels(list(_panels(test, t)), t)
     _mark_hours(axes, test, t)
     write_title(figure, test.machine.name, f"ISO 230-3 {test.motion.title}")
     return figure
 
 
-def _times(test: ThermalTest) -> Array:
+def list_times(test: ThermalTest) -> Array:
     """The clock of the picture [s]."""
     t = test.source.t if isinstance(test.source, Recording) else test.source.schedule.t
     return np.asarray(t, np.float64)
@@ -46,7 +46,7 @@ def _panels(test: ThermalTest, t: Array) -> Iterator[Panel]:
         chosen = {axis: d for axis, d in test.axes.items() if (axis in ANGULAR_AXES) == is_angle}
         if chosen:
             yield _drift_panel(test, quantity, "urad" if is_angle else "um", height, chosen)
-    rows = _temperatures(test)
+    rows = list_temperatures(test)
     if rows:
         yield panel_of("temperature", "degC", 2.6, rows, t)
     yield from _motion_panels(test, t)
@@ -56,14 +56,14 @@ def _drift_panel(test: ThermalTest, quantity: str, shown: str, height: float, ch
     """Measured curves; beside them, dashed, what is simulated."""
     curves, labels = list[Curve](), list[EndLabel]()
     for i, axis in enumerate(chosen):
-        for k, (name, course) in enumerate(_courses(test, axis).items()):
+        for k, (name, course) in enumerate(list_courses(test, axis).items()):
             values = in_unit(course.values, unit(axis_unit(axis)))
             curves.append(Curve(*thin(course.t, values, 1000), look(i)[0], DASHES[min(k, 1)], 1.6))
             labels.append(curves[-1].label(name, shown))
     return Panel(quantity, shown, height, curves, labels, from_zero=True)
 
 
-def _courses(test: ThermalTest, axis: str) -> dict[str, AxisDrift]:
+def list_courses(test: ThermalTest, axis: str) -> dict[str, AxisDrift]:
     """What is drawn of an axis, by name: solid, then dashed."""
     drift = test.axes[axis]
     if drift.targets:
@@ -73,7 +73,7 @@ def _courses(test: ThermalTest, axis: str) -> dict[str, AxisDrift]:
     return {axis: drift}
 
 
-def _temperatures(test: ThermalTest) -> dict[str, Array]:
+def list_temperatures(test: ThermalTest) -> dict[str, Array]:
     """The temperature channels: recorded where there is a recording, else simulated."""
     sensors = {n: s for n, s in test.machine.sensors.items() if s.quantity == "temperature"}
     if isinstance(test.source, Recording):

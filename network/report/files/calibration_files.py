@@ -24,11 +24,12 @@ if TYPE_CHECKING:
     from network.machine.machine import Machine
 
 PICTURES = tuple(f"{side}{what}-*.png" for side in ("", "holdout-") for what in ("fit", "residual"))
-CALIBRATION = Kind("calibration.json", (*PICTURES, "shifts.png", "band-*.png"))
+ORDER = (".yaml", ".json", ".html", ".png")
+CALIBRATION = Kind("calibration.json", (*PICTURES, "shifts.png", "band-*.png", "report.html"))
 
 
-def write_calibration(c: Calibration, where: Path, pictures: bool = True) -> list[Path]:
-    """machine.calibrated.yaml, calibration.json and pictures, all of them or none."""
+def write_calibration(c: Calibration, where: Path, pictures: bool = True, page: bool = False) -> list[Path]:
+    """machine.calibrated.yaml, calibration.json, pictures and, where asked for, the page, all of them or none."""
     with publication(where, CALIBRATION) as draft:
         (draft / FILE).write_text(patch_text(c.machine, where, remark(c)), encoding="utf-8", newline="\n")
         (draft / "calibration.json").write_text(as_json(c.summary()), encoding="utf-8", newline="\n")
@@ -36,10 +37,11 @@ def write_calibration(c: Calibration, where: Path, pictures: bool = True) -> lis
             from network.report.figures.canvas import save
 
             save(figure(), draft / name)
-        made = sorted(
-            draft.iterdir(),
-            key=lambda path: ([".yaml", ".json"].index(path.suffix) if path.suffix != ".png" else 2, path.name),
-        )
+        if page:
+            from network.report.pages.result_pages import page_of_calibration, write_page
+
+            write_page(page_of_calibration(c), draft)
+        made = sorted(draft.iterdir(), key=lambda path: (ORDER.index(path.suffix), path.name))
     return [where / path.name for path in made]
 
 

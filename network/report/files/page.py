@@ -14,6 +14,8 @@ from network.analysis.diagnosis.result import experiment_file
 from network.platform.quantities.text_table import format_shift, span
 from network.recordings.start_rule import ESTIMATED
 from network.report.files.diagnosis_patch import FILE
+from network.report.pages.chart_page import chart_style, show_charts, write_policy, write_script
+from network.report.pages.run_charts import chart_fits
 from network.report.words.diagnosis_words import advice_words, fit_rows, is_unchanged, where_lines
 from network.report.words.effect_words import effect_words
 from network.report.words.finding_words import (
@@ -35,10 +37,14 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
     from network.analysis.diagnosis.result import Diagnosis, Finding, Rival
+    from network.report.pages.chart import Chart
 
 TEMPLATE = "diagnosis.html.j2"
 TALL = 0.8
 """Height over width of a picture, from which half a page is too little for it."""
+
+
+FITS = "Every recording to look into: measured grey, simulated before orange, after blue."
 
 
 @dataclass(frozen=True)
@@ -58,7 +64,17 @@ def page(d: Diagnosis, pictures: Sequence[Shown], patch: str, where: Path) -> st
     loader = PackageLoader("network.report")
     rooms = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     told = _verdict(d) | _tables(d) | {"patch": patch, "patch_name": FILE, "commands": commands(d, where)}
+    told |= {"charts": show_charts(charts_of_fits(d), FITS), "chart_style": chart_style(), "policy": write_policy()}
+    told |= {"script": write_script()}
     return rooms.get_template(TEMPLATE).render(told, pictures=pictures, shown=embed, signed=format_shift)
+
+
+def charts_of_fits(d: Diagnosis) -> list[Chart]:
+    """Of every recording, the held-out ones first."""
+    sides = [("held out", d.fits.holdout_before, d.fits.holdout_after)]
+    sides.append(("fitted", d.fits.train_before, d.fits.train_after))
+    pairs = [(word, b, a) for word, b, a in sides if b is not None and a is not None]
+    return [chart for word, b, a in pairs for chart in chart_fits(b, a, word, lambda r: name_recording(d, r))]
 
 
 def embed(picture: Shown) -> Markup:

@@ -20,7 +20,7 @@ from network.report.words.source_words import summarise_superposition
 if TYPE_CHECKING:
     from network.analysis.sweep.lumping_error import LumpingError
 
-RUN = Kind("summary.json", ("run.png", "network.png", "contributions.png", "sources.png", "bands.csv"))
+RUN = Kind("summary.json", ("run.png", "network.png", "contributions.png", "sources.png", "bands.csv", "report.html"))
 """What `lptn simulate` leaves in a folder."""
 
 

@@ -11,6 +11,8 @@ from network.report.figures.all_figures import save
 from network.report.figures.thermal_test_figure import thermal_test_figure
 from network.report.files.page import Shown, embed
 from network.report.files.result_files import as_json
+from network.report.pages.chart_page import Page, Table, fill_page
+from network.report.pages.drift_chart import chart_test
 from network.report.words.thermal_test_words import basis_of, drift_rows, name_test, tell_targets
 
 if TYPE_CHECKING:
@@ -20,23 +22,28 @@ TEST = Kind("iso230.json")
 """What `lptn iso230` leaves in a folder."""
 CAPTION = "Drift since the start, temperatures and motion; dashed lines part the first and the last 60 min of motion."
 
+CHART = "The same to look into; an axis or a channel is switched off and on by its name."
+MEANING = (
+    "All figures are ranges, the largest less the smallest value. Drift: over the whole test. First and last 60 min: "
+    "of the motion. Stable: from when on the drift of the last 60 min stays below 15 % of the largest of the first "
+    "60 min. Tilt: of the rotation that carries the tool along the axis (b for x, a for y). Measured values are "
+    "straight lines through 5 min of readings."
+)
+
 
 def write_thermal_test(test: ThermalTest, where: Path) -> list[Path]:
     """Raises Refused where a file cannot be written."""
     data, picture, page = (where / name for name in ("iso230.json", "iso230.png", "report.html"))
     write_text(data, as_json(test.summary()))
     save(thermal_test_figure(test), picture)
-    write_text(page, fill_page(test, picture.read_bytes()))
+    write_text(page, page_of_test(test, picture.read_bytes()))
     return [data, picture, page]
 
 
-def fill_page(test: ThermalTest, png: bytes) -> str:
+def page_of_test(test: ThermalTest, png: bytes) -> str:
     """The page, its picture inside."""
-    from jinja2 import Environment, PackageLoader
-
-    rooms = Environment(loader=PackageLoader("network.report"), autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    header, rows = drift_rows(test)
-    return rooms.get_template("thermal_test.html.j2").render(
-        title=name_test(test), basis=basis_of(test), header=header, rows=rows,
-        notes=[*tell_targets(test), *test.notes], picture=embed(Shown("iso230", "", CAPTION, png)),
+    page = Page(
+        name_test(test), [basis_of(test)], [Table(*drift_rows(test))], [*tell_targets(test), *test.notes],
+        [chart_test(test)], CHART, MEANING, embed(Shown("iso230", "", CAPTION, png)),
     )  # fmt: skip
+    return fill_page(page)

@@ -22,14 +22,17 @@ if TYPE_CHECKING:
 
 def tell_calibration(c: Calibration) -> str:
     """Numbers before and after, residuals before and after, bands of the tool centre point, sentences, warnings."""
-    blocks = [_head(c), _numbers(c), "\n".join(_residuals(c)), "\n".join(_bands(c))]
+    header, rows = number_rows(c)
+    numbers = "\n".join(table(header, rows, ["moved [σ]"]))
+    blocks = [head_of(c), numbers, "\n".join(_residuals(c)), "\n".join(band_lines(c))]
     told = [sentence + "." for sentence in c.sentences]
     told += [f"{c.lumping} Calibrate again after that."] if c.lumping is not None and not c.lumping.is_within else []
     told += [f"warning: {warning}" for warning in c.warnings]
     return "\n\n".join(block for block in [*blocks, "\n".join(told)] if block)
 
 
-def _head(c: Calibration) -> str:
+def head_of(c: Calibration) -> str:
+    """How many numbers, on how much, how long it took."""
     count, many = len(c.parameters), len(c.data)
     samples = sum(len(d.recording.t) for d in c.data)
     numbers = f"{count} number{'s' if count > 1 else ''}"
@@ -37,14 +40,15 @@ def _head(c: Calibration) -> str:
     return f"{c.original.name}: {numbers} calibrated on {recordings} ({samples} samples) in {span(c.seconds)}"
 
 
-def _numbers(c: Calibration) -> str:
+def number_rows(c: Calibration) -> tuple[list[str], list[list[str]]]:
+    """Header and a row for each number."""
     header = ["number", "before", "calibrated", "95 %", "moved [σ]", ""]
     rows = []
     for j, p in enumerate(c.parameters):
         low, high = (_bare(p, p.value(x)) for x in c.known.interval(j))
         moved = format_shift(float(c.shift[j])) if np.isfinite(c.shift[j]) else "–"
         rows.append([p.path, before(p), _value(c, j), f"{low} … {high}", moved, _remark(c, j)])
-    return "\n".join(table(header, rows, ["moved [σ]"]))
+    return header, rows
 
 
 def before(p: Parameter) -> str:
@@ -71,6 +75,14 @@ def _remark(c: Calibration, j: int) -> str:
 
 
 def _residuals(c: Calibration) -> Iterator[str]:
+    header, rows = rmse_rows(c)
+    yield from table(header, rows, header[1:])
+    if any(p.is_unknown for p in c.parameters):
+        yield "  before: unknown numbers at the middle of their range"
+
+
+def rmse_rows(c: Calibration) -> tuple[list[str], list[list[str]]]:
+    """Header and a row for each channel: before and after, where it was calibrated and where it was held out."""
     from network.analysis.calibration.calibrate import pool_channels
 
     columns = [("calibrated on", c.before, c.after), ("held out", c.before_holdout, c.after_holdout)]
@@ -83,12 +95,10 @@ def _residuals(c: Calibration) -> Iterator[str]:
         for n in names
     ]
     rows.append(["all channels", *(digits(x.rmse_in_noise, 3) for _, b, a in pairs for x in (b, a))])
-    yield from table(header, rows, header[1:])
-    if any(p.is_unknown for p in c.parameters):
-        yield "  before: unknown numbers at the middle of their range"
+    return header, rows
 
 
-def _bands(c: Calibration) -> Iterator[str]:
+def band_lines(c: Calibration) -> Iterator[str]:
     """The widest band of every axis over all recordings, and whether bands held on what was held out."""
     widest: dict[str, Band] = {}
     for band in (band for own in c.bands for band in own):

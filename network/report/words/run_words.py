@@ -26,10 +26,15 @@ def tell_run(run: Trajectory) -> str:
 
 
 def _temperatures(run: Trajectory) -> list[str]:
+    header, rows = temperature_rows(run)
+    return table(header, rows, header[1:]) if rows else []
+
+
+def temperature_rows(run: Trajectory) -> tuple[list[str], list[list[str]]]:
+    """Header and rows: the temperature channels, the parts where there are none."""
     sensors = {name: v for name, v in run.sensors.items() if run.machine.sensors[name].quantity == "temperature"}
     rows = [[name, *(f"{v:.2f}" for v in _ends(values))] for name, values in (sensors or run.parts).items()]
-    header = ["temperature [°C]", "start", "lowest", "highest", "end"]
-    return table(header, rows, header[1:]) if rows else []
+    return ["temperature [°C]", "start", "lowest", "highest", "end"], rows
 
 
 def _ends(values: Array) -> tuple[float, float, float, float]:
@@ -37,6 +42,12 @@ def _ends(values: Array) -> tuple[float, float, float, float]:
 
 
 def _displacements(run: Trajectory) -> list[str]:
+    header, rows = displacement_rows(run)
+    return table(header, rows, header[1:4]) if rows else ["The machine file moves no tool centre point."]
+
+
+def displacement_rows(run: Trajectory) -> tuple[list[str], list[list[str]]]:
+    """Header and a row for each axis."""
     from network.engine.trajectory import axis_unit
 
     rows = []
@@ -44,8 +55,7 @@ def _displacements(run: Trajectory) -> list[str]:
         shown = unit(axis_unit(axis))
         low, high, end = (f"{shown.from_si(v):.2f}" for v in _ends(values)[1:])
         rows.append([f"{axis} [{pretty(shown.text)}]", high, low, end, _main_contributor(run, axis, shown)])
-    header = ["tool centre point", "max", "min", "final", "mostly from"]
-    return table(header, rows, header[1:4]) if rows else ["The machine file moves no tool centre point."]
+    return ["tool centre point", "max", "min", "final", "mostly from"], rows
 
 
 def _main_contributor(run: Trajectory, axis: str, shown: Unit) -> str:

@@ -31,10 +31,19 @@ def tell_comparison(comparison: Comparison) -> str:
 
 def _tell_recording(residual: RecordingResidual) -> Iterator[str]:
     yield f"{residual.trajectory.machine.name}: {residual.recording.file}"
-    header = ["channel", "rmse [σ]", "rmse", "max", "unit", "n"]
-    rows = [_row(channel) for channel in residual.channels.values()]
-    yield from table(header, rows, ["rmse [σ]", "rmse", "max", "n"])
+    yield from table(*residual_rows(residual), ["rmse [σ]", "rmse", "max", "n"])
     yield f"  all channels: rmse {digits(residual.rmse_in_noise, 3)} σ (σ: declared noise of a sample)"
+    yield from tell_findings(residual)
+
+
+def residual_rows(residual: RecordingResidual) -> tuple[list[str], list[list[str]]]:
+    """Header and a row for each channel."""
+    rows = [_row(channel) for channel in residual.channels.values()]
+    return ["channel", "rmse [σ]", "rmse", "max", "unit", "n"], rows
+
+
+def tell_findings(residual: RecordingResidual) -> Iterator[str]:
+    """What is worst, what stands out, and which columns nothing reads."""
     yield tell_worst(residual)
     yield from telling(residual.tests)
     if residual.unused:

@@ -1,0 +1,1 @@
+"""Pages: results as one HTML file, with charts that read without JavaScript and answer to a pointer with it."""
