@@ -20,6 +20,7 @@ TELL = {
     "Sweep": ("words.sweep_words", "tell_sweep"),
     "Calibration": ("words.calibration_words", "tell_calibration"),
     "Foresight": ("words.experiment_plan_words", "tell_foresight"),
+    "Changes": ("words.change_words", "tell_changes"),
     "Diagnosis": ("words.diagnosis_words", "tell_diagnosis"),
 }
 """Class → module and function that puts it into words."""

@@ -63,14 +63,15 @@ class Change:
 @dataclass(frozen=True, eq=False)
 class Changes:
     """machine: as given; before, after: with the numbers of then and of now, and their ±; found: the gravest first;
-    tested: numbers and sensors that might have changed; limit: σ that counts as a change; scales: what both sets leave,
+    tested: numbers and sensors that could have changed → difference
+    in its σ, each alone beside what was found; limit: σ that counts as a change; scales: what both sets leave,
     in noise, longer-lasting misfit counting more; then, now: files."""
 
     machine: Machine
     before: Machine
     after: Machine
     found: tuple[Change, ...]
-    tested: int
+    tested: Mapping[str, float]
     limit: float
     scales: tuple[float, float]
     then: tuple[str, ...]
@@ -88,7 +89,7 @@ class Changes:
         """diagnosis.json."""
         return {
             "verdict": self.verdict, "changed": [change.summary() for change in self.found], "findings": [],
-            "tested": self.tested, "limit_sigma": self.limit, "misfit": dict(zip(("then", "now"), self.scales,
+            "tested": dict(self.tested), "limit_sigma": self.limit, "misfit": dict(zip(("then", "now"), self.scales,
                                                                                  strict=True)),
             "reference": list(self.then), "recordings": list(self.now), "notes": list(self.warnings),
             "machine": "machine.diagnosed.yaml", "seed": self.seed, "seconds": self.seconds,
@@ -121,7 +122,8 @@ def find_changes(
     doubts = doubt_starts(machine, [*sides[0], *sides[1]], start)
     return Changes(
         machine, _machine_at(split.at, 0), _machine_at(split.at, 1), tuple(_tell_all(split, sides[1], start)),
-        split.tested, split.limit, split.at.sets.scales, _files(given[0]), _files(given[1]),
+        {_name(split.at, each.entry): each.value / each.std for each in split.tested}, split.limit,
+        split.at.sets.scales, _files(given[0]), _files(given[1]),
         (*overheard(machine, *given), *doubts, *let_in.warnings), seed, time.perf_counter() - began,
     )  # fmt: skip
 

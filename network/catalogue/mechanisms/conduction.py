@@ -14,6 +14,7 @@ class Conduction(Link, kind="conduction"):
 
     conductance = param("W/K", 0, 1e6, "conductance", typical=20)
     strength = "conductance"
+    changed = {"conductance": ("a joint that sits tighter", "a joint that loosened")}
     sentence = "{between[0]} and {between[1]} exchange heat by conduction at {conductance}"
 
     def heat_flow(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> Array:

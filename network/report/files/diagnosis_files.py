@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from network.machine.machine import Machine
 
 ORDER = (".html", ".yaml", ".json", ".png")
-PICTURES = ("network.png", "candidates.png", "heat.png", "fit-*.png", "holdout-fit-*.png")
-DIAGNOSIS = Kind("diagnosis.json", PICTURES)
+PICTURES = ("network.png", "candidates.png", "heat.png", "fit-*.png", "holdout-fit-*.png", "changes.png")
+DIAGNOSIS = Kind("diagnosis.json", (*PICTURES, "report.html"))
 
 
 def check_target(machine: Machine, where: Path) -> Path:
