@@ -63,5 +63,8 @@ def _draw_dots(axes: Axes, found: Changes, rows: list[tuple[str, float]]) -> Non
             told = moves(changed[name])
             axes.text(1.02, row, told if told != "–" else "", transform=axes.get_yaxis_transform(), fontsize=SMALL,
                       color=INK, va="center_baseline")  # fmt: skip
+    if changed:
+        axes.text(1.02, -1.0, "moves the tool", transform=axes.get_yaxis_transform(), fontsize=SMALL, color=GREY,
+                  va="center_baseline")  # fmt: skip
     reach = 2 * max(found.limit, *(abs(sigma) for _, sigma in rows)) if rows else 2 * found.limit
     axes.set_xlim(-reach, reach)

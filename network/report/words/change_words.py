@@ -98,8 +98,9 @@ def _doubts(found: Changes) -> Iterator[str]:
     worst = max(found.scales)
     if worst > BEYOND:
         yield (
-            f"The machine leaves {digits(worst, 2)} times what noise would: some physics is missing from it, and only "
-            "what stands out beyond that is told. `lptn diagnose` without --reference looks for it."
+            f"What the machine leaves weighs {digits(worst, 2)} times what noise would (it lasts, so that its readings "
+            "count as few): some physics is missing from it, and only what stands out beyond that is told. "
+            "`lptn diagnose` without --reference looks for it."
         )
     if found.after.lumps > found.machine.lumps:
         was = f"({found.machine.lumps} in the file)"
