@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -140,3 +141,17 @@ def test_a_recording_on_both_sides_is_refused(made: dict[str, Path], capsys: pyt
     with pytest.raises(SystemExit) as end:
         main(words)
     assert end.value.code == 2 and "leave --holdout out" in capsys.readouterr().err
+
+
+def test_the_readme_shows_what_comes_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    blocks = (ROOT / "README.md").read_text(encoding="utf-8").split("```")
+    at = next(i for i, block in enumerate(blocks) if "--reference out/june" in block)
+    for name in ("machines", "scenarios"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    monkeypatch.chdir(tmp_path)
+    for line in blocks[at].strip().splitlines():
+        main(shlex.split(line)[1:])
+    assert blocks[at + 2].strip("\n") in capsys.readouterr().out
+    assert (tmp_path / "out" / "changed" / "changes.png").stat().st_size > 20_000

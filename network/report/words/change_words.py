@@ -51,7 +51,7 @@ def _compared(found: Changes) -> str:
     chance = "which a machine that has not changed reaches in one of them once in a thousand times"
     if not found.found:
         return f"{tell_nothing(found)} {sentence(limit)}, {chance}."
-    return f"By {_runs(found)}: {limit}, {chance}."
+    return f"Seen by {_runs(found)}; {limit}, {chance}."
 
 
 def tell_nothing(found: Changes) -> str:
