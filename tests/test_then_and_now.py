@@ -13,6 +13,7 @@ import pytest
 from network import Machine, Recording, Refused, Scenario, find_changes, simulate
 from network.analysis.change.changes import Changes
 from network.cli import main
+from network.cli.diagnose_command import spread_references
 from network.report.files.result_files import write_run
 from network.report.words.change_words import explain
 
@@ -121,8 +122,7 @@ def test_the_command_leaves_the_machine_of_now(
     made: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     now, then = ([str(made[f"{what}_{name}"]) for name in RUNS] for what in ("clogged", "then"))
-    reference = [word for path in then for word in ("--reference", path)]
-    main(["diagnose", str(GANTRY), *now, *reference, "-o", str(tmp_path)])
+    main(["diagnose", str(GANTRY), *now, "--reference", *then, "-o", str(tmp_path)])
     assert "links.coolant jacket.conductance  29" in capsys.readouterr().out
     assert {path.name for path in tmp_path.iterdir()} == {"changes.png", "diagnosis.json", "machine.diagnosed.yaml"}
     told: dict[str, Any] = json.loads((tmp_path / "diagnosis.json").read_text(encoding="utf-8"))
@@ -131,6 +131,20 @@ def test_the_command_leaves_the_machine_of_now(
     assert abs(change["um"]) > 5 and change["axis"] == "z"
     diagnosed = Machine.load(tmp_path / "machine.diagnosed.yaml")
     assert diagnosed.links["coolant jacket"].__dict__["conductance"] == pytest.approx(20, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("words", "then"),
+    [
+        ("m new1 new2 --reference old1 old2 --seed 3", "m new1 new2 --reference old1 --reference old2 --seed 3"),
+        ("m new --reference old1 --reference old2", "m new --reference old1 --reference old2"),
+        ("m --reference old new", "m --reference old new"),
+        ("m new --jobs 1 --reference", "m new --jobs 1 --reference"),
+        ("m a b --holdout c", "m a b --holdout c"),
+    ],
+)
+def test_all_names_behind_reference_are_of_then(words: str, then: str) -> None:
+    assert spread_references(words.split()) == then.split()
 
 
 def test_a_recording_on_both_sides_is_refused(made: dict[str, Path], capsys: pytest.CaptureFixture[str]) -> None:

@@ -31,7 +31,30 @@ jobs_option = click.option(
 )
 
 
-@click.command()
+class TwoSets(click.Command):
+    """Takes `MACHINE NEW… --reference OLD…` as it stands: all names behind --reference, up to the next option, are of
+    then where those of now stand before it."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        return super().parse_args(ctx, spread_references(args))
+
+
+def spread_references(words: Sequence[str]) -> list[str]:
+    """--reference before each of its names."""
+    first = next((i for i, word in enumerate(words) if word.startswith("-")), len(words))
+    if first < 2 or "--reference" not in words:
+        return [*words]
+    out, is_behind = list[str](), False
+    for word in words:
+        if word.startswith("-"):
+            is_behind = word == "--reference"
+            out += [] if is_behind else [word]
+        else:
+            out += ["--reference", word] if is_behind else [word]
+    return [*out, "--reference"] if words[-1] == "--reference" else out
+
+
+@click.command(cls=TwoSets)
 @machine_options
 @click.argument("recordings", nargs=-1, required=True, type=FileName())
 @click.option("--holdout", multiple=True, type=FileName(), metavar="RECORDING", help="only predicted, never fitted")
