@@ -82,6 +82,8 @@ def test_nothing_is_told_where_nothing_changed(made: dict[str, Path]) -> None:
     assert "Nothing has changed that 2 recordings of then and 2 recordings of now" in str(found)
     sigmas = np.array([*found.tested.values()])
     assert np.abs(sigmas).max() < found.limit and found.limit > 4
+    path, by = next(iter(found.least.items()))
+    assert by < 0.03 and f"A change of {path} by " in " ".join(str(found).split())
 
 
 def test_a_sensor_that_drifted_is_no_change_of_the_machine(made: dict[str, Path]) -> None:

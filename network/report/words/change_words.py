@@ -16,7 +16,7 @@ from network.platform.wording import sentence
 if TYPE_CHECKING:
     from network.analysis.change.changes import Change, Changes
 
-WIDTH = 110
+WIDTH, FINEST = 110, 3
 BEYOND = 2.0
 """Misfit from which it is told that the machine does not explain its recordings."""
 
@@ -50,7 +50,9 @@ def _compared(found: Changes) -> str:
     limit = f"{len(found.tested)} numbers and sensors could show a change, from {digits(found.limit, 2)} σ on"
     chance = "which a machine that has not changed reaches in one of them once in a thousand times"
     if not found.found:
-        return f"{tell_nothing(found)} {sentence(limit)}, {chance}."
+        finest = [f"{name} by {digits(100 * by, 2)} %" for name, by in [*found.least.items()][:FINEST]]
+        seen = f" A change of {join_names(finest)} would have been told." if finest else ""
+        return f"{tell_nothing(found)} {sentence(limit)}, {chance}.{seen}"
     return f"Seen by {_runs(found)}; {limit}, {chance}."
 
 
