@@ -1,7 +1,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test test-matrix speed torture bench clean
+.PHONY: demo test test-matrix speed torture bench pairs clean
 
 demo: .venv/ready
 	$(BIN)/lptn demo
@@ -25,6 +25,9 @@ torture: .venv/ready-to-test
 
 bench: .venv/ready-to-test
 	cd tests && ../$(BIN)/python -m bench
+
+pairs: .venv/ready-to-test
+	cd tests && ../$(BIN)/python -m bench.then_and_now --seed 1007 $(PAIRS)
 
 .venv/ready: pyproject.toml
 	$(PYTHON) -m venv .venv

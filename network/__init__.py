@@ -23,7 +23,8 @@ analysis     what runs and recordings tell:
   calibration  uncertain numbers from recordings: parameters, noise, Gauss-Newton, multistart, uncertainty;
   drafting     a first machine from recordings alone: roles of columns, lag models, groups, parts, their sizes;
   diagnosis    missing physics: search is the loop, strategies what it looks for and how, settings its numbers;
-               screening, refits, forward selection, backward elimination, cross-validation, invariants, verdict.
+               screening, refits, forward selection, backward elimination, cross-validation, invariants, verdict;
+  change       then and now: numbers and sensors that differ between two sets of recordings.
 report       results in words, pictures and files; the page of a diagnosis.
 cli          the command `lptn`: parse, call, print; the demonstration and the proof.
 
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
     from network.analysis.calibration.calibrate import Calibration as Calibration
     from network.analysis.calibration.calibrate import calibrate as calibrate
     from network.analysis.calibration.tcp_bands import bands_of as bands_of
+    from network.analysis.change.changes import find_changes as find_changes
     from network.analysis.comparison.compare import Comparison as Comparison
     from network.analysis.comparison.compare import compare as compare
     from network.analysis.diagnosis.diagnose import diagnose as diagnose
@@ -69,7 +71,8 @@ _HOME = {
     "calibrate": "analysis.calibration.calibrate", "sweep": "analysis.sweep.sweep",
     "estimate_lumping": "analysis.sweep.lumping_error", "choose_lumps": "analysis.sweep.lump_choice",
     "bands_of": "analysis.calibration.tcp_bands",
-    "diagnose": "analysis.diagnosis.diagnose", "Refused": "platform.refusal", "Failed": "platform.refusal",
+    "diagnose": "analysis.diagnosis.diagnose", "find_changes": "analysis.change.changes",
+    "Refused": "platform.refusal", "Failed": "platform.refusal",
     "Trajectory": "engine.trajectory", "Comparison": "analysis.comparison.compare", "Sweep": "analysis.sweep.sweep",
     "Calibration": "analysis.calibration.calibrate", "Diagnosis": "analysis.diagnosis.result",
     "Superposition": "engine.superposition.superposition",

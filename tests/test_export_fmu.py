@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import platform
 import re
 import subprocess
 import zipfile
@@ -188,3 +189,12 @@ def test_the_same_machine_makes_the_same_sources(tmp_path: Path) -> None:
     a, b = ({n: z.read(n) for n in z.namelist() if not n.startswith("binaries")}
             for z in (zipfile.ZipFile(tmp_path / name) for name in "ab"))  # fmt: skip
     assert a == b and len(a) == 3
+
+
+@with_gcc
+@pytest.mark.skipif(platform.system() != "Linux" or platform.machine() != "x86_64", reason="another platform")
+def test_the_readme_shows_what_comes_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    blocks = (ROOT / "README.md").read_text(encoding="utf-8").split("```")
+    at = next(i for i, block in enumerate(blocks) if "--as fmu" in block and block.startswith("\nlptn"))
+    main(["export", str(GANTRY), str(WARM_UP), "--as", "fmu", "-o", str(tmp_path)])
+    assert blocks[at + 2].strip() in capsys.readouterr().out

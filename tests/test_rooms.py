@@ -15,7 +15,7 @@ ROOT = Path(network.__file__).parent
 ROOMS = (
     "platform", "catalogue", "machine", "recordings", "engine", "analysis.comparison", "analysis.sweep",
     "analysis.acceptance", "analysis.correction", "analysis.calibration", "analysis.drafting", "analysis.diagnosis",
-    "report", "cli",
+    "analysis.change", "report", "cli",
 )  # fmt: skip
 """From the ground up: a room uses itself and those before it."""
 SHARED = {"base"}

@@ -86,6 +86,13 @@ class Node(Declared):
     """
 
     section = "nodes"
+    changed = dict.fromkeys(
+        ("heat_capacity", "extra_heat_capacity"),
+        (
+            "a part that stores more heat: something was mounted or filled",
+            "a part that stores less heat: something was taken off, or a level that fell",
+        ),
+    )
     material = word("the name of a material", default=None)
     length = param("m", 0, 1000, "length", positive=True, default=None)
     area = param("m^2", 0, 1000, "cross-section", positive=True, default=None)

@@ -31,10 +31,34 @@ jobs_option = click.option(
 )
 
 
-@click.command()
+class TwoSets(click.Command):
+    """Takes `MACHINE NEW… --reference OLD…` as it stands: all names behind --reference, up to the next option, are of
+    then where those of now stand before it."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        return super().parse_args(ctx, spread_references(args))
+
+
+def spread_references(words: Sequence[str]) -> list[str]:
+    """--reference before each of its names."""
+    first = next((i for i, word in enumerate(words) if word.startswith("-")), len(words))
+    if first < 2 or "--reference" not in words:
+        return [*words]
+    out, is_behind = list[str](), False
+    for word in words:
+        if word.startswith("-"):
+            is_behind = word == "--reference"
+            out += [] if is_behind else [word]
+        else:
+            out += ["--reference", word] if is_behind else [word]
+    return [*out, "--reference"] if words[-1] == "--reference" else out
+
+
+@click.command(cls=TwoSets)
 @machine_options
 @click.argument("recordings", nargs=-1, required=True, type=FileName())
 @click.option("--holdout", multiple=True, type=FileName(), metavar="RECORDING", help="only predicted, never fitted")
+@click.option("--reference", multiple=True, type=FileName(), metavar="OLD", help="of then: what has changed since")
 @output_folder("out")
 @jobs_option
 @click.option("--seed", type=Whole(0), default=0, show_default=True, help="of all that is drawn")
@@ -46,11 +70,19 @@ jobs_option = click.option(
 @click.option("--no-plots", is_flag=True, help="no pictures")
 @json_flag
 def diagnose(
-    machine: str, recordings: Sequence[str], holdout: Sequence[str], output: str, jobs: int, seed: int,
-    start: str | None, budget: float, no_plots: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str],
-    as_json: bool,
+    machine: str, recordings: Sequence[str], holdout: Sequence[str], reference: Sequence[str], output: str, jobs: int,
+    seed: int, start: str | None, budget: float, no_plots: bool, level: str | None, lumps: Sequence[str],
+    sets: Sequence[str], as_json: bool,
 ) -> None:  # fmt: skip
-    """Where a MACHINE and RECORDINGS differ, which physics was left out, and whether adding it holds."""
+    """Where a MACHINE and RECORDINGS differ, which physics was left out, and whether adding it holds.
+
+    With --reference: which numbers and sensors have changed since the recordings of then.
+    """
+    if reference and holdout:
+        raise click.UsageError("--reference and --holdout do not go together; leave --holdout out")
+    if reference:
+        _compare_sets(machine, recordings, reference, output, seed, start, no_plots, level, lumps, sets, as_json)
+        return
     with share_bar(f"diagnosing {Path(machine).name}") as bar:
         from network.analysis.diagnosis.diagnose import diagnose as run
         from network.recordings.channel_match import overheard
@@ -69,6 +101,30 @@ def diagnose(
     else:
         click.echo(f"{text}\n\nWritten: {', '.join(map(str, written))}")
     warn([*loaded.warnings, *overheard(loaded, runs, held_out), *warn_of_extrapolation(loaded, [*runs, *held_out])])
+
+
+def _compare_sets(
+    machine: str, new: Sequence[str], old: Sequence[str], output: str, seed: int, start: str | None, no_plots: bool,
+    level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
+) -> None:  # fmt: skip
+    """Then and now."""
+    with share_bar(f"comparing {Path(machine).name} then and now") as bar:
+        from network.analysis.change.changes import find_changes
+        from network.report.files.change_files import write_changes
+        from network.report.files.diagnosis_files import check_target
+
+        results_go_to(output)
+        loaded = read_machine(machine, level, lumps, sets)
+        where, begins = check_target(loaded, Path(output)), read_start(start)
+        now, then = [*read_recordings(new)], [*read_recordings(old)]
+        found = find_changes(loaded, now, then, start=begins, seed=seed, progress=bar)
+        written = write_changes(found, where, pictures=not no_plots)
+        text = "" if as_json else str(found)
+    if as_json:
+        print_json(found.summary())
+    else:
+        click.echo(f"{text}\n\nWritten: {', '.join(map(str, written))}")
+    warn([*loaded.warnings, *found.warnings, *warn_of_extrapolation(loaded, [*now, *then])])
 
 
 @click.command()

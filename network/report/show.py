@@ -28,6 +28,7 @@ TELL = {
     "LumpChoice": ("words.lump_words", "tell_choice"),
     "Calibration": ("words.calibration_words", "tell_calibration"),
     "Foresight": ("words.experiment_plan_words", "tell_foresight"),
+    "Changes": ("words.change_words", "tell_changes"),
     "Diagnosis": ("words.diagnosis_words", "tell_diagnosis"),
 }
 """Class → module and function that puts it into words."""

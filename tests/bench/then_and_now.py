@@ -1,9 +1,10 @@
 """Sealed pairs, then and now: what changed is named, and nothing is accused where nothing has.
 
-`python -m bench.then_and_now [--changed 60] [--same 59] [--seed 7] [--folder DIR]` from the folder tests/; seeds below
-1000 are for development, from there on for the score. Pairs that are answered already are not answered again; the keys
-are opened only when all are. Named: the gravest change is the number or the thermometer that was changed, or one that
-the key says would show the same.
+`python -m bench.then_and_now [--changed 60] [--same 59] [--seed 7] [--folder DIR] [--minutes M]` from tests/:
+seeds below 1000 are for development, from there on for the score. Pairs that are answered already are not answered
+again; after so many minutes no further pair is begun. Machines with a thermostat take minutes each and come last. Keys
+are opened only when all have been. Named: the gravest change is the number or the thermometer that was changed, or one
+that the key says would show the same.
 """
 
 from __future__ import annotations
@@ -12,7 +13,8 @@ import argparse
 import json
 import os
 import tempfile
-from collections.abc import Mapping
+import time
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -60,15 +62,27 @@ def judge(key: Mapping[str, Any], told: Mapping[str, Any]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def main(changed: int, same: int, seed: int, folder: Path) -> None:
-    console = Console()
-    pairs, told = list_pairs(changed, same), dict[str, dict[str, Any]]()
-    for k, name in enumerate(pairs):
+def in_turn(folder: Path, pairs: list[str], seed: int) -> Iterator[str]:
+    """The pairs as they are made, those of machines with a thermostat last."""
+    slow = []
+    for name in pairs:
         make_pair_of(folder, seed, name)
-        told[name] = answer(folder / name)
-        console.print(f"{k + 1}/{len(pairs)} {name}", style="dim")
-    keys = {name: opened(folder, name) for name in pairs}
-    judged = {name: judge(keys[name], told[name]) for name in pairs}
+        if "thermostat" in (folder / name / "machine.yaml").read_text(encoding="utf-8"):
+            slow.append(name)
+        else:
+            yield name
+    yield from slow
+
+
+def main(changed: int, same: int, seed: int, folder: Path, until: float) -> None:
+    console = Console()
+    told = {}
+    for name in in_turn(folder, list_pairs(changed, same), seed):
+        if time.monotonic() < until or (folder / name / "answer.json").is_file():
+            told[name] = answer(folder / name)
+            console.print(f"{len(told)}/{changed + same} {name}", style="dim")
+    keys = {name: opened(folder, name) for name in told}
+    judged = {name: judge(keys[name], told[name]) for name in told}
     for name, each in judged.items():
         if not each.get("named", not each.get("accused")):
             console.print(f"{name} ({keys[name]['layout']}, {keys[name]['truth']}): {each}", soft_wrap=True)
@@ -89,5 +103,7 @@ if __name__ == "__main__":
     for option, default in (("--changed", 60), ("--same", 59), ("--seed", 7)):
         parser.add_argument(option, type=int, default=default)
     parser.add_argument("--folder", type=Path, default=None)
+    parser.add_argument("--minutes", type=float, default=float("inf"))
     given = parser.parse_args()
-    main(given.changed, given.same, given.seed, given.folder or Path(tempfile.mkdtemp(prefix="pairs_")))
+    where = given.folder or Path(tempfile.mkdtemp(prefix="pairs_"))
+    main(given.changed, given.same, given.seed, where, time.monotonic() + 60 * given.minutes)

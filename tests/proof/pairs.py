@@ -1,8 +1,8 @@
 """Sealed pairs: recordings of one machine then and now, between which one number or one thermometer has changed, or
 nothing has.
 
-Pair k depends on the seed and on k alone. A number changes by so much that the runs of now differ by LEAST to MOST noise
-units rms from what any numbers that are the same then and now can imitate; a thermometer by 0.6 to 3 K.
+Pair k depends on the seed and on k alone. A number changes by so much that the runs of now differ by LEAST to MOST
+noise units rms from what any numbers that are the same then and now can imitate; a thermometer by 0.6 to 3 K.
 """
 
 from __future__ import annotations
@@ -54,7 +54,8 @@ class Change:
 
 def list_pairs(changed: int, unchanged: int) -> list[str]:
     """Names of pairs, changed and unchanged ones in turn."""
-    both = [[f"{what}-{k + 1:03d}" for k in range(count)] for what, count in (("changed", changed), ("same", unchanged))]
+    sides = (("changed", changed), ("same", unchanged))
+    both = [[f"{what}-{k + 1:03d}" for k in range(count)] for what, count in sides]
     return [name for pair in zip_longest(*both) for name in pair if name]
 
 

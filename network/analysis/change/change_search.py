@@ -5,7 +5,8 @@ whose difference explains most is split, if it lies further from zero than one i
 would show in any of its entries (Bonferroni), and so on until none does; the limit is Student's for as many independent
 values as tell what the machine leaves beyond noise. Of entries that explain nearly as much each is fitted in full, and
 those that stay as likely are told.
-Range: changes that hold over all runs of a set; numbers without ± do not change.
+Range: changes that hold over all runs of a set; numbers without ± do not change; a machine that switches keeps the
+lumps of its file, and where these are too few little is told.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from network.analysis.change.run_information import find_scale
 from network.analysis.diagnosis.lump_refinement import FINEST, list_finer_machines
 from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.declare import Array
+from network.engine.assembly import build
 from network.engine.response.parameters import free_parameters
 from network.machine.machine import Machine
 from network.recordings.inputs import Start
@@ -44,13 +46,14 @@ ALL_FREE = 2.0
 @dataclass(frozen=True, eq=False)
 class Split:
     """What was found. unchanged, at: fits with nothing and with all changes split; differences: of these, in the order
-    found; alike: entry → others that explain it as well; tested: entries; limit: σ beyond which one counts."""
+    found; alike: entry → others that explain it as well; tested: entries that could have differed, each alone beside
+    what was found; limit: σ beyond which one counts."""
 
     unchanged: PairedFit
     at: PairedFit
     differences: tuple[Difference, ...]
     alike: dict[int, tuple[int, ...]]
-    tested: int
+    tested: tuple[Difference, ...]
     limit: float
 
 
@@ -76,8 +79,8 @@ def split_changes(
         if at.split == best.split[:-1]:
             break
         tell(0.7 + 0.3 * len(at.split) / MOST)
-    differences = tuple(measure_difference(at, j) for j in at.split)
-    return Split(unchanged, at, differences, alike, len(candidates), limit)
+    tested = {j: measure_difference(at, j) for j in candidates}
+    return Split(unchanged, at, tuple(tested[j] for j in at.split), alike, tuple(tested.values()), limit)
 
 
 def _make_sets(
@@ -96,10 +99,11 @@ def _make_sets(
 
 
 def _refine(machine: Machine, data: Sequence[Measured], theta: Array) -> Linearised:
-    """The fit of the machine on as many lumps as it takes: on finer ones while they take a share of the misfit away."""
+    """The fit of the machine on as many lumps as it takes: on finer ones while they take a share of the misfit away. A
+    machine that switches stays as it is, for there every run on finer lumps takes minutes."""
     best = minimise(_problem_of(machine, data), theta)
     for finer in list_finer_machines(machine, FINEST):
-        if chi_of(best) < SETTINGS.noise:
+        if chi_of(best) < SETTINGS.noise or build(machine).relays:
             break
         other = minimise(_problem_of(finer, data), best.theta)
         if chi_of(other) > (1 - SETTINGS.worth) * chi_of(best):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -28,6 +29,9 @@ from network.recordings.channel_match import overheard
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.runs import as_several, runs_of
+
+MOST = 10.0
+"""Logarithm of a change beyond which it is no matter how much more it would have to be."""
 
 
 @dataclass(frozen=True)
@@ -63,14 +67,16 @@ class Change:
 @dataclass(frozen=True, eq=False)
 class Changes:
     """machine: as given; before, after: with the numbers of then and of now, and their ±; found: the gravest first;
-    tested: numbers and sensors that might have changed; limit: σ that counts as a change; scales: what both sets leave,
-    in noise, longer-lasting misfit counting more; then, now: files."""
+    tested: numbers and sensors that could have changed → difference in its σ, each alone beside what was found; least:
+    number → relative change from which it would have been told; limit: σ that counts as a change; scales: what both
+    sets leave, in noise, longer-lasting misfit counting more; then, now: files."""
 
     machine: Machine
     before: Machine
     after: Machine
     found: tuple[Change, ...]
-    tested: int
+    tested: Mapping[str, float]
+    least: Mapping[str, float]
     limit: float
     scales: tuple[float, float]
     then: tuple[str, ...]
@@ -88,7 +94,8 @@ class Changes:
         """diagnosis.json."""
         return {
             "verdict": self.verdict, "changed": [change.summary() for change in self.found], "findings": [],
-            "tested": self.tested, "limit_sigma": self.limit, "misfit": dict(zip(("then", "now"), self.scales,
+            "tested": dict(self.tested), "least": dict(self.least),
+            "limit_sigma": self.limit, "misfit": dict(zip(("then", "now"), self.scales,
                                                                                  strict=True)),
             "reference": list(self.then), "recordings": list(self.now), "notes": list(self.warnings),
             "machine": "machine.diagnosed.yaml", "seed": self.seed, "seconds": self.seconds,
@@ -121,9 +128,18 @@ def find_changes(
     doubts = doubt_starts(machine, [*sides[0], *sides[1]], start)
     return Changes(
         machine, _machine_at(split.at, 0), _machine_at(split.at, 1), tuple(_tell_all(split, sides[1], start)),
-        split.tested, split.limit, split.at.sets.scales, _files(given[0]), _files(given[1]),
+        {_name(split.at, each.entry): each.value / each.std for each in split.tested}, _least(split), split.limit,
+        split.at.sets.scales, _files(given[0]), _files(given[1]),
         (*overheard(machine, *given), *doubts, *let_in.warnings), seed, time.perf_counter() - began,
     )  # fmt: skip
+
+
+def _least(split: Split) -> dict[str, float]:
+    """Of numbers that only have a size, by how much more or less they would have to be to be told."""
+    numbers = split.at.sets.parameters
+    least = {numbers[d.entry].path: math.expm1(min(split.limit * d.std, MOST)) for d in split.tested
+             if d.entry < len(numbers) and numbers[d.entry].is_log}  # fmt: skip
+    return dict(sorted(least.items(), key=lambda item: item[1]))
 
 
 def _files(recordings: Iterable[Recording]) -> tuple[str, ...]:

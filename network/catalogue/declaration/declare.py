@@ -48,7 +48,8 @@ class Declared(ABC):
     section: where it stands in the file; fields: in the order declared; one_of: groups of fields of which exactly one
     must be given; strength: the parameter that at 0 means "not there"; shapes: further parameters that a fit frees with
     the strength when it is a candidate, none by default; replaces: kinds whose place it can take, with the parameters
-    it keeps ({theirs: ours}), spread and all; sentence: how it reads.
+    it keeps ({theirs: ours}), spread and all; sentence: how it reads; changed: parameter → what it means where that has
+    grown since once, and where it has fallen.
     """
 
     section: ClassVar[str] = ""
@@ -59,6 +60,7 @@ class Declared(ABC):
     shapes: ClassVar[tuple[str, ...]] = ()
     replaces: ClassVar[Mapping[str, Mapping[str, str]]] = {}
     sentence: ClassVar[str] = ""
+    changed: ClassVar[Mapping[str, tuple[str, str]]] = {}
     derived: ClassVar[tuple[str, ...]] = ()
     """Attributes set by `resolved`, stacked like parameters."""
 

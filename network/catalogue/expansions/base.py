@@ -43,6 +43,10 @@ class Expansion(Effect):
     """Readings → displacement of the tool centre point."""
 
     section = "tcp"
+    changed = dict.fromkeys(
+        ("length", "expansion"),
+        ("a part that moves the tool further for each kelvin", "a part that moves the tool less for each kelvin"),
+    )
     axes: ClassVar[tuple[str, ...]] = LINEAR_AXES
     axis: str = ""
 

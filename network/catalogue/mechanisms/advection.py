@@ -17,6 +17,7 @@ class Advection(Stream, kind="advection"):
     capacity_flow = param("W/K", 0, 1e6, "capacity flow ṁ c_p", typical=100)
     delay = param("s", 0, 36_000, "transport time from the first place to the last", default=0)
     strength = "capacity_flow"
+    changed = {"capacity_flow": ("a stream that grew", "a stream that fell: a filter that clogged, a pump that wears")}
     sentence = "a stream of {capacity_flow} passes {through}"
 
     def heat_flow(self, T_up: Array, T_down: Array, u: Inputs, *own: Array) -> Array:

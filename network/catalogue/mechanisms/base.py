@@ -195,6 +195,7 @@ class Link(Flow):
     """
 
     moves: ClassVar[bool] = False
+    changed = {"conductance": ("a path that lets more heat through", "a path that lets less heat through")}
     between = places("the two places it joins")
 
     @property
@@ -230,6 +231,14 @@ class Link(Flow):
 class SurfaceLink(Link):
     """Heat between a part's surface, named first, and its surroundings."""
 
+    changed = dict.fromkeys(
+        ("conductance", "coefficient", "gain"),
+        (
+            "a surface that is cooled better: more air or coolant passes it",
+            "a surface that is cooled worse: a fan or a channel that clogged, or a cover on it",
+        ),
+    )
+
     @classmethod
     def candidates(cls, machine: MachineLike) -> Iterator[tuple[str, str]]:
         for a, b in super().candidates(machine):
@@ -244,6 +253,7 @@ class Source(Mechanism):
     """Heat into places by shares; it may read temperatures at places of its own."""
 
     section = "sources"
+    changed = {"power": ("a source that gives more heat", "a source that gives less heat")}
     into = shares("where the heat goes: places with shares that add up to 1")
 
     @abstractmethod

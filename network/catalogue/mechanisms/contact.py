@@ -26,6 +26,7 @@ class Contact(Link, kind="contact"):
     replaces = {"conduction": {"conductance": "conductance"}}
     derived = ("cold",)
     cold: float
+    changed = {"conductance": ("a joint that sits tighter", "a joint that loosened")}
     sentence = "the joint of {between[0]} and {between[1]} changes its {conductance} by {percent} as it warms"
 
     @property

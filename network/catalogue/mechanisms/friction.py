@@ -36,6 +36,12 @@ class Rubbing(Source):
 class Friction(Rubbing):
     """Friction whose torque is a number of its own."""
 
+    changed = {
+        "torque": (
+            "friction that rose: preload, wear or lubricant",
+            "friction that fell: run in, preload lost or lubricant changed",
+        )
+    }
     torque = param("N m", 0, 1e5, "friction torque", typical=0.3)
 
     def doubts(self) -> Iterator[Advice]:
@@ -50,6 +56,9 @@ class Sliding(Source):
     power_per_feed = param("W/(m/min)", 0, 1e5, "heat for each unit of feed", typical=10)
     input = channel("feed", "m/min")
     strength = "power_per_feed"
+    changed = {
+        "power_per_feed": ("friction that rose: wear, chips or too little oil", "friction that fell: run in, or oiled")
+    }
 
     def heat(self, u: Inputs, *T: Array) -> Array:
         q: Array = self.power_per_feed * np.abs(u[self.input])

@@ -27,6 +27,9 @@ class MotorLoss(Source, kind="motor_loss"):
     reference_speed = param("rpm", 0, 300_000, "speed at which the iron loss is given", positive=True, typical=10_000)
     input = channel("speed", "rpm")
     strength = "iron"
+    changed = dict.fromkeys(
+        ("copper", "iron"), ("a motor that loses more: its load, or a fault", "a motor that loses less: its load")
+    )
     sentence = "a motor heats {into} with {copper} copper loss and {iron} iron loss at {reference_speed}"
 
     def heat(self, u: Inputs, *T: Array) -> Array:

@@ -19,6 +19,12 @@ class Radiation(SurfaceLink, kind="radiation"):
     emissivity_area = param("m^2", 0, 100, "emissivity times radiating area", typical=0.5)
     affine = False
     strength = "emissivity_area"
+    changed = {
+        "emissivity_area": (
+            "a surface that radiates more: paint or dirt",
+            "a surface that radiates less: a cover or a polish",
+        )
+    }
     sentence = "{between[0]} radiates to {between[1]} over {emissivity_area} of black-body area"
 
     def heat_flow(self, T_a: Array, T_b: Array, u: Inputs, *own: Array) -> Array:

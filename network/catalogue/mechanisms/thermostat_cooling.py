@@ -12,5 +12,6 @@ class ThermostatCooling(Thermostat, kind="thermostat_cooling"):
     point at the reference: off until the part is the half width warmer.
     """
 
+    changed = {"power": ("a cooler that grew stronger", "a cooler that weakened: its filter, its fan or its fluid")}
     sign, warmer = -1.0, 0.0
     sentence = "a cooler takes {power} out of {into}, on and off around {set} ± {hysteresis} at {watches}"

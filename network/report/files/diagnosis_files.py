@@ -24,8 +24,9 @@ if TYPE_CHECKING:
     from network.machine.machine import Machine
 
 ORDER = (".html", ".yaml", ".json", ".yml", ".png")
-PICTURES = ("network.png", "candidates.png", "heat.png", "fit-*.png", "holdout-fit-*.png", "experiment-*.yml")
-DIAGNOSIS = Kind("diagnosis.json", PICTURES)
+PICTURES = ("network.png", "candidates.png", "heat.png", "fit-*.png", "holdout-fit-*.png", "experiment-*.yml",
+            "changes.png")  # fmt: skip
+DIAGNOSIS = Kind("diagnosis.json", (*PICTURES, "report.html"))
 
 
 def check_target(machine: Machine, where: Path) -> Path:
