@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
+from network.engine.balance import MOST_LUMPS
 from network.engine.channels import Readouts, readouts
 from network.engine.energy import EnergyAccount, heat_over_time, linear_account
 from network.engine.network import Network
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
     from network.engine.solvers.reference import ReferenceSolution
     from network.engine.solvers.rosenbrock import RosenbrockSolution
 
-MOST_MODES = 4000
-"""Lumps whose modes are found: half a minute and 0.5 GB."""
 ROSENBROCK_TOLERANCE, REFERENCE_TOLERANCE = 1e-7, 1e-8
 Progress = Callable[[float], None]
 
@@ -90,8 +89,8 @@ def _by_krylov(plan: Plan, outputs: Readouts) -> Outcome | None:
     reduction = None if why_not_krylov(plan.network) else reduce_by_krylov(plan, outputs)
     solution = modal_run.solve(reduction.problem) if reduction is not None else None
     if reduction is None or solution is None:
-        if plan.network.size > MOST_MODES:
-            right = "take fewer lumps, or --method solve_ivp:BDF"
+        if plan.network.size > MOST_LUMPS:
+            right = "take fewer lumps"
             many = f"{plan.network.size} lumps follow no small subspace"
             raise Failed(f"{many}, and are too many for their modes; {right}")
         return None

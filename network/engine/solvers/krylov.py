@@ -126,7 +126,9 @@ def _span(plan: Plan, sides: Sequence[_Side], starts: Array, count: int) -> _Spa
     root = np.sqrt(plan.network.capacity[plan.network.free])[:, None]
     first = root / np.linalg.norm(root)
     T0 = root * plan.T0[plan.network.free][:, None]
-    columns, is_coarse = [first, T0 / np.linalg.norm(T0)], [True, True]
+    width = starts.shape[1]
+    columns = np.empty((len(root), 2 + 2 * width * count * len(sides)))
+    columns[:, :1], columns[:, 1:2], is_coarse = first, T0 / max(float(np.linalg.norm(T0)), 1.0), [True, True]
     for side in sides:
         begun = np.asfortranarray(starts[side.A.order])
         for i, shift in enumerate(_shifts(plan, side, count)):
@@ -134,9 +136,10 @@ def _span(plan: Plan, sides: Sequence[_Side], starts: Array, count: int) -> _Spa
             if by is None:
                 return None
             for answer in ((once := by(begun)), by(once)):
-                columns.append((answer / np.linalg.norm(answer, axis=0))[side.A.back])
+                here = len(is_coarse)
+                columns[side.A.order, here : here + width] = answer / np.linalg.norm(answer, axis=0)
                 is_coarse += [i % 3 != 2] * answer.shape[1]
-    return _Span(np.hstack(columns), np.array(is_coarse))
+    return _Span(columns, np.array(is_coarse))
 
 
 def _shifts(plan: Plan, side: _Side, count: int) -> Array:
@@ -149,15 +152,24 @@ def _shifts(plan: Plan, side: _Side, count: int) -> Array:
 
 def _orthonormalise(columns: Array) -> tuple[Array, Array]:
     """An orthonormal basis of the columns, by their Gram matrix, and the columns in it. A second pass finds what the
-    first lost in rounding."""
-    V = _directions(columns, KEPT)
-    rest = columns - V @ (V.T @ columns)
-    size = np.linalg.norm(rest, axis=0)
+    first lost in rounding. The columns are used up, for they are what fills the memory."""
+    first = _directions(columns, KEPT)
+    along = first.T @ columns
+    columns -= first @ along
+    size = np.linalg.norm(columns, axis=0)
     lost = size > 1e-9
-    if lost.any():
-        more = _directions(rest[:, lost] / size[lost], KEPT_AGAIN)
-        V = np.linalg.qr(np.hstack([V, more]))[0]
-    return V, V.T @ columns
+    if not lost.any():
+        return first, along
+    more = _directions(columns[:, lost] / size[lost], KEPT_AGAIN)
+    more -= first @ (first.T @ more)
+    V = _even_out(np.hstack([first, more]))
+    return V, (V.T @ first) @ along + V.T @ columns
+
+
+def _even_out(V: Array) -> Array:
+    """Columns that are nearly orthonormal, made so (Löwdin); what is no direction of its own is left out."""
+    size, U = np.linalg.eigh(V.T @ V)
+    return np.asarray(V @ (U[:, size > 0.5] / np.sqrt(size[size > 0.5])))
 
 
 def _directions(columns: Array, kept: float) -> Array:

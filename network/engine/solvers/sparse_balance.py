@@ -38,7 +38,6 @@ class ShiftedMatrix:
 
     def __init__(self, A: Any) -> None:
         self.order = np.asarray(reverse_cuthill_mckee(csr_matrix(A), symmetric_mode=True))
-        self.back = np.argsort(self.order)
         self.A = csr_matrix(A)[self.order][:, self.order]
         found = coo_matrix(self.A)
         self.width = int(np.abs(found.row - found.col).max(initial=0))
