@@ -85,7 +85,7 @@ class Trajectory:
         """A channel, part or tcp axis in its unit (degC, um, rpm …). Raises KeyError for an unknown name."""
         for column, unit_text, values in self.columns():
             if column == name:
-                return _in_unit(values, unit_text)
+                return in_unit(values, unit_text)
         return self.parts[name]
 
     def summary(self) -> dict[str, Any]:
@@ -109,7 +109,7 @@ class Trajectory:
         }
 
     def _extent(self, axis: str) -> dict[str, Any]:
-        values = _in_unit(self.tcp[axis], axis_unit(axis))
+        values = in_unit(self.tcp[axis], axis_unit(axis))
         ends = {"max": values.max(), "min": values.min(), "final": values[-1]}
         return {key: float(value) for key, value in ends.items()} | {"unit": axis_unit(axis)}
 
@@ -117,7 +117,8 @@ class Trajectory:
         return tell(self)
 
 
-def _in_unit(values: Array, unit_text: str) -> Array:
+def in_unit(values: Array, unit_text: str) -> Array:
+    """Values of a channel in its unit."""
     given = unit(unit_text)
     return np.asarray((values - given.offset) / given.scale)
 

@@ -18,6 +18,7 @@ TELL = {
     "WarmUp": ("words.warm_up_words", "tell_warm_up"),
     "Comparison": ("words.words", "tell_comparison"),
     "Sweep": ("words.sweep_words", "tell_sweep"),
+    "Sample": ("words.sample_words", "tell_sample"),
     "Calibration": ("words.calibration_words", "tell_calibration"),
     "Foresight": ("words.experiment_plan_words", "tell_foresight"),
     "Diagnosis": ("words.diagnosis_words", "tell_diagnosis"),
@@ -25,6 +26,7 @@ TELL = {
 """Class → module and function that puts it into words."""
 SUMMARISE = {
     "Sweep": ("files.sweep_summary", "summary"),
+    "Sample": ("words.sample_words", "summary"),
     "Calibration": ("files.calibration_summary", "summary"),
     "Foresight": ("words.experiment_plan_words", "summary"),
 }

@@ -110,7 +110,8 @@ class _Blocks:
         since = np.where(last > first, plan.t[np.minimum(first, len(plan.t) - 1)] - plan.edges[:-1], 0.0)
         at = [b * length + np.arange(n) for b, n in zip(begin.tolist(), (last - first).tolist(), strict=True)]
         tau = np.repeat(since, count) + nth * length * plan.spacing
-        return cls(np.repeat(np.arange(len(count)), count), tau, np.asarray(np.arange(length) * plan.spacing, float), np.concatenate(at))
+        within = np.asarray(np.arange(length) * plan.spacing, float)
+        return cls(np.repeat(np.arange(len(count)), count), tau, within, np.concatenate(at))
 
 
 class Batch:
@@ -122,7 +123,8 @@ class Batch:
         self.shared, self.network, self.plan = shared, network, plan
         read = {key: at for key, at in outputs.where.items() if key[0] == "reading"}
         used = sorted({row for row, _ in read.values()})
-        self.rows, self.where = outputs.rows[used], {key: (used.index(row), shift) for key, (row, shift) in read.items()}
+        self.rows = outputs.rows[used]
+        self.where = {key: (used.index(row), shift) for key, (row, shift) in read.items()}
         self.blocks, self.steps = _Blocks.of(plan), plan.steps
         self.u = plan.inputs_at_samples()
         for name, signal in schedule.signals.items():
@@ -199,28 +201,31 @@ class Batch:
 
     def _readings(self, rates: Array, V: Array, p: Array, r: Array, m: Array) -> Array:
         """Base readings over the instants of output (points, rows, t)."""
-        h, lam = self.steps[:, None], rates[:, None]
-        a = -np.expm1(-lam * h) / lam
-        b = (h - a) / lam
-        push, gain = a * p + b * r, 1 - lam * a
-        states = np.empty_like(p)
-        for k in range(len(h)):
-            states[:, k] = m
-            m = gain[:, k] * m + push[:, k]
-        drift = r / lam
+        lam, is_ramped = rates[:, None], bool(r.any())
+        drift = r / lam if is_ramped else np.zeros((1, 1, rates.shape[1]))
         settled = (p - drift) / lam
-        at, blocks, rows = self.blocks.interval, self.blocks, self.rows
-        over = rows[:, self.network.free] @ V
-        moving = (states - settled)[:, at] * np.exp(-lam * blocks.since[:, None])
+        away = self._march(lam, settled, drift, m)
+        over, at, blocks = self.rows[:, self.network.free] @ V, self.blocks.interval, self.blocks
+        moving = away[:, at] * np.exp(-lam * blocks.since[:, None])
         left = (over[:, :, None] * moving[:, None]).reshape(len(V), -1, rates.shape[1])
-        y = (left @ np.exp(-rates[:, :, None] * blocks.within)).reshape(len(V), len(rows), len(at), -1)
-        climb = over @ np.swapaxes(drift, 1, 2)[:, :, at]
-        level = over @ np.swapaxes(settled, 1, 2)[:, :, at] + climb * blocks.since
-        y += level[..., None]
-        if climb.any():
+        y = (left @ np.exp(-rates[:, :, None] * blocks.within)).reshape(len(V), len(over[0]), len(at), -1)
+        level = (over @ np.swapaxes(settled, 1, 2))[:, :, at]
+        if is_ramped:
+            climb = (over @ np.swapaxes(drift, 1, 2))[:, :, at]
+            level += climb * blocks.since
             y += climb[..., None] * blocks.within
-        y = y.reshape(len(V), len(rows), -1)[:, :, blocks.at]
-        return np.asarray(y + self._direct(rows))
+        y += level[..., None]
+        y = y.reshape(len(V), len(over[0]), -1)[:, :, blocks.at]
+        return np.asarray(y + self._direct(self.rows))
+
+    def _march(self, lam: Array, settled: Array, drift: Array, m: Array) -> Array:
+        """How far the modes are from where they settle, just after every edge (points, K, modes)."""
+        decay, grown = np.exp(-lam * self.steps[:, None]), drift * self.steps[:, None]
+        away = np.empty_like(settled)
+        for k in range(len(self.steps)):
+            away[:, k] = m - settled[:, k]
+            m = decay[:, k] * away[:, k] + settled[:, k] + grown[:, min(k, grown.shape[1] - 1)]
+        return away
 
     def _direct(self, rows: Array) -> Array:
         """What readings see of held nodes (rows, t)."""
