@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 @click.option(
     "--vary", multiple=True, metavar="PATH=VALUES", help="'links.skin.conductance=3..9 W/K:20' or '…=3,5,9 W/K'"
 )
-@click.option("--sample", "count", type=Whole(2), metavar="N", help="N runs with numbers drawn from their ± (or --vary)")
+@click.option("--sample", "count", type=Whole(2), metavar="N", help="N runs, numbers drawn from their ± (or --vary)")
 @click.option("--seed", type=Whole(0), default=0, show_default=True, help="of --sample")
 @click.option("--resume", type=FileName(), metavar="FILE", help="of --sample: keeps what is done, and goes on from it")
 @click.option("--parquet", is_flag=True, help="of --sample: sweep.parquet instead of sweep.csv")

@@ -16,6 +16,7 @@ import numpy as np
 from network.analysis.sweep.sample_runs import SampleJob, run_one
 from network.catalogue.declaration.declare import Array, Declared, Indices
 from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.nodes import CAPACITIES
 from network.engine.assembly import build
 from network.engine.channels import Readouts, readouts
 from network.engine.network import Network
@@ -87,7 +88,7 @@ def _starts_alike(schedule: Schedule, source: object) -> bool:
 def _is_own(drawn: Any) -> bool:
     """A number that its own entry alone reads."""
     section, attribute = drawn.parameter.entry.section, drawn.parameter.attribute
-    return section in ("links", "sources", "tcp") or (section == "nodes" and attribute == "heat_capacity")
+    return section in ("links", "sources", "tcp") or (section == "nodes" and attribute in CAPACITIES)
 
 
 @dataclass(frozen=True)
@@ -173,8 +174,10 @@ class Batch:
     def _capacities(self, values: Array) -> Array:
         C = np.tile(self.network.capacity, (len(values), 1))
         for k, drawn in enumerate(self.shared.drawn):
-            if drawn.parameter.entry.section == "nodes":
-                C[:, self.network.parts[drawn.parameter.entry.name]] = values[:, k, None]
+            path, attribute = drawn.parameter.entry, drawn.parameter.attribute
+            if path.section == "nodes":
+                part, given = self.network.parts[path.name], self.network.machine.nodes[path.name].__dict__[attribute]
+                C[:, part] += (values[:, k, None] - float(given)) / (part.stop - part.start)
         return C[:, self.network.free]
 
     def _heats(self, values: Array) -> Iterator[tuple[Array, Array, Array]]:

@@ -34,13 +34,17 @@ class Journal:
             if not path.exists():
                 path.write_text(mark + "\n", encoding="utf-8")
                 return cls(path, values)
-            first, *lines = path.read_text(encoding="utf-8").split("\n")
+            text = path.read_text(encoding="utf-8")
+            whole = text[: text.rfind("\n") + 1]
+            first, *lines = whole.split("\n")
+            if first == mark and whole != text:  # a stop cut the last line off
+                path.write_text(whole, encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:
             raise cannot_be_written(path, error if isinstance(error, OSError) else OSError(str(error))) from None
         if first != mark:
             right = "give another file, or the machine, scenario and options that it began with"
             raise refuse(Spot(f"--resume {path}"), "belongs to another sweep", right)
-        for line in lines[:-1]:  # the last is empty, or was cut off by a stop
+        for line in filter(None, lines):
             row, *cells = line.split(",")
             if len(cells) == width:
                 values[int(row)] = [float.fromhex(cell) for cell in cells]

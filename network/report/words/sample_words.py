@@ -26,7 +26,7 @@ def _tell(sample: Sample) -> Iterator[str]:
     yield f"{sample.machine.name}: {sample.source}, {told}"
     header = ["tool centre point", "mean", "1σ", "95 % from", "to"]
     rows = [
-        [f"{axis} {what} [{pretty(axis_unit(axis))}]", *(digits(v, 3) for v in (s.mean, s.std, s.low, s.high))]
+        [f"{axis} {what} [{pretty(axis_unit(axis))}]", *map(_cell, (s.mean, s.std, s.low, s.high))]
         for (axis, what), s in sample.scatter.items()
     ]
     yield from table(header, rows, header[1:])
@@ -56,3 +56,7 @@ def summary(sample: Sample) -> dict[str, Any]:
         "machine": sample.machine.name, "source": sample.source, "runs": len(sample.numbers), "seed": sample.seed,
         "drawn": [drawn.summary() for drawn in sample.drawn], "tcp": tcp,
     }  # fmt: skip
+
+
+def _cell(value: float) -> str:
+    return digits(value, 3) if abs(value) >= 1e-9 else "0"
