@@ -16,7 +16,7 @@ import pytest
 from build import machine
 
 from network import Failed, Machine, Recording, Refused, Scenario, simulate
-from network.catalogue.nodes import MOST_IN_ALL
+from network.catalogue.nodes import MOST_IN_ALL, MOST_NODES
 from network.recordings.recording import Column
 
 BLOCK = """machine: m
@@ -100,12 +100,12 @@ def test_a_machine_is_checked_in_a_time_like_its_size(tmp_path: Path) -> None:
 
 
 def test_a_machine_too_large_to_compute_with_is_refused_with_its_size(tmp_path: Path) -> None:
-    told = f"chain.yaml:3: nodes has 3001 entries; give it at most {MOST_IN_ALL}"
+    told = f"chain.yaml:3: nodes has 3001 entries; give it at most {MOST_NODES}"
     with pytest.raises(Refused, match=told):
         Machine.load(chain(3_000, tmp_path))
-    bars = {f"b{i}": {"material": "steel", "length": "1 m", "area": "1 cm^2", "lumps": 2000} for i in range(12)}
-    skin = {f"s{i}": {"kind": "convection", "between": [f"b{i}", "air"], "conductance": "1 W/K"} for i in range(12)}
-    with pytest.raises(Refused, match=f"has 24001 lumps in all; give it at most {MOST_IN_ALL}"):
+    bars = {f"b{i}": {"material": "steel", "length": "1 m", "area": "1 cm^2", "lumps": 2000} for i in range(60)}
+    skin = {f"s{i}": {"kind": "convection", "between": [f"b{i}", "air"], "conductance": "1 W/K"} for i in range(60)}
+    with pytest.raises(Refused, match=f"has 120001 lumps in all; give it at most {MOST_IN_ALL}"):
         machine({**bars, "air": {"temperature": "20 degC"}}, links=skin)
 
 

@@ -18,8 +18,8 @@ from network.platform.refusal import short
 from network.platform.yaml.document import Tree
 
 MOST_LUMPS = 2000
-MOST_IN_ALL = 3000
-"""Of a machine: a matrix of them has 72 MB, a solution some ten of these, and their modes take half a minute."""
+MOST_NODES, MOST_IN_ALL = 3000, 100_000
+"""Of a machine. A solution of so many lumps in a subspace takes 2.5 GB; what needs a full matrix stops earlier."""
 BISECTIONS = 52
 CAPACITIES = ("heat_capacity", "extra_heat_capacity")
 _BAR = ("material", "length", "area")

@@ -38,6 +38,7 @@ from network.cli.options import (
     start_option,
     warn,
 )
+from network.cli.sweep_command import sweep
 from network.cli.warmup_command import warmup
 from network.platform.refusal import Complaints, Failed, Refused
 from network.platform.threads import begin_on_one_thread
@@ -82,6 +83,7 @@ cli.add_command(iso230)
 cli.add_command(draft)
 cli.add_command(new)
 cli.add_command(prove)
+cli.add_command(sweep)
 cli.add_command(warmup)
 
 
@@ -143,17 +145,22 @@ def draw(machine: str, output: str, level: str | None, lumps: Sequence[str], set
 @method_option
 @start_option
 @click.option("--no-plots", is_flag=True, help="no pictures")
+@click.option("--parquet", is_flag=True, help="results and parts as .parquet instead of .csv")
 @click.option("--noise", is_flag=True, help="add every sensor's noise")
 @click.option("--seed", type=Whole(0), default=0, show_default=True, help="of the noise")
 @page_flag
 @json_flag
 def simulate(
-    machine: str, source: str, output: str, method: str, start: str | None, no_plots: bool, noise: bool, seed: int,
-    page: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
+    machine: str, source: str, output: str, method: str, start: str | None, no_plots: bool, parquet: bool, noise: bool,
+    seed: int, page: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
 ) -> None:  # fmt: skip
     """Run a MACHINE through a scenario, or along the inputs of a recording (SOURCE)."""
     with share_bar(f"simulating {Path(machine).name}") as bar:
         results_go_to(output)
+        if parquet:
+            from network.report.files.parquet_files import check_parquet
+
+            check_parquet()
         loaded = read_machine(machine, level, lumps, sets, [source], start)
         from network.analysis.sweep.lumping_error import estimate_lumping
         from network.engine.simulation import simulate as run
@@ -172,7 +179,7 @@ def simulate(
         plain = None if noise else result
         lumping = estimate_lumping(loaded, driver, plain, start=read_start(start), method=method)
         bar.now("drawing the run", 1.0)
-        written = _write(result, shares, bands, lumping, output, not no_plots, page)
+        written = _write(result, shares, bands, lumping, output, not no_plots, page, parquet)
     if as_json:
         print_json(run_summary(result, shares, lumping) | {"bands": summarise_bands(bands)})
     else:
@@ -185,13 +192,13 @@ def simulate(
 
 def _write(
     result: Trajectory, shares: Superposition | None, bands: Sequence[Band], lumping: LumpingError | None, output: str,
-    pictures: bool, page: bool,
+    pictures: bool, page: bool, parquet: bool,
 ) -> list[Path]:  # fmt: skip
     from network.platform.publication import publication
     from network.report.files.result_files import RUN, write_run
 
     with publication(output, RUN) as draft:
-        made = write_run(result, draft, shares, lumping)
+        made = write_run(result, draft, shares, lumping, parquet)
         if bands:
             from network.report.files.band_files import write_bands
 
@@ -214,51 +221,6 @@ def _bands(machine: Machine, driver: Scenario | Recording, start: str | None) ->
     from network.analysis.calibration.tcp_bands import bands_of
 
     return bands_of(machine, driver, read_start(start))
-
-
-@cli.command()
-@machine_options
-@click.argument("source", type=FileName())
-@click.option("--levels", metavar="A,B,…", help="paper, numbers of lumps, names of levels; default the usual ones")
-@click.option(
-    "--vary", multiple=True, metavar="PATH=VALUES", help="'links.skin.conductance=3..9 W/K:20' or '…=3,5,9 W/K'"
-)
-@click.option("--tolerance", metavar="LENGTH", help="look for the coarsest level that stays within, like '1 um'")
-@click.option("--jobs", type=Whole(1), default=1, show_default=True, metavar="N", help="processes")
-@click.option("--cluster", metavar="ADDRESS", help="a dask scheduler, instead of processes")
-@click.option("-o", "--output", type=FileName(), metavar="DIR", help="sweep.csv, sweep.json and a picture")
-@method_option
-@start_option
-@json_flag
-def sweep(
-    machine: str, source: str, levels: str | None, vary: Sequence[str], tolerance: str | None, jobs: int,
-    cluster: str | None, output: str | None, method: str, start: str | None, level: str | None, lumps: Sequence[str],
-    sets: Sequence[str], as_json: bool,
-) -> None:  # fmt: skip
-    """How far a MACHINE may be simplified along SOURCE, or how its tool centre point answers to varied numbers."""
-    with share_bar(f"sweeping {Path(machine).name}") as bar:
-        results_go_to(output)
-        loaded = read_machine(machine, level, lumps, sets, [source], start)
-        from network.analysis.sweep.sweep import sweep as run
-        from network.recordings.load_source import load_source
-
-        result = run(
-            loaded, load_source(source), levels=levels.split(",") if levels else (), vary=vary, tolerance=tolerance,
-            start=read_start(start), method=method, jobs=jobs, cluster=cluster, progress=bar,
-        )  # fmt: skip
-        written = []
-        if output is not None:
-            bar.now("drawing the sweep", 1.0)
-            from network.report.files.sweep_files import write_sweep
-
-            written = write_sweep(result, output)
-    if as_json:
-        print_json(result.summary())
-    else:
-        click.echo(str(result))
-    if written:
-        click.echo(f"\nWritten: {', '.join(map(str, written))}", err=as_json)
-    warn(map(str, loaded.warnings))
 
 
 @cli.command()

@@ -72,7 +72,7 @@ page_flag = click.option(
 )
 method_option = click.option(
     "--method", default="auto", show_default=True,
-    help="auto, modal, switched, rosenbrock, expm, solve_ivp:LSODA|BDF|Radau|RK45",
+    help="auto, modal, krylov, switched, rosenbrock, expm, solve_ivp:LSODA|BDF|Radau|RK45",
 )  # fmt: skip
 
 

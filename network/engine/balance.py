@@ -15,6 +15,10 @@ from network.catalogue.declaration.declare import Array, Indices, Mask
 from network.catalogue.mechanisms.base import Inputs, Mechanism, Relay
 from network.engine.entry_groups import Flows, Heats
 from network.engine.network import Network
+from network.platform.refusal import Failed
+
+MOST_LUMPS = 4000
+"""Of which every one is set against every other: 0.1 GB a matrix, of which some are needed at once."""
 
 
 def flow_heat(flows: Flows, T: Array, u: Inputs, modes: Array | None = None) -> Array:
@@ -86,6 +90,9 @@ def relay_slices(network: Network) -> Iterator[tuple[Heats[Relay], slice]]:
 def jacobian(network: Network, T: Array, u: Inputs, modes: Array) -> Array:
     """∂(heat into lump i)/∂T_j [W/K], N×N."""
     N = network.size
+    if N > MOST_LUMPS:
+        right = f"take at most {MOST_LUMPS}, or only links and sources that are linear in temperature"
+        raise Failed(f"{N} lumps are too many where every one is set against every other; {right}")
     J = np.zeros((N, N))
     for flows in network.flows:
         weight = flows.w if flows.relay is None else flows.w * modes[flows.relay]

@@ -39,6 +39,12 @@ class Readouts:
     state_constant: Array
 
     @property
+    def own_rows(self) -> Array:
+        """Rows that somebody reads: all but those that are only the mean of a part; those of the states of sensors."""
+        read = sorted({row for key, (row, _) in self.where.items() if key[0] != "part"})
+        return np.vstack([self.rows[read] if self.where else self.rows, self.state_T])
+
+    @property
     def states(self) -> int:
         return len(self.state_of)
 

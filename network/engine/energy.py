@@ -126,9 +126,12 @@ def linear_account(problem: LinearProblem, solution: LinearSolution) -> EnergyAc
 def _temperature_integral(problem: LinearProblem, regime: Regime, mine: Indices, x_integral: Array) -> Array:
     """∫T dt of all lumps over the intervals `mine`."""
     h = problem.plan.steps[mine, None] / 2
-    (h0, h1), (q0, q1) = problem.forcing.held, problem.forcing.heat
-    held, heat = ((h0[mine] + h1[mine]) * h).sum(axis=0), ((q0[mine] + q1[mine]) * h).sum(axis=0)
-    return np.asarray(regime.P @ x_integral + regime.P_held @ held + regime.P_heat @ heat)
+    h0, h1 = problem.forcing.held
+    T = regime.P @ x_integral + regime.P_held @ ((h0[mine] + h1[mine]) * h).sum(axis=0)
+    if len(problem.plan.network.massless):
+        q0, q1 = (problem.forcing.push(side, at=mine) for side in (0, 1))
+        T += regime.P_heat @ ((q0 + q1) * h).sum(axis=0)
+    return np.asarray(T)
 
 
 def _inputs(plan: Plan, mine: Indices) -> dict[str, Array]:
@@ -143,7 +146,9 @@ def _add_flows(problem: LinearProblem, mine: Indices, T: Array, into: Array, by_
     u = _inputs(problem.plan, mine)
     for flows in network.flows:
         Q = flows.w * flows.heat_flow(T, u)
-        into += Q @ flows.spread
+        into += np.bincount(flows.b, Q, network.size)
+        if not flows.one_way:
+            into -= np.bincount(flows.a, Q, network.size)
         np.add.at(by_mechanism, flows.entry, Q * inward(flows, bound))
 
 

@@ -17,7 +17,7 @@ from network.catalogue.declaration.fields import read_kind
 from network.catalogue.declaration.sections import SECTIONS, TCP, section
 from network.catalogue.expansions.base import AXES, Expansion
 from network.catalogue.mechanisms.base import Link, Source, Stream
-from network.catalogue.nodes import MOST_IN_ALL, Node
+from network.catalogue.nodes import MOST_NODES, Node
 from network.catalogue.sensors.sensor import Sensor
 from network.machine.checks import places_of
 from network.machine.validity import read_validity
@@ -67,7 +67,7 @@ class MachineReader:
 
     def _check_size(self) -> None:
         for key in SECTIONS:
-            count, most = len(section(self.tree, key).items), MOST_IN_ALL if key == Node.section else MOST_ENTRIES
+            count, most = len(section(self.tree, key).items), MOST_NODES if key == Node.section else MOST_ENTRIES
             if count > most:
                 raise refuse(self.tree.key_spot(key), f"{key} has {count} entries", f"give it at most {most}")
 

@@ -26,6 +26,7 @@ TELL = {
     "Sweep": ("words.sweep_words", "tell_sweep"),
     "LumpingError": ("words.lump_words", "tell_lumping"),
     "LumpChoice": ("words.lump_words", "tell_choice"),
+    "Sample": ("words.sample_words", "tell_sample"),
     "Calibration": ("words.calibration_words", "tell_calibration"),
     "Foresight": ("words.experiment_plan_words", "tell_foresight"),
     "Changes": ("words.change_words", "tell_changes"),
@@ -34,6 +35,7 @@ TELL = {
 """Class → module and function that puts it into words."""
 SUMMARISE = {
     "Sweep": ("files.sweep_summary", "summary"),
+    "Sample": ("words.sample_words", "summary"),
     "Calibration": ("files.calibration_summary", "summary"),
     "Foresight": ("words.experiment_plan_words", "summary"),
 }

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from network import Machine
@@ -78,3 +80,30 @@ def speed_steps(steps: int = 60, hours: float = HOURS, output: float = 1.0, seed
         "ambient": constant("ambient", "degC", 21.5),
     }
     return Schedule(f"{steps} speed steps", "bench", t, signals)
+
+
+def bars_machine(lumps: int, bars: int = 5) -> Machine:
+    """Bars end to end with skins, a bearing and a motor in the first: `lumps` in all."""
+    names = [f"bar{i}" for i in range(bars)]
+    each = {"material": "steel", "length": "900 mm", "area": "90 cm^2", "lumps": lumps // bars}
+    links = {
+        f"joint{i}": {"kind": "conduction", "between": [f"{a}@1", f"{b}@0"], "conductance": f"{30 + 5 * i} W/K"}
+        for i, (a, b) in enumerate(pairwise(names))
+    } | {f"skin{i}": {"kind": "convection", "between": [n, "ambient"], "conductance": f"{2 + i} W/K"}
+         for i, n in enumerate(names)}  # fmt: skip
+    machine = {
+        "machine": f"bars of {lumps} lumps", "reference": "22 degC",
+        "nodes": dict.fromkeys(names, each) | {"ambient": {"temperature": "ambient"}}, "links": links,
+        "sources": {
+            "bearing": {"kind": "bearing_friction", "into": {"bar0@0.1..0.2": 1}, "torque": "520 N mm"},
+            "motor": {"kind": "heat_source", "into": {"bar0@0.5..0.8": 1}, "power": "120 W", "with": "speed",
+                      "at": "6000 rpm"},
+        },
+        "tcp": {axis: {"grows": {"kind": "stretching", "of": name, **GROWS}}
+                for axis, name in zip(("y", "z"), names, strict=False)},
+        "sensors": {f"T{i}": {"measures": f"{names[0]}@{at}", "noise": "0.05 K"}
+                    for i, at in enumerate((0.05, 0.3, 0.5, 0.7, 0.95))},
+    }  # fmt: skip
+    tree = tree_of(machine, Spot("bench"))
+    assert isinstance(tree, Branch)
+    return Machine.read(tree, "bench")

@@ -10,13 +10,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
+from network.engine.balance import MOST_LUMPS
 from network.engine.channels import Readouts, readouts
 from network.engine.energy import EnergyAccount, heat_over_time, linear_account
 from network.engine.network import Network
 from network.engine.solvers import expm, modal_run, switched
 from network.engine.solvers.courses import Courses, KnownCourses
 from network.engine.solvers.linear import LinearProblem, LinearSolution, reduce
-from network.engine.solvers.plan import Plan, make_plan
+from network.engine.solvers.plan import Plan, make_plan, why_not_krylov
+from network.platform.refusal import Failed
 from network.recordings.inputs import Schedule
 
 if TYPE_CHECKING:
@@ -39,6 +41,7 @@ class Outcome:
     account: EnergyAccount
     error: float
     heat: Array | None
+    problem: LinearProblem | None = None
     switches: tuple[tuple[float, str, bool], ...] = ()
 
     @cached_property
@@ -65,6 +68,11 @@ def solve_schedule(
             why = "it switches, and its modes are too much alike for the closed form"
             return _by_steps(replace(plan, method="solve_ivp:LSODA", why=why), outputs, rtol, progress)
         plan, switches = found.plan, found.switches
+    if plan.method == "krylov":
+        reduced = _by_krylov(plan, outputs)
+        if reduced is not None:
+            return reduced
+        plan = replace(plan, method="modal", why="linear: exact in its modes, for a subspace leaves out too much")
     problem = reduce(plan, outputs)
     solution = modal_run.solve(problem, each_interval=wants_heat) if plan.method != "expm" else None
     if solution is None:
@@ -74,6 +82,21 @@ def solve_schedule(
     return replace(_by_linear(plan, problem, solution, wants_heat), switches=_name_switches(network, switches))
 
 
+def _by_krylov(plan: Plan, outputs: Readouts) -> Outcome | None:
+    """None where the subspace leaves out too much. Raises Failed where there is no other way either."""
+    from network.engine.solvers.krylov import reduce_by_krylov  # slow to load, for scipy's sake
+
+    reduction = None if why_not_krylov(plan.network) else reduce_by_krylov(plan, outputs)
+    solution = modal_run.solve(reduction.problem) if reduction is not None else None
+    if reduction is None or solution is None:
+        if plan.network.size > MOST_LUMPS:
+            right = "take fewer lumps"
+            many = f"{plan.network.size} lumps follow no small subspace"
+            raise Failed(f"{many}, and are too many for their modes; {right}")
+        return None
+    return replace(_by_linear(plan, reduction.problem, solution, False), error=max(solution.error, reduction.error))
+
+
 def _by_linear(plan: Plan, problem: LinearProblem, solution: LinearSolution, wants_heat: bool) -> Outcome:
     T0, T1 = problem.temperatures(problem.x0, 0), problem.temperatures(solution.x_end, -1)
     heat = None
@@ -81,7 +104,7 @@ def _by_linear(plan: Plan, problem: LinearProblem, solution: LinearSolution, wan
         at = np.searchsorted(plan.edges, plan.t - 1e-9)
         heat = heat_over_time(problem, solution)[at]
     account = linear_account(problem, solution)
-    return Outcome(plan, problem.readouts, solution.courses, T0, T1, account, solution.error, heat)
+    return Outcome(plan, problem.readouts, solution.courses, T0, T1, account, solution.error, heat, problem)
 
 
 def _by_steps(plan: Plan, outputs: Readouts, rtol: float | None, progress: Progress | None) -> Outcome:
@@ -99,7 +122,7 @@ def _by_steps(plan: Plan, outputs: Readouts, rtol: float | None, progress: Progr
         switches = _name_switches(plan.network, solution.switches)
     account, T0, T1 = solution.account, solution.T_start, solution.T_end
     error = _error_from(account, plan.network, rtol, T1)
-    return Outcome(plan, outputs, KnownCourses(solution.y), T0, T1, account, error, solution.heat, switches)
+    return Outcome(plan, outputs, KnownCourses(solution.y), T0, T1, account, error, solution.heat, switches=switches)
 
 
 def _error_from(account: EnergyAccount, network: Network, rtol: float, T_end: Array) -> float:

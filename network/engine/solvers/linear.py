@@ -7,7 +7,8 @@ straight from f0 to f1.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -40,17 +41,37 @@ class Regime:
 
 @dataclass(frozen=True)
 class Forcing:
-    """Per interval, just after and just before its edges: held temperatures, heats of all lumps, and of the sources
-    group by group."""
+    """Per interval, just after and just before its edges: held temperatures, and heats of the sources group by group.
+
+    into: how the heat of every group spreads over all lumps; lumped: heats of all lumps, where they are given so.
+    """
 
     held: tuple[Array, Array]
-    heat: tuple[Array, Array]
+    lumped: tuple[Array, Array] | None
     sources: tuple[tuple[Array, Array], ...]
+    into: tuple[Array, ...] = ()
+
+    @cached_property
+    def heat(self) -> tuple[Array, Array]:
+        """Heats of all lumps (K, N)."""
+        return self.lumped or (self.push(0), self.push(1))
+
+    def push(self, side: int, rows: Array | None = None, at: Indices | slice = slice(None)) -> Array:
+        """Heats of all lumps, or rows over them, in some intervals: (intervals, lumps or rows)."""
+        if self.lumped is not None:
+            heat = self.lumped[side][at]
+            return np.asarray(heat if rows is None else heat @ rows.T)
+        size = self.into[0].shape[0] if self.into else 0
+        total = np.zeros((len(self.held[side][at]), size if rows is None else len(rows)))
+        for group, into in zip(self.sources, self.into, strict=True):
+            total += group[side][at] @ (into if rows is None else rows @ into).T
+        return total
 
 
 @dataclass(frozen=True)
 class LinearProblem:
-    """Everything an exact solver needs. regime_of: regime of each interval; f0, f1: forcing of the states (K, n)."""
+    """Everything an exact solver needs. regime_of: regime of each interval; f0, f1: forcing of the states (K, n);
+    basis: of the free lumps, orthonormal by their heat capacities, where the states are amounts of its columns."""
 
     plan: Plan
     readouts: Readouts
@@ -61,6 +82,7 @@ class LinearProblem:
     f1: Array
     x0: Array
     scale: Array
+    basis: Array | None = None
 
     @property
     def order(self) -> int:
@@ -70,16 +92,26 @@ class LinearProblem:
     def temperatures(self, x: Array, k: int) -> Array:
         """All lumps at the start (k = 0) or the end (k = −1) of the run, whose states are x."""
         regime, side = self.regimes[int(self.regime_of[k])], 0 if k == 0 else 1
-        held, heat = self.forcing.held[side][k], self.forcing.heat[side][k]
-        return np.asarray(regime.P @ x + regime.P_held @ held + regime.P_heat @ heat)
+        at = slice(0, 1) if k == 0 else slice(len(self.regime_of) - 1, None)
+        heat = self.forcing.push(side, at=at)[0] if len(self.plan.network.massless) else np.zeros(len(regime.P))
+        return np.asarray(regime.P @ x + regime.P_held @ self.forcing.held[side][k] + regime.P_heat @ heat)
+
+    def begin(self, T: Array) -> Array:
+        """States at temperatures of all lumps, those of sensors in equilibrium with what they see."""
+        free = self.plan.network.free
+        own = T[free] if self.basis is None else self.basis.T @ (self.plan.network.capacity[free] * T[free])
+        x0 = np.concatenate([own, np.zeros(self.readouts.states)])
+        if self.readouts.states:
+            x0[len(own) :] = self.readouts.start_states(self.temperatures(x0, 0))
+        return x0
 
     def outputs(self, regime: Regime, which: Indices | None = None) -> Array:
         """Readings, then sensor states, as rows over the states x; all, or some of them."""
         network, rows, own = self.plan.network, self._rows(which), self._states(which)
         over = np.zeros((len(rows) + len(own), self.order))
-        free, massless, n = network.free, network.massless, len(network.free)
-        over[: len(rows), :n] = rows[:, free]
-        if len(massless):
+        free, massless, n = network.free, network.massless, self.order - self.readouts.states
+        over[: len(rows), :n] = rows[:, free] if self.basis is None else rows @ regime.P[:, :n]
+        if len(massless) and self.basis is None:
             over[: len(rows), :n] += rows[:, massless] @ regime.P[massless, :n]
         over[np.arange(len(rows), len(over)), n + own] = 1.0
         return over
@@ -97,15 +129,13 @@ class LinearProblem:
         """Readings that see held nodes or heats of massless junctions at once in regime r: which of those asked for,
         and what they see just after and just before the edges of its intervals, (intervals, readings)."""
         network, regime, rows = self.plan.network, self.regimes[r], self._rows(which)
-        mine = self.regime_of == r
-        by_held, by_heat = rows @ regime.P_held, np.zeros((len(rows), network.size))
-        if len(network.massless):
-            by_heat = rows[:, network.massless] @ regime.P_heat[network.massless]
-        lines = np.flatnonzero(by_held.any(axis=1) | by_heat.any(axis=1))
-        first, last = (
-            held[mine] @ by_held[lines].T + heat[mine] @ by_heat[lines].T
-            for held, heat in zip(self.forcing.held, self.forcing.heat, strict=True)
-        )
+        mine = np.flatnonzero(self.regime_of == r)
+        by_held, seen = rows @ regime.P_held, np.any(rows[:, network.massless], axis=1)
+        lines = np.flatnonzero(by_held.any(axis=1) | seen)
+        first, last = (held[mine] @ by_held[lines].T for held in self.forcing.held)
+        if seen.any():
+            by_heat = rows[lines] @ regime.P_heat
+            first, last = first + self.forcing.push(0, by_heat, mine), last + self.forcing.push(1, by_heat, mine)
         return lines, first, last
 
     def add_direct(self, y: Array, which: Indices | None = None) -> None:
@@ -142,12 +172,11 @@ def reduce(plan: Plan, readouts: Readouts) -> LinearProblem:
     distinct, regime_of = regimes_of(network, plan.left)
     inputs = ({name: values[k] for name, values in plan.left.items()} for k in distinct)
     regimes = tuple(regime_from(network, affine_matrix(network, u, modes), readouts) for u in inputs)
-    forcing = _forcing(plan)
+    forcing = force_sources(plan)
     f0, f1 = force_states(regimes, regime_of, forcing, readouts)
-    first = regimes[int(regime_of[0])]
-    x0 = _start(plan, first, readouts, forcing)
     scale = np.concatenate([np.sqrt(network.capacity[network.free]), np.ones(readouts.states)])
-    return LinearProblem(plan, readouts, regimes, regime_of, forcing, f0, f1, x0, scale)
+    problem = LinearProblem(plan, readouts, regimes, regime_of, forcing, f0, f1, np.zeros(len(scale)), scale)
+    return replace(problem, x0=problem.begin(plan.T0))
 
 
 def force_states(
@@ -158,14 +187,16 @@ def force_states(
     f0, f1 = (np.empty((len(regime_of), n)) for _ in range(2))
     for r, regime in enumerate(regimes):
         at = np.flatnonzero(regime_of == r)
-        for f, held, heat in zip((f0, f1), forcing.held, forcing.heat, strict=True):
-            f[at] = held[at] @ regime.F_held.T + heat[at] @ regime.F_heat.T
+        for side, f in enumerate((f0, f1)):
+            f[at] = forcing.held[side][at] @ regime.F_held.T
+            if forcing.into or forcing.lumped is not None:
+                f[at] += forcing.push(side, regime.F_heat, at)
             f[at, n - readouts.states :] += readouts.state_constant
     return f0, f1
 
 
-def _forcing(plan: Plan) -> Forcing:
-    """Inputs are looked at a hair inside the interval, so that a source that starts with a ramp is on at once."""
+def force_sources(plan: Plan) -> Forcing:
+    """What drives a plan, a hair inside its intervals, so that a source that starts with a ramp is on at once."""
     network, count = plan.network, len(plan.edges) - 1
     begin, end = plan.just_inside
     groups = [*network.heats, *network.relays]
@@ -175,12 +206,9 @@ def _forcing(plan: Plan) -> Forcing:
         source_series(heats, end, mode, count) if plan.is_ramped(heats.law) else same
         for same, (heats, mode) in zip(first, with_modes(network, modes), strict=True)
     ]
-    heat = [
-        sum((q @ heats.into.T for q, heats in zip(series, groups, strict=True)), np.zeros((count, network.size)))
-        for series in (first, last)
-    ]
     held = plan.evaluate_held(plan.left), plan.evaluate_held(plan.right)
-    return Forcing(held, (heat[0], heat[1]), tuple(zip(first, last, strict=True)))
+    none = None if groups else (np.zeros((count, network.size)), np.zeros((count, network.size)))
+    return Forcing(held, none, tuple(zip(first, last, strict=True)), tuple(heats.into for heats in groups))
 
 
 def regime_from(network: Network, K: Array, readouts: Readouts) -> Regime:
@@ -216,13 +244,3 @@ def _junction_matrix(network: Network, K: Array) -> Array:
     if not np.linalg.cond(inner) <= 1e14:
         raise Failed("a massless junction has no conductance to the rest; give its links a conductance above zero")
     return np.asarray(inner)
-
-
-def _start(plan: Plan, regime: Regime, readouts: Readouts, forcing: Forcing) -> Array:
-    """Free lumps at T0, sensor states in equilibrium with what they see."""
-    free = plan.network.free
-    x0 = np.concatenate([plan.T0[free], np.zeros(readouts.states)])
-    if readouts.states:
-        T = regime.P @ x0 + regime.P_held @ forcing.held[0][0] + regime.P_heat @ forcing.heat[0][0]
-        x0[len(free) :] = readouts.start_states(T)
-    return x0

@@ -17,8 +17,12 @@ from network.platform.refusal import Spot, likely, refuse
 from network.recordings.inputs import Schedule
 
 IVP_METHODS = ("LSODA", "BDF", "Radau", "RK45")
-METHODS = ("auto", "modal", "switched", "rosenbrock", "expm", *(f"solve_ivp:{name}" for name in IVP_METHODS))
+METHODS = ("auto", "modal", "krylov", "switched", "rosenbrock", "expm", *(f"solve_ivp:{name}" for name in IVP_METHODS))
 EXACT = ("modal", "switched", "expm")
+LINEAR = (*EXACT, "krylov")
+"""Methods for what is linear in temperature."""
+MANY = 400
+"""Lumps from which a linear network is solved in a subspace."""
 SAME_INSTANT = 1e-9
 """s: input changes closer together than this are one."""
 HAIR = 1e-6
@@ -165,8 +169,10 @@ def make_plan(
     obstacle = why_not_exact(network, left, right)
     if method == "auto" and not (obstacle or network.relays):
         obstacle = too_many(network, left)
-    method, why = _choose_method(network, method, obstacle)
-    if method in EXACT:
+    asked, (method, why) = method, _choose_method(network, method, obstacle)
+    if method == "modal" and asked == "auto" and not (stop_at_samples or why_not_krylov(network)):
+        method, why = "krylov", f"the network is linear, and its {network.size} lumps follow few of their modes"
+    if method in LINEAR:
         finer = _straighten_ramps(network, schedule, edges, left, right)
         if stop_at_samples:
             finer = merge_instants(finer, schedule.t)
@@ -177,9 +183,9 @@ def make_plan(
 
 def _choose_method(network: Network, method: str, obstacle: str) -> tuple[str, str]:
     """The method and the reason for it; `obstacle` is what keeps the run from the exact paths."""
-    obstacle = obstacle or (_switches(network) if method in ("modal", "expm") else "")
-    if method in EXACT and obstacle:
-        raise refuse(Spot("--method"), f"{method} is exact for linear networks, and {obstacle}", "use --method auto")
+    obstacle = obstacle or (_switches(network) if method in ("modal", "expm", "krylov") else "")
+    if method in LINEAR and obstacle:
+        raise refuse(Spot("--method"), f"{method} is for linear networks, and {obstacle}", "use --method auto")
     if method == "switched" and not network.relays:
         raise refuse(Spot("--method"), "switched needs a relay, and this machine has none", "use --method auto")
     general = "" if not (network.relays or network.melting) else "it switches or its heat capacity changes"
@@ -192,6 +198,15 @@ def _choose_method(network: Network, method: str, obstacle: str) -> tuple[str, s
     if network.relays:
         return "switched", f"linear between switchings: exact in its modes, and {_switches(network)}"
     return "modal", "the network is linear: exact in its modes"
+
+
+def why_not_krylov(network: Network) -> str:
+    """What keeps a linear network from being reduced to a subspace; empty where nothing does."""
+    if network.size < MANY:
+        return f"{network.size} lumps are few"
+    if any(flows.one_way or flows.reads for flows in network.flows) or any(heats.reads for heats in network.heats):
+        return "its conductances are not symmetric"
+    return ""
 
 
 def _switches(network: Network) -> str:

@@ -23,9 +23,9 @@ def answer_exactly(problem: LinearProblem, causes: Sequence[Cause], base: float)
 def _answer(problem: LinearProblem, by: Propagators | None, cause: Cause, base: float) -> Array:
     forcing = _forcing_of(problem, cause, base)
     f0, f1 = force_states(problem.regimes, problem.regime_of, forcing, problem.readouts)
-    network = problem.plan.network
-    x0 = problem.plan.T0[network.free] - base if cause.is_start else np.zeros(problem.order)
-    alone = replace(problem, forcing=forcing, f0=f0, f1=f1, x0=x0)
+    alone = replace(problem, forcing=forcing, f0=f0, f1=f1, x0=np.zeros(problem.order))
+    if cause.is_start:
+        alone = replace(alone, x0=alone.begin(problem.plan.T0 - base))
     solution = solve(alone, by=by) if by is not None else expm.solve(alone)
     assert solution is not None
     return solution.courses.all()
@@ -33,13 +33,13 @@ def _answer(problem: LinearProblem, by: Propagators | None, cause: Cause, base: 
 
 def _forcing_of(problem: LinearProblem, cause: Cause, base: float) -> Forcing:
     network, given = problem.plan.network, problem.forcing
-    groups = (*network.heats, *network.relays)
     held: list[Array] = [np.zeros_like(values) for values in given.held]
-    heat: list[Array] = [np.zeros_like(values) for values in given.heat]
-    for side in (0, 1):
-        if cause.held is not None:
+    if cause.held is not None:
+        for side in (0, 1):
             held[side][:, cause.held] = given.held[side][:, cause.held] - base
-        if cause.source is not None:
-            group, column = cause.source
-            heat[side] = np.multiply.outer(given.sources[group][side][:, column], groups[group].into[:, column])
-    return Forcing((held[0], held[1]), (heat[0], heat[1]), ())
+    if cause.source is None:
+        nothing = np.zeros((len(held[0]), 1))
+        return Forcing((held[0], held[1]), None, ((nothing, nothing),), (np.zeros((network.size, 1)),))
+    group, column = cause.source
+    first, last = (series[:, column, None] for series in given.sources[group])
+    return Forcing((held[0], held[1]), None, ((first, last),), (given.into[group][:, column, None],))

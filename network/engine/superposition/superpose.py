@@ -14,8 +14,7 @@ from network.engine.channels import plain_readouts
 from network.engine.energy import sum_stored_heat
 from network.engine.network import Network
 from network.engine.solvers.carry_out import Outcome, solve_schedule
-from network.engine.solvers.linear import reduce
-from network.engine.solvers.plan import EXACT, HAIR, SAME_INSTANT, merge_instants
+from network.engine.solvers.plan import HAIR, SAME_INSTANT, merge_instants
 from network.engine.superposition.apportionment import mean_slopes, move_at_once
 from network.engine.superposition.causes import Cause, list_causes, mean_start
 from network.engine.superposition.exact import answer_exactly
@@ -58,8 +57,8 @@ def superpose(run: Trajectory) -> Superposition:
     base = mean_start(run.network, run.T_start)
     outputs = plain_readouts(_rows(run.network, readings))
     plain = solve_schedule(run.network, run.schedule, run.T_start, outputs=outputs)
-    if plain.plan.method in EXACT and not any(heats.reads for heats in run.network.heats):
-        answer = answer_exactly(reduce(plain.plan, plain.readouts), causes, base)
+    if plain.problem is not None and not any(heats.reads for heats in run.network.heats):
+        answer = answer_exactly(plain.problem, causes, base)
         return _superposition(run, plain, readings, causes, answer, base, EXACTLY)
     pieces, found = 1, _superpose_frozen(run, readings, causes, base, plain, 1)
     while not found.is_told_whole and pieces < FINEST and pieces * len(run.t) < MOST_STEPS:

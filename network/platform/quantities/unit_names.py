@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 
+from network.platform.quantities.unit_products import read_product
 from network.platform.quantities.unit_table import NAME, find_spelling, registry
 from network.platform.refusal import Spot
 
@@ -79,6 +81,9 @@ def _factor_and_dimension(text: str) -> tuple[Fraction, str]:
     """'g/cm^3' → (1000, '[length]^-3 [mass]'). Raises BadNumber for what is not a unit."""
     if len(text) > LONGEST:
         raise BadNumber(f"unreadable unit '{text[:20]}…' ({len(text)} characters)", AS_IN)
+    product = read_product(_respell(text))
+    if product is not None:
+        return product[0], _name_dimension(product[1])
     spelled = _spell(text)
     units = registry()
     try:
@@ -89,21 +94,28 @@ def _factor_and_dimension(text: str) -> tuple[Fraction, str]:
         raise BadNumber(f"unreadable unit '{text}'", AS_IN) from error
     if any(abs(power) > MOST_POWER for power in powers.values()):
         raise BadNumber(f"unreadable unit '{text}'", AS_IN)
+    return factor, _name_dimension(powers)
+
+
+def _name_dimension(powers: Mapping[str, float]) -> str:
     terms = (base if p == 1 else f"{base}^{float(p):g}" for base, p in sorted(powers.items()) if p)
-    return factor, " ".join(terms) or "dimensionless"
+    return " ".join(terms) or "dimensionless"
 
 
 def _spell(text: str) -> str:
     """The expression as pint reads it: one way to write products, powers and temperatures, only known names."""
-    spelled = text
-    for theirs, ours in _SPELLINGS:
-        spelled = spelled.replace(theirs, ours)
-    spelled = re.sub(r"[⁺⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+", lambda match: "^" + match[0].translate(_RAISED), spelled)
-    spelled = re.sub(rf"({NAME})(\d+)", r"\1^\2", spelled)
+    spelled = _respell(text)
     odd = re.search(rf"[^\s()/^.+\-\d{NAME[1:-2]}]", spelled)
     if odd or re.search(r"\^\s*\(?\s*[+-]?\d{3}|[\^/]\s*$|\^[^A-Za-z(]*\^|\)\s*\^.*\^", spelled):
         raise BadNumber(f"unreadable unit '{text}'", AS_IN)
     return re.sub(NAME, lambda match: _check_name(match[0]), spelled)
+
+
+def _respell(text: str) -> str:
+    for theirs, ours in _SPELLINGS:
+        text = text.replace(theirs, ours)
+    text = re.sub(r"[⁺⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+", lambda match: "^" + match[0].translate(_RAISED), text)
+    return re.sub(rf"({NAME})(\d+)", r"\1^\2", text)
 
 
 def _check_name(name: str) -> str:

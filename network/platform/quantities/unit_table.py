@@ -14,7 +14,7 @@ from functools import lru_cache
 from typing import Any
 
 NAME = r"[A-Za-zµΩ_]+"
-_DEFINITIONS = f"""
+DEFINITIONS = f"""
 nano- = 1e-9 = n-
 micro- = 1e-6 = µ- = u-
 milli- = 1e-3 = m-
@@ -68,7 +68,7 @@ def registry() -> Any:
     from pint import UnitRegistry
 
     units: Any = UnitRegistry(None, on_redefinition="ignore", non_int_type=Fraction)
-    units.load_definitions(_DEFINITIONS.strip().splitlines())
+    units.load_definitions(DEFINITIONS.strip().splitlines())
     return units
 
 
@@ -86,6 +86,6 @@ def likely_unit(text: str) -> str | None:
     """The name that was probably meant by the first unknown one in it."""
     for name in re.findall(NAME, text):
         if find_spelling(name) is None:
-            names = [n for n in re.findall(NAME, _DEFINITIONS) if len(n) > 1 and find_spelling(n)]
+            names = [n for n in re.findall(NAME, DEFINITIONS) if len(n) > 1 and find_spelling(n)]
             return _HINTS.get(name) or next(iter(get_close_matches(name.lower(), names, n=1, cutoff=0.66)), None)
     return None

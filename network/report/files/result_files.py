@@ -55,13 +55,20 @@ def run_summary(
 
 
 def write_run(
-    run: Trajectory, where: Path, shares: Superposition | None = None, lumping: LumpingError | None = None
-) -> list[Path]:
+    run: Trajectory, where: Path, shares: Superposition | None = None, lumping: LumpingError | None = None,
+    parquet: bool = False,
+) -> list[Path]:  # fmt: skip
     """results.csv (a recording's format), parts.csv (what every part has and does, and where the movement comes from),
-    and summary.json."""
-    results, parts, summary = (where / name for name in ("results.csv", "parts.csv", "summary.json"))
+    and summary.json; parquet: both tables as Parquet instead."""
+    ending = "parquet" if parquet else "csv"
+    results, parts, summary = (where / name for name in (f"results.{ending}", f"parts.{ending}", "summary.json"))
     more = shares.columns_in_si() if shares is not None else ()
     for path, columns in ((results, run.columns_in_si()), (parts, chain(run.part_columns_in_si(), more))):
-        write_csv(path, run.t, {name: (unit_text, values) for name, unit_text, values in columns})
+        if parquet:
+            from network.report.files.parquet_files import write_run_columns
+
+            write_run_columns(path, run.t, columns)
+        else:
+            write_csv(path, run.t, {name: (unit_text, values) for name, unit_text, values in columns})
     write_text(summary, as_json(run_summary(run, shares, lumping)))
     return [results, parts, summary]
