@@ -106,7 +106,7 @@ AMISS = {"T_body": 3.0 * (1 - np.exp(-np.arange(1441) * 10.0 / 1500))}
 
 
 def test_a_channel_that_is_told_badly_does_not_bend_the_room_of_a_held_out_run() -> None:
-    """Numbers that come from a run with the same error know how far to trust the channel; the other two tell the room."""
+    """Numbers that come from a run with the same error know how far to trust it; the other channels tell the room."""
     machine, run = two_blocks(), run_in(21.0, more=AMISS, seed=3)
     problem = problem_of(machine, in_known_rooms([run_in(ROOMS[0], seed=1, more=AMISS), run_in(ROOMS[1])])[0])
     misfit = channel_misfits(minimise(problem))
