@@ -334,7 +334,7 @@ def test_toaster_oven_settles_where_its_walls_and_leaks_lose_what_its_elements_t
         elements, air, walls = T
         inside = 0.05 * STEFAN_BOLTZMANN * ((elements + KELVIN) ** 4 - (walls + KELVIN) ** 4)
         outside = 0.15 * STEFAN_BOLTZMANN * ((walls + KELVIN) ** 4 - (26 + KELVIN) ** 4) + 0.75 * (walls - 26) ** 1.25
-        film, wall, leaks = 0.9 * (elements - air), 3.5 * (walls - air), 20 * 24e-4 * (air - 26) ** 1.5
+        film, wall, leaks = 0.9 * (elements - air), 3.5 * (walls - air), 20 * 12e-4 * (air - 26) ** 1.5
         return [650 - film - inside, film + wall - leaks, inside - wall - outside]
 
     T = fsolve(left_over, [450, 250, 200], xtol=1e-12)
