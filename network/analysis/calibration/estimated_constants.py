@@ -11,7 +11,7 @@ import numpy as np
 from network.analysis.calibration.gauss_newton import Problem, linearise, make_problem
 from network.analysis.calibration.linearised import Linearised
 from network.analysis.calibration.measured_means import OFFSET_LIMIT, START_ANYWHERE, Measured, weigh_recording
-from network.analysis.calibration.misfit import ChannelMisfit, channel_misfits
+from network.analysis.calibration.misfit import channel_misfits
 from network.analysis.comparison.common_start import share_start_rule
 from network.analysis.comparison.compare import Comparison, RecordingResidual, compare
 from network.analysis.comparison.run_constants import InputConstant, RunConstants, find_scored_from
@@ -39,7 +39,7 @@ class Numbers:
     parameters: tuple[Parameter, ...]
     theta: Array
     start: Start | None = None
-    misfit: Mapping[str, ChannelMisfit] | None = None
+    misfit: Mapping[str, float] | None = None
 
     @classmethod
     def of(cls, machine: Machine, start: Start | None = None) -> Numbers:
@@ -82,11 +82,9 @@ def stated_constants(of: Numbers, recording: Recording) -> RunConstants:
     return RunConstants({n.name: data.run.start[n.name] for n in data.starts})
 
 
-def _reweigh(data: Measured, misfit: Mapping[str, ChannelMisfit]) -> Measured:
+def _reweigh(data: Measured, misfit: Mapping[str, float]) -> Measured:
     """The run with the noise of its channels as large as they are told."""
-    cells = dict(zip(data.run.channels, data.known.reshape(len(data.run.channels), -1).sum(axis=1), strict=True))
-    factors = {n: misfit[n].factor(int(cells[n])) if n in misfit else 1.0 for n in cells}
-    return replace(data, sigma={n: sigma * factors[n] for n, sigma in data.sigma.items()})
+    return replace(data, sigma={n: sigma * misfit.get(n, 1.0) for n, sigma in data.sigma.items()})
 
 
 def _about(machine: Machine, data: Measured, start: Mapping[str, float], inputs: Mapping[str, float]) -> Problem:

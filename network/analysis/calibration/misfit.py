@@ -12,7 +12,6 @@ the machine lacks the physics of does not bend what the others tell.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -34,24 +33,17 @@ def lasting_misfit(at: Linearised) -> float:
     return max(1.0, chi_of(at) * float(np.sqrt((1 + (rho := persistence(at))) / (1 - rho))))
 
 
-@dataclass(frozen=True)
-class ChannelMisfit:
-    """Of one channel over all runs of a fit. chi: rms of what is left, whitened; rho: from one cell to the next."""
+def channel_misfits(at: Linearised | Estimate) -> Mapping[str, float]:
+    """Of every channel over all runs of a fit: rms of what is left, whitened, at least 1: the factor that its noise
+    counts with where a run's constants are told by the machine's numbers.
 
-    chi: float
-    rho: float
-
-    def factor(self, cells: int) -> float:
-        """By how much the noise of so many cells counts larger: all of them tell no less than one of them would."""
-        return max(1.0, self.chi * float(np.sqrt(min((1 + self.rho) / (1 - self.rho), max(cells, 1)))))
-
-
-def channel_misfits(at: Linearised | Estimate) -> Mapping[str, ChannelMisfit]:
-    """Of every channel."""
+    Its persistence is not counted in too: these are told at the beginning, where parts stand where they were read and
+    misfit is smaller than over whole runs.
+    """
     pooled: dict[str, list[Array]] = {}
     for name, left in _channel_residuals(at):
         pooled.setdefault(name, []).append(left)
-    return {n: ChannelMisfit(_rms(np.concatenate(z)), correlate_neighbours(z)) for n, z in pooled.items()}
+    return {n: max(1.0, _rms(np.concatenate(several))) for n, several in pooled.items()}
 
 
 def _rms(values: Array) -> float:
