@@ -11,7 +11,7 @@ import numpy as np
 from network.analysis.calibration.gauss_newton import Problem, linearise, make_problem
 from network.analysis.calibration.linearised import Linearised
 from network.analysis.calibration.measured_means import OFFSET_LIMIT, START_ANYWHERE, Measured, weigh_recording
-from network.analysis.calibration.misfit import channel_misfits
+from network.analysis.calibration.misfit import ChannelMisfit, channel_misfits
 from network.analysis.comparison.common_start import share_start_rule
 from network.analysis.comparison.compare import Comparison, RecordingResidual, compare
 from network.analysis.comparison.run_constants import InputConstant, RunConstants, find_scored_from
@@ -39,7 +39,7 @@ class Numbers:
     parameters: tuple[Parameter, ...]
     theta: Array
     start: Start | None = None
-    misfit: Mapping[str, float] | None = None
+    misfit: Mapping[str, ChannelMisfit] | None = None
 
     @classmethod
     def of(cls, machine: Machine, start: Start | None = None) -> Numbers:
@@ -62,9 +62,9 @@ def estimate_constants(of: Numbers, recording: Recording, held_out: bool = False
     anywhere = [n.name for n in data.starts if n.spread >= START_ANYWHERE]
     shifts = TRIED if anywhere else (0.0,)
     begins = [{n: data.run.start[n] + x for n in anywhere} for x in shifts]
-    best = _settle_best(partial(_about, fixed, _reweigh(data, of.misfit or {})), begins)
+    best = _settle_best(partial(_about, fixed, _reweigh(data, of.misfit or {}, not held_out)), begins)
     if best is not None and of.misfit is None:
-        best = _settle_best(partial(_about, fixed, _reweigh(data, channel_misfits(best))), begins) or best
+        best = _settle_best(partial(_about, fixed, _reweigh(data, channel_misfits(best), not held_out)), begins) or best
     if best is None:
         return replace(stated_constants(of, recording), scored_from=scored_from)
     return _read_constants(best, scored_from)
@@ -82,9 +82,10 @@ def stated_constants(of: Numbers, recording: Recording) -> RunConstants:
     return RunConstants({n.name: data.run.start[n.name] for n in data.starts})
 
 
-def _reweigh(data: Measured, misfit: Mapping[str, float]) -> Measured:
+def _reweigh(data: Measured, misfit: Mapping[str, ChannelMisfit], is_whole: bool) -> Measured:
     """The run with the noise of its channels as large as they are told."""
-    return replace(data, sigma={n: sigma * misfit.get(n, 1.0) for n, sigma in data.sigma.items()})
+    factors = {n: misfit[n].factor(is_whole) if n in misfit else 1.0 for n in data.sigma}
+    return replace(data, sigma={n: sigma * factors[n] for n, sigma in data.sigma.items()})
 
 
 def _about(machine: Machine, data: Measured, start: Mapping[str, float], inputs: Mapping[str, float]) -> Problem:

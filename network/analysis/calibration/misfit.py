@@ -12,6 +12,7 @@ the machine lacks the physics of does not bend what the others tell.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -33,17 +34,25 @@ def lasting_misfit(at: Linearised) -> float:
     return max(1.0, chi_of(at) * float(np.sqrt((1 + (rho := persistence(at))) / (1 - rho))))
 
 
-def channel_misfits(at: Linearised | Estimate) -> Mapping[str, float]:
-    """Of every channel over all runs of a fit: rms of what is left, whitened, at least 1: the factor that its noise
-    counts with where a run's constants are told by the machine's numbers.
+@dataclass(frozen=True)
+class ChannelMisfit:
+    """Of one channel over all runs of a fit. chi: rms of what is left, whitened; rho: from one cell to the next."""
 
-    Its persistence is not counted in too: these are told at the beginning, where parts stand where they were read and
-    misfit is smaller than over whole runs.
-    """
+    chi: float
+    rho: float
+
+    def factor(self, is_whole: bool) -> float:
+        """What its noise counts with where numbers are known and a run's constants are told: by a whole run all that
+        lasts of it; by a beginning, where parts stand where they were read and misfit is still small, χ alone."""
+        return max(1.0, self.chi * (float(np.sqrt((1 + self.rho) / (1 - self.rho))) if is_whole else 1.0))
+
+
+def channel_misfits(at: Linearised | Estimate) -> Mapping[str, ChannelMisfit]:
+    """Of every channel."""
     pooled: dict[str, list[Array]] = {}
     for name, left in _channel_residuals(at):
         pooled.setdefault(name, []).append(left)
-    return {n: max(1.0, _rms(np.concatenate(several))) for n, several in pooled.items()}
+    return {n: ChannelMisfit(_rms(np.concatenate(z)), correlate_neighbours(z)) for n, z in pooled.items()}
 
 
 def _rms(values: Array) -> float:
