@@ -16,7 +16,7 @@ from network.analysis.calibration.estimated_constants import Numbers, compare_es
 from network.analysis.calibration.gauss_newton import minimise
 from network.analysis.calibration.linearised import linearise
 from network.analysis.calibration.measured_means import weigh_recording
-from network.analysis.calibration.misfit import ChannelMisfit, channel_misfits
+from network.analysis.calibration.misfit import channel_misfits
 from network.analysis.comparison.compare import compare
 from network.engine.response.input_slopes import input_slopes
 from network.engine.response.model import Model
@@ -106,19 +106,13 @@ AMISS = {"T_body": 3.0 * (1 - np.exp(-np.arange(1441) * 10.0 / 1500))}
 
 
 def test_a_channel_that_is_told_badly_does_not_bend_the_room_of_a_held_out_run() -> None:
-    """Numbers that come from a run with the same error know how far to trust the channel; the other two tell the room."""
+    """Numbers that come from a run with the same error know how far to trust it; the other channels tell the room."""
     machine, run = two_blocks(), run_in(21.0, more=AMISS, seed=3)
     problem = problem_of(machine, in_known_rooms([run_in(ROOMS[0], seed=1, more=AMISS), run_in(ROOMS[1])])[0])
     misfit = channel_misfits(minimise(problem))
     trusted, known = (replace(Numbers.of(machine), misfit=m) for m in ({}, misfit))
     assert estimate_constants(trusted, run, held_out=True).inputs["ambient"].value > 22.0
-    assert estimate_constants(known, run, held_out=True).inputs["ambient"].value == pytest.approx(21.0, abs=0.4)
-
-
-def test_cells_that_err_alike_tell_no_less_than_one_of_them() -> None:
-    assert ChannelMisfit(4.0, 0.6).factor(100) == pytest.approx(8.0)
-    assert ChannelMisfit(4.0, 0.98).factor(9) == pytest.approx(12.0)
-    assert ChannelMisfit(0.9, 0.0).factor(9) == 1.0
+    assert estimate_constants(known, run, held_out=True).inputs["ambient"].value == pytest.approx(21.0, abs=0.6)
 
 
 def in_known_rooms(runs: Sequence[Recording]) -> list[Recording]:

@@ -93,6 +93,14 @@ def test_given_temperatures_go_before_the_rules() -> None:
     assert [start["a"], start["b"]] == pytest.approx([22.0, 25.0])
 
 
+def test_parts_that_a_stated_start_does_not_name_are_read_or_settle() -> None:
+    """b between 25 and 10 °C over 2 W/K each: 17.5, not the reference; a, where b is stated, at its first reading."""
+    warm = recorded([28.0, 28.0])
+    assert begins(warm, start=Start(nodes={"a": 25.0}))["b"] == pytest.approx(17.5, abs=1e-6)
+    start = begins(warm, start=Start(nodes={"b": 25.0}))
+    assert [start["a"], start["b"]] == pytest.approx([28.0, 25.0])
+
+
 def test_an_island_has_no_steady_state() -> None:
     island = machine(
         {"a": {"heat_capacity": "1 kJ/K"}},

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,6 +37,8 @@ def start_temperatures(network: Network, schedule: Schedule, recording: Recordin
         return steady_state(network, T, u)
     if start is not None and not start.read:
         T = _set_given(network, start, T, schedule.file)
+        if recording is not None and start.nodes and start.others is None:
+            T = _settle_unnamed(network, recording, start.nodes, T, u)
     elif recording is not None:
         T = from_first_readings(network, recording, T, u, always=start is not None)
     return _begin_states(network, T, u)
@@ -74,6 +76,18 @@ def _set_given(network: Network, start: Start, T: Array, file: str) -> Array:
             raise refuse(Spot(file), f"start gives a temperature to '{name}', which is held", "give it in the inputs")
         T[network.parts[name]] = value
     return T
+
+
+def _settle_unnamed(network: Network, recording: Recording, named: Mapping[str, float], T: Array, u: Inputs) -> Array:
+    """Of a recording whose start names some parts: the rest at first readings, or settled among these and the named."""
+    known = np.zeros(network.size, bool)
+    known[network.bound] = True
+    for name in named:
+        known[network.parts[name]] = True
+    for reading in first_readings(network, recording).values():
+        sensed = (network.row(reading.place) > 0) & ~known
+        T[sensed], known[sensed] = reading.begins, True
+    return interpolate_start(network, T, known, u)
 
 
 def steady_state(network: Network, T: Array, u: Inputs) -> Array:

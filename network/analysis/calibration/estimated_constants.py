@@ -62,9 +62,9 @@ def estimate_constants(of: Numbers, recording: Recording, held_out: bool = False
     anywhere = [n.name for n in data.starts if n.spread >= START_ANYWHERE]
     shifts = TRIED if anywhere else (0.0,)
     begins = [{n: data.run.start[n] + x for n in anywhere} for x in shifts]
-    best = _settle_best(partial(_about, fixed, _reweigh(data, of.misfit or {})), begins)
+    best = _settle_best(partial(_about, fixed, _reweigh(data, of.misfit or {}, not held_out)), begins)
     if best is not None and of.misfit is None:
-        best = _settle_best(partial(_about, fixed, _reweigh(data, channel_misfits(best))), begins) or best
+        best = _settle_best(partial(_about, fixed, _reweigh(data, channel_misfits(best), not held_out)), begins) or best
     if best is None:
         return replace(stated_constants(of, recording), scored_from=scored_from)
     return _read_constants(best, scored_from)
@@ -82,10 +82,9 @@ def stated_constants(of: Numbers, recording: Recording) -> RunConstants:
     return RunConstants({n.name: data.run.start[n.name] for n in data.starts})
 
 
-def _reweigh(data: Measured, misfit: Mapping[str, ChannelMisfit]) -> Measured:
+def _reweigh(data: Measured, misfit: Mapping[str, ChannelMisfit], is_whole: bool) -> Measured:
     """The run with the noise of its channels as large as they are told."""
-    cells = dict(zip(data.run.channels, data.known.reshape(len(data.run.channels), -1).sum(axis=1), strict=True))
-    factors = {n: misfit[n].factor(int(cells[n])) if n in misfit else 1.0 for n in cells}
+    factors = {n: misfit[n].factor(is_whole) if n in misfit else 1.0 for n in data.sigma}
     return replace(data, sigma={n: sigma * factors[n] for n, sigma in data.sigma.items()})
 
 

@@ -139,8 +139,7 @@ def _weigh_telling(at: Linearised, fold: Fold) -> Array:
     """How much each row counts from which the constants of a fold's run are told."""
     data, misfit = at.problem.data[fold.run], channel_misfits(at)
     channel = _channel_of_rows(data)[fold.telling]
-    factors = [misfit[n].factor(int((channel == i).sum())) for i, n in enumerate(data.run.channels)]
-    return np.asarray(np.array(factors)[channel] ** -2.0)
+    return np.asarray(np.array([misfit[n].factor(is_whole=False) for n in data.run.channels])[channel] ** -2.0)
 
 
 def _numbers_without(at: Linearised, fold: Fold, at_mean: Array) -> Array:

@@ -41,9 +41,10 @@ class ChannelMisfit:
     chi: float
     rho: float
 
-    def factor(self, cells: int) -> float:
-        """By how much the noise of so many cells counts larger: all of them tell no less than one of them would."""
-        return max(1.0, self.chi * float(np.sqrt(min((1 + self.rho) / (1 - self.rho), max(cells, 1)))))
+    def factor(self, is_whole: bool) -> float:
+        """What its noise counts with where numbers are known and a run's constants are told: by a whole run all that
+        lasts of it; by a beginning, where parts stand where they were read and misfit is still small, χ alone."""
+        return max(1.0, self.chi * (float(np.sqrt((1 + self.rho) / (1 - self.rho))) if is_whole else 1.0))
 
 
 def channel_misfits(at: Linearised | Estimate) -> Mapping[str, ChannelMisfit]:

@@ -19,32 +19,35 @@ from network.catalogue.mechanisms.base import Inputs, Mechanism
 from network.engine.balance import affine_heat, affine_matrix, flow_heat, source_heat
 from network.engine.channels import Readouts
 from network.engine.energy import EnergyAccount, Quadrature, sum_stored_heat
+from network.engine.entry_groups import Heats
 from network.engine.solvers.plan import Plan
 from network.engine.solvers.regimes import matrix_inputs
 from network.platform.refusal import Failed
 
 GAMMA = 0.25
 # rows of a: arguments of stages 2 to 5; rows of c: what earlier stages add to stages 2 to 6, times mass over step
-STAGES = (
+STAGES = tuple(map(np.array, (
     (1.544,),
     (0.9466785280815826, 0.2557011698983284),
     (3.314825187068521, 2.896124015972201, 0.9986419139977817),
     (1.221224509226641, 6.019134481288629, 12.53708332932087, -0.6878860361058950),
-)
-COUPLING = (
+)))  # fmt: skip
+COUPLING = tuple(map(np.array, (
     (-5.6688,),
     (-2.430093356833875, -0.2063599157091915),
     (-0.1073529058151375, -9.594562251023355, -20.47028614809616),
     (7.496443313967647, -10.24680431464352, -33.99990352819905, 11.70890893206160),
     (8.083246795921522, -7.981132988064893, -31.52159432874371, 16.31930543123136, -6.058818238834054),
-)
+)))  # fmt: skip
 TIMES = (0.0, 0.386, 0.21, 0.63, 1.0, 1.0)
 DRIFT = (0.25, -0.1043, 0.1035, -0.0362, 0.0, 0.0)
-DENSE = (
-    (10.12623508344586, -7.487995877610167, -34.80091861555747, -7.992771707568823, 1.025137723295662, 0.0),
-    (-0.6762803392801253, 6.087714651680015, 16.43084320892478, 24.76722511418386, -6.594389125716872, 0.0),
-)
+DENSE = np.array([
+    [10.12623508344586, -7.487995877610167, -34.80091861555747, -7.992771707568823, 1.025137723295662, 0.0],
+    [-0.6762803392801253, 6.087714651680015, 16.43084320892478, 24.76722511418386, -6.594389125716872, 0.0],
+])  # fmt: skip
 SMALLEST_STEP = 1e-9
+HAIR, BETWEEN, STRAIGHT = 1e-12, (0.25, 0.5), 1e-10
+"""Shares of an interval at which a heat is looked at, and how close to straight it has to go (of the largest)."""
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 
@@ -83,41 +86,63 @@ class _Heat:
             heats=tuple(h for h in network.heats if self._is_straight(h.law)),
         )
         self.flows = [f for f in network.flows if not self._is_straight(f.law)]
-        self.heats = [h for h in network.heats if not self._is_straight(h.law)]
+        bent = [h for h in network.heats if not self._is_straight(h.law)]
+        along = [h for h in bent if self._goes_straight(h)]
+        self.heats = [h for h in bent if not any(h is other for other in along)]
         self.straight, self.keys = straight, matrix_inputs(straight)
         self.matrices: dict[tuple[float, ...], Array] = {}
         count = len(plan.steps)
-        self.q0, self.q1 = (affine_heat(straight, u, np.zeros(0), count) for u in plan.just_inside)
+        given = replace(straight, heats=(*straight.heats, *along))
+        self.q0, self.q1 = (affine_heat(given, u, np.zeros(0), count) for u in plan.just_inside)
         self.h0, self.h1 = plan.evaluate_held(plan.left), plan.evaluate_held(plan.right)
 
     def _is_straight(self, law: Mechanism) -> bool:
         """Affine, with inputs that hold within every interval: one matrix and one heat each."""
         return law.is_affine() and not self.plan.is_ramped(law)
 
+    def _goes_straight(self, heats: Heats[Mechanism]) -> bool:
+        """Heat that depends on no temperature, and goes straight from the begin to the end of every interval."""
+        plan, law = self.plan, heats.law
+        if heats.reads or law.follows_time or not law.is_affine():
+            return False
+        alone = replace(self.network, flows=(), heats=(heats,))
+        q0, q1, *between = (
+            affine_heat(alone, {n: (a + s * (plan.right[n] - a))[:, None] for n, a in plan.left.items()}, np.zeros(0),
+                        len(plan.steps))
+            for s in (HAIR, 1 - HAIR, *BETWEEN)
+        )  # fmt: skip
+        close = STRAIGHT * float(np.abs(q1).max(initial=np.abs(q0).max(initial=0.0)))
+        bends = (np.abs(q - q0 - s * (q1 - q0)).max(initial=0.0) for s, q in zip(BETWEEN, between, strict=True))
+        return all(bend <= close for bend in bends)
+
     def enter(self, k: int) -> None:
         """Prepares interval k."""
-        self.k, u = k, {name: values[k] for name, values in self.plan.left.items()}
+        plan, self.k = self.plan, k
+        self.begin, self.length = float(plan.edges[k]), float(plan.steps[k])
+        self.u0 = u = {name: values[k] for name, values in plan.left.items()}
+        self.grows = {name: plan.right[name][k] - value for name, value in u.items()}
+        self.held, self.held_grows = self.h0[k], self.h1[k] - self.h0[k]
+        self.heat, self.heat_grows = self.q0[k], self.q1[k] - self.q0[k]
         key = tuple(float(u[name]) for name in self.keys)
         if key not in self.matrices:
             self.matrices[key] = affine_matrix(self.straight, u, np.zeros(0))
         self.K = self.matrices[key]
 
     def inputs(self, t: float) -> Inputs:
-        return self.plan.inputs_in(self.k, t)
+        share = (t - self.begin) / self.length
+        return {name: value + share * self.grows[name] for name, value in self.u0.items()}
 
     def lumps(self, t: float, x: Array) -> Array:
         """All lumps: solved ones from the state, held ones from the inputs."""
         T = np.empty(self.network.size)
-        share = (t - self.plan.edges[self.k]) / self.plan.steps[self.k]
-        T[self.network.bound] = self.h0[self.k] + share * (self.h1[self.k] - self.h0[self.k])
+        T[self.network.bound] = self.held + (t - self.begin) / self.length * self.held_grows
         T[self.solved] = x
         return T
 
     def into(self, t: float, x: Array) -> Array:
         """Heat into the solved lumps [W]."""
         T, u = self.lumps(t, x), self.inputs(t)
-        share = (t - self.plan.edges[self.k]) / self.plan.steps[self.k]
-        heat = self.K @ T + self.q0[self.k] + share * (self.q1[self.k] - self.q0[self.k])
+        heat = self.K @ T + self.heat + (t - self.begin) / self.length * self.heat_grows
         for flows in self.flows:
             heat += flow_heat(flows, T, u) @ flows.spread
         for heats in self.heats:
@@ -237,18 +262,13 @@ class _Run:
     ) -> tuple[Array, tuple[Array, Array], Array]:
         """State after a step, the vectors of the dense output, and the error estimate."""
         factor, pivots, _ = dgetrf(np.diag(self.mass / (h * GAMMA)) - J)
-        U: list[Array] = []
-        argument = x
-        for stage in range(6):
-            if stage == 5:
-                argument = argument + U[4]
-            elif stage:
-                argument = x + sum(a * u for a, u in zip(STAGES[stage - 1], U, strict=True))
-            right = (rate if stage == 0 else self._rate(t + TIMES[stage] * h, argument)) + h * DRIFT[stage] * drift
-            if stage:
-                right = right + self.mass / h * sum(c * u for c, u in zip(COUPLING[stage - 1], U, strict=True))
-            U.append(dgetrs(factor, pivots, right)[0])
-        first, second = (sum((d * u for d, u in zip(row, U, strict=True)), np.zeros_like(x)) for row in DENSE)
+        U, per_step, argument = np.empty((6, len(x))), self.mass / h, x
+        U[0] = dgetrs(factor, pivots, rate + h * DRIFT[0] * drift)[0]
+        for stage in range(1, 6):
+            argument = argument + U[4] if stage == 5 else x + STAGES[stage - 1] @ U[:stage]
+            right = self._rate(t + TIMES[stage] * h, argument) + h * DRIFT[stage] * drift
+            U[stage] = dgetrs(factor, pivots, right + per_step * (COUPLING[stage - 1] @ U[:stage]))[0]
+        first, second = DENSE @ U
         return argument + U[5], (first, second), U[5]
 
     # -- results ------------------------------------------------------------------------------------------------------
