@@ -97,7 +97,19 @@ def test_the_file_reads_back_and_every_size_has_a_spread(drafted: Draft, tmp_pat
     keys = "heat_capacity", "conductance", "torque"
     told = [body[key] for body in sizes for key in keys if key in body]
     assert len(told) == 6 and all("±" in text for text in told)
-    assert machine.sensors["T1"].sigma == pytest.approx(0.03, rel=0.15)
+    assert drafted.found.noise["T1"] == pytest.approx(0.03, rel=0.15)
+    assert 0.85 * 0.03 < machine.sensors["T1"].sigma < 2 * 0.03
+
+
+def test_the_noise_told_is_what_the_parts_leave() -> None:
+    """A bed that also follows something nobody records, by 0.5 K: its noise says so, not the 0.03 K of its readings."""
+    runs = [made(k) for k in (1, 2)]
+    strange = 0.5 * np.sqrt(2) * np.sin(2 * np.pi * T / 5000)
+    runs = [with_column(run, "T_bed", "degC", run.columns["T_bed"].values + strange) for run in runs]
+    found = draft(runs)
+    assert found.found.noise["T_bed"] < 0.1
+    assert found.machine.sensors["T_bed"].sigma == pytest.approx(found.found.models[1].fit.rms, rel=0.1)
+    assert 0.2 < found.machine.sensors["T_bed"].sigma < 0.7
 
 
 def test_what_a_part_loses_follows_from_its_lag(drafted: Draft) -> None:

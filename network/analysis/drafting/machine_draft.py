@@ -14,6 +14,7 @@ from network.analysis.drafting.displacement_paths import Path, find_paths
 from network.analysis.drafting.draft_entries import Names, name_nodes, sections_of
 from network.analysis.drafting.draft_sentences import (
     tell_inputs,
+    tell_noise,
     tell_part,
     tell_path,
     tell_scale,
@@ -128,6 +129,7 @@ def _tell(
         yield from tell_part(found, k, names)
     for path in paths:
         yield tell_path(path, names)
+    yield tell_noise(found)
     yield from tell_scale(found, sizes)
     yield from tell_unused(found)
 
