@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from network.analysis.calibration.tcp_bands import bands_of as bands_of
     from network.analysis.comparison.compare import compare as compare
     from network.analysis.diagnosis.diagnose import diagnose as diagnose
+    from network.analysis.drafting.machine_draft import draft as draft
     from network.analysis.sweep.sweep import sweep as sweep
     from network.engine.simulation import simulate as simulate
     from network.engine.superposition.superpose import superpose as superpose
@@ -60,7 +61,7 @@ _HOME = {
     "compare": "analysis.comparison.compare",
     "calibrate": "analysis.calibration.calibrate", "sweep": "analysis.sweep.sweep",
     "bands_of": "analysis.calibration.tcp_bands",
-    "diagnose": "analysis.diagnosis.diagnose", "Refused": "platform.refusal", "Failed": "platform.refusal",
+    "diagnose": "analysis.diagnosis.diagnose", "draft": "analysis.drafting.machine_draft", "Refused": "platform.refusal", "Failed": "platform.refusal",
 }  # fmt: skip
 __all__ = [*_HOME, "__version__"]
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import network
 from network import Machine, Recording, Refused, calibrate
 from network.analysis.comparison.compare import Comparison
 from network.analysis.drafting.channel_names import axis_in, is_set_point, name_part, nearness
@@ -68,6 +69,11 @@ def without(recording: Recording, *names: str) -> Recording:
 
 def with_column(recording: Recording, name: str, unit: str, values: Array) -> Recording:
     return replace(recording, columns={**recording.columns, name: Column(name, unit, values)})
+
+
+def test_a_draft_is_at_hand_from_python_for_one_recording_too() -> None:
+    assert network.draft is draft
+    assert network.draft(made(1)).found.models[0].group.sensors == ("T1", "T2")
 
 
 # -- a made machine -------------------------------------------------------------------------------------------------

@@ -183,6 +183,7 @@ class Model:
             return [(m.cells - q.cells) / step for m, q in zip(moved, predictions, strict=True)]
         return [(_onto(m, q) - q.values) / step for m, q in zip(moved, predictions, strict=True)]
 
+
 def _onto(moved: Prediction, at: Prediction) -> Array:
     """Values of one prediction at the edges of another (they differ where relays switch)."""
     there, here = moved.course.problem.plan.edges, at.course.problem.plan.edges
