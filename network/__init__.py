@@ -61,7 +61,8 @@ _HOME = {
     "compare": "analysis.comparison.compare",
     "calibrate": "analysis.calibration.calibrate", "sweep": "analysis.sweep.sweep",
     "bands_of": "analysis.calibration.tcp_bands",
-    "diagnose": "analysis.diagnosis.diagnose", "draft": "analysis.drafting.machine_draft", "Refused": "platform.refusal", "Failed": "platform.refusal",
+    "diagnose": "analysis.diagnosis.diagnose", "draft": "analysis.drafting.machine_draft",
+    "Refused": "platform.refusal", "Failed": "platform.refusal",
 }  # fmt: skip
 __all__ = [*_HOME, "__version__"]
 
