@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from network.analysis.comparison.compare import compare as compare
     from network.analysis.diagnosis.diagnose import diagnose as diagnose
     from network.analysis.diagnosis.result import Diagnosis as Diagnosis
+    from network.analysis.drafting.machine_draft import draft as draft
     from network.analysis.sweep.lump_choice import choose_lumps as choose_lumps
     from network.analysis.sweep.lumping_error import estimate_lumping as estimate_lumping
     from network.analysis.sweep.sweep import Sweep as Sweep
@@ -72,6 +73,7 @@ _HOME = {
     "estimate_lumping": "analysis.sweep.lumping_error", "choose_lumps": "analysis.sweep.lump_choice",
     "bands_of": "analysis.calibration.tcp_bands",
     "diagnose": "analysis.diagnosis.diagnose", "find_changes": "analysis.change.changes",
+    "draft": "analysis.drafting.machine_draft",
     "Refused": "platform.refusal", "Failed": "platform.refusal",
     "Trajectory": "engine.trajectory", "Comparison": "analysis.comparison.compare", "Sweep": "analysis.sweep.sweep",
     "Calibration": "analysis.calibration.calibrate", "Diagnosis": "analysis.diagnosis.result",

@@ -32,7 +32,16 @@ def more_machines():
             "exponent": "2 ± 20 %", "while": "speed"}  # fmt: skip
     spray = {"kind": "convection", "between": ["motor", "air"], "conductance": "9 W/K ± 20 %", "while": "speed"}
     gated = two_blocks(sources={"coil": coil}, links={"spray": spray})
-    return machines() | {"gated": gated, "geometry": geometry, "material": made, "chilled": chilled}
+    lean = {"kind": "stretching", "of": "motor", "length": "90 mm ± 30 %", "expansion": "1.1e-5 1/K ± 20 %",
+            "direction": -1}  # fmt: skip
+    seen = {"measures": "motor", "noise": "0.05 K", "effects": [{"kind": "sensor_offset", "offset": "0.4 K ± 1 K"}]}
+    late = {"kind": "sensor_lag", "lag": "200 s ± 50 %"}
+    sensed = two_blocks(
+        tcp={"x": {"leans": lean}, "z": {"leans": lean}},
+        sensors={"T_motor": seen, "T_late": {**seen, "effects": [*seen["effects"], late]},
+                 "dx": {"measures": "tcp.x", "noise": "0.25 um", "zero": "start"}},
+    )  # fmt: skip
+    return machines() | {"sensed": sensed, "gated": gated, "geometry": geometry, "material": made, "chilled": chilled}
 
 
 MACHINES = more_machines()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache, partial
 from pathlib import Path
 
@@ -11,10 +12,10 @@ from bench import cnc_lathe_told as told
 from bench.cnc_lathe_figures import Fold, Tell, folds, grid, miss, over_days, score, spread
 from bench.cnc_lathe_pages import as_json, markdown
 from bench.cnc_lathe_picture import Told
-from bench.cnc_lathe_runs import CLIMATE_OF, CLIMATES, DISPLACEMENTS, FOLDER, Day, for_fit, runs
+from bench.cnc_lathe_runs import CLIMATE_OF, CLIMATES, DISPLACEMENTS, FOLDER, INPUTS, MAPPING, Day, for_fit, runs
 from bench.ridge import Run, fit_ridge, lagged
 
-from network import Recording
+from network import Machine, Recording, compare
 from network.catalogue.declaration.declare import Array
 from network.recordings.recording import Column
 
@@ -133,6 +134,22 @@ def test_climates_cover_all_runs_once() -> None:
 
 
 @here
+@pytest.mark.parametrize("name", [path.stem for path in sorted(FOLDER.glob("run_*.csv"))])
+def test_the_mapping_serves_every_run_by_its_line_of_file_alone(name: str, tmp_path: Path) -> None:
+    """As a user does it: the file is copied, one line of the mapping changed, and the machine told along it."""
+    (tmp_path / f"{name}.csv").write_bytes((FOLDER / f"{name}.csv").read_bytes())
+    lines = MAPPING.read_text(encoding="utf-8").splitlines()
+    changed = [re.sub("^file: .*", f"file: {name}.csv", line) for line in lines]
+    assert sum(a != b for a, b in zip(lines, changed, strict=True)) == 1
+    (tmp_path / "run.yaml").write_text("\n".join(changed), encoding="utf-8")
+    recording, machine = Recording.load(tmp_path / "run.yaml"), Machine.load(told.MACHINE)
+    assert set(machine.sensors) | set(INPUTS) <= set(recording.columns) and recording.starts is False
+    channels = compare(machine, recording).recordings[0].channels
+    assert set(channels) == set(machine.sensors)
+    assert all(channel.n > 200 and np.isfinite(channel.rmse_in_noise) for channel in channels.values())
+
+
+@here
 def test_each_day_is_left_out_once_and_told_from_all_others() -> None:
     for fold in folds(days(), "day"):
         assert len(fold.left_out) == 1 and len(fold.training) == len(days()) - 1
@@ -147,6 +164,14 @@ def test_blanking_every_measurement_after_the_first_minute_changes_nothing(name:
     with_all, with_first = tell(day), tell(day.blanked())
     assert np.array_equal(with_all, with_first)
     assert np.isfinite(with_all).all() and with_all.shape == (len(day.recording.t), 2)
+
+
+@here
+def test_every_sixth_day_is_left_out_at_once() -> None:
+    over = folds(days(), "sixth")
+    assert [len(fold.left_out) for fold in over] == [4, 4, 4, 4, 3, 3]
+    assert sorted(day.name for fold in over for day in fold.left_out) == [day.name for day in days()]
+    assert all(day not in fold.training for fold in over for day in fold.left_out)
 
 
 @here

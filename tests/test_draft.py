@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import network
 from network import Machine, Recording, Refused, calibrate
 from network.analysis.comparison.compare import Comparison
 from network.analysis.drafting.channel_names import axis_in, is_set_point, name_part, nearness
@@ -70,6 +71,11 @@ def with_column(recording: Recording, name: str, unit: str, values: Array) -> Re
     return replace(recording, columns={**recording.columns, name: Column(name, unit, values)})
 
 
+def test_a_draft_is_at_hand_from_python_for_one_recording_too() -> None:
+    assert network.draft is draft
+    assert network.draft(made(1)).found.models[0].group.sensors == ("T1", "T2")
+
+
 # -- a made machine -------------------------------------------------------------------------------------------------
 def test_two_masses_are_two_parts_with_their_drivers_and_time_constants(drafted: Draft) -> None:
     spindle, bed = drafted.found.models
@@ -97,7 +103,19 @@ def test_the_file_reads_back_and_every_size_has_a_spread(drafted: Draft, tmp_pat
     keys = "heat_capacity", "conductance", "torque"
     told = [body[key] for body in sizes for key in keys if key in body]
     assert len(told) == 6 and all("±" in text for text in told)
-    assert machine.sensors["T1"].sigma == pytest.approx(0.03, rel=0.15)
+    assert drafted.found.noise["T1"] == pytest.approx(0.03, rel=0.15)
+    assert 0.85 * 0.03 < machine.sensors["T1"].sigma < 2 * 0.03
+
+
+def test_the_noise_told_is_what_the_parts_leave() -> None:
+    """A bed that also follows something nobody records, by 0.5 K: its noise says so, not the 0.03 K of its readings."""
+    runs = [made(k) for k in (1, 2)]
+    strange = 0.5 * np.sqrt(2) * np.sin(2 * np.pi * T / 5000)
+    runs = [with_column(run, "T_bed", "degC", run.columns["T_bed"].values + strange) for run in runs]
+    found = draft(runs)
+    assert found.found.noise["T_bed"] < 0.1
+    assert found.machine.sensors["T_bed"].sigma == pytest.approx(found.found.models[1].fit.rms, rel=0.1)
+    assert 0.2 < found.machine.sensors["T_bed"].sigma < 0.7
 
 
 def test_what_a_part_loses_follows_from_its_lag(drafted: Draft) -> None:

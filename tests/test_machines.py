@@ -497,15 +497,15 @@ def test_a_case_loads_and_compares_along_its_recordings(folder: Path) -> None:
 
 def test_cnc_lathe_settles_where_its_conductances_say() -> None:
     """2000 rpm, both axes at 5 m/min: what turns stirs the air about three parts, and the air is 6 K above the room."""
-    parts = ("shaft", "spindle", "headstock", "base", "bed", "guides", "saddle", "turret", "bed rear")
+    parts = ("shaft", "spindle", "headstock", "base", "bed", "guides", "saddle", "turret", "bed rear", "chuck")
     joints = {(0, 1): 100, (1, 2): 200, (2, 4): 15, (2, 3): 25, (3, 4): 50, (8, 4): 10, (8, 6): 3, (5, 4): 20,
-              (6, 5): 10, (6, 4): 4, (7, 6): 20}  # fmt: skip
-    skins = [0, 10, 3, 20 * 1.7, 80, 6 * 1.7, 5 * 1.7, 30, 10]
-    heat = np.array([400, 0, 0, 0, 5 * 40, 50, 5 * 16, 5 * 10, 0])
+              (6, 5): 10, (6, 4): 4, (7, 6): 20, (9, 0): 20}  # fmt: skip
+    skins = [0, 10, 3, 20 * 1.7, 80, 6 * 1.7, 5 * 1.7, 30, 10, 5 * 1.7]
+    heat = np.array([400, 0, 0, 0, 5 * 40, 50, 5 * 16, 5 * 10, 0, 0])
     air = 6 + heat.sum() / 1000
     rise = air + np.linalg.solve(between(joints, skins), heat)
     result = settled("cnc_lathe", speed="2000 rpm", feed="5 m/min", ambient="20 degC")
     assert [result.parts[part][-1] - 20 for part in parts] == pytest.approx(list(rise), rel=1e-9)
-    x = 1e-6 * rise @ [0, 0, -10, 50, -20, 0, 20, 0, -30]
-    z = 1e-6 * rise @ [-4, 0, 0, 0, 25, -5, 0, 6, -20]
+    x = 1e-6 * rise @ [0, 0, -10, 50, -20, 0, 20, 0, -30, -5]
+    z = 1e-6 * rise @ [0, 0, 0, 0, 25, -5, 0, 6, -20, -5]
     assert [result.tcp[axis][-1] for axis in "xz"] == pytest.approx([x, z], rel=1e-8)

@@ -63,14 +63,23 @@ class Fold:
     training: tuple[Day, ...]
 
 
+AT_ONCE = 6
+"""Calibrations that tell all days `by sixth`: every sixth day is left out at once, so each sees most climates."""
+
+
 def folds(days: Sequence[Day], by: str) -> list[Fold]:
-    """by: `day` or `climate`, each left out once."""
-    named = {day.name: day.name if by == "day" else day.climate for day in days}
+    """by: `day`, `sixth` (every sixth day at once) or `climate`, each left out once."""
+    named = {day.name: _left_out_with(k, day, by) for k, day in enumerate(days)}
     made = []
     for name in dict.fromkeys(named.values()):
         left_out = tuple(day for day in days if named[day.name] == name)
         made.append(Fold(name, left_out, tuple(day for day in days if named[day.name] != name)))
     return made
+
+
+def _left_out_with(k: int, day: Day, by: str) -> str:
+    """The name of those days that the k-th is left out with."""
+    return {"day": day.name, "climate": day.climate, "sixth": f"sixth {k % AT_ONCE + 1}"}[by]
 
 
 def spread(days: Sequence[Day], most: int | None) -> tuple[Day, ...]:

@@ -81,15 +81,16 @@ def picture(days: Sequence[Told]) -> Figure:
 def main(words: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(prog="python -m bench.cnc_lathe_picture", description=__doc__)
     parser.add_argument("--train", type=int, metavar="N")
+    parser.add_argument("--by", choices=("day", "sixth", "climate"), default="day", help="what is left out at a time")
     parser.add_argument("--resume", type=Path, metavar="DIR")
     parser.add_argument("--days", default=",".join(SHOWN), help="days to draw; `all` tells how bands hold on all")
     parser.add_argument("-o", type=Path, metavar="FILE", dest="out")
     given, told = parser.parse_args(words), []
-    for fold in folds(runs(), "day"):
-        if given.days == "all" or fold.name in given.days.split(","):
-            few = Fold(fold.name, fold.left_out, spread(fold.training, given.train))
-            told.append(tell_day(few, few.left_out[0], MACHINE, given.resume))
-            print(fold.name, *(f"{axis} {share:.0%}" for axis, share in zip("xz", told[-1].covered, strict=True)))
+    for fold in folds(runs(), given.by):
+        few = Fold(fold.name, fold.left_out, spread(fold.training, given.train))
+        for day in (one for one in fold.left_out if given.days == "all" or one.name in given.days.split(",")):
+            told.append(tell_day(few, day, MACHINE, given.resume))
+            print(day.name, *(f"{axis} {share:.0%}" for axis, share in zip("xz", told[-1].covered, strict=True)))
     print("all", *(f"{a} {s:.0%}" for a, s in zip("xz", np.mean([one.covered for one in told], axis=0), strict=True)))
     if given.out is not None:
         save(picture([one for one in told if one.day.name in SHOWN]), given.out)

@@ -28,6 +28,8 @@ CLIMATES: Mapping[str, tuple[str, ...]] = {
 }
 """What the room was set to, with the days (month and day)."""
 CLIMATE_OF = {day: climate for climate, days in CLIMATES.items() for day in days}
+OTHER = "other"
+"""The climate of days that are not listed."""
 INPUTS = ("speed", "feed", "ambient")
 DISPLACEMENTS = ("disp_x", "disp_z")
 FIRST = 60.0
@@ -96,7 +98,7 @@ def loaded(path: Path) -> Day:
         mapping.write_text("\n".join(changed), encoding="utf-8")
         recording = replace(Recording.load(mapping), name=path.stem, file=str(path))
     name = path.stem[-4:]
-    return Day(name, CLIMATE_OF[name], recording)
+    return Day(name, CLIMATE_OF.get(name, OTHER), recording)
 
 
 def for_fit(day: Day, spacing: float = THINNED) -> Recording:

@@ -23,13 +23,13 @@ from bench.cnc_lathe_figures import Fold, Miss, Tell, folds, score, spread
 from bench.cnc_lathe_pages import as_json, markdown, table
 from bench.cnc_lathe_runs import Day, runs
 
-BY = ("day", "climate")
+BY = ("day", "sixth", "climate")
 
 
 @dataclass(frozen=True)
 class Settings:
     """machine: the file; resume: where calibrations are kept; train: runs of a calibration at most; jobs: processes;
-    left_out: days to be told, default all; by: what is left out, of `day` and `climate`."""
+    left_out: days to be told, default all; by: what is left out, of BY."""
 
     machine: Path
     resume: Path | None
@@ -77,7 +77,7 @@ def arguments(words: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--train", type=int, metavar="N", help="calibrate on N runs, evenly chosen by date; default all"
     )
-    parser.add_argument("--by", choices=BY, action="append", help="leave out days or climates alone; default both")
+    parser.add_argument("--by", choices=BY, action="append", help="what is left out; default days, then climates")
     parser.add_argument("--machine", type=Path, default=told.MACHINE, metavar="FILE")
     parser.add_argument("--resume", type=Path, metavar="DIR", help="keeps calibrations, and goes on from them")
     parser.add_argument("--jobs", type=int, default=1, metavar="N", help="processes; needs --resume")
@@ -96,7 +96,7 @@ def main(words: Sequence[str] | None = None) -> None:
         print("the recordings in ../shared/recordings are not here")
         return
     left_out = tuple(name for name in given.runs.split(",") if name)
-    by = tuple(given.by or BY)
+    by = tuple(given.by or ("day", "climate"))
     found = scores(Settings(given.machine, given.resume, given.train, given.jobs, left_out, by), days)
     if given.json:
         given.json.write_text(as_json(found), encoding="utf-8")

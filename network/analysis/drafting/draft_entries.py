@@ -6,11 +6,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from network.analysis.drafting.channel_names import fresh_name, name_part
 from network.analysis.drafting.displacement_paths import STEEL, Path
 from network.analysis.drafting.heat_scale import POWER, Sizes
 from network.analysis.drafting.identification import Identified
 from network.analysis.drafting.lag_bench import ALWAYS
+from network.analysis.drafting.part_models import PartModel
 from network.platform.quantities.units import show, unit
 
 SURE, VAGUE = "± 50 %", "± 100 %"
@@ -154,15 +157,19 @@ def _sensors(found: Identified, paths: Sequence[Path], names: Names) -> Iterator
             late = (
                 [{"kind": "sensor_lag", "lag": f"{show(lags.short, 's', 3)} {VAGUE}"}] if lags and lags.is_late else []
             )
-            body = {"measures": name, "noise": show(found.noise[sensor], "K", 2)}
+            body = {"measures": name, "noise": show(noise_of(found, model, sensor), "K", 2)}
             yield sensor, body | ({"effects": late} if late else {})
     for path in paths:
         if path.slopes:
             gate = {"while": path.gate} if path.gate else {}
-            yield (
-                path.channel,
-                {"measures": f"tcp.{path.axis}", "noise": show(path.noise, "um", 2), "zero": "start", **gate},
-            )
+            noise = show(max(path.noise, path.left), "um", 2)
+            yield path.channel, {"measures": f"tcp.{path.axis}", "noise": noise, "zero": "start", **gate}
+
+
+def noise_of(found: Identified, model: PartModel, sensor: str) -> float:
+    """How true a part of one temperature is to a sensor on it [K], where its readings are no rougher than that; a fit
+    that is told the readings' own noise bends every number to what the structure lacks."""
+    return max(found.noise[sensor], float(np.hypot(model.fit.rms, model.group.apart)))
 
 
 def amount_of(value: float, unit_text: str) -> str:

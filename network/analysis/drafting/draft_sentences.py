@@ -125,6 +125,15 @@ def tell_scale(found: Identified, sizes: Sequence[Sizes]) -> Iterator[str]:
         )
 
 
+def tell_noise(found: Identified) -> str:
+    own = sorted(found.noise.values())
+    told = amount(own[0], "K", 2) if len(own) == 1 else f"{amount(own[0], 'K', 2)} to {amount(own[-1], 'K', 2)}"
+    return (
+        "The noise told is what is left, as no fit should be truer than its parts can be; that of the readings is "
+        f"{told}: write it once the structure holds, and before `lptn diagnose`."
+    )
+
+
 def tell_path(path: Path, names: Names) -> str:
     if not path.slopes:
         return f"{path.channel} follows no part ({amount(path.moved, 'um', 2)} rms): it is left out."

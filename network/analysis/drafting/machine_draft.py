@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path as File
 from typing import Any
@@ -14,6 +14,7 @@ from network.analysis.drafting.displacement_paths import Path, find_paths
 from network.analysis.drafting.draft_entries import Names, name_nodes, sections_of
 from network.analysis.drafting.draft_sentences import (
     tell_inputs,
+    tell_noise,
     tell_part,
     tell_path,
     tell_scale,
@@ -29,6 +30,7 @@ from network.platform.quantities.units import show
 from network.platform.refusal import Complaints, Spot
 from network.platform.yaml.document import Branch, dump, parse
 from network.recordings.recording import Recording
+from network.recordings.runs import as_several
 
 FILE = "machine.yaml"
 WIDTH = 116
@@ -83,9 +85,12 @@ def _path(path: Path, names: Names) -> dict[str, Any]:
 NO_WISHES = Wishes()
 
 
-def draft(recordings: Sequence[Recording], wishes: Wishes = NO_WISHES, progress: Progress = lambda _: None) -> Draft:
+def draft(
+    recordings: Recording | Iterable[Recording], wishes: Wishes = NO_WISHES, progress: Progress = lambda _: None
+) -> Draft:
     """A machine that these recordings could be of. Raises Refused where they have no temperature of a part, or inputs
     with gaps."""
+    recordings = as_several(recordings)
     runs = [piece for recording in recordings for piece in recording.pieces]
     _check_lengths(runs)
     roles = assign_roles(runs, wishes)
@@ -129,6 +134,7 @@ def _tell(
         yield from tell_part(found, k, names)
     for path in paths:
         yield tell_path(path, names)
+    yield tell_noise(found)
     yield from tell_scale(found, sizes)
     yield from tell_unused(found)
 

@@ -18,6 +18,7 @@ from network.engine.response.linear_run import LinearRun, Push, kick
 from network.engine.response.output_jacobian import channels_of
 from network.engine.response.parameters import Parameter, at_values, values_at
 from network.engine.response.prediction import Prediction, Run
+from network.engine.response.seen_differences import differ_as_seen, is_seen_only
 from network.engine.response.switchings import SwitchedCourse, build_switched_course, check_followed
 from network.engine.response.warm_start import WarmStart
 from network.engine.response.waveform import course_of
@@ -173,9 +174,8 @@ class Model:
             step *= max(p.spread, 1e-9) if np.isfinite(p.spread) else 1.0
         there = theta.copy()
         there[j] += step
-        if p.entry.section == TCP:
-            value = {p.path: p.value(float(there[j]))}
-            read = [(q.read(at_values(q.machine, value), q.course.readings) - q.values) / step for q in predictions]
+        if is_seen_only(self.machine, p.entry):
+            read = differ_as_seen(p.entry, {p.path: p.value(float(there[j]))}, step, predictions)
             return [q.means(v) for q, v in zip(predictions, read, strict=True)] if cells else read
         machine, network = self.at(there)
         moved = self._run(machine, network, [q.begun for q in predictions])

@@ -94,9 +94,9 @@ class Prediction:
         """Channels at both ends of the intervals (channels, 2 K)."""
         return self.read(self.machine, self.course.readings)
 
-    def read(self, machine: Machine, readings: Array) -> Array:
-        """Channels of a machine from base readings (width, 2 K)."""
-        return channels_of(machine, self.course.readouts, readings, self.inputs, self.run.channels)
+    def read(self, machine: Machine, readings: Array, names: Sequence[str] | None = None) -> Array:
+        """Channels of a machine from base readings (width, 2 K); names: some of them, default all."""
+        return channels_of(machine, self.course.readouts, readings, self.inputs, names or self.run.channels)
 
     @cached_property
     def slopes(self) -> Slopes | None:
