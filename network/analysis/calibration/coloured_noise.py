@@ -2,8 +2,7 @@
 
 Structure function D(l) = mean (e(t + l) − e(t))² = 2 σ_w² + 2 σ_c² (1 − e^(−l/τ)) + b l²: white noise, an
 OU process of variance σ_c² and correlation time τ, and the slow drift of a model that is not right yet. Noise is there
-all the time, heat comes and goes: D is the median over windows. Noise levels off: what still grows at the longest lag
-is none. Source: Rytov, Kravtsov & Tatarskii, Principles of Statistical Radiophysics 1 (1987), on structure functions;
+all the time, heat comes and goes: D is the median over windows. Source: Rytov, Kravtsov & Tatarskii, Principles of Statistical Radiophysics 1 (1987), on structure functions;
 unverified.
 """
 
@@ -134,7 +133,7 @@ def colour(series: Sequence[Array], interval: float) -> tuple[float, float, floa
         found, left = nnls(basis * weight[:, None], D * weight)
         best = min(best, (float(left), found, tau), key=lambda trial: trial[0])
     _, (white, tinted, _), tau = best
-    if tinted < LEAST_SHARE**2 * max(white, 1e-300) or tau == TIMES[-1]:
+    if tinted < LEAST_SHARE**2 * max(white, 1e-300):
         return float(np.sqrt(white)), 0.0, 0.0
     return float(np.sqrt(white)), float(np.sqrt(tinted)), tau * interval
 

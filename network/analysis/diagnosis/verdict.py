@@ -77,9 +77,9 @@ def _withdraw_refuted(
 
 
 def _list_retreats(search: Search) -> Iterator[Search]:
-    """The search with ever less of what it found, to the machine as written."""
+    """The search with ever less of what it found, to the machine as written; at once where the time is up."""
     best, chosen = search.best, search.selection
-    for count in range(len(best.found) - 1, 0, -1):
+    for count in range(0 if search.ended else len(best.found) - 1, 0, -1):
         fewer = fit_findings(best.case, best.root, best.found[:count], best.values)
         if fewer is not None:
             yield replace(search, selection=replace(chosen, best=fewer, gains=chosen.gains[:count]))
@@ -121,7 +121,7 @@ def _decide_verdict(
         only_sensors = not is_more and all(f.channels for f in findings)
         told = [*([find_unknown(search)] if is_more else []), *findings, *cut]
         return told, "sensor_fault" if only_sensors else "missing_physics"
-    if is_left or (is_refuted and search.located):
+    if is_left or (is_refuted and best.chi > SETTINGS.adequate and search.located):
         return [*cut, find_unknown(search)], "unexplained"
     if coarse:
         return cut, "too_coarse"
