@@ -13,8 +13,9 @@ from test_diagnosis import CONCEALED, LADDERS, plant, recorded
 from network.analysis.comparison.compare import Comparison, compare
 from network.analysis.diagnosis.candidates import Candidate, candidates
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
-from network.analysis.diagnosis.invariants import find_worse_runs, list_doubts, list_strains, strength_in_errors
+from network.analysis.diagnosis.invariants import find_worse_runs, list_doubts, list_strains
 from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.strength import strength_in_errors
 
 
 @cache

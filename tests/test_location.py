@@ -14,7 +14,7 @@ from fits import USUAL, recorded, speeds
 
 from network.analysis.diagnosis.candidates import Candidate, candidates
 from network.analysis.diagnosis.findings import find_unknown
-from network.analysis.diagnosis.hypothesis import Case, fit_hypothesis
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
 from network.analysis.diagnosis.locate import locate
 from network.analysis.diagnosis.location import Location
 from network.analysis.diagnosis.placement import _aside, _elsewhere
@@ -47,9 +47,9 @@ def test_a_location_knows_its_kind_and_its_seats(at: Location, kind: str, text: 
     assert (at.channels == seats) == (kind == "channel")
 
 
-def unknown_at(at: Location) -> dict[str, Any]:
+def unknown_at(at: Location, null: Hypothesis) -> dict[str, Any]:
     """What stands in diagnosis.json of something unknown there."""
-    search = SimpleNamespace(best=SimpleNamespace(found=()), located=(unknown_heat(at, 0.9, 1, 80.0),), threshold=9.0)
+    search = SimpleNamespace(best=null, null=null, located=(unknown_heat(at, 0.9, 1, 80.0),), threshold=9.0)
     return find_unknown(cast(Any, search)).summary()
 
 
@@ -60,9 +60,12 @@ def test_places_of_something_unknown_are_parts_of_the_machine() -> None:
     channels = {Location(channel=name) for name in case.machine.sensors}
     assert located == {Location((HEAD,)), Location((AXIS,)), Location((HEAD, AXIS)), *channels}
     for at in located:
-        told = unknown_at(at)
+        told = unknown_at(at, null)
         assert (told["places"], told["channels"]) == (list(at.nodes), list(at.channels))
         assert set(told["places"]) <= set(case.machine.nodes) and set(told["channels"]) <= set(case.machine.sensors)
+        (course,) = told["course"]
+        assert course["file"] == case.recordings[0].file
+        assert len(course["t"]) == len(course["offset" if at.channels else "heat"]) == len(course["std"]) > 60
 
 
 def test_a_link_that_reads_like_a_part_is_not_taken_for_it(tmp_path: Path) -> None:

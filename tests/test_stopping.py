@@ -121,3 +121,48 @@ def test_a_command_can_be_stopped_while_it_is_loaded(imports: int) -> None:
     command = [sys.executable, "-c", LOADING, str(imports)]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 130 and done.stderr.strip() == "lptn: stopped; nothing half-written was left"
+
+
+TELLS = """
+import pathlib, time
+from network.cli import cli, main
+from network.platform.stopping import time_to_tell
+
+@cli.command()
+def tells():
+    with time_to_tell(1000):
+        try:
+            pathlib.Path("begun.pid").touch()
+            time.sleep(1000)
+        except KeyboardInterrupt:
+            pathlib.Path("stopped.pid").touch()
+            time.sleep(SECONDS)
+            pathlib.Path("best").touch()
+            raise
+
+main(["tells"])
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "killpg"), reason="process groups")
+def test_what_has_time_to_tell_the_best_so_far_takes_it(tmp_path: Path) -> None:
+    program = begun(TELLS.replace("SECONDS", "3"), tmp_path, 1)
+    program.send_signal(signal.SIGINT)
+    _, told = program.communicate(timeout=HANGS)
+    assert program.returncode == 130 and (tmp_path / "best").exists()
+    assert [line for line in told.splitlines() if line] == [
+        "lptn: stopped; the best so far is being written, stop again to end at once",
+        "lptn: stopped; nothing half-written was left",
+    ]
+
+
+@pytest.mark.skipif(not hasattr(os, "killpg"), reason="process groups")
+def test_a_second_stop_ends_it_at_once(tmp_path: Path) -> None:
+    program = begun(TELLS.replace("SECONDS", "1000"), tmp_path, 1)
+    program.send_signal(signal.SIGINT)
+    until = time.monotonic() + HANGS
+    while not (tmp_path / "stopped.pid").exists() and time.monotonic() < until:
+        time.sleep(0.05)
+    program.send_signal(signal.SIGINT)
+    program.communicate(timeout=HANGS)
+    assert program.returncode == 130 and not (tmp_path / "best").exists()

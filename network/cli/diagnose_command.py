@@ -24,7 +24,11 @@ from network.cli.options import (
     warn,
     warn_of_extrapolation,
 )
+from network.platform.stopping import time_to_tell
 from network.report.progress import share_bar
+
+LAST = 60.0
+"""s in which a diagnosis that is stopped writes the best so far."""
 
 jobs_option = click.option(
     "--jobs", type=Whole(1), default=os.cpu_count() or 1, show_default=True, metavar="N", help="processes"
@@ -92,15 +96,18 @@ def diagnose(
         loaded = read_machine(machine, level, lumps, sets, recordings, start)
         where = check_target(loaded, Path(output))
         begins, runs, held_out = read_start(start), [*read_recordings(recordings)], [*read_recordings(holdout)]
-        result = run(loaded, runs, held_out, start=begins, seed=seed, jobs=jobs, progress=bar, seconds=budget)
-        bar.now("drawing what was found", 1.0)
-        written = write_diagnosis(result, where, pictures=not no_plots)
+        with time_to_tell(LAST):
+            result = run(loaded, runs, held_out, start=begins, seed=seed, jobs=jobs, progress=bar, seconds=budget)
+            bar.now("drawing what was found", 1.0)
+            written = write_diagnosis(result, where, pictures=not no_plots)
         text = "" if as_json else str(result)
     if as_json:
         print_json(tidy(summarise_diagnosis(result)))
     else:
         click.echo(f"{text}\n\nWritten: {', '.join(map(str, written))}")
     warn([*loaded.warnings, *overheard(loaded, runs, held_out), *warn_of_extrapolation(loaded, [*runs, *held_out])])
+    if result.ended == "stopped":
+        raise KeyboardInterrupt
 
 
 def _compare_sets(

@@ -23,6 +23,7 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 Told = Callable[[float], None]
 _OPEN: ContextVar[Pool | None] = ContextVar("processes", default=None)
+_CHECK: ContextVar[Told] = ContextVar("check", default=lambda share: None)
 
 
 def run_all(
@@ -35,7 +36,12 @@ def run_all(
     Raises what `work` raises, Refused for processes or a cluster that cannot be had, Failed where a process ends by
     itself.
     """
-    say: Told = tell or (lambda share: None)
+    check, also = _CHECK.get(), tell or (lambda share: None)
+
+    def say(share: float) -> None:
+        check(share)
+        also(share)
+
     if jobs < 1:
         raise refuse(Spot("--jobs"), f"{jobs} is not a number of processes", "give a whole number from 1")
     if cluster is not None:
@@ -45,6 +51,16 @@ def run_all(
     begun = _OPEN.get()
     with nullcontext(begun) if begun else pool_of(min(jobs, len(items))) as pool, pool.shelve(work) as shelf:
         return _Shared(pool, shelf, items, say).run(work)
+
+
+@contextmanager
+def check_each(check: Told) -> Iterator[None]:
+    """While it lasts, `check` is told of every piece of work that is done, and ends the others by raising."""
+    token = _CHECK.set(check)
+    try:
+        yield
+    finally:
+        _CHECK.reset(token)
 
 
 @contextmanager

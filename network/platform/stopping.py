@@ -1,4 +1,5 @@
-"""A command that is stopped, by Ctrl-C, with its terminal or by the system, ends within two seconds, whatever it is at.
+"""A command that is stopped, by Ctrl-C, with its terminal or by the system, ends within two seconds, whatever it is at,
+or within the time that it has to tell the best so far; a second stop ends it at once.
 
 An exception alone does not do: one raised while memory is tidied up is lost, and pools wait for their processes. So a
 thread hears of the signal, ends what the command started, and ends the command where it does not end by itself.
@@ -19,10 +20,12 @@ GRACE = 1.0
 """s in which a command may tidy up by itself."""
 STATUS = 130
 SENTENCE = "lptn: stopped; nothing half-written was left"
+ENDING = "lptn: stopped; the best so far is being written, stop again to end at once"
 _UNDO: list[Callable[[], object]] = []
 _SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 _told = threading.Event()
 _owner = [0]
+_time_to_tell = [0.0]
 
 
 @contextmanager
@@ -33,6 +36,16 @@ def on_stop(undo: Callable[[], object]) -> Iterator[None]:
         yield
     finally:
         _UNDO.remove(undo)
+
+
+@contextmanager
+def time_to_tell(seconds: float) -> Iterator[None]:
+    """While it lasts, a command that is stopped may go on for as long as that, on this process alone."""
+    _time_to_tell.append(seconds)
+    try:
+        yield
+    finally:
+        _time_to_tell.pop()
 
 
 @contextmanager
@@ -90,15 +103,26 @@ def _listen(ear: socket.socket, asked: threading.Event) -> None:
         while heard := ear.recv(1):
             if heard[0] in _SIGNALS:
                 asked.set()
-                _end()
+                _end(ear)
 
 
-def _end() -> None:
+def _end(ear: socket.socket) -> None:
     _undo()
+    if _time_to_tell[-1]:
+        _past_the_buffer(ENDING)
+        _wait_for_another(ear, _time_to_tell[-1])
     threading.Event().wait(GRACE)
     _undo()
     tell_stopped(_past_the_buffer)
     os._exit(STATUS)
+
+
+def _wait_for_another(ear: socket.socket, seconds: float) -> None:
+    """Until the command is stopped again, or has ended, or the time is up."""
+    ear.settimeout(seconds)
+    with suppress(TimeoutError):
+        while (heard := ear.recv(1)) and heard[0] not in _SIGNALS:
+            pass
 
 
 def _undo() -> None:

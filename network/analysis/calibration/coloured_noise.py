@@ -2,9 +2,8 @@
 
 Structure function D(l) = mean (e(t + l) − e(t))² = 2 σ_w² + 2 σ_c² (1 − e^(−l/τ)) + b l²: white noise, an
 OU process of variance σ_c² and correlation time τ, and the slow drift of a model that is not right yet. Noise is there
-all the time, heat comes and goes: D is the median over windows. Noise levels off: what still grows at the longest lag
-is none. Source: Rytov, Kravtsov & Tatarskii, Principles of Statistical Radiophysics 1 (1987), on structure functions;
-unverified.
+all the time, heat comes and goes: D is the median over windows. Source: Rytov, Kravtsov & Tatarskii, Principles of
+Statistical Radiophysics 1 (1987), on structure functions; unverified.
 """
 
 from __future__ import annotations
@@ -25,8 +24,9 @@ LAGS = (1, 2, 3, 4, 6, 8, 11, 15, 20, 27, 36)
 TIMES = (1.5, 2.5, 4.0, 6.5, 10.0, 16.0, 25.0)
 """Correlation times tried, in samples."""
 CLIP = 0.99
-LEAST_SHARE = 0.5
-"""Coloured 1σ over white 1σ below which a sensor counts as white."""
+LEAST_SHARE = 0.4
+"""Coloured 1σ over white 1σ below which a sensor counts as white: white noise alone shows more in one of a hundred runs
+of a thousand samples (simulated)."""
 PAIRS = 200
 """Samples below which nothing is said, and pairs of a window: some six times the longest lag."""
 ALIKE, ALIKE_LAGS, ALIKE_SAMPLES = 0.22, (8, 16, 27), 3000
@@ -35,6 +35,8 @@ ALIKE, ALIKE_LAGS, ALIKE_SAMPLES = 0.22, (8, 16, 27), 3000
 ALIKE_BUILT, BEYOND, FEWEST_PEERS = 0.3, 2.0, 2
 """Scatter of log σ over sensors of a kind (a prior), standard deviations of it that one may lie above the middle of the
 others or above what its file says, and how many others it takes."""
+
+LOUDEST = float(np.exp(BEYOND * ALIKE_BUILT))
 
 Colour = tuple[float, float, float]
 
@@ -64,11 +66,26 @@ def estimate_colours(
     series = {name: [r.get(name, np.full(len(d.run.knots.samples), np.nan)) for d, r in zip(data, by_run, strict=True)]
               for name in names}  # fmt: skip
     still = [_standstill(d) for d in data]
-    told = {name: _quieter(colour(own, interval), colour(_only(own, still), interval)) for name, own in series.items()}
+    units = {n: column.unit for d in data for n, column in d.recording.columns.items()}
+    times = _pool_times(series, units)
+    whole = {name: colour(own, interval, times[name]) for name, own in series.items()}
+    at_rest = {name: colour(_only(own, still), interval, times[name], 0.0) for name, own in series.items()}
+    told = bound_by_standstill(whole, at_rest, units)
     moved = _find_common_moves({name: own for name, own in series.items() if told[name][1] > 0})
     told = {name: (white, 0.0, 0.0) if name in moved else (white, s, tau) for name, (white, s, tau) in told.items()}
     declared = {n: sigma for d in data for n, sigma in d.declared.items()}
-    return bound_by_peers(told, {n: column.unit for d in data for n, column in d.recording.columns.items()}, declared)
+    return bound_by_peers(told, units, declared)
+
+
+def _pool_times(series: Mapping[str, Sequence[Array]], units: Mapping[str, str]) -> dict[str, Sequence[float]]:
+    """Of each sensor the correlation time [samples] that those of its kind have: built alike, they share it, and one
+    alone can hardly tell it."""
+    left: dict[str, Array] = {}
+    for name, own in series.items():
+        if (D := _structures(own)) is not None:
+            left[units[name]] = left.get(units[name], np.zeros(len(TIMES))) + [_part(D, tau)[0] ** 2 for tau in TIMES]
+    best = {kind: (TIMES[int(np.argmin(total))],) for kind, total in left.items()}
+    return {name: best.get(units[name], TIMES) for name in series}
 
 
 def _standstill(data: Measured) -> Mask:
@@ -82,9 +99,19 @@ def _only(series: Sequence[Array], where: Sequence[Mask]) -> list[Array]:
     return [np.where(kept, e, np.nan) for e, kept in zip(series, where, strict=True)]
 
 
-def _quieter(whole: Colour, still: Colour) -> Colour:
-    """What is told of a sensor by whole runs, its colour no more than at standstill, where there is enough of that."""
-    return whole if still[0] == 0 or still[1] >= whole[1] else (whole[0], *still[1:])
+def bound_by_standstill(
+    whole: Mapping[str, Colour], still: Mapping[str, Colour], units: Mapping[str, str]
+) -> dict[str, Colour]:
+    """What is told by whole runs, the colour of a kind as at standstill where there is enough of that and it is less by
+    more than the scatter of what is built alike: what comes with the drives is heat or vibration."""
+    shares: dict[str, list[float]] = {}
+    for name, (_, s, _) in whole.items():
+        if s > 0 and still[name][0] > 0:
+            shares.setdefault(units[name], []).append(still[name][1] / s)
+    less = {kind: float(np.median(of)) for kind, of in shares.items()}
+    quiet = {name: less.get(units[name], 1.0) for name in whole}
+    return {name: (white, s * quiet[name], tau) if LOUDEST * quiet[name] < 1 else (white, s, tau)
+            for name, (white, s, tau) in whole.items()}  # fmt: skip
 
 
 def bound_by_peers(
@@ -93,12 +120,12 @@ def bound_by_peers(
     """No sensor's colour beyond what others of its kind have or, where these are few, its file says or its white noise
     shows: sensors of a kind are built alike, so that the logarithms of their 1σ scatter by ALIKE_BUILT; what exceeds it
     is no noise."""
-    out, beyond = dict(told), float(np.exp(BEYOND * ALIKE_BUILT))
+    out = dict(told)
     for name, (white, s, tau) in told.items():
         peers = [told[n][1] for n in told if n != name and units.get(n) == units.get(name)]
         own = max(declared.get(name, np.inf), white)
         most = float(np.median(peers)) if len(peers) >= FEWEST_PEERS else own
-        out[name] = (white, min(s, beyond * most), tau) if min(s, most) > 0 else (white, 0.0, 0.0)
+        out[name] = (white, min(s, LOUDEST * most), tau) if min(s, most) > 0 else (white, 0.0, 0.0)
     return out
 
 
@@ -122,21 +149,34 @@ def _bends(e: Array, lag: int) -> Array:
     return np.asarray(bend - np.nanmedian(bend)) if np.isfinite(bend).any() else bend
 
 
-def colour(series: Sequence[Array], interval: float) -> tuple[float, float, float]:
-    """(white 1σ, coloured 1σ, correlation time) of some evenly spaced residuals of one sensor."""
-    D = np.array([_structure(series, lag) for lag in LAGS])
-    if sum(np.isfinite(e).sum() for e in series) < PAIRS or not np.isfinite(D).all() or D[0] <= 0:
+def colour(
+    series: Sequence[Array], interval: float, times: Sequence[float] = TIMES, least: float = LEAST_SHARE
+) -> Colour:
+    """(white 1σ, coloured 1σ, correlation time) of some evenly spaced residuals of one sensor; times: those tried
+    [samples]; least: share of the white 1σ from which a sensor counts as coloured."""
+    if (D := _structures(series)) is None:
         return 0.0, 0.0, 0.0
-    lags, weight = np.array(LAGS, float), 1 / (D * np.sqrt(np.array(LAGS, float)))
-    best = (np.inf, np.zeros(3), 0.0)
-    for tau in TIMES:
-        basis = np.stack([np.full(len(lags), 2.0), 2 * (1 - np.exp(-lags / tau)), lags**2], axis=1)
-        found, left = nnls(basis * weight[:, None], D * weight)
-        best = min(best, (float(left), found, tau), key=lambda trial: trial[0])
-    _, (white, tinted, _), tau = best
-    if tinted < LEAST_SHARE**2 * max(white, 1e-300) or tau == TIMES[-1]:
+    _, white, tinted, tau = min(_part(D, tau) for tau in times)
+    if tinted <= least**2 * max(white, 1e-300):
         return float(np.sqrt(white)), 0.0, 0.0
     return float(np.sqrt(white)), float(np.sqrt(tinted)), tau * interval
+
+
+def _part(D: Array, tau: float) -> tuple[float, float, float, float]:
+    """What white noise, coloured noise of a correlation time [samples] and a drift leave of a structure function, the
+    variances of the first two, and the time."""
+    lags = np.array(LAGS, float)
+    basis = np.stack([np.full(len(lags), 2.0), 2 * (1 - np.exp(-lags / tau)), lags**2], axis=1)
+    weight = 1 / (D * np.sqrt(lags))
+    found, left = nnls(basis * weight[:, None], D * weight)
+    return float(left), float(found[0]), float(found[1]), tau
+
+
+def _structures(series: Sequence[Array]) -> Array | None:
+    """Over all lags; None where too little is there to say."""
+    D = np.array([_structure(series, lag) for lag in LAGS])
+    enough = sum(np.isfinite(e).sum() for e in series) >= PAIRS and np.isfinite(D).all() and D[0] > 0
+    return D if enough else None
 
 
 def _structure(series: Sequence[Array], lag: int) -> float:

@@ -12,10 +12,10 @@ from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.coarse_surrogate import build_surrogate
 from network.analysis.diagnosis.compact_fit import compact
 from network.analysis.diagnosis.hypothesis import Hypothesis, estimate_noise, fit_findings, reweight
-from network.analysis.diagnosis.invariants import strength_in_errors
 from network.analysis.diagnosis.refit import unseen_misfit
 from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.strength import strength_in_errors
 from network.platform.parallel import run_all
 
 RERANKED, REACH = 3, 3.0

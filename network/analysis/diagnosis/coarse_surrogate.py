@@ -51,7 +51,7 @@ def build_surrogate(fine: Hypothesis) -> Hypothesis:
     for machine, found in _list_coarser(fine):
         try:
             coarse = replace(fine, machine=machine, found=found)
-            lack = _correction_of(coarse, fine.machine)
+            lack = correction_of(coarse, fine.machine)
             told = _fit_until_steady(coarse, lack, fine) if _rms(fine, lack) <= most else None
             if told is not None:
                 return told
@@ -65,7 +65,7 @@ def _fit_until_steady(coarse: Hypothesis, lack: Sequence[Array], fine: Hypothesi
     has followed the lumps and not the machine."""
     for _ in range(AGAIN):
         coarse, before = _fit_with_correction(coarse, lack), lack
-        lack = _correction_of(coarse, fine.machine)
+        lack = correction_of(coarse, fine.machine)
         moved = _rms(fine, [x - y for x, y in zip(lack, before, strict=True)]) / max(1.0, fine.chi)
         if moved < MOVED or moved > HOPELESS:
             return coarse if moved < MOVED else None
@@ -109,7 +109,7 @@ def _fit_with_correction(coarse: Hypothesis, lack: Sequence[Array]) -> Hypothesi
     return fit_hypothesis(case, coarse.machine, coarse.found, coarse.own, coarse.values, steps=STEPS)
 
 
-def _correction_of(coarse: Hypothesis, finer: Machine) -> tuple[Array, ...]:
+def correction_of(coarse: Hypothesis, finer: Machine) -> tuple[Array, ...]:
     """Means of all runs on finer lumps less those on the coarse ones, at the same numbers. Raises Failed where the
     machines do not have the same numbers."""
     parameters, theta = coarse.fit.problem.parameters, coarse.fit.theta

@@ -42,7 +42,9 @@ def diagnose(
     with processes(jobs, __name__):
         parameters, is_late = free_parameters(machine), budget.is_calibrated
         null = estimate_null(machine, parameters, let_in.data, start, seed, Stage(tell, 0.0, 0.05), is_late)
-        found = last_of(search(Case(machine, let_in.recordings, start, budget=budget), null, seed, jobs, tell))
+        case = Case(machine, let_in.recordings, start, budget=budget)
+        found = last_of(search(case, null, seed, jobs, tell), budget)
         apart = find_disagreements(null, let_in.data)
-        told = conclude(found, let_in.holdout, (*let_in.warnings, *describe_disagreements(apart)), seed, jobs)
+        left = 1 if found.ended == "stopped" else jobs  # a stop ends the other processes
+        told = conclude(found, let_in.holdout, (*let_in.warnings, *describe_disagreements(apart)), seed, left)
     return replace(told, disagreements=apart, seconds=budget.spent)

@@ -10,7 +10,7 @@ import numpy as np
 from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.invariants import list_doubts
-from network.analysis.diagnosis.locate import locate
+from network.analysis.diagnosis.locate import locate, trace
 from network.analysis.diagnosis.ranking import distinct, shares
 from network.analysis.diagnosis.result import UNKNOWN, Finding, Quantity, Rival, UnknownHeat
 from network.analysis.diagnosis.settings import SETTINGS
@@ -133,7 +133,8 @@ def _sentence(h: Hypothesis, c: Candidate, after: Machine) -> str:
 
 def find_unknown(search: Search) -> Finding:
     """What no kind explains: its place, its shape and its size."""
-    left = locate(search.best.linearised, search.best.machine) if search.best.found else search.located
+    about = search.best if search.best.found else search.null
+    left = locate(about.linearised, about.machine) if search.best.found else search.located
     top = left[0]
     std = float(np.sqrt(np.mean(np.concatenate(top.std) ** 2)))
     size = Quantity(top.rms, std, "1" if top.is_offset else "W")
@@ -142,6 +143,7 @@ def find_unknown(search: Search) -> Finding:
     return Finding(
         UNKNOWN, "sensors" if top.is_offset else "sources", top.at.nodes, top.at.channels, top.probability,
         {"heat": size}, said, Patch({}), top.gain, search.threshold, windows_of(left),
+        course=trace(about.linearised, top),
     )  # fmt: skip
 
 

@@ -13,6 +13,7 @@ from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.result import Fits
 from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.strength import strength_in_errors
 
 if TYPE_CHECKING:
     from network.analysis.diagnosis.search_record import Search
@@ -78,13 +79,3 @@ def list_strains(h: Hypothesis, c: Candidate) -> Iterator[str]:
     yield from (f"its {h.fit.problem.parameters[i].field.key.replace('_', ' ')} stands at its bound" for i in bounded)
     if h.is_bent:
         yield f"a number of the file is bent by more than {SETTINGS.errors:.0f} of its ±"
-
-
-def strength_in_errors(h: Hypothesis, c: Candidate) -> float:
-    """How many standard errors the strength of a finding is from not there."""
-    first = c.own[0]
-    i = [p.path for p in h.fit.problem.parameters].index(first.path)
-    spread = float(np.sqrt(h.fit.covariance[i, i])) * max(1.0, h.chi)
-    value = float(h.fit.theta[i])
-    std = first.std(value, spread)
-    return abs(first.value(value)) / std if std > 0 else np.inf

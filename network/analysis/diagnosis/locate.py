@@ -8,7 +8,7 @@ what B g says. Source: latent force models, Alvarez, Luengo & Lawrence, IEEE Tra
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,6 +28,8 @@ SIZES = (1.0, 4.0, 16.0, 64.0)
 """1σ tried, in multiples of what lifts a channel by one noise unit."""
 KNOTS = 900.0
 """s: distance of the knots of the unknown heat."""
+FINE, FINEST = 120.0, 180
+"""s: the same of the course that is told of one place, so that steps show, and how many of a run at most."""
 FLATTER = 0.15
 """Share of a gain in log evidence that counts towards the probability of a place: the map alone is often wrong."""
 
@@ -43,7 +45,7 @@ class _Place:
 def locate(fit: Linearised, machine: Machine) -> tuple[UnknownHeat, ...]:
     """All places, the most probable first."""
     knots = [heat_knots(d, KNOTS) for d in fit.problem.data]
-    found = [_explain_place(fit, place, knots) for place in _places(fit, machine, knots)]
+    found = [_explain_place(fit, _place(fit, at, knots), knots) for at in _list_locations(fit, machine)]
     gains = np.array([u.gain for u in found])
     share = np.exp(FLATTER * (gains - gains.max()))
     share /= share.sum()
@@ -51,19 +53,28 @@ def locate(fit: Linearised, machine: Machine) -> tuple[UnknownHeat, ...]:
     return tuple(sorted(told, key=lambda u: -u.probability))
 
 
-def _places(fit: Linearised, machine: Machine, knots: list[Array]) -> Iterator[_Place]:
-    for name, node in machine.nodes.items():
-        if node.is_part:
-            yield _Place(Location((name,)), _answers(fit, knots, lambda p, n=name: part_spread(p, n)))
-    for a, b in machine.list_joined_parts():
-        answers = _answers(fit, knots, lambda p, a=a, b=b: part_spread(p, b) - part_spread(p, a))
-        yield _Place(Location((a, b)), answers)
-    for name in dict.fromkeys(n for d in fit.problem.data for n in d.run.channels):
-        yield _Place(Location(channel=name), _offsets(fit, knots, name))
+def trace(fit: Linearised, of: UnknownHeat) -> UnknownHeat:
+    """The course of one unknown heat, fine enough to show steps."""
+    knots = [heat_knots(d, FINE, FINEST) for d in fit.problem.data]
+    fine = _explain_place(fit, _place(fit, of.at, knots), knots)
+    files = tuple(d.recording.file for d in fit.problem.data)
+    return replace(of, t=fine.t, heat=fine.heat, std=fine.std, files=files)
 
 
-def _answers(fit: Linearised, knots: list[Array], spread: object) -> Array:
-    assert callable(spread)
+def _list_locations(fit: Linearised, machine: Machine) -> Iterator[Location]:
+    yield from (Location((name,)) for name, node in machine.nodes.items() if node.is_part)
+    yield from (Location((a, b)) for a, b in machine.list_joined_parts())
+    yield from (Location(channel=name) for name in dict.fromkeys(n for d in fit.problem.data for n in d.run.channels))
+
+
+def _place(fit: Linearised, at: Location, knots: list[Array]) -> _Place:
+    if at.kind == "channel":
+        return _Place(at, _offsets(fit, knots, at.channel))
+    into, *out_of = reversed(at.nodes)
+    return _Place(at, _answers(fit, knots, lambda p: sum((-part_spread(p, n) for n in out_of), part_spread(p, into))))
+
+
+def _answers(fit: Linearised, knots: list[Array], spread: Callable[[Prediction], Array]) -> Array:
     rows = [heat_answers(p, spread(p), t) for p, t in zip(fit.predictions, knots, strict=True)]
     return _block(fit, rows)
 

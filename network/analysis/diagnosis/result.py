@@ -78,6 +78,7 @@ class Finding:
     alternatives: tuple[Rival, ...] = ()
     indistinguishable: tuple[Rival, ...] = ()
     doubts: tuple[str, ...] = ()
+    course: UnknownHeat | None = None
 
     @property
     def part(self) -> str:
@@ -112,6 +113,7 @@ class Finding:
             "evidence": {"delta_log_evidence": self.gain, "threshold": self.threshold,
                          "windows": [list(w) for w in self.windows]},
             "part": self.part, "doubts": list(self.doubts), "set": self.members,
+            **({"course": self.course.list_courses()} if self.course else {}),
         }  # fmt: skip
 
 
@@ -123,7 +125,7 @@ def name_member(kind: str, places: Sequence[str], channels: Sequence[str]) -> st
 @dataclass(frozen=True, eq=False, repr=False)
 class UnknownHeat(Brief):
     """Heat that a place would need for simulation and recordings to agree, before anything was added; at a channel it
-    is an offset in the channel's unit, SI. t, heat, std: for each recording [s, W]."""
+    is an offset in the channel's unit, SI. t, heat, std: for each recording [s, W]; files: of these."""
 
     at: Location
     probability: float
@@ -133,9 +135,17 @@ class UnknownHeat(Brief):
     heat: tuple[Array, ...]
     std: tuple[Array, ...]
 
+    files: tuple[str, ...] = ()
+
     @property
     def is_offset(self) -> bool:
         return self.at.kind == "channel"
+
+    def list_courses(self) -> list[dict[str, Any]]:
+        """Over time in every recording: heat [W], or an offset [SI], with its 1σ."""
+        word = "offset" if self.is_offset else "heat"
+        runs = zip(self.files, self.t, self.heat, self.std, strict=True)
+        return [{"file": f, "t": t.tolist(), word: x.tolist(), "std": s.tolist()} for f, t, x, s in runs]
 
 
 @dataclass(frozen=True)
@@ -247,7 +257,8 @@ class Diagnosis(Tabled):
 
     def summary(self) -> dict[str, Any]:
         """diagnosis.json."""
-        nodes = [{"name": str(u.at), "probability": u.probability, "heat_rms": {"value": u.rms, "unit": "W"}}
+        nodes = [{"name": str(u.at), "probability": u.probability, "heat_rms": {"value": u.rms, "unit": "W"},
+                  **({"course": u.list_courses()} if u.files else {})}
                  for u in self.located if not u.is_offset]  # fmt: skip
         channels = [{"name": n, "rmse_in_noise": x} for n, x in self.channels.items()]
         return {

@@ -14,12 +14,13 @@ from network.analysis.calibration.null import Null
 from network.analysis.diagnosis.forward_selection import Screening, screen_candidates, select_forward
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, estimate_noise, fit_hypothesis, reweight, state
 from network.analysis.diagnosis.intermittent.intermittent_fault import find_intermittent_fault
-from network.analysis.diagnosis.lump_convergence import refine_until_converged
+from network.analysis.diagnosis.lump_convergence import do_finer_lumps_promise, refine_until_converged
 from network.analysis.diagnosis.lump_refinement import refine_lumps
 from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS
-from network.analysis.diagnosis.time_budget import BudgetReached
+from network.analysis.diagnosis.time_budget import BudgetReached, TimeBudget
+from network.platform.parallel import check_each
 
 MANY = 120
 """Lumps from which it is not worked out what would not have shown, where nothing is looked for."""
@@ -39,9 +40,10 @@ def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[f
     tell(0.15)
     best = max(levels, key=_evidence)
     case = estimate_noise(case, best)
+    if best is not levels[0] and do_finer_lumps_promise(finest := reweight(case, best)):
+        best = refine_until_converged(case, finest)
+        case = estimate_noise(case, best)
     tracks = [reweight(case, h) for h in _list_tracks(levels, best)]
-    if best is not levels[0] and tracks[0].chi < SETTINGS.doubtful:
-        tracks[0] = refine_until_converged(case, tracks[0])
     null = max(tracks, key=_evidence)
     now = Search(given, case, fault, reweight(case, levels[0]), calibrated, null, Selection(null), Screening(null))
     yield now
@@ -72,13 +74,14 @@ def _beats(selection: Selection, best: Search, case: Case) -> bool:
     return reweight(case, selection.best).evidence > reweight(case, best.best).evidence
 
 
-def last_of(states: Iterator[Search]) -> Search:
+def last_of(states: Iterator[Search], budget: TimeBudget) -> Search:
     """What a search comes to, or came to until it ran out of time or was stopped. Raises KeyboardInterrupt where it is
     stopped before anything is known."""
     last: Search | None = None
     try:
-        for state_now in states:
-            last = state_now
+        with check_each(budget.check):
+            for state_now in states:
+                last = state_now
     except (BudgetReached, KeyboardInterrupt) as end:
         if last is None:
             raise

@@ -13,10 +13,10 @@ MOST_KNOTS = 60
 """Of a run."""
 
 
-def heat_knots(data: Measured, step: float) -> Array:
-    """Instants at which the heat is free, some `step` [s] apart; straight in between."""
+def heat_knots(data: Measured, step: float, most: int = MOST_KNOTS) -> Array:
+    """Instants at which the heat is free, some `step` [s] apart, at most so many; straight in between."""
     t = data.run.knots.t
-    count = min(max(3, round(float(t[-1] - t[0]) / step) + 1), MOST_KNOTS)
+    count = min(max(3, round(float(t[-1] - t[0]) / step) + 1), most)
     return np.linspace(t[0], t[-1], count)
 
 

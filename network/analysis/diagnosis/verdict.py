@@ -19,8 +19,9 @@ from network.analysis.diagnosis.findings import find_unknown, list_findings, lis
 from network.analysis.diagnosis.hypothesis import Hypothesis, fit_findings, reweight
 from network.analysis.diagnosis.invariants import list_refutations
 from network.analysis.diagnosis.isolability import isolability
+from network.analysis.diagnosis.locate import trace
 from network.analysis.diagnosis.lumping_finding import find_lumping
-from network.analysis.diagnosis.result import Diagnosis, Finding, Fits
+from network.analysis.diagnosis.result import Diagnosis, Finding, Fits, UnknownHeat
 from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.strategies import list_unsearched
@@ -50,11 +51,20 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     told = [*map(_as_sentence, refuted), *_notes(search), *(u.sentence for u in unsearched)]
     notes = (*warnings, *told, *([known.sentence] if known.sentence else ()))
     return Diagnosis(
-        search.case.machine, before, after, verdict, tuple(findings), _channels(fits), search.located[:8], fits,
+        search.case.machine, before, after, verdict, tuple(findings), _channels(fits), _trace_first(search), fits,
         tuple(list_rivals(search.steps[0], search.befores[0]) if search.steps else ()), notes, advice,
         _shifts(search.best), seed, explained=search.selection.explained, ended=search.ended, refuted=tuple(refuted),
         unsearched=tuple(unsearched),
     )  # fmt: skip
+
+
+def _trace_first(search: Search) -> tuple[UnknownHeat, ...]:
+    """Where unknown heat would explain most, with the course of the most probable one where something is missing."""
+    places = search.located[:8]
+    first = next((u for u in places if not u.is_offset), None)
+    if first is None or search.null.chi <= SETTINGS.noise:
+        return places
+    return tuple(trace(search.null.linearised, u) if u is first else u for u in places)
 
 
 def _as_sentence(told: str) -> str:
@@ -78,9 +88,9 @@ def _withdraw_refuted(
 
 
 def _list_retreats(search: Search) -> Iterator[Search]:
-    """The search with ever less of what it found, to the machine as written."""
+    """The search with ever less of what it found, to the machine as written; at once where the time is up."""
     best, chosen = search.best, search.selection
-    for count in range(len(best.found) - 1, 0, -1):
+    for count in range(0 if search.ended else len(best.found) - 1, 0, -1):
         fewer = fit_findings(best.case, best.root, best.found[:count], best.values)
         if fewer is not None:
             yield replace(search, selection=replace(chosen, best=fewer, gains=chosen.gains[:count]))
@@ -122,7 +132,7 @@ def _decide_verdict(
         only_sensors = not is_more and all(f.channels for f in findings)
         told = [*([find_unknown(search)] if is_more else []), *findings, *cut]
         return told, "sensor_fault" if only_sensors else "missing_physics"
-    if is_left or (is_refuted and search.located):
+    if is_left or (is_refuted and best.chi > SETTINGS.adequate and search.located):
         return [*cut, find_unknown(search)], "unexplained"
     if coarse:
         return cut, "too_coarse"
