@@ -310,7 +310,7 @@ def two_runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ]
     columns = {
         name: (unit, np.concatenate([values, again]))
-        for (name, unit, values), (_, _, again) in zip(*(run.columns() for run in runs), strict=True)
+        for (name, unit, values), (_, _, again) in zip(*(run.columns_in_si() for run in runs), strict=True)
     }
     write_csv(path, np.concatenate([runs[0].t, runs[1].t + 86400]), columns)
     return path
