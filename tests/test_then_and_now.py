@@ -169,5 +169,7 @@ def test_the_readme_shows_what_comes_out(
     monkeypatch.chdir(tmp_path)
     for line in blocks[at].strip().splitlines():
         main(shlex.split(line)[1:])
-    assert blocks[at + 2].strip("\n") in capsys.readouterr().out
+    head, _, rest = blocks[at + 2].strip("\n").partition("\n")
+    told = capsys.readouterr().out
+    assert rest in told and head.partition(" (")[0] in told
     assert (tmp_path / "out" / "changed" / "changes.png").stat().st_size > 20_000

@@ -62,10 +62,12 @@ def judge(key: Mapping[str, Any], told: Mapping[str, Any]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def in_turn(folder: Path, pairs: list[str], seed: int) -> Iterator[str]:
-    """The pairs as they are made, those of machines with a thermostat last."""
+def in_turn(folder: Path, pairs: list[str], seed: int, until: float) -> Iterator[str]:
+    """The pairs as they are made, until some instant, those of machines with a thermostat last."""
     slow = []
     for name in pairs:
+        if time.monotonic() >= until and not (folder / "keys" / f"{name}.json").is_file():
+            continue
         make_pair_of(folder, seed, name)
         if "thermostat" in (folder / name / "machine.yaml").read_text(encoding="utf-8"):
             slow.append(name)
@@ -77,7 +79,7 @@ def in_turn(folder: Path, pairs: list[str], seed: int) -> Iterator[str]:
 def main(changed: int, same: int, seed: int, folder: Path, until: float) -> None:
     console = Console()
     told = {}
-    for name in in_turn(folder, list_pairs(changed, same), seed):
+    for name in in_turn(folder, list_pairs(changed, same), seed, until):
         if time.monotonic() < until or (folder / name / "answer.json").is_file():
             told[name] = answer(folder / name)
             console.print(f"{len(told)}/{changed + same} {name}", style="dim")
