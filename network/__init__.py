@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from network.analysis.calibration.tcp_bands import bands_of as bands_of
     from network.analysis.comparison.compare import compare as compare
     from network.analysis.diagnosis.diagnose import diagnose as diagnose
+    from network.analysis.sweep.sample import sample as sample
     from network.analysis.sweep.sweep import sweep as sweep
     from network.engine.simulation import simulate as simulate
     from network.engine.superposition.superpose import superpose as superpose
@@ -58,7 +59,7 @@ _HOME = {
     "Machine": "machine.machine", "Scenario": "recordings.scenario", "Recording": "recordings.recording",
     "simulate": "engine.simulation", "superpose": "engine.superposition.superpose",
     "compare": "analysis.comparison.compare",
-    "calibrate": "analysis.calibration.calibrate", "sweep": "analysis.sweep.sweep",
+    "calibrate": "analysis.calibration.calibrate", "sweep": "analysis.sweep.sweep", "sample": "analysis.sweep.sample",
     "bands_of": "analysis.calibration.tcp_bands",
     "diagnose": "analysis.diagnosis.diagnose", "Refused": "platform.refusal", "Failed": "platform.refusal",
 }  # fmt: skip
