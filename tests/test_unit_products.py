@@ -12,7 +12,8 @@ from network.platform.quantities.unit_names import BadNumber
 from network.platform.quantities.unit_products import _table, read_product
 
 NAMES, PREFIXES, _ = _table()
-PRODUCTS = ("W/K", "kJ/(kg K)", "W/(m^2 K)", "N mm", "W m^-1 K^-1", "J/(kg K)", "kg/m^3", "1e3 W", "W/m K", "W/m/K",
+PRODUCTS = ("W/K", "kJ/(kg K)", "W/(m^2 K)", "N mm", "W m^-1 K^-1", "J/(kg K)", "kg/m^3", "1/K", "1e3 W",
+            "1 / min", "W/m K", "W/m/K",
             "um/(m K)", "m^2.5", "rev/min", "l/min", "percent/K", "W/K^2", "meters", "Kelvin", "cm^2", "N  mm ",
             "m^12 m^9", "W//K", "ubar", "mmin", "kWh", "Ws", "", "W K^", "°C", "K/%", "m³", "N·m", "m**2")  # fmt: skip
 

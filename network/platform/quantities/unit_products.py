@@ -16,7 +16,7 @@ from network.platform.quantities.unit_table import DEFINITIONS, NAME, UNPREFIXED
 Dimension = tuple[tuple[str, int], ...]
 _FACTOR = re.compile(rf"({NAME})(?:\^([+-]?\d))?")
 _PRODUCT = rf"{NAME}(?:\^[+-]?\d)?(?: +{NAME}(?:\^[+-]?\d)?)*"
-_FORM = re.compile(rf" *({_PRODUCT}) *(?:/ *(?:({NAME}(?:\^[+-]?\d)?)|\( *({_PRODUCT}) *\)) *)?")
+_FORM = re.compile(rf" *(1|{_PRODUCT}) *(?:/ *(?:({NAME}(?:\^[+-]?\d)?)|\( *({_PRODUCT}) *\)) *)?")
 _TOKEN = re.compile(rf"\*\*|[*/]|{NAME}|[0-9.]+(?:e[+-]?\d+)?")
 
 
