@@ -71,6 +71,7 @@ _HOME = {
     "simulate": "engine.simulation", "superpose": "engine.superposition.superpose",
     "compare": "analysis.comparison.compare",
     "calibrate": "analysis.calibration.calibrate", "sweep": "analysis.sweep.sweep",
+    "sample": "analysis.sweep.sample",
     "estimate_lumping": "analysis.sweep.lumping_error", "choose_lumps": "analysis.sweep.lump_choice",
     "bands_of": "analysis.calibration.tcp_bands",
     "diagnose": "analysis.diagnosis.diagnose", "find_changes": "analysis.change.changes",
