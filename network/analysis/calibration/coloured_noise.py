@@ -1,9 +1,8 @@
 """Coloured noise of sensors, told from how residuals differ over short lags, whatever slow error the model still has.
 
 Structure function D(l) = mean (e(t + l) − e(t))² = 2 σ_w² + 2 σ_c² (1 − e^(−l/τ)) + b l²: white noise, an
-OU process of variance σ_c² and correlation time τ, and the slow drift of a model that is not right yet. Noise is there
-all the time, heat comes and goes: D is the median over windows. Source: Rytov, Kravtsov & Tatarskii, Principles of
-Statistical Radiophysics 1 (1987), on structure functions; unverified.
+OU process of variance σ_c² and correlation time τ, and the slow drift of a model that is not right yet. Source: Rytov,
+Kravtsov & Tatarskii, Principles of Statistical Radiophysics 1 (1987), on structure functions; unverified.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ LEAST_SHARE = 0.4
 """Coloured 1σ over white 1σ below which a sensor counts as white: white noise alone shows more in one of a hundred runs
 of a thousand samples (simulated)."""
 PAIRS = 200
-"""Samples below which nothing is said, and pairs of a window: some six times the longest lag."""
+"""Samples below which nothing is said."""
 ALIKE, ALIKE_LAGS, ALIKE_SAMPLES = 0.22, (8, 16, 27), 3000
 """Correlation of two channels' bends over some lags from which they are no noise of their own, with so many samples."""
 
@@ -78,11 +77,11 @@ def estimate_colours(
 
 
 def _pool_times(series: Mapping[str, Sequence[Array]], units: Mapping[str, str]) -> dict[str, Sequence[float]]:
-    """Of each sensor the correlation time [samples] that those of its kind have: built alike, they share it, and one
-    alone can hardly tell it."""
+    """Of each sensor the correlation time [samples] that the coloured ones of its kind have: built alike they share it,
+    and one alone can hardly tell it."""
     left: dict[str, Array] = {}
     for name, own in series.items():
-        if (D := _structures(own)) is not None:
+        if (D := _structures(own)) is not None and colour(own, 1.0)[1] > 0:
             left[units[name]] = left.get(units[name], np.zeros(len(TIMES))) + [_part(D, tau)[0] ** 2 for tau in TIMES]
     best = {kind: (TIMES[int(np.argmin(total))],) for kind, total in left.items()}
     return {name: best.get(units[name], TIMES) for name in series}
@@ -180,16 +179,7 @@ def _structures(series: Sequence[Array]) -> Array | None:
 
 
 def _structure(series: Sequence[Array], lag: int) -> float:
-    """Mean squared difference over a lag in the middle one of some windows; the largest hundredth (jumps, outliers) of
-    each is left out."""
-    means = [_clip_mean(w) for e in series if len(e) > lag for w in _windows((e[lag:] - e[:-lag]) ** 2)]
-    return float(np.median(means)) / 0.93 if means else np.nan
-
-
-def _windows(squared: Array) -> list[Array]:
-    known = squared[np.isfinite(squared)]
-    return np.array_split(known, max(1, len(known) // PAIRS)) if len(known) else []
-
-
-def _clip_mean(values: Array) -> float:
-    return float(np.sort(values)[: max(1, int(CLIP * len(values)))].mean())
+    """Mean squared difference over a lag; the largest hundredth (jumps, outliers) is left out."""
+    squared = np.concatenate([np.empty(0), *((e[lag:] - e[:-lag]) ** 2 for e in series if len(e) > lag)])
+    squared = np.sort(squared[np.isfinite(squared)])
+    return float(squared[: max(1, int(CLIP * len(squared)))].mean()) / 0.93 if len(squared) else np.nan
