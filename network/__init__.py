@@ -53,8 +53,8 @@ if TYPE_CHECKING:
     from network.analysis.drafting.machine_draft import draft as draft
     from network.analysis.sweep.lump_choice import choose_lumps as choose_lumps
     from network.analysis.sweep.lumping_error import estimate_lumping as estimate_lumping
-    from network.analysis.sweep.sweep import Sweep as Sweep
     from network.analysis.sweep.sample import sample as sample
+    from network.analysis.sweep.sweep import Sweep as Sweep
     from network.analysis.sweep.sweep import sweep as sweep
     from network.engine.simulation import simulate as simulate
     from network.engine.superposition.superpose import superpose as superpose

@@ -98,6 +98,16 @@ def abandoned(where: Path, kinds: tuple[str, ...]) -> Iterator[Path]:
                 os.close(handle)
 
 
+def make_held(path: Path) -> int | None:
+    """A new folder, held before it has a name that others know as ours: nobody takes it for an abandoned one, also
+    where the folder around it is so slow that sorting it was not waited for."""
+    unknown = path.with_name(f"{path.name}.new")
+    unknown.mkdir(mode=0o700)
+    handle = hold(unknown)
+    os.rename(unknown, path)
+    return handle
+
+
 @contextmanager
 def passing_folder(where: Path, kind: str) -> Iterator[Path]:
     """A folder that is there while it lasts; those of its kind whose process is gone are removed first."""
@@ -112,8 +122,7 @@ def passing_folder(where: Path, kind: str) -> Iterator[Path]:
             with sorting(where):
                 for old in abandoned(where, (kind,)):
                     shutil.rmtree(old, ignore_errors=True)
-                path.mkdir(mode=0o700)
-                handle = hold(path)
+                handle = make_held(path)
             yield path
     finally:
         remove()

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from network.platform.folders import folder, not_there, remove_empty
-from network.platform.held_folder import abandoned, hold, kind_of, let_go, new_name, sorting
+from network.platform.held_folder import abandoned, kind_of, let_go, make_held, new_name, sorting
 from network.platform.refusal import Refused, Spot, refuse
 from network.platform.stopping import on_stop
 
@@ -105,8 +105,7 @@ class _Draft:
             folder(self.where)
             with suppress(FileNotFoundError), sorting(self.where):
                 _finish_abandoned(self.where)
-                self.path.mkdir()
-                self.handle = hold(self.path)
+                self.handle = make_held(self.path)
                 for name in (NEW, OLD, STALE):
                     (self.path / name).mkdir()
                 return
