@@ -8,8 +8,6 @@ from dataclasses import fields, is_dataclass
 from html import escape
 from typing import TYPE_CHECKING, Any, Protocol
 
-import numpy as np
-
 from network.platform.data_frame import table_frame
 
 if TYPE_CHECKING:
@@ -93,6 +91,8 @@ class Tabled(Drawn):
 
 def brief(value: Any) -> str:
     """A value in a few words."""
+    import numpy as np  # which starting a command does without
+
     if isinstance(value, str):
         return repr(value if len(value) <= MOST else value[: MOST - 1] + "…")
     if isinstance(value, np.ndarray) and value.ndim:

@@ -56,7 +56,7 @@ class Calibration(Tabled):
     `before` with unknown numbers at their priors' centres; stated, stated_holdout: after with constants as stated and
     starts by rule, as `simulate` runs it; bands: of the tool centre point, by recording; coverage: of
     its bands on the runs held out; disagreements: numbers that
-    runs want differently; warnings: what was wrong with the input; sentences: what the result means; lumping: what
+    runs want differently; warnings: what was wrong with the input; sentences: what the result means; cut: what
     finer lumps would change of the calibrated machine."""
 
     machine: Machine
@@ -78,7 +78,7 @@ class Calibration(Tabled):
     tried: int
     seed: int
     seconds: float
-    lumping: LumpingError | None = None
+    cut: LumpingError | None = None
 
     @property
     def theta(self) -> Array:

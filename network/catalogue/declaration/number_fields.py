@@ -135,7 +135,8 @@ class ParamField(Field):
     @property
     def sample(self) -> Any:
         """Typical, to four digits."""
-        return self.write(self._si(float(show(self.proposal(), self.unit, 4).partition(" ")[0])))
+        text = show(self.proposal(), self.unit, 4)
+        return self.write(self._si(float(text))) if self.unit == "1" else text
 
     def schema(self) -> dict[str, Any]:
         """A number with its unit; heirs of this class may read words as well."""

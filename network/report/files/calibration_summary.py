@@ -33,7 +33,7 @@ def summary(c: Calibration) -> dict[str, Any]:
         "validity": c.machine.validity.to_plain() if c.machine.validity else None,
         "one_machine": {"agree": not c.disagreements, "numbers": [d.summary() for d in c.disagreements]},
         "warnings": list(c.warnings), "sentences": list(c.sentences), "beginnings": c.tried, "seed": c.seed,
-        "seconds": c.seconds, "lumping": None if c.lumping is None else c.lumping.summary(),
+        "seconds": c.seconds, "lumping": None if c.cut is None else c.cut.summary(),
     }  # fmt: skip
 
 

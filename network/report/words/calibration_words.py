@@ -26,7 +26,7 @@ def tell_calibration(c: Calibration) -> str:
     numbers = "\n".join(table(header, rows, ["moved [σ]"]))
     blocks = [head_of(c), numbers, "\n".join(_residuals(c)), "\n".join(band_lines(c))]
     told = [sentence + "." for sentence in c.sentences]
-    told += [f"{c.lumping} Calibrate again after that."] if c.lumping is not None and not c.lumping.is_within else []
+    told += [f"{c.cut} Calibrate again after that."] if c.cut is not None and not c.cut.is_within else []
     told += [f"warning: {warning}" for warning in c.warnings]
     return "\n\n".join(block for block in [*blocks, "\n".join(told)] if block)
 
