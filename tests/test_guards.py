@@ -22,6 +22,7 @@ COUNTS = re.compile(r"\b(len|int|set|prod)\(|\b(count|jobs|lumps|size|st_size)\b
 MEANT = {
     "recordings/scenario_inputs.py: length <= 0": "NaN stands for a fault that is told already",
     "recordings/scenario_inputs.py: after < 0": "NaN stands for a fault that is told already",
+    "recordings/scenario_phases.py: edges[-1] >= duration": "NaN stands for a fault of an earlier row",
     "analysis/calibration/recording_admission.py: lasts < fastest": "both were computed from finite times",
 }
 

@@ -90,7 +90,7 @@ def relay_slices(network: Network) -> Iterator[tuple[Heats[Relay], slice]]:
 def jacobian(network: Network, T: Array, u: Inputs, modes: Array) -> Array:
     """∂(heat into lump i)/∂T_j [W/K], N×N."""
     N = network.size
-    if N > MOST_LUMPS:
+    if not N <= MOST_LUMPS:
         right = f"take at most {MOST_LUMPS}, or only links and sources that are linear in temperature"
         raise Failed(f"{N} lumps are too many where every one is set against every other; {right}")
     J = np.zeros((N, N))

@@ -104,7 +104,7 @@ def _read_cell(name: str, cell: Tree, number: int, columns: dict[str, _Column]) 
         if given.dimension != column.unit.dimension:
             raise BadNumber("is in another kind of unit than above", f"that was {column.shown}, write all so")
     column.cells.append((number, values[0][0], values[-1][0]))
-    if is_new and number > 0:
+    if is_new and number:
         raise BadNumber("is named here first", f"name it in row 1 as well, as in `{name}: {_still(values[0][1])}`")
 
 
