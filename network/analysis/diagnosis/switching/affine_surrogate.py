@@ -18,6 +18,7 @@ from network.analysis.calibration.linearised import linearise
 from network.analysis.diagnosis.candidates import Candidate, candidate
 from network.analysis.diagnosis.hypothesis import AdditiveCorrection, Hypothesis, theta_of
 from network.catalogue.declaration.declare import list_kinds
+from network.catalogue.declaration.fields import REQUIRED
 from network.catalogue.mechanisms.base import Link, Relay
 from network.engine.entry_groups import Flows
 from network.engine.network import Network
@@ -74,14 +75,22 @@ def _straight_links(
 
 
 def _plain(link: Link, G: float) -> dict[str, Any]:
-    """A link between the same places that is nothing but a conductance: the kind with the fewest fields."""
-    able = [k for k in list_kinds("links").values() if issubclass(k, Link) and k.affine and not issubclass(k, Relay)]
+    """A link between the same places that is nothing but a conductance, of the kind with the fewest fields."""
+    able = [k for k in list_kinds("links").values() if issubclass(k, Link) and _is_told_by_strength(k)]
     kind = min(able, key=lambda k: len(k.fields))
     return {
         "kind": kind.kind,
         "between": [str(p) for p in link.between],
         kind.fields[kind.strength].key: f"{G:.9g} W/K",
     }
+
+
+def _is_told_by_strength(kind: type[Link]) -> bool:
+    """Whether places and a conductance are all that such a link needs."""
+    strength = kind.fields[kind.strength]
+    other = [f for f in kind.fields.values() if f is not strength and f.key != "between"]
+    plain = kind.affine and not issubclass(kind, Relay) and getattr(strength, "unit", "") == "W/K"
+    return plain and all(f.default is not REQUIRED for f in other)
 
 
 def _own_values(h: Hypothesis, relay: Candidate | None) -> dict[str, float]:
