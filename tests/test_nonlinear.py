@@ -121,7 +121,7 @@ def test_a_bearing_that_runs_away_is_said_not_crashed() -> None:
 
 
 def test_what_a_method_cannot_do_is_refused() -> None:
-    with pytest.raises(Refused, match=r"modal is exact for linear networks, and .* is not linear in temperature"):
+    with pytest.raises(Refused, match=r"modal is for linear networks, and .* is not linear in temperature"):
         simulate(warm_machine(), schedule([0, 100.0], *warm_inputs()), method="modal")
     with pytest.raises(Refused, match=r"there is no method 'modle'; did you mean 'modal'\?"):
         simulate(warm_machine(), schedule([0, 100.0], *warm_inputs()), method="modle")

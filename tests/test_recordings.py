@@ -40,7 +40,7 @@ RMSE = {
     "lathe_day04": {"T_rear": 1.3, "T_bed": 1.47, "T_coolant_wall": 1.87, "T_transformer": 0.934, "dx": 7.17},
     "cnc_lathe": {
         "PT01": 0.48, "PT02": 0.47, "PT05": 0.48, "PT07": 0.46, "PT10": 0.40, "PT11": 0.18, "PT13": 0.33, "TC05": 0.86,
-        "disp_x": 22, "disp_z": 8.2,
+        "disp_x": 4.5, "disp_z": 3.1,
     },
     "cnc_lathe_plain": {
         "Spindle_motor": 1.0,
