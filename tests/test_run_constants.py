@@ -122,7 +122,7 @@ def in_known_rooms(runs: Sequence[Recording]) -> list[Recording]:
 
 @pytest.mark.parametrize("course", [lambda t: 0.6 * (t > 7200), lambda t: 0.3 * t / 3600], ids=["step", "drift"])
 def test_unknown_rooms_hide_neither_a_step_nor_a_drift(course: Callable[[np.ndarray], np.ndarray]) -> None:
-    """Of a sensor, in a fit of all numbers: with rooms to ± 2 K nine tenths are left of what is where they are known."""
+    """Of a sensor, in a fit of all numbers: with rooms to ± 2 K nine tenths of what is left in known ones."""
     amiss = {"T_body": course(np.arange(1441) * 10.0)}
     runs = [run_in(ROOMS[0], seed=1, more=amiss), run_in(ROOMS[1], ANOTHER, seed=2, more=amiss)]
     exact = in_known_rooms(runs)
