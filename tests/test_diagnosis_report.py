@@ -28,7 +28,7 @@ from network.platform.refusal import Refused
 from network.recordings.inputs import Start, hold
 from network.report.figures.explanations_figure import candidates_figure
 from network.report.figures.fit_figure import fit_figure
-from network.report.figures.heat_figure import heat_figure, varying
+from network.report.figures.heat_figure import heat_figure, order_inputs
 from network.report.figures.lit_figure import lit_figure, lit_paths, moves_of
 from network.report.files.diagnosis_files import check_target, tidy, write_diagnosis
 from network.report.files.diagnosis_patch import patch_text
@@ -485,7 +485,7 @@ def test_what_the_finding_reads_is_drawn_below_it(found: Diagnosis) -> None:
     inputs = {name: np.zeros(2) for name in signals}
     schedule = replace(run.trajectory.schedule, signals=signals)
     many = replace(run, trajectory=replace(run.trajectory, schedule=schedule, inputs=inputs))
-    assert "cutting" not in varying([many]) and varying([many], {"cutting"})[0] == "cutting"
+    assert "cutting" not in order_inputs([], [many]) and order_inputs(["cutting"], [many])[0] == "cutting"
 
 
 def test_rivals_are_ranked_and_the_found_one_stands_out(found: Diagnosis) -> None:

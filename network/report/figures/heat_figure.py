@@ -97,7 +97,11 @@ def choose_runs(d: Diagnosis) -> list[int]:
 def choose_inputs_of(d: Diagnosis, recordings: Sequence[RecordingResidual]) -> list[str]:
     """What the findings read, then what residuals follow, then what varies, speeds first."""
     paths = [path for f in d.findings for path, _ in f.patch.entries() if path in d.after.by_path]
-    read = [name for path in paths for name in _needs(d.after.by_path[path])]
+    return order_inputs([name for path in paths for name in _needs(d.after.by_path[path])], recordings)
+
+
+def order_inputs(read: Sequence[str], recordings: Sequence[RecordingResidual]) -> list[str]:
+    """As many as are drawn: those that are read first."""
     moving = rank_inputs(recordings)
     known = [name for name in followed_inputs(recordings) if name in moving]
     return list(dict.fromkeys([*(name for name in read if name in moving), *known, *moving]))[:MOST_INPUTS]
