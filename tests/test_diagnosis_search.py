@@ -316,3 +316,14 @@ def test_what_does_not_hold_at_the_end_goes_and_the_rest_is_judged_again(monkeyp
     for names, (left, gains) in expected.items():
         held, told = backward_elimination._eliminate_at_end(hypothesis(names), 12.0, 1)  # type: ignore[arg-type]
         assert ("".join(held.found), told) == (left, gains), names  # type: ignore[arg-type]
+
+
+def test_a_kind_that_takes_the_place_of_another_may_lack_numbers_of_it() -> None:
+    """A skin told by coefficient and area: a fan in its place knows a conductance only."""
+    skin = {"kind": "convection", "between": ["column", "air"], "coefficient": "6 W/(m^2 K) ± 30 %", "area": "0.8 m^2"}
+    known = plant(links={"column skin": skin})
+    h = fit_hypothesis(Case(known, (recorded(plant(), LADDERS[0], 0),)), known)
+    fans = [c for c in candidates(h.machine, h.case.drivers) if c.patch.get("links", {}).get("column skin")]
+    assert fans and any("links.column skin.coefficient" in h.values for _ in fans)
+    told = respond_to_candidates([(c, h.values) for c in fans], h.fit.problem.data, h.predictions)
+    assert len(told) == len(fans)

@@ -85,10 +85,16 @@ def _answers(heats: Sequence[Heat], prediction: Prediction) -> Array:
 
 
 def _at(machine: Machine, values: Mapping[str, float], only: Container[EntryPath] | None = None) -> Machine:
-    """The machine at the values that are its own, or those of some entries."""
+    """The machine at the values that are its own, or those of some entries; a kind that takes the place of another may
+    lack numbers of that."""
     only = machine.by_path if only is None else only
     known = {text: NumberPath.parse(text, machine.paths) for text in values}
-    return at_values(machine, {text: values[text] for text, p in known.items() if p is not None and p.entry in only})
+    own = [text for text, p in known.items() if p is not None and p.entry in only and _has(machine, p)]
+    return at_values(machine, {text: values[text] for text in own})
+
+
+def _has(machine: Machine, number: NumberPath) -> bool:
+    return any(f.key == number.key for f in machine.by_path[number.entry].params().values())
 
 
 def _heats(

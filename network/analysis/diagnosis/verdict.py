@@ -41,8 +41,8 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     before = search.calibrated.machine
     search, after, fits, refuted = _withdraw_refuted(search, before, holdout, jobs)
     finer_gain = search.null.evidence - search.written.evidence
-    is_finer = _is_finer(search)
-    coarse = find_lumping(search.written, search.best.root, finer_gain, search.threshold) if is_finer else None
+    is_told = _is_finer(search) and finer_gain > search.threshold
+    coarse = find_lumping(search.written, search.best.root, finer_gain, search.threshold) if is_told else None
     findings, verdict = _decide_verdict(search, list_findings(search, after), coarse, bool(refuted))
     known = isolability(search.screened.scores, search.screened.proposed)
     advice = () if search.ended else tuple(experiments(search, known.unseen))
