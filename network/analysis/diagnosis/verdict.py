@@ -44,6 +44,8 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     is_told = _is_finer(search) and finer_gain > search.threshold
     coarse = find_lumping(search.written, search.best.root, finer_gain, search.threshold) if is_told else None
     findings, verdict = _decide_verdict(search, list_findings(search, after), coarse, bool(refuted))
+    if search.ended:  # nothing is sure
+        findings = [replace(f, confidence=min(f.confidence, SETTINGS.half)) for f in findings]
     known = isolability(search.screened.scores, search.screened.proposed)
     advice = () if search.ended else tuple(experiments(search, known.unseen))
     is_looked = search.null.chi > SETTINGS.noise

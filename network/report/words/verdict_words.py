@@ -26,7 +26,8 @@ MEANING = {
     "that was tried, {left} is left.",
 }
 UNENDED = "With its numbers calibrated {machine} leaves {left}; nothing was found so far that it lacks."
-"""Where the search did not come to its end, a clean verdict says no more than that."""
+DIFFERS = "{machine} and its recordings differ{where}: {left} is left, and nothing that explains it was found so far."
+"""Where the search did not come to its end, a verdict that names nothing says no more than that."""
 CLEAN, UNTOLD = ("adequate", "parameters_only"), 2.0
 """Verdicts that speak of recordings as explained, and misfit of a held-out run over that of the others from which it is
 not."""
@@ -58,7 +59,8 @@ def verdict_words(d: Diagnosis) -> str:
         "where": _where(d), "count": _count(d), "it": "it" if len(d.findings) < 2 else "them",
         "channels": join_names(list(dict.fromkeys(n for f in d.findings for n in f.channels))) or "a channel",
     }  # fmt: skip
-    meaning = UNENDED if d.ended and d.verdict in CLEAN else MEANING[d.verdict]
+    so_far = {**dict.fromkeys(CLEAN, UNENDED), "unexplained": DIFFERS} if d.ended else {}
+    meaning = so_far.get(d.verdict, MEANING[d.verdict])
     return "".join([meaning.format_map(words), _part(d), _but(d), ENDED.get(d.ended, "")])
 
 
