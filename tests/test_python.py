@@ -241,3 +241,15 @@ def test_types_are_checked_in_a_users_project(tmp_path: Path) -> None:
 def test_summaries_are_json(results: dict[str, Any]) -> None:
     for name in ("run", "comparison", "levels", "calibration", "lumping", "choice"):
         json.dumps(results[name].summary(), allow_nan=True)
+
+
+def test_other_things_than_machines_and_recordings_are_told(results: dict[str, Any]) -> None:
+    machine, day = results["run"].machine, Scenario.of("still", "1 h", {"ambient": "20 degC"})
+    with pytest.raises(TypeError, match=r"machine is a Machine, not a str: Machine.load\('m.yaml'\)"):
+        simulate("m.yaml", day)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="machine is a Machine, not a Scenario: look at their order"):
+        simulate(day, machine)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="recording is a Recording, not a str"):
+        compare(machine, ["r.csv"])  # type: ignore[list-item]
+    with pytest.raises(Refused, match="choose_lumps"):
+        Machine.load(ROOT / "machines" / "two_blocks.yaml", lumps="auto")

@@ -26,8 +26,9 @@ class Machine(Entries, Drawn):
 
     @classmethod
     def load(
-        cls, path: str | Path, *, level: str | None = None, lumps: Sequence[str | int] = (), sets: Sequence[str] = ()
-    ) -> Self:
+        cls, path: str | Path, *, level: str | None = None, lumps: str | Sequence[str | int] = (),
+        sets: Sequence[str] = (),
+    ) -> Self:  # fmt: skip
         """The machine of a YAML file, patched by a named level, lump counts and settings, in that order.
 
         level: like 'fine'; lumps: like [8] for every bar, ['housing=8'] for one (as many as it takes: `choose_lumps`);
@@ -39,7 +40,7 @@ class Machine(Entries, Drawn):
         if level is not None:
             machine = cls.read(level_patch(machine, level), str(path))
         tree = machine.tree
-        for wish in lumps:
+        for wish in [lumps] if isinstance(lumps, str) else lumps:
             tree = set_lumps(tree, str(wish))
         for assignment in sets:
             tree = set_value(tree, assignment)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from network.analysis.comparison.channel_residual import ChannelResidual, pool_residuals
 from network.analysis.comparison.common_start import share_start_rule
 from network.catalogue.declaration.entry_path import displacement
-from network.engine.simulation import schedule_for, simulate
+from network.engine.simulation import expect, schedule_for, simulate
 from network.engine.solvers.carry_out import Progress
 from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
@@ -94,7 +94,10 @@ def compare(
     Raises Refused where a recording lacks an input, shares no channel with the machine, has a channel in a unit that
     does not fit, or is given twice.
     """
+    expect("machine", machine, Machine)
     given, complaints = as_several(recordings), Complaints()
+    for recording in given:
+        expect("recording", recording, Recording)
     check_once(given, complaints)
     complaints.raise_if_any()
     runs = share_start_rule(machine, runs_of(machine, given), start)
