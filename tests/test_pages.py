@@ -1,6 +1,6 @@
 """Pages of results: readable as they stand, safe for any name, small, and what their script does when asked.
 
-The script runs in node on the document of the page (page_dom.js), and in Chromium where that is installed."""
+The script runs in node on the document of the page (page_dom.js); in a browser: test_page_browser.py."""
 
 from __future__ import annotations
 
@@ -35,10 +35,7 @@ from network.report.pages.result_pages import page_of_calibration, page_of_compa
 
 ROOT = Path(__file__).parents[1]
 NODE = shutil.which("node")
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-BROWSER = next((found for name in BROWSERS if (found := shutil.which(name))), None)
 needs_node = pytest.mark.skipif(NODE is None, reason="node is not installed: the script of pages is not run")
-needs_browser = pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed: pages are not shown in a browser")
 VOID = {"meta", "br", "img", "hr", "input", "link"}
 HOSTILE = "</script><img src=x onerror=alert(1)>&\"'`{{7*7}}"
 """A name that would end a script, open a tag, leave an attribute, and be a template."""
@@ -331,6 +328,15 @@ def test_ticks_are_round() -> None:
     assert find_ticks(-0.013, 0.021) == pytest.approx([-0.01, 0, 0.01, 0.02])
 
 
+def test_numbers_stand_to_the_right_with_a_true_minus() -> None:
+    """A column of words, also of words that hold numbers, stands to the left; nothing has no sign."""
+    rows = [["z [µm]", "-14.62", "housing (−11 at 134 min)", "–"], ["y [µm]", "-0.00", "-", "3 of 4"]]
+    page = fill_page(Page("signs", [], [Table(["axis", "max", "from", "seen"], rows)]))
+    cells = [(text_of(n), n["attributes"].get("class", "")) for n in nodes(tree_of(page), "td")]
+    assert cells[:4] == [("z [µm]", ""), ("−14.62", "number"), ("housing (−11 at 134 min)", ""), ("–", "number")]
+    assert cells[5] == ("0.00", "number") and cells[7] == ("3 of 4", "number")
+
+
 def test_an_empty_page_has_no_script() -> None:
     page = fill_page(Page("nothing", ["No chart."]))
     assert "<script" not in page.partition("<body>")[2] and "No chart." in page
@@ -353,71 +359,3 @@ def test_a_page_is_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     assert main_quietly("calibrate", blocks, record, "-o", str(tmp_path / "fit"), "--no-plots", "--page") == 0
     made = {p.name for p in (tmp_path / "fit").iterdir()}
     assert made == {"machine.calibrated.yaml", "calibration.json", "report.html"}
-
-
-# -- in a browser ---------------------------------------------------------------------------------------------------
-def browse(page: Path, *options: str) -> subprocess.CompletedProcess[str]:
-    assert BROWSER is not None
-    common = ["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--virtual-time-budget=2000"]
-    profile = f"--user-data-dir={page.parent / 'profile'}"
-    words = [BROWSER, *common, profile, *options, page.as_uri()]
-    return subprocess.run(words, capture_output=True, text=True, timeout=120, check=False)
-
-
-@needs_browser
-@pytest.mark.parametrize("name", EACH)
-def test_chromium_shows_it_without_a_complaint(pages: dict[str, str], name: str, tmp_path: Path) -> None:
-    """Narrow and wide: the charts are drawn by the script, nothing is logged, nothing refused by the policy."""
-    page = tmp_path / "report.html"
-    page.write_text(pages[name], encoding="utf-8")
-    for size in ("360,800", "1280,900"):
-        done = browse(page, f"--window-size={size}", "--dump-dom")
-        assert "zoom in" in done.stdout and 'type="checkbox"' in done.stdout
-        assert "CONSOLE" not in done.stderr and "Content Security Policy" not in done.stderr
-    done = browse(page, f"--print-to-pdf={tmp_path / 'page.pdf'}")
-    assert (tmp_path / "page.pdf").read_bytes().startswith(b"%PDF"), done.stderr
-
-
-@needs_browser
-def test_chromium_takes_hostile_names_for_text(tmp_path: Path) -> None:
-    for name, content in hostile_pages().items():
-        page = tmp_path / f"{name}.html"
-        page.write_text(content, encoding="utf-8")
-        done = browse(page, "--dump-dom")
-        assert "<img" not in done.stdout and "CONSOLE" not in done.stderr and "zoom in" in done.stdout
-
-
-KEYS = """
-var svg = document.querySelector(".drawing");
-svg.focus();
-["Home", "ArrowRight", "+"].forEach(function (key) {
-  document.activeElement.dispatchEvent(new KeyboardEvent("keydown", { key: key, bubbles: true }));
-});
-var box = document.querySelector(".key input");
-box.click();
-"""
-
-
-def with_script(page: str, code: str, allowed: bool) -> str:
-    """The page with another script at its end; allowed: its policy knows it."""
-    digest = base64.b64encode(hashlib.sha256(code.encode()).digest()).decode()
-    widened = page.replace("script-src ", f"script-src 'sha256-{digest}' ") if allowed else page
-    return widened.replace("</body>", f"<script>{code}</script></body>")
-
-
-@needs_browser
-def test_keys_and_switches_answer_in_chromium(tmp_path: Path) -> None:
-    page = tmp_path / "keys.html"
-    page.write_text(with_script(ramps(), KEYS, True), encoding="utf-8")
-    shown = tree_of(re.sub(r"<!--.*?-->", "", browse(page, "--dump-dom").stdout, flags=re.DOTALL))
-    readout = next(n for n in nodes(shown, "p") if "readout" in n["attributes"].get("class", ""))
-    assert "dz" in text_of(readout) and "T " not in text_of(readout), "the first channel is off, the cursor stands"
-    drawing = next(n for n in nodes(shown, "svg") if n["attributes"].get("class") == "drawing")
-    assert len(nodes(drawing, "path")) == 1
-
-
-@needs_browser
-def test_a_script_that_is_not_its_own_does_not_run(tmp_path: Path) -> None:
-    page = tmp_path / "other.html"
-    page.write_text(with_script(ramps(), "document.title = 'taken over'", False), encoding="utf-8")
-    assert "<title>taken over" not in browse(page, "--dump-dom").stdout

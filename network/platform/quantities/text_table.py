@@ -10,7 +10,7 @@ MOST_ROWS = 40
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[str] = ()) -> list[str]:
     """Lines of a table, indented by two; the columns named in `numbers` stand to the right. Long tables are cut."""
-    shown = [header, *([_write_minus(c) if n in numbers else c for n, c in zip(header, row, strict=True)]
+    shown = [header, *([write_sign(c) if n in numbers else c for n, c in zip(header, row, strict=True)]
                        for row in rows[:MOST_ROWS])]  # fmt: skip
     widths = [max(len(row[k]) for row in shown) for k in range(len(header))]
     lines = []
@@ -24,7 +24,7 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequenc
     return [*lines, f"  … and {more} more"] if more > 0 else lines
 
 
-def _write_minus(cell: str) -> str:
+def write_sign(cell: str) -> str:
     """A cell with a true minus, and none before nothing."""
     if not cell.startswith("-"):
         return cell

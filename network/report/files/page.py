@@ -84,7 +84,8 @@ def embed(picture: Shown) -> Markup:
     data = base64.b64encode(picture.png).decode("ascii")
     image = Markup('<img src="data:image/png;base64,{}" alt="{}">').format(data, picture.caption)
     tall = Markup(' class="tall"') if is_tall(picture.png) else ""
-    return Markup("<figure{}>{}<figcaption>{}</figcaption></figure>\n").format(tall, image, picture.caption)
+    shape = Markup('<figure{}><div class="scroll">{}</div><figcaption>{}</figcaption></figure>\n')
+    return shape.format(tall, image, picture.caption)
 
 
 def is_tall(png: bytes) -> bool:

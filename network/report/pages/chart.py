@@ -25,7 +25,10 @@ DIGITS = 4
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """Values in their shown unit over t [s]; key: what it is switched on and off by; dash: as SVG writes it."""
+    """Values in their shown unit over t [s]; key: what it is switched on and off by; dash: as SVG writes it.
+
+    sampled: a step of time much longer than the others is a pause (of an input only the corners are given).
+    """
 
     key: str
     name: str
@@ -34,6 +37,7 @@ class Line:
     colour: str
     dash: str = ""
     width: float = 1.4
+    sampled: bool = True
 
 
 @dataclass(frozen=True)
@@ -79,7 +83,7 @@ class Chart:
 
 def list_points(line: Line, most: int = POINTS) -> tuple[Array, Array]:
     """A line thinned to what shows, NaN where it pauses."""
-    return thin(*with_gaps(line.t, line.values), most)
+    return thin(*(with_gaps(line.t, line.values) if line.sampled else (line.t, line.values)), most)
 
 
 def share_points(charts: Sequence[Chart]) -> tuple[int, int]:

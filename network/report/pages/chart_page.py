@@ -4,27 +4,44 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from importlib.resources import files
 from typing import TYPE_CHECKING
 
+from network.platform.quantities.text_table import write_sign
 from network.report.pages.chart import Chart, share_points, tell_chart
 
 if TYPE_CHECKING:
     from markupsafe import Markup
 
 TEMPLATE = "chart_page.html.j2"
+_NUMBER = re.compile(r"\s*([-−+±]?\.?\d|[-–—]?\s*$)")
+"""How a cell begins that is a number, or none."""
 PAGE = "report.html"
 """The file that `--page` writes."""
 
 
 @dataclass(frozen=True)
 class Table:
+    """Cells as text. A column of numbers stands to the right, signs are true minus."""
+
     header: Sequence[str]
     rows: Sequence[Sequence[str]]
     caption: str = ""
+
+    @property
+    def columns(self) -> list[str]:
+        """The style of each column: number, or nothing."""
+        cells = zip(*self.rows, strict=True) if self.rows else ([""] for _ in self.header)
+        return ["number" if all(map(_NUMBER.match, column)) else "" for column in cells]
+
+    @property
+    def lines(self) -> list[list[tuple[str, str]]]:
+        """Rows of cells, each with the style of its column."""
+        return [[*zip(map(write_sign, row), self.columns, strict=True)] for row in self.rows]
 
 
 @dataclass(frozen=True)

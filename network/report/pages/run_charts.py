@@ -61,7 +61,8 @@ def plot_inputs(signals: Sequence[Signal], t: Array, number: Iterator[int]) -> I
         by_unit.setdefault(signal.unit, []).append(signal)
     for shown, own in by_unit.items():
         outlines = [(signal.name, *outline(signal, t)) for signal in own]
-        lines = [Line(name, name, at, in_unit(v, unit(shown)), *look(next(number))) for name, at, v in outlines]
+        lines = [Line(name, name, at, in_unit(v, unit(shown)), *look(next(number)), sampled=False)
+                 for name, at, v in outlines]  # fmt: skip
         yield Plot(" and ".join(signal.name for signal in own), shown, lines, 80)
 
 

@@ -64,6 +64,13 @@
     parent.appendChild(made);
     return made;
   }
+  /* A label that has no room loses letters before its unit; whole, it is told under the pointer. */
+  function shorten(label, room) {
+    if (!label.getComputedTextLength || label.getComputedTextLength() <= room) return;
+    var whole = label.textContent, unit = (/ \[[^\]]*\]$/.exec(whole) || [""])[0], left = whole.length - unit.length;
+    do label.textContent = whole.slice(0, --left) + "\u2026" + unit; while (left > 1 && label.getComputedTextLength() > room);
+    element("title", {}, label, whole);
+  }
   function Run(figure) {
     this.data = JSON.parse(figure.querySelector(".chart-data").textContent);
     this.svg = figure.querySelector(".drawing");
@@ -141,7 +148,7 @@
   Run.prototype.drawPlot = function (plot, lines, top) {
     var run = this, ends = rangeOf(lines, this.view[0], this.view[1]);
     function y(v) { return top + plot.height * (ends[1] - v) / (ends[1] - ends[0]); }
-    element("text", { "class": "label", x: LEFT, y: top - 6 }, this.svg, plot.label);
+    shorten(element("text", { "class": "label", x: LEFT, y: top - 6 }, this.svg, plot.label), run.width - LEFT - RIGHT);
     ticks(ends[0], ends[1], 5).forEach(function (tick) {
       element("line", { "class": "grid", x1: LEFT, x2: run.width - RIGHT, y1: y(tick), y2: y(tick) }, run.svg);
       element("text", { "class": "tick", x: LEFT - 6, y: y(tick) + 4, "text-anchor": "end" }, run.svg, write(tick, 6));
