@@ -133,6 +133,7 @@ class Browser:
 
     def paper(self, where: Path) -> Path:
         """The page as it is printed on A4."""
+        self.ask("Emulation.setEmulatedMedia", media="")
         size = {"paperWidth": 8.27, "paperHeight": 11.69, "preferCSSPageSize": True, "printBackground": False}
         where.write_bytes(base64.b64decode(self.ask("Page.printToPDF", **size)["data"]))
         return where

@@ -29,6 +29,8 @@ WIDTHS = (320, 390, 768, 1280)
 """A small and a usual phone, a tablet upright, a desk [px]."""
 A4 = 680
 """Width of A4 less margins of 15 mm, at 96 px an inch."""
+SHEET = 940
+"""Height of a letter sheet less the same margins, the lower of the two usual ones [px]."""
 
 BESIDE = """(() => {
   const wide = document.documentElement.clientWidth, out = [];
@@ -233,10 +235,29 @@ def test_it_fits_on_paper(browser: Browser, files: dict[str, Path], name: str, t
     assert browser.tell("[...document.querySelectorAll('.run')].every(e => e.offsetHeight > 0)")
     controls = "[...document.querySelectorAll('button, select, input')].filter(e => e.offsetHeight).length"
     assert browser.tell(controls) == 0
+    tallest = browser.tell("Math.max(...[...document.querySelectorAll('.run')].map(e => e.offsetHeight))")
+    assert tallest <= SHEET, "a run on one sheet"
     lines = browser.tell("[...document.querySelectorAll('.run .line')].map(e => e.getBoundingClientRect().width)")
     assert lines and all(width > 1 for width in lines), "also runs that are not shown on the screen"
-    paper = browser.paper(tmp_path / "page.pdf").read_bytes()
-    assert paper.startswith(b"%PDF") and re.search(rb"/Type\s*/Page\b", paper)
+    assert count_sheets(browser.paper(tmp_path / "page.pdf")) >= 1
+
+
+def count_sheets(paper: Path) -> int:
+    return len(re.findall(rb"/Type\s*/Page\b", paper.read_bytes()))
+
+
+@pytest.mark.parametrize("name", ["calibrate", "iso230"])
+def test_a_phone_prints_what_a_desk_prints(
+    browser: Browser, files: dict[str, Path], name: str, tmp_path: Path
+) -> None:
+    """Charts are drawn anew for paper, and for the screen again: letters are as large, and sheets as many."""
+    sheets = []
+    for width in (360, 1280):
+        browser.show(files[name], width)
+        sheets.append(count_sheets(browser.paper(tmp_path / f"{width}.pdf")))
+        wide = browser.tell("document.querySelector('.run:not([hidden]) .drawing').viewBox.baseVal.width")
+        assert wide == pytest.approx(browser.tell("document.querySelector('.charts').clientWidth"), abs=1)
+    assert sheets[0] == sheets[1]
 
 
 # -- what may run ---------------------------------------------------------------------------------------------------

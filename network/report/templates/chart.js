@@ -2,7 +2,7 @@
    text only. Without this script the page shows every run, drawn. */
 (function () {
   "use strict";
-  var LEFT = 66, RIGHT = 12, TOP = 20, GAP = 12, FOOT = 34, LEAST = 300;
+  var LEFT = 66, RIGHT = 12, TOP = 20, GAP = 12, FOOT = 34, LEAST = 300, PAPER = 760;
   var STEPS = { h: [0.25, 0.5, 1, 2, 3, 6, 12, 24, 48, 72, 120, 240], min: [1, 2, 5, 10, 15, 20, 30, 60] };
 
   /* -- numbers: no document needed ------------------------------------------------------------------------------ */
@@ -100,7 +100,11 @@
     this.svg.addEventListener("pointerup", function (event) { run.release(event); });
     this.svg.addEventListener("pointerleave", function () { run.begin = null; run.show(null, false); });
     this.svg.addEventListener("dblclick", function () { run.view = run.whole.slice(); run.draw(); });
-    if (window.addEventListener) window.addEventListener("resize", function () { run.draw(); });
+    if (window.addEventListener) {
+      window.addEventListener("resize", function () { run.draw(); });
+      window.addEventListener("beforeprint", function () { run.draw(PAPER); });
+      window.addEventListener("afterprint", function () { run.draw(); });
+    }
   };
   function figureBar(figure) {
     var bar = html("div", "bar", figure);
@@ -126,8 +130,8 @@
     var off = this.off;
     return plot.lines.filter(function (line) { return !off[line.key]; });
   };
-  Run.prototype.draw = function () {
-    var run = this, wide = this.svg.clientWidth || 960, top = 0;
+  Run.prototype.draw = function (asked) {
+    var run = this, wide = asked || this.svg.clientWidth || 960, top = 0;
     this.width = Math.max(wide, LEAST);
     while (this.svg.firstChild) this.svg.removeChild(this.svg.firstChild);
     this.data.plots.forEach(function (plot) {
