@@ -41,6 +41,8 @@ def test_an_exponential_is_stable_when_its_closed_form_says(minutes: float) -> N
     found = find_stability(t, course, 0.0, float(t[-1]))
     assert found is not None and expected <= found / 60 < expected + 1
     assert find_range(t, course, 0, HOUR) == pytest.approx(1 - np.exp(-60 / minutes))
+    tenth = find_stability(t, course, 0.0, float(t[-1]), 0.1)
+    assert tenth is not None and 60 + minutes * np.log(10) <= tenth / 60 < 61 + minutes * np.log(10)
     assert find_stability(t, t, 0.0, float(t[-1])) is None
     assert find_stability(t, course, 0.0, 1.9 * HOUR) is None
 
@@ -121,6 +123,44 @@ def test_a_recording_tells_what_was_measured_and_beside_it_the_machine(tmp_path:
         measured, simulated = told["axes"][axis], told["simulated"][axis]
         for key in ("drift", "first_60_min", "last_60_min"):
             assert measured[key]["value"] == pytest.approx(simulated[key]["value"], abs=1.0)
+
+
+def test_the_share_that_counts_as_stable_is_a_setting_with_its_origin(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A lower share is reached later, by τ ln(15/10) where one time constant is left; the page says whose it is."""
+    told = {}
+    for words in ([], ["--stable", "10 %"]):
+        assert status("iso230", GANTRY, "spindle_constant", *words, "-o", str(tmp_path / "out"), "--json") == 0
+        told[len(words)] = json.loads(capsys.readouterr().out)
+        page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+        assert ("10 % of the largest" in page and "as asked for" in page) is bool(words)
+        assert ("15 % of the largest" in page and "unverified" in page) is not bool(words)
+    assert told[0]["stable"]["share"] == 0.15 and "unverified" in told[0]["stable"]["origin"]
+    assert told[2]["stable"] == {"share": 0.1, "origin": "as asked for"}
+    assert told[2]["axes"]["z"]["stable_after_min"] > told[0]["axes"]["z"]["stable_after_min"] + 10
+
+
+@pytest.mark.parametrize(("option", "said"), [
+    (("--stable", "150 %"), "--stable: '150 %' is no share of a drift; a share above 0 and below 100 %"),
+    (("--stable", "5 K"), "--stable: '5 K' has a unit; a share above 0"),
+    (("--tool-length", "5 K"), "--tool-length: '5 K' is in K; a unit like mm is needed"),
+])  # fmt: skip
+def test_an_option_that_cannot_be_is_refused_once(
+    option: tuple[str, str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert status("iso230", GANTRY, "spindle_constant", *option) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_the_drifts_of_linear_axes_are_combined() -> None:
+    """√(x² + y² + z²), without the rotations; nothing to combine where one axis moves alone."""
+    lathe = evaluate_on("belt_lathe", "spindle_constant")
+    linear = [drift.drift for axis, drift in lathe.axes.items() if axis in "xyz"]
+    assert len(linear) > 1 and len(lathe.axes) > len(linear)
+    assert lathe.combined == pytest.approx(np.linalg.norm(linear))
+    assert lathe.summary()["combined"]["value"] == pytest.approx(1e6 * np.linalg.norm(linear))
+    assert evaluate_on("ball_screw_axis", "linear_axis").combined is None
 
 
 def test_the_command_leaves_a_page_with_everything_in_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

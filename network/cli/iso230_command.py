@@ -30,13 +30,14 @@ PROGRAMS = ("etve", "spindle_constant", "spindle_spectrum", "linear_axis", "rota
 @click.argument("program", type=click.Path())
 @click.option("--top", "tops", multiple=True, metavar="INPUT=VALUE", help="scale an input of PROGRAM, 'speed=9000 rpm'")
 @click.option("--tool-length", metavar="LENGTH", help="also the drift at a tool that is longer by this, like '150 mm'")
+@click.option("--stable", metavar="SHARE", help="an hour that moves less than this share of the first is stable; 15 %")
 @click.option("-o", "--output", type=click.Path(), metavar="DIR", help="report.html, iso230.json and a picture")
 @page_flag
 @start_option
 @json_flag
 def iso230(
     machine: str, program: str, tops: Sequence[str], tool_length: str | None, output: str | None, page: bool,
-    start: str | None, level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
+    start: str | None, stable: str | None, level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
 ) -> None:  # fmt: skip
     """A thermal test of ISO 230-3 on a MACHINE: simulated along PROGRAM (a scenario, or one of the programs shipped:
     etve, spindle_constant, spindle_spectrum, linear_axis, rotary_axis), or from a recording."""
@@ -48,9 +49,11 @@ def iso230(
         from network.recordings.load_source import load_source
         from network.recordings.scaled_inputs import scale_inputs
 
-        length = _read_length(tool_length)
+        length, share = _read_length(tool_length), _read_share(stable)
         source = scale_inputs(load_source(_find_program(program)), tops)
-        test = evaluate_thermal_test(loaded, source, tool_length=length, start=read_start(start))
+        test = evaluate_thermal_test(
+            loaded, source, tool_length=length, start=read_start(start), stable_share=share
+        )
         written = []
         if output is not None:
             bar.now("drawing the test", 1.0)
@@ -75,6 +78,23 @@ def _find_program(program: str) -> Path:
     return Path(program)
 
 
+def _read_share(text: str | None) -> float:
+    from network.analysis.acceptance.drift_measures import SETTLED
+    from network.platform.quantities.units import BadNumber, in_unit
+    from network.platform.refusal import Spot, refuse
+
+    if text is None:
+        return SETTLED
+    right = "a share above 0 and below 100 %, like '15 %' or '10 %'"
+    try:
+        share = in_unit(text, "1")
+    except BadNumber as bad:
+        raise refuse(Spot("--stable"), bad.wrong, right) from None
+    if not 0 < share < 1:
+        raise refuse(Spot("--stable"), f"'{text}' is no share of a drift", right)
+    return share
+
+
 def _read_length(text: str | None) -> float | None:
     from network.platform.quantities.units import BadNumber, in_unit
     from network.platform.refusal import Spot, refuse
@@ -84,4 +104,4 @@ def _read_length(text: str | None) -> float | None:
     try:
         return in_unit(text, "mm")
     except BadNumber as bad:
-        raise refuse(Spot("--tool-length"), f"'{text}' {bad.wrong}", bad.right) from None
+        raise refuse(Spot("--tool-length"), bad.wrong, bad.right) from None

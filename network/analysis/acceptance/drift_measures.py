@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
@@ -10,8 +12,9 @@ HOUR = 3600.0
 GRID = 60.0
 """s: spacing on which a drift is looked at for stability."""
 SETTLED = 0.15
-"""Share of the largest distortion of the first 60 min below which the change of the last 60 min counts as stable: the
-criterion of ISO 230-3:2007, 6.2 (unverified)."""
+"""Share of the largest distortion of the first 60 min below which the change of the last 60 min counts as stable."""
+ORIGIN = "told of ISO 230-3:2007, 6.2; unverified, for the text of the standard was not at hand"
+"""Of SETTLED: neither edition's text is freely to be had, and what is says nothing of it."""
 READING = 300.0
 """s: measured values are lines through so long, so that the noise of single samples does not count as drift."""
 
@@ -22,8 +25,14 @@ def find_range(t: Array, values: Array, begin: float, end: float) -> float:
     return float(np.ptp(inside)) if len(inside) else float("nan")
 
 
-def find_stability(t: Array, values: Array, begin: float, end: float) -> float | None:
-    """How long after `begin` [s] the change over the last 60 min stays below SETTLED of the largest distortion of the
+def combine(drifts: Sequence[float]) -> float | None:
+    """√(Σ drift²) of several axes, as makers of measuring sets tell it (Lion Precision, SpindleCheck manual
+    M017-7500, thermal stability); None with fewer than two."""
+    return float(np.sqrt(np.sum(np.square(drifts)))) if len(drifts) > 1 else None
+
+
+def find_stability(t: Array, values: Array, begin: float, end: float, share: float = SETTLED) -> float | None:
+    """How long after `begin` [s] the change over the last 60 min stays below `share` of the largest distortion of the
     first 60 min, until `end`; None where it never does, and where there is less than two hours to tell it from."""
     finite = np.isfinite(values)
     if end - begin < 2 * HOUR or finite.sum() < 2:
@@ -32,7 +41,7 @@ def find_stability(t: Array, values: Array, begin: float, end: float) -> float |
     course = np.interp(grid, t[finite], values[finite])
     lag = round(HOUR / GRID)
     windows = np.lib.stride_tricks.sliding_window_view(course, lag + 1)
-    limit = SETTLED * float(np.abs(course[: lag + 1] - course[0]).max())
+    limit = share * float(np.abs(course[: lag + 1] - course[0]).max())
     restless = np.flatnonzero(np.ptp(windows, axis=1) >= limit)
     first = int(restless[-1]) + 1 if len(restless) else 0
     return float((first + lag) * GRID) if first < len(windows) else None

@@ -3,69 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from network.analysis.acceptance.drift_measures import HOUR, find_range, find_stability, smooth_readings
+from network.analysis.acceptance.axis_drift import Asked, AxisDrift, evaluate_axes
+from network.analysis.acceptance.drift_measures import HOUR, ORIGIN, SETTLED, combine, smooth_readings
 from network.analysis.acceptance.motion import Motion, find_motion, rest
 from network.catalogue.declaration.declare import Array
+from network.catalogue.expansions.base import ANGULAR_AXES
 from network.engine.simulation import check_known, schedule_for, simulate
-from network.engine.trajectory import Trajectory, axis_unit
+from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
-from network.platform.printing import Brief, Result
-from network.platform.quantities.units import unit
+from network.platform.printing import Result
 from network.platform.refusal import Failed, Refused, Spot, refuse
 from network.recordings.counted_readings import drop_uncounted
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
-
-TILTS = {"x": ("b", -1.0), "y": ("a", 1.0)}
-"""The rotation that carries the end of a tool along an axis, and which way: with a tool to −z, x = −b L and y = a L."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class AxisDrift(Brief):
-    """What one axis drifted since the start, over t [s] [m, rad]; all figures are ranges (largest less smallest).
-
-    drift: over the whole test; first, last: in the first and the last 60 min of motion; stable_after: [s] of motion,
-    None where it is never stable; after_stop: once all rests, NaN without such a time; tilt: of the rotation that
-    belongs to it [rad], None without; offset: at the end of a longer tool [m], None where not asked for; targets: what
-    it drifted where a linear axis stood at either end of its travel [m]; the figures are those of the worse of them.
-    """
-
-    axis: str
-    t: Array
-    values: Array
-    drift: float
-    first: float
-    last: float
-    stable_after: float | None
-    after_stop: float
-    tilt: float | None = None
-    offset: float | None = None
-    targets: Mapping[float, AxisDrift] = field(default_factory=dict)
-
-    def summary(self, tool_length: float | None) -> dict[str, Any]:
-        """Of the JSON."""
-        shown = axis_unit(self.axis)
-
-        def amount(value: float | None, text: str = shown) -> dict[str, Any] | None:
-            return None if value is None or value != value else {"value": unit(text).from_si(value), "unit": text}
-
-        told: dict[str, Any] = {
-            "drift": amount(self.drift), "first_60_min": amount(self.first), "last_60_min": amount(self.last),
-            "stable_after_min": None if self.stable_after is None else self.stable_after / 60,
-            "after_stop": amount(self.after_stop), "tilt": amount(self.tilt, "urad"),
-        }  # fmt: skip
-        if self.offset is not None and tool_length is not None:
-            told["offset"] = {**(amount(self.offset) or {}), "tool_length": {"value": 1e3 * tool_length, "unit": "mm"}}
-        if self.targets:
-            told["targets"] = [{"at": {"value": 1e3 * at, "unit": "mm"}, **drift.summary(tool_length)}
-                               for at, drift in self.targets.items()]  # fmt: skip
-        return told
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -81,7 +37,18 @@ class ThermalTest(Result):
     simulated: Mapping[str, AxisDrift] | None
     run: Trajectory | None
     tool_length: float | None
+    stable_share: float
     notes: tuple[str, ...]
+
+    @property
+    def combined(self) -> float | None:
+        """√(X² + Y² + Z²) of the drifts along linear axes [m]; None with fewer than two of them."""
+        return combine([drift.drift for axis, drift in self.axes.items() if axis not in ANGULAR_AXES])
+
+    @property
+    def stable_origin(self) -> str:
+        """Where the share comes from below which an hour counts as stable."""
+        return ORIGIN if self.stable_share == SETTLED else "as asked for"
 
     def summary(self) -> dict[str, Any]:
         """What `--json` prints."""
@@ -89,7 +56,9 @@ class ThermalTest(Result):
             "test": self.motion.test, "title": f"ISO 230-3 {self.motion.title}", "machine": self.machine.name,
             "source": self.source.name, "from": "recording" if self.is_measured else "simulation",
             "motion_min": {"begin": self.motion.begin / 60, "end": self.motion.end / 60},
+            "stable": {"share": self.stable_share, "origin": self.stable_origin},
             "axes": {axis: drift.summary(self.tool_length) for axis, drift in self.axes.items()},
+            "combined": None if self.combined is None else {"value": 1e6 * self.combined, "unit": "um"},
             "notes": list(self.notes),
         }  # fmt: skip
         if self.simulated is not None:
@@ -98,10 +67,12 @@ class ThermalTest(Result):
 
 
 def evaluate_thermal_test(
-    machine: Machine, source: Scenario | Recording, *, tool_length: float | None = None, start: Start | None = None
-) -> ThermalTest:
+    machine: Machine, source: Scenario | Recording, *, tool_length: float | None = None, start: Start | None = None,
+    stable_share: float = SETTLED,
+) -> ThermalTest:  # fmt: skip
     """An ISO 230-3 test of a machine: a program is simulated; of a recording the measured axes are told, and beside
-    them what the machine file says. tool_length: beyond the tool centre point [m], along −z.
+    them what the machine file says. tool_length: beyond the tool centre point [m], along −z. stable_share: of the
+    largest distortion of the first 60 min, below which the range of the last 60 min counts as stable.
 
     Of a recording that is parted the longest piece counts. Raises Refused for a machine that moves no tool centre
     point, a program that moves nothing of it, a recording without a measured axis, a tool length without a or b.
@@ -115,14 +86,16 @@ def evaluate_thermal_test(
     run, doubt = _simulate(machine, source, start)
     told = {axis: (run.t, values) for axis, values in run.tcp.items()} if run is not None else {}
     position = run.inputs.get(motion.position) if run is not None else None
-    evaluated = _evaluate(told, motion, tool_length, position)
+    asked = Asked(tool_length, stable_share)
+    evaluated = evaluate_axes(told, motion, asked, position)
     if isinstance(source, Scenario):
         notes = tuple(_notes(motion, run, doubt))
-        return ThermalTest(machine, source, motion, evaluated, False, None, run, tool_length, notes)
+        return ThermalTest(machine, source, motion, evaluated, False, None, run, tool_length, stable_share, notes)
     measured = dict(_measured(machine, source))
-    axes = _evaluate(measured, motion, tool_length, None)
+    axes = evaluate_axes(measured, motion, asked, None)
     beside = {axis: drift for axis, drift in evaluated.items() if axis in axes} or None
-    return ThermalTest(machine, source, motion, axes, True, beside, run, tool_length, tuple(_notes(motion, run, doubt)))
+    notes = tuple(_notes(motion, run, doubt))
+    return ThermalTest(machine, source, motion, axes, True, beside, run, tool_length, stable_share, notes)
 
 
 def _check(machine: Machine, source: Scenario | Recording, tool_length: float | None) -> None:
@@ -162,40 +135,6 @@ def _measured(machine: Machine, recording: Recording) -> Iterator[tuple[str, tup
             t, values = smooth_readings(counted.t, counted.columns[name].values)
             if len(t):
                 yield sensor.axis, (t, values)
-
-
-def _evaluate(
-    courses: Mapping[str, tuple[Array, Array]], motion: Motion, tool_length: float | None, position: Array | None
-) -> dict[str, AxisDrift]:
-    """The figures of every axis; where a linear axis moves, at both ends of its travel."""
-    if position is None:
-        return {axis: _drift(axis, courses, motion, tool_length) for axis in courses}
-    ends = {}
-    for end in sorted({float(position.min()), float(position.max())}):
-        stands = np.isclose(position, end, rtol=0, atol=1e-9)
-        there = {axis: (t[stands], values[stands]) for axis, (t, values) in courses.items()}
-        ends[end] = {axis: _drift(axis, there, motion, tool_length) for axis in there}
-    worst = {axis: max((at[axis] for at in ends.values()), key=lambda d: d.drift) for axis in courses}
-    return {axis: replace(d, targets={end: at[axis] for end, at in ends.items()}) for axis, d in worst.items()}
-
-
-def _drift(
-    axis: str, courses: Mapping[str, tuple[Array, Array]], motion: Motion, tool_length: float | None
-) -> AxisDrift:
-    t, values = courses[axis]
-    begin, end, whole = motion.begin, motion.end, float(t[-1])
-    rotation, way = TILTS.get(axis, ("", 0.0))
-    turned = courses.get(rotation)
-    tilt = find_range(*turned, float(t[0]), whole) if turned is not None else None
-    offset = None
-    if turned is not None and tool_length is not None:
-        offset = find_range(t, values + way * tool_length * np.interp(t, *turned), float(t[0]), whole)
-    return AxisDrift(
-        axis, t, values - values[0], find_range(t, values, float(t[0]), whole),
-        find_range(t, values, begin, min(begin + HOUR, end)), find_range(t, values, max(end - HOUR, begin), end),
-        None if motion.test == "etve" else find_stability(t, values, begin, end),
-        find_range(t, values, end, whole) if end < whole else float("nan"), tilt, offset,
-    )  # fmt: skip
 
 
 def _notes(motion: Motion, run: Trajectory | None, doubt: str) -> Iterator[str]:

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from network.analysis.acceptance.thermal_test import AxisDrift, ThermalTest
+    from network.analysis.acceptance.axis_drift import AxisDrift
+    from network.analysis.acceptance.thermal_test import ThermalTest
     from network.catalogue.declaration.declare import Array
 
 

@@ -13,7 +13,7 @@ from network.report.files.page import Shown, embed
 from network.report.files.result_files import as_json
 from network.report.pages.chart_page import Page, Table, fill_page
 from network.report.pages.drift_chart import chart_test
-from network.report.words.thermal_test_words import basis_of, drift_rows, name_test, tell_targets
+from network.report.words.thermal_test_words import basis_of, drift_rows, name_test, tell_combined, tell_targets
 
 if TYPE_CHECKING:
     from network.analysis.acceptance.thermal_test import ThermalTest
@@ -25,9 +25,9 @@ CAPTION = "Drift since the start, temperatures and motion; dashed lines part the
 CHART = "The same to look into; an axis or a channel is switched off and on by its name."
 MEANING = (
     "All figures are ranges, the largest less the smallest value. Drift: over the whole test. First and last 60 min: "
-    "of the motion. Stable: from when on the drift of the last 60 min stays below 15 % of the largest of the first "
-    "60 min. Tilt: of the rotation that carries the tool along the axis (b for x, a for y). Measured values are "
-    "straight lines through 5 min of readings."
+    "of the motion. Stable: from when on the drift of the last 60 min stays below {share} of the largest of the first "
+    "60 min ({origin}). Tilt: of the rotation that carries the tool along the axis (b for x, a for y). Measured "
+    "values are straight lines through 5 min of readings."
 )
 
 
@@ -42,8 +42,10 @@ def write_thermal_test(test: ThermalTest, where: Path) -> list[Path]:
 
 def page_of_test(test: ThermalTest, png: bytes) -> str:
     """The page, its picture inside."""
+    meaning = MEANING.format(share=f"{100 * test.stable_share:.4g} %", origin=test.stable_origin)
+    notes = [*tell_combined(test), *tell_targets(test), *test.notes]
     page = Page(
-        name_test(test), [basis_of(test)], [Table(*drift_rows(test))], [*tell_targets(test), *test.notes],
-        [chart_test(test)], CHART, MEANING, embed(Shown("iso230", "", CAPTION, png)),
+        name_test(test), [basis_of(test)], [Table(*drift_rows(test))], notes,
+        [chart_test(test)], CHART, meaning, embed(Shown("iso230", "", CAPTION, png)),
     )  # fmt: skip
     return fill_page(page)

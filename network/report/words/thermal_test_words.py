@@ -6,13 +6,15 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from network.catalogue.expansions.base import ANGULAR_AXES
 from network.engine.trajectory import axis_unit
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits, table
 from network.platform.quantities.units import unit
 
 if TYPE_CHECKING:
-    from network.analysis.acceptance.thermal_test import AxisDrift, ThermalTest
+    from network.analysis.acceptance.axis_drift import AxisDrift
+    from network.analysis.acceptance.thermal_test import ThermalTest
 
 ROUNDING = 1e-6
 """µm, µrad: less is nothing but rounding."""
@@ -23,7 +25,7 @@ def tell_thermal_test(test: ThermalTest) -> str:
     blocks = [[name_test(test), basis_of(test)]]
     header, rows = drift_rows(test)
     blocks.append(table(header, rows, header[1:]))
-    blocks.append([*tell_targets(test), *test.notes])
+    blocks.append([*tell_combined(test), *tell_targets(test), *test.notes])
     return "\n\n".join("\n".join(block) for block in blocks if block)
 
 
@@ -67,6 +69,13 @@ def _told(value: float | None, unit_text: str) -> str:
         return "–"
     shown = unit(unit_text).from_si(value)
     return digits(shown if abs(shown) > ROUNDING else 0.0, 3)
+
+
+def tell_combined(test: ThermalTest) -> Iterator[str]:
+    """The drifts of the linear axes in one figure."""
+    if test.combined is not None:
+        axes = " + ".join(f"{axis}²" for axis in test.axes if axis not in ANGULAR_AXES)
+        yield f"Combined drift √({axes}): {_told(test.combined, 'um')} {pretty('um')}."
 
 
 def tell_targets(test: ThermalTest) -> Iterator[str]:
