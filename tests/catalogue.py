@@ -203,6 +203,7 @@ def surroundings(seed: int) -> dict[str, Array]:
         "time": np.array(rng.uniform(0, 1e5)), "speed": np.array(rng.uniform(-1000, 1000)),
         "feed": np.array(rng.uniform(-0.5, 0.5)), "cutting_power": np.array(rng.uniform(0, 5000)),
         "position": np.array(rng.uniform(0, 0.5)), "ambient": np.array(rng.uniform(15, 30)),
+        "current": np.array(rng.uniform(0, 5)),
     }  # fmt: skip
 
 

@@ -12,9 +12,10 @@ from test_concealed_kinds import LADDERS, explain, own, proposed, said
 
 from network import simulate
 from network.analysis.diagnosis.hypothesis import Case
-from network.engine.assembly import CELLS
+from network.catalogue.mechanisms.advection import Advection
 from network.recordings.inputs import constant, hold
 
+CELLS = Advection.cells
 W, DELAY = 400.0, 120.0
 
 

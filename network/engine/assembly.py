@@ -21,9 +21,6 @@ from network.engine.network import Held, Network
 from network.machine.lumps import weights
 from network.machine.machine import Machine
 
-CELLS = 8
-"""Well-mixed cells on each leg of a stream with a transport delay."""
-
 Law = TypeVar("Law", bound=Mechanism)
 Into = TypeVar("Into", bound=Source)
 Entry = TypeVar("Entry", bound=Declared)
@@ -129,14 +126,15 @@ class _Builder:
     def _path(self, name: str, stream: Stream) -> Iterator[int]:
         """The lumps a fluid passes, with the cells that make its transport delay."""
         delay, capacity_flow = stream.transport()
-        cells = CELLS * (len(stream.through) - 1) if delay > 0 and capacity_flow > 0 else 0
+        each = int(stream.cells)
+        cells = each * (len(stream.through) - 1) if delay > 0 and capacity_flow > 0 else 0
         first = len(self.capacity)
         if cells:
             self.parts[f"{name} (fluid on the way)"] = slice(first, first + cells)
             self.capacity.extend([capacity_flow * delay / cells] * cells)
         for leg, place in enumerate(stream.through):
             if leg and cells:
-                yield from range(first + (leg - 1) * CELLS, first + leg * CELLS)
+                yield from range(first + (leg - 1) * each, first + leg * each)
             yield from (i for i, _ in self._places(place))
 
     def _states(self) -> Iterator[tuple[str, int]]:

@@ -278,8 +278,11 @@ class Source(Mechanism):
 
 class Stream(Flow):
     """A one-way flow of fluid through places in the order given: each receives from the one before (a), which does not
-    lose it."""
+    lose it.
 
+    cells: well-mixed cells on each leg of it where it has a transport delay."""
+
+    cells: int = 8
     through = places("the places the fluid passes, in that order", None)
 
     @property

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Iterable, Iterator
 from textwrap import fill
 from typing import Any
@@ -74,7 +75,7 @@ def _page(cls: type[Declared]) -> str:
         _list_rows("States of its own", list(_states(cls))),
         _choice(cls),
         "\n".join(_remarks(cls)),
-        f"Example\n  name: {example_line(cls)}" if cls.section != "suspects" else "",
+        f"Example\n{break_lines(f'  name: {example_line(cls)}')}" if cls.section != "suspects" else "",
     ]
     return "\n\n".join(part for part in parts if part)
 
@@ -151,3 +152,12 @@ def example(cls: type[Declared]) -> dict[str, Any]:
 def example_line(cls: type[Declared]) -> str:
     """That entry as it stands in a file."""
     return " ".join(dump({"name": example(cls)}).removeprefix("name: ").split())
+
+
+def break_lines(entry: str, most: int = 118) -> str:
+    """An entry on lines of its file, broken between its keys."""
+    lines = [""]
+    for key in re.split(r"(?<=,) ", entry):
+        joined = f"{lines[-1]} {key}" if lines[-1] else key
+        lines = [*lines[:-1], joined] if len(joined) <= most else [*lines, f"         {key}"]
+    return "\n".join(lines)
