@@ -123,7 +123,7 @@ def test_strength_zero_changes_nothing(cls: type[Effect], name: str) -> None:
 
 @each_kind
 def test_typical_strengths_are_believable(cls: type[Effect]) -> None:
-    """At 6000 rpm, 10 m/min, 2 kW, 3 A, 10 K beside each other: watts to kilowatts, tenths of a µm to tenths of a mm."""
+    """At 6000 rpm, 10 m/min, 2 kW, 3 A, 10 K beside each other: watts to kilowatts, tenths of a µm or of a mm."""
     noon = {"time": np.array(100.0 + 3 * 3600), "speed": np.array(628.0)}
     u = {**noon, "feed": np.array(1 / 6), "cutting_power": np.array(2000.0), "position": np.array(0.3)}
     u["current"] = np.array(3.0)

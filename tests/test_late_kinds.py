@@ -3,9 +3,12 @@ answers from outside, and concealed."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import build as small
 import numpy as np
 import pytest
+import yaml
 from fits import recorded, speeds, two_blocks
 from scipy.special import erfc
 from scipy.stats import gamma
@@ -21,6 +24,7 @@ from network.catalogue.sensors.sensor_resolution import SensorResolution
 from network.recordings.hygiene.judgement import judge
 from network.recordings.inputs import Start, constant, hold, linear
 
+ROOT = Path(__file__).parents[1]
 DAY = 86400.0
 AREA, CONDUCTIVITY, DIFFUSIVITY = 2.0, 1.4, 0.7e-6
 FLOOR = {"kind": "half_space", "into": {"body": 1}, "surface": "body", "area": "2 m^2",
@@ -170,7 +174,7 @@ def test_both_sides_bring_the_electric_power(current: float) -> None:
 
 
 def test_its_best_current_and_its_largest_difference() -> None:
-    """No load: it cools most at I = S T_c/R, and there lets the cold side come to ΔT = S² T_c²/(2 R K) below the hot."""
+    """No load: it cools most at I = S T_c/R, and there the cold side comes to S² T_c²/(2 R K) below the hot one."""
     S, R, K = 127 * 4e-4, 127 * 0.015, 0.5
     machine = small.machine(
         {"body": {"heat_capacity": "20 J/K"}, "sink": {"temperature": "30 degC"}},
@@ -234,10 +238,34 @@ def test_outliers_that_the_file_does_not_know_are_set_aside() -> None:
     """Of a run through the ordinary reading of files: what is set aside is what was hit, and nothing else."""
     plain, sensor = with_body("0.05 K"), "T_body"
     truth = with_body("0.05 K", {"kind": "sensor_outliers", "size": "8 K", "share": "0.5 %"})
-    recording = recorded(truth, speeds((0.0, 6000), (1.5, 0)), 1)
+    recording = recorded(truth, speeds((0.0, 6000)), 1)
     effect = truth.sensors[sensor].effects[0]
     assert isinstance(effect, SensorOutliers)
     hit = effect.is_hit(recording.t)
     clean = judge(plain, recording)
     gone = np.isnan(clean.columns[sensor].values) & ~np.isnan(recording.columns[sensor].values)
     assert hit.sum() >= 3 and (gone == hit).all()
+
+
+# -- as the README writes them --------------------------------------------------------------------------------------
+def test_the_snippets_of_the_readme_run() -> None:
+    """Ground, hose, module and sensor on one machine: heat closes, the camera is cooled, the pump's heat leaves."""
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    block = readme.partition("**Ground, hoses, Peltier modules**")[2].split("```")[1].removeprefix("yaml")
+    line = next(line for line in readme.splitlines() if "sensor_resolution" in line and line.startswith("T5:"))
+    given = {**yaml.safe_load(block), "sensors": yaml.safe_load(line)}
+    nodes = {
+        "tank": {"temperature": "16 degC"}, "air": {"temperature": "ambient"},
+        **{name: {"heat_capacity": f"{C} kJ/K"} for name, C in
+           (("jacket", 8), ("camera", 0.5), ("fins", 2), ("bed", 400))},
+    }  # fmt: skip
+    skins = {f"{part} skin": {"kind": "convection", "between": [part, "air"], "conductance": "5 W/K"}
+             for part in ("jacket", "fins", "bed")}  # fmt: skip
+    machine = small.machine(nodes, **{**given, "links": {**given["links"], **skins}})
+    t = np.arange(0.0, 4 * 3600 + 1, 30.0)
+    on = constant("current", "A", 2.0)
+    run = simulate(machine, small.schedule(t, on, constant("ambient", "degC", 22.0)))
+    assert abs(run.energy.closure) < 1e-9
+    parts = {name: float(T[-1]) for name, T in run.parts.items() if name in nodes}
+    assert parts["camera"] < 5 < parts["jacket"] < 22 < parts["fins"]
+    assert len(set(np.round(4 * (run.sensors["T5"] % 8) % 1, 9))) == 1, "quarters of a kelvin"
