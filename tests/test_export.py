@@ -7,6 +7,7 @@ import json
 import shutil
 import subprocess
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from network import Machine, Refused, Scenario, simulate
 from network.analysis.correction.correction import Correction, make_correction, sample_inputs
 from network.catalogue.declaration.declare import Array
 from network.cli import main
+from network.recordings.load_source import load_recording
 from network.report.files.c_compiler import FLAGS
 from network.report.files.correction_c import write_c
 from network.report.files.step_timing import time_step
@@ -55,6 +57,7 @@ MADE: dict[str, Callable[[], Correction]] = {
         shipped("flagship_gantry", level="fine"), [scenario("day_of_work")], channels=["speed", "T_head"]
     ),
     "bare": lambda: make_correction(bare(), []),
+    "a fan that the speed drives": lambda: make_correction(machine(**FAN), [scenario("day_of_work")]),
     "spins": lambda: make_correction(shipped("gantry_spindle", sets=[
         "tcp.z.spins={kind: centrifugal_growth, displacement: 9 um, reference_speed: 8000 rpm, direction: -1}"]), []),
 }  # fmt: skip
@@ -150,6 +153,79 @@ def test_sensors_mend_what_the_model_has_wrong() -> None:
     true = np.interp(t, run.t, run.tcp["z"]) * 1e6
     alone, mended = (f.run(inputs, r)[0][:, f.axes.index("z")] - true for r in (np.full_like(read, np.nan), read))
     assert np.sqrt(np.mean(mended**2)) < 0.5 * np.sqrt(np.mean(alone**2))
+
+
+FAN = {
+    "nodes": {"motor": {"heat_capacity": "4 kJ/K"}, "body": {"heat_capacity": "15 kJ/K"},
+              "room": {"temperature": "ambient"}},
+    "links": {
+        "flange": {"kind": "conduction", "between": ["motor", "body"], "conductance": "12 W/K"},
+        "skin": {"kind": "convection", "between": ["body", "room"], "conductance": "5 W/K"},
+        "fins": {"kind": "forced_convection", "between": ["motor", "room"], "conductance": "3 W/K", "gain": 6,
+                 "exponent": 0.8, "reference_speed": "8000 rpm"},
+    },
+    "sources": {"loss": {"kind": "motor_loss", "into": {"motor": 1}, "copper": "60 W", "iron": "200 W",
+                         "reference_speed": "8000 rpm"}},
+    "tcp": {"z": {"grows": {"kind": "stretching", "of": "body", "length": "1 m", "expansion": "1e-5 1/K",
+                            "direction": 1}}},
+    "sensors": {"T": {"measures": "motor", "noise": "0.05 K"}, "dz": {"measures": "tcp.z", "noise": "0.25 um"}},
+}  # fmt: skip
+
+
+def fan(**more: Any) -> Correction:
+    return make_correction(machine(**FAN), [scenario("day_of_work")], **more)
+
+
+def test_a_conductance_that_an_input_drives_is_stepped_with_it() -> None:
+    """All states lose what the step does, a tenth of it with a tenth of the step; the mean conductance loses more
+    than twenty times as much."""
+    losses = {step: fan(states=2, step=step).losses[0].by_axis["z"] for step in (20.0, 2.0)}
+    assert losses[20.0] < 1e-6 and losses[2.0] == pytest.approx(losses[20.0] / 10, rel=0.3)
+    made = fan(states=2)
+    held = replace(made.filter, film_heat=0 * made.filter.film_heat)
+    t, inputs = sample_inputs(made.filter, simulate(machine(**FAN), scenario("day_of_work")).schedule)
+    read = np.full((len(t), 1), np.nan)
+    apart = np.abs(held.run(inputs, read)[0] - made.filter.run(inputs, read)[0]).max()
+    assert apart > 20 * 1e6 * made.losses[0].by_axis["z"]
+
+
+def test_an_equilibrium_with_every_speed_is_that_of_the_full_model() -> None:
+    """Held so long that nothing moves any more, the fan at its conductance and not at the mean one; a table is straight
+    between its rows to 1e-4."""
+    made = fan(states=2)
+    for rpm in (0.0, 3000.0, 8000.0):
+        long = Scenario.of("long", "100 h", {"speed": f"{rpm} rpm", "ambient": "25 degC"}, output="1 h")
+        expected = simulate(machine(**FAN), long).tcp["z"][-1] * 1e6
+        inputs = {"speed": np.full(36_000, rpm), "ambient": np.full(36_000, 25.0)}
+        told, _ = made.filter.run(inputs, np.full((36_000, 1), np.nan), np.zeros(made.filter.states))
+        assert told[-1, 0] == pytest.approx(expected, rel=1e-4)
+
+
+def test_a_step_too_long_for_a_fan_is_refused() -> None:
+    """At rest nearly all the time, 20 W/K leave 4 kJ/K; 170 W/K more at full speed overshoot without end where they are
+    held for an hour, and not where they are for 10 s."""
+    strong = machine(**{**FAN, "links": {**FAN["links"], "fins": {**FAN["links"]["fins"], "gain": 60}}})
+    rests = Scenario.of("rests", "10 h", {"speed": [{"for": "9.8 h", "at": "0 rpm"}, {"at": "8000 rpm"}],
+                                          "ambient": "20 degC"})  # fmt: skip
+    assert make_correction(strong, [rests], states=2).filter.growth < 1
+    with pytest.raises(Refused, match=r"--step: 3600 s is too long for conductances that inputs drive.*--step '720 s'"):
+        make_correction(strong, [rests], states=2, step=3600.0)
+
+
+RUNS = sorted((ROOT.parent / "shared" / "recordings" / "cnc-lathe").glob("run_*.csv"))
+
+
+@pytest.mark.skipif(not RUNS, reason="the recordings in ../shared/recordings are not here")
+def test_the_turning_centre_loses_less_than_half_a_micrometre(tmp_path: Path) -> None:
+    """On days with 1000 and 2000 rpm, whose air the chuck stirs."""
+    mapping = (ROOT / "tests" / "recordings" / "cnc_lathe.yaml").read_text(encoding="utf-8")
+    line = next(line for line in mapping.splitlines() if line.startswith("file:"))
+    days = []
+    for run in (RUNS[0], RUNS[len(RUNS) // 2]):
+        (tmp_path / f"{run.stem}.yaml").write_text(mapping.replace(line, f"file: {run}"), encoding="utf-8")
+        days.append(load_recording(tmp_path / f"{run.stem}.yaml"))
+    made = make_correction(shipped("cnc_lathe"), days)
+    assert all(lost < 0.5e-6 for loss in made.losses for lost in loss.by_axis.values())
 
 
 @pytest.mark.parametrize(

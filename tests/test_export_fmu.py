@@ -52,7 +52,8 @@ def step_by_step(of: Correction, inputs: dict[str, Array], read: Array) -> dict[
     z, told = f.start(rows[0], read[0]), []
     for row, readings in zip(rows[:-1], read[:-1], strict=True):
         z = f.advance(z, row, readings)[0]
-        at_sensors = f.S @ z + f.driven(row)[f.states + len(f.axes) :] + f.reference
+        first = f.states + len(f.axes)
+        at_sensors = f.S @ z + f.driven(row)[first : first + len(f.sensors)] + f.reference
         told.append([*f.tell(z, row), *at_sensors])
     return dict(zip([*(f"tcp.{axis}" for axis in f.axes), *f.sensors], np.array(told).T, strict=True))
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.linalg import expm
+from scipy.linalg import block_diag, expm
 
 from network.analysis.correction.filter_model import FilterModel
 from network.analysis.correction.input_table import InputTable, tabulate
@@ -20,12 +20,15 @@ from network.engine.trajectory import Trajectory, axis_unit
 from network.machine.machine import Machine
 from network.platform.printing import Brief, Result
 from network.platform.quantities.units import unit
+from network.platform.refusal import Spot, refuse
 from network.recordings.inputs import Schedule
 from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
 
 UNSEEN = 0.5e-6
 """m: what is lost below half a micrometre is not worth a state where no displacement channel has a noise."""
+LASTING = 1 + 1e-9
+"""Growth of a state in a step, by rounding, of a machine that loses no heat."""
 USUAL_TOPS = {"rpm": 10_000.0, "m/min": 30.0}
 
 
@@ -95,8 +98,15 @@ def make_correction(
         if _largest(made[count][1]) <= _unseen(machine):
             break
     filter_, losses = made[max(made)]
+    _refuse_long_step(filter_)
     by_states = {n: _largest(lost) for n, (_, lost) in made.items()}
     return Correction(machine, filter_, len(model.A), losses, by_states, tuple(_notes(machine, sensors, channels)))
+
+
+def _refuse_long_step(filter_: FilterModel) -> None:
+    if filter_.growth > LASTING:
+        wrong = f"{filter_.step:g} s is too long for conductances that inputs drive: what they let pass is held so long"
+        raise refuse(Spot("--step"), wrong, f"take a shorter one, like --step '{filter_.step / 5:g} s'")
 
 
 def list_sensors(machine: Machine) -> list[str]:
@@ -136,20 +146,26 @@ def _filter(
     r, axes, machine = reduced.states, len(model.axes), model.machine
     both = expm(np.block([[reduced.A, np.eye(r)], [np.zeros((r, 2 * r))]]) * step)
     Phi, Gamma = both[:r, :r], both[:r, r:]
-    scale = np.concatenate([[1 / unit(axis_unit(a)).scale for a in model.axes], np.ones(len(model.sensors))])
+    seen = axes + len(model.sensors)
+    films = len(model.C) - seen
+    spread = np.vstack([np.zeros((0, model.network.size)), *(film.spread for film in model.films)])
+    scale = np.concatenate([[1 / unit(axis_unit(a)).scale for a in model.axes], np.ones(len(model.C) - axes)])
     by_heat = _by_drive(reduced, Gamma, model.F_heat, model.D_heat, scale)
     at_once = np.zeros((len(by_heat), axes))
     at_once[r : r + axes] = np.diag(scale[:axes])
-    values = np.hstack([by_heat, at_once])
+    values = block_diag(np.hstack([by_heat, at_once]), np.eye(films))
     columns = _by_drive(reduced, Gamma, model.F_held, model.D_held, scale)
-    held, fixed = _held(model, columns)
-    rises = np.concatenate([np.zeros(axes), np.full(len(model.sensors), machine.reference)])
-    constant = values @ constant + fixed + np.concatenate([np.zeros(r), (model.shift - rises) * scale])
+    held, fixed = _held(model, np.vstack([columns, np.zeros((films, columns.shape[1]))]))
+    rises = np.concatenate([np.zeros(axes), np.full(len(model.sensors), machine.reference), np.zeros(films)])
+    at_point = np.concatenate([np.zeros(r), (model.shift - rises) * scale, np.zeros(films)])
+    constant = values @ constant + fixed + at_point
     heats, rooms = unsure_drives(model, tuple(tables))
     drives = np.stack([*(by_heat @ heat for heat in heats.values()), *(columns * [*rooms.values()]).T], axis=1)
-    unknown, like = main_directions(drives, [*heats, *rooms], max(len(model.sensors), 1))
+    weights, like = main_directions(drives[: r + seen], [*heats, *rooms], max(len(model.sensors), 1))
+    unknown = drives @ weights
     C, p = reduced.C * scale[:, None], unknown.shape[1]
-    Phi, C, steady = settle(Phi, C[:axes], C[axes:], unknown, step, noise)
+    rows = np.hstack([C[seen:], unknown[r + seen :]])
+    Phi, C, steady = settle(Phi, C[:axes], C[axes:seen], unknown[: r + seen], step, noise)
     cold = model.point[model.network.free] - machine.reference
     pad = np.insert(np.eye(len(constant)), [r] * p, 0.0, axis=0)
     return FilterModel(
@@ -160,6 +176,7 @@ def _filter(
         pad @ constant, _pad(reduced.project @ _uniform(model), p), _pad(reduced.project @ (cold * _uniform(model)), p),
         steady.gain, first_gain(reduced.project, C[axes:], noise),
         np.sqrt(np.einsum("ij,jk,ik->i", C[:axes], steady.states, C[:axes])), steady.missed,
+        rows, (pad @ block_diag(by_heat, np.zeros((films, 0))) @ spread.T)[: r + p + axes].T,
     )  # fmt: skip
 
 

@@ -141,7 +141,7 @@ class Follower:
 
 def identify(filter_: FilterModel) -> str:
     """Changes with any number of the filter."""
-    arrays = (filter_.Phi, filter_.M, filter_.S, filter_.gain, filter_.constant, *filter_.held.values())
+    arrays = (filter_.Phi, filter_.M, filter_.S, filter_.gain, filter_.constant, filter_.films, *filter_.held.values())
     named = repr((filter_.step, list(filter_.inputs), filter_.sensors, filter_.axes)).encode()
     return hashlib.sha256(named + b"".join(np.ascontiguousarray(a).tobytes() for a in arrays)).hexdigest()[:16]
 

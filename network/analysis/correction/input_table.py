@@ -23,8 +23,8 @@ FEWEST, MOST = 8, 256
 @dataclass(frozen=True)
 class InputTable:
     """name, unit: of the input; step: between two rows in that unit; zero: at exactly zero; above, below: rows from
-    just beside zero outwards (rows, v), further out along the last two. Values: heat into every lump [W], then axes
-    [m]."""
+    just beside zero outwards (rows, v), further out along the last two. Values: heat into every lump [W], axes [m],
+    then what the conductance of every driven flow lies above that at the mean input [W/K]."""
 
     name: str
     unit: str
@@ -51,8 +51,8 @@ def tabulate(model: LinearModel, tops: dict[str, float]) -> tuple[Array, tuple[I
     """What is constant, and a table for every input that drives heat or moves an axis at once. tops: its largest
     magnitude, in its unit. Raises Refused for an entry that reads two inputs."""
     _refuse_two_inputs(model)
-    constant = np.concatenate([model.rest, np.zeros(len(model.axes))])
-    constant += _values(model, "", np.zeros(1))[0]
+    constant = _values(model, "", np.zeros(1))[0]
+    constant[: len(model.rest)] += model.rest
     names = sorted({name for group in _laws(model) for name in group})
     return constant, tuple(_table(model, name, tops.get(name, 1.0)) for name in names)
 
@@ -65,6 +65,7 @@ def _laws(model: LinearModel) -> Iterator[frozenset[str]]:
     for entry in model.machine.expansions.values():
         if moves_at_once(entry):
             yield frozenset(entry.needs())
+    yield from (frozenset([films.input]) for films in model.films)
 
 
 def _refuse_two_inputs(model: LinearModel) -> None:
@@ -98,7 +99,7 @@ def _bend(fine: Array) -> float:
 
 def _values(model: LinearModel, name: str, values: Array) -> Array:
     """Heat into every lump and movement of every axis by what reads `name` alone (nothing: by what reads no input), at
-    its values (SI): (values, N + axes)."""
+    its values (SI), beyond what they are at the point: (values, N + axes + driven flows)."""
     own = {name: values[:, None]} if name else {}
     u: Inputs = {**{n: v * np.ones((len(values), 1)) for n, v in model.u.items()}, **own}
     reads = frozenset([name]) if name else frozenset()
@@ -111,4 +112,22 @@ def _values(model: LinearModel, name: str, values: Array) -> Array:
         if moves_at_once(entry) and frozenset(entry.needs()) == reads:
             flat = {n: v[:, 0] for n, v in u.items()}
             out[:, model.network.size + model.axes.index(axis)] += entry.movement(flat)
-    return out
+    out[:, : model.network.size] += _more_heat(model, name, u)
+    return np.hstack([out, *_more_conductance(model, name, u)])
+
+
+def _more_heat(model: LinearModel, name: str, u: Inputs) -> Array:
+    """Into every lump by the films that read `name`, with all temperatures at the point, beyond that at the mean."""
+    mine = [films for films in model.films if films.input == name]
+    return sum((f.heat(model.point, u) - f.heat(model.point, _mean(model, u)) for f in mine), start=np.zeros(1))
+
+
+def _more_conductance(model: LinearModel, name: str, u: Inputs) -> Iterator[Array]:
+    for films in model.films:
+        more = films.conductances(model.point, u) - films.conductances(model.point, _mean(model, u))
+        yield more * (films.input == name)
+
+
+def _mean(model: LinearModel, u: Inputs) -> Inputs:
+    """The inputs of the point, at as many instants."""
+    return {name: values * np.ones_like(u["time"]) for name, values in model.u.items()}

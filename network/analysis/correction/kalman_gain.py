@@ -41,13 +41,13 @@ def unsure_drives(model: LinearModel, tables: tuple[InputTable, ...]) -> tuple[d
 
 
 def main_directions(drives: Array, names: Sequence[str], most: int) -> tuple[Array, tuple[str, ...]]:
-    """The directions (columns) of what several independent drives of one σ do together, the largest first, at most so
-    many, and none below a hundredth of the largest; each with the drive that is most like it, and its sign."""
-    U, values, Vt = np.linalg.svd(drives, full_matrices=False)
+    """Sums of several independent drives of one σ each (their weights in columns) that do most, the largest first, at
+    most so many, and none below a hundredth of the largest; each with the drive most like it, with its sign."""
+    _, values, Vt = np.linalg.svd(drives, full_matrices=False)
     count = min(int(np.sum(values > 0.01 * values[0])), most)
     main = [int(np.argmax(np.abs(row))) for row in Vt[:count]]
     signs = np.sign([row[k] for row, k in zip(Vt, main, strict=False)])
-    return np.asarray((U * values)[:, :count] * signs), tuple(names[k] for k in main)
+    return np.asarray(Vt[:count].T * signs), tuple(names[k] for k in main)
 
 
 def _unsure_heats(model: LinearModel, tables: tuple[InputTable, ...]) -> Iterator[tuple[str, Array]]:

@@ -2,7 +2,7 @@
 
 dz/dt = A z + F_held ΔT_held + F_heat q and y = C z + D_held ΔT_held + D_heat q + shift, with z the rises of the free
 lumps over the point. A linear network is exact about its reference; others are linearised about the mean temperatures
-and inputs of the runs given, and what that costs is told with the loss.
+and inputs of the runs given, but for conductances that an input drives; what that costs is told with the loss.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from network.analysis.correction.driven_films import DrivenFilms, list_films
 from network.catalogue.declaration.declare import Array, Indices
 from network.catalogue.expansions.base import Expansion
 from network.catalogue.mechanisms.base import Inputs
@@ -28,7 +29,8 @@ from network.platform.refusal import Complaints, Spot
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LinearModel(Brief):
-    """network; point: temperatures of all lumps [°C]; u: inputs there (SI); axes, sensors: what y holds, in that order;
+    """network; point: temperatures of all lumps [°C]; u: inputs there (SI); axes, sensors: what y holds, in that order,
+    and then the differences that drive the films;
     A (n, n); F_held (n, held), F_heat (n, N); C (m, n), D_held, D_heat; rest: heat into every lump at the point without
     the sources [W]; shift: y there."""
 
@@ -45,6 +47,7 @@ class LinearModel(Brief):
     D_heat: Array
     rest: Array
     shift: Array
+    films: tuple[DrivenFilms, ...]
 
     @property
     def machine(self) -> Machine:
@@ -59,12 +62,15 @@ def linearise(machine: Machine, runs: Sequence[Trajectory], sensors: Sequence[st
     u = {name: np.array(_mean([run.inputs[name] for run in runs if name in run.inputs])) for name in machine.inputs}
     u["time"] = np.array(0.0)
     point = _point(network, runs)
+    films = tuple(list_films(network))
     rows, shift = _output_rows(network, point, u, sensors)
+    rows = np.vstack([rows, *(film.differences for film in films)])
+    shift = np.append(shift, np.zeros(len(rows) - len(shift)))
     K = jacobian(network, point, u, np.zeros(0))
     regime = regime_from(network, K, plain_readouts(rows))
     return LinearModel(
         network, point, u, tuple(machine.tcp), tuple(sensors), regime.A, regime.F_held, regime.F_heat, rows @ regime.P,
-        rows @ regime.P_held, rows @ regime.P_heat, _rest(network, point, u), shift,
+        rows @ regime.P_held, rows @ regime.P_heat, _rest(network, point, u), shift, films,
     )  # fmt: skip
 
 

@@ -59,7 +59,21 @@ static void lptn_look_up(double *total, double value, double step, int rows, con
 }
 
 """
-FUNCTIONS = """/* What the inputs do to the states in a step, and to axes and sensors at once. */
+FILMS = """/* The heat of conductances that an input drives, beyond that at its mean. */
+static void lptn_let_pass(double *driven, const lptn_state *state)
+{
+    int i, j, first = LPTN_STATES + LPTN_AXES + LPTN_SENSORS;
+    for (j = 0; j < LPTN_FILMS; ++j) {
+        double heat = driven[first + j];
+        for (i = 0; i < LPTN_STATES; ++i) heat += lptn_film[j * LPTN_STATES + i] * state->z[i];
+        heat *= driven[first + LPTN_FILMS + j];
+        for (i = 0; i < LPTN_STATES + LPTN_AXES; ++i)
+            driven[i] += heat * lptn_film_heat[j * (LPTN_STATES + LPTN_AXES) + i];
+    }
+}
+
+"""
+FUNCTIONS = """/* What the inputs do to the states in a step, to axes and sensors at once, and to conductances. */
 static void lptn_drive(double *total, const double *inputs)
 {
     int i;
@@ -101,7 +115,7 @@ void lptn_step(lptn_state *state, const double *inputs, const double *sensors, d
     int i, j;
     lptn_drive(driven, inputs);
     lptn_correct(state, driven, sensors, lptn_gain);
-    for (i = 0; i < LPTN_AXES; ++i) {
+@films@    for (i = 0; i < LPTN_AXES; ++i) {
         moved[i] = driven[LPTN_STATES + i];
         for (j = 0; j < LPTN_STATES; ++j) moved[i] += lptn_axis[i * LPTN_STATES + j] * state->z[j];
     }
@@ -119,7 +133,8 @@ def write_c(correction: Correction) -> str:
     f = correction.filter
     helpers = ADD * bool(f.held or f.tables) + LOOK_UP * bool(f.tables)
     functions = FUNCTIONS.replace("@drive@", "".join(_drive_lines(f)))
-    return "".join([_head(correction), *_constants(f), TYPES, helpers, functions])
+    functions = functions.replace("@films@", "    lptn_let_pass(driven, state);\n" if len(f.films) else "")
+    return "".join([_head(correction), *_constants(f), TYPES, helpers, FILMS * bool(len(f.films)), functions])
 
 
 def _head(correction: Correction) -> str:
@@ -149,12 +164,14 @@ def _safe(text: str) -> str:
 
 def _constants(f: FilterModel) -> Iterator[str]:
     sizes = {"STATES": f.states, "INPUTS": len(f.inputs), "SENSORS": len(f.sensors), "AXES": len(f.axes)}
+    sizes |= {"FILMS": len(f.films)} if len(f.films) else {}
     named = ", ".join(f"LPTN_{name} = {size}" for name, size in (sizes | {"WIDTH": len(f.constant)}).items())
     yield f"enum {{ {named} }};\n#define LPTN_REFERENCE {f.reference!r}\n\n"
     arrays = {
         "constant": f.constant, "phi": f.Phi, "axis": f.M, "sensor": f.S, "gain": f.gain, "first_gain": f.first_gain,
         "uniform": f.uniform, "offset": f.offset,
     }  # fmt: skip
+    arrays |= {"film": f.films, "film_heat": f.film_heat} if len(f.films) else {}
     for i, column in enumerate(f.held.values()):
         arrays[f"held_{i}"] = column
     for i, table in enumerate(f.tables):

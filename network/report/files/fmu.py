@@ -104,6 +104,7 @@ def _write_interface(correction: Correction) -> str:
     return rooms.get_template("fmu.c.j2").render(
         identifier=IDENTIFIER, guid=identify(correction), step=repr(float(f.step)), initial=", ".join([*starts, "0.0"]),
         inputs=len(f.inputs), sensors=len(f.sensors), axes=len(f.axes),
+        let_pass="    lptn_let_pass(driven, &model->data.machine);\n" if len(f.films) else "",
     )  # fmt: skip
 
 
