@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import json
 import shlex
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from fits import ANOTHER, USUAL, recorded, speeds, two_blocks
 
 from network import Machine, Recording, Refused, Scenario, find_changes, simulate
+from network.analysis.calibration.recording_admission import admit
+from network.analysis.change.change_screening import measure_difference
+from network.analysis.change.change_search import is_reached, split_changes
 from network.analysis.change.changes import Changes
 from network.cli import main
 from network.cli.diagnose_command import spread_references
+from network.engine.response.parameters import free_parameters
 from network.report.files.result_files import write_run
 from network.report.words.change_words import explain
 
@@ -173,3 +179,17 @@ def test_the_readme_shows_what_comes_out(
     told = capsys.readouterr().out
     assert rest in told and head.partition(" (")[0] in told
     assert (tmp_path / "out" / "changed" / "changes.png").stat().st_size > 20_000
+
+
+def test_a_change_that_the_fit_did_not_follow_is_none() -> None:
+    """Where slopes promise what no simulation does: the numbers stay, and the promise is not told."""
+    plain = two_blocks()
+    truth = two_blocks(links={"skin": {"kind": "convection", "between": ["body", "air"], "conductance": "10 W/K"}})
+    runs = [recorded(one, speeds(*steps), seed) for one, steps, seed in
+            ((plain, USUAL, 1), (plain, ANOTHER, 2), (truth, USUAL, 3), (truth, ANOTHER, 4))]  # fmt: skip
+    data = admit(plain, free_parameters(plain), runs, None).data
+    split = split_changes(plain, data[:2], data[2:])
+    (entry,) = split.at.split
+    assert split.at.sets.parameters[entry].path == "links.skin.conductance" and is_reached(split.at, entry)
+    stuck = replace(split.at, d=0 * split.at.d)
+    assert measure_difference(stuck, entry).sigma > split.limit and not is_reached(stuck, entry)

@@ -39,6 +39,8 @@ NEAR, TRIED = 0.5, 4
 """Of the square of the largest σ: from there on rivals are fitted in full, so many at most."""
 ALIKE = 6.0
 """J that a rival may lose more and is still told: e⁻³ as likely."""
+REACHED = 0.5
+"""Of the difference that slopes promise: what a fit has to have gone, for the slopes to be believed."""
 ALL_FREE = 2.0
 """Prior σ that a number may differ by while all may differ at once, for the noise that is left then."""
 
@@ -148,6 +150,14 @@ def _split_one(at: PairedFit, candidates: tuple[int, ...], limit: float) -> tupl
 
 
 def _drop_faint(at: PairedFit, limit: float) -> PairedFit:
-    """Without entries that the last one has made needless."""
-    kept = tuple(j for j in at.split if measure_difference(at, j).sigma >= limit)
+    """Without entries that the last one has made needless, and those that the fit did not follow."""
+    kept = tuple(j for j in at.split if measure_difference(at, j).sigma >= limit and is_reached(at, j))
     return at if kept == at.split else fit_sets(at.sets, kept, at)
+
+
+def is_reached(at: PairedFit, entry: int) -> bool:
+    """Whether the simulation has confirmed at least half of the difference that slopes promise. Where a thermostat
+    switches they may promise what no simulation does; a constant error of a sensor is linear."""
+    if entry >= len(at.sets.parameters):
+        return True
+    return abs(float(at.d[entry])) >= REACHED * abs(measure_difference(at, entry).value)
