@@ -191,5 +191,5 @@ def test_a_change_that_the_fit_did_not_follow_is_none() -> None:
     split = split_changes(plain, data[:2], data[2:])
     (entry,) = split.at.split
     assert split.at.sets.parameters[entry].path == "links.skin.conductance" and is_reached(split.at, entry)
-    stuck = replace(split.at, d=0 * split.at.d)
+    stuck = replace(split.unchanged, split=split.at.split)
     assert measure_difference(stuck, entry).sigma > split.limit and not is_reached(stuck, entry)
