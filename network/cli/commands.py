@@ -35,7 +35,9 @@ from network.cli.options import (
     read_machine,
     read_start,
     results_go_to,
+    sources_of,
     start_option,
+    tell_result,
     warn,
 )
 from network.cli.sweep_command import sweep
@@ -99,7 +101,7 @@ def check(
     from network.report.words.check_summary import machine_summary, tell_source
     from network.report.words.describe import describe
 
-    loaded = read_machine(machine, level, lumps, sets, sources)
+    loaded = read_machine(machine, level, lumps, sets, sources_of(sources))
     words = [] if as_json else [describe(loaded)]
     complaints = Complaints()
     if level is None:
@@ -161,15 +163,14 @@ def simulate(
             from network.report.files.parquet_files import check_parquet
 
             check_parquet()
-        loaded = read_machine(machine, level, lumps, sets, [source], start)
+        read = sources_of([source])
+        loaded, (driver,) = read_machine(machine, level, lumps, sets, read, start), read()
         from network.analysis.sweep.lumping_error import estimate_lumping
         from network.engine.simulation import simulate as run
         from network.engine.superposition.superpose import superpose
-        from network.recordings.load_source import load_source
         from network.report.files.result_files import run_summary
         from network.report.words.band_words import summarise_bands, tell_bands
 
-        driver = load_source(source)
         result = run(
             loaded, driver, method=method, start=read_start(start), noise_seed=seed if noise else None,
             progress=bar.over([driver]),
@@ -180,14 +181,13 @@ def simulate(
         lumping = estimate_lumping(loaded, driver, plain, start=read_start(start), method=method)
         bar.now("drawing the run", 1.0)
         written = _write(result, shares, bands, lumping, output, not no_plots, page, parquet)
-    if as_json:
-        print_json(run_summary(result, shares, lumping) | {"bands": summarise_bands(bands)})
-    else:
         told = str(replace(result, warnings=()))  # which go to the other stream
         cut = [str(lumping), ""] if lumping is not None else []
-        click.echo("\n".join([told, "", *cut, str(shares), *tell_bands(bands)]))
-        click.echo(f"\nWritten: {', '.join(map(str, written))}")
-    warn(result.warnings)
+        words = "\n".join([told, "", *cut, str(shares), *tell_bands(bands)])
+    tell_result(
+        words, lambda: run_summary(result, shares, lumping) | {"bands": summarise_bands(bands)}, written, as_json,
+        result.warnings,
+    )  # fmt: skip
 
 
 def _write(

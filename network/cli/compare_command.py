@@ -14,13 +14,12 @@ from network.cli.options import (
     machine_options,
     method_option,
     page_flag,
-    print_json,
     read_machine,
-    read_recordings,
     read_start,
+    recordings_of,
     results_go_to,
     start_option,
-    warn,
+    tell_result,
     warn_of_extrapolation,
 )
 from network.recordings.start_rule import ESTIMATED
@@ -51,13 +50,14 @@ def compare(
         results_go_to(output)
         if json_file not in (None, "-"):
             results_go_to(Path(str(json_file)).parent)
-        loaded = read_machine(machine, level, lumps, sets, recordings, start)
+        read = recordings_of(recordings)
+        loaded = read_machine(machine, level, lumps, sets, read, start)
         from network.analysis.comparison.common_start import doubt_starts
         from network.analysis.comparison.compare import compare as lay_beside
         from network.analysis.sweep.lumping_error import estimate_on_recording
         from network.recordings.channel_match import overheard
 
-        given, stated = list(read_recordings(recordings)), None
+        given, stated = read(), None
         if start == ESTIMATED:
             from network.analysis.calibration.estimated_constants import compare_estimating
 
@@ -71,14 +71,9 @@ def compare(
         if lumping is not None:
             text, summary = f"{text}\n{lumping}", summary | {"lumping": lumping.summary()}
         written = _write(result, summary, None if no_plots else output, json_file, page)
-    if json_file == "-":
-        print_json(summary)
-    else:
-        click.echo(text)
-    if written:
-        click.echo(f"\nWritten: {', '.join(map(str, written))}", err=json_file == "-")
-    doubts = (*doubt_starts(loaded, given, stated), *warn_of_extrapolation(loaded, given))
-    warn([*loaded.warnings, *overheard(loaded, given, ()), *doubts, *result.warnings])
+    doubts = [*overheard(loaded, given, ()), *doubt_starts(loaded, given, stated),
+              *warn_of_extrapolation(loaded, given)]  # fmt: skip
+    tell_result(text, lambda: summary, written, json_file == "-", [*loaded.warnings, *doubts, *result.warnings])
 
 
 def _tell(machine: Machine, result: Comparison, in_words: bool) -> tuple[str, dict[str, Any]]:

@@ -25,9 +25,10 @@ from network.engine.response.model import Model, Run
 from network.engine.response.parameters import Parameter, centres, free_parameters
 from network.engine.simulation import schedule_for
 from network.engine.start import start_temperatures
-from network.engine.trajectory import axis_unit, in_difference_unit
+from network.engine.trajectory import axis_unit
 from network.machine.machine import Machine
 from network.platform.printing import Brief
+from network.platform.quantities.unit_values import in_difference_unit
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario

@@ -19,6 +19,7 @@ from network.engine.simulation import check_known, schedule_for, simulate
 from network.engine.trajectory import Trajectory, axis_unit
 from network.machine.machine import Machine
 from network.platform.printing import Brief, Result
+from network.platform.quantities.unit_values import in_own_unit
 from network.platform.quantities.units import unit
 from network.recordings.inputs import Schedule
 from network.recordings.recording import Recording
@@ -193,7 +194,7 @@ def _without(
     constant = filter_.constant.copy()
     for name in lacking:
         seen = [run.inputs[name] for run in runs if name in run.inputs]
-        at = _in_unit(float(np.mean(np.concatenate(seen))) if seen else 0.0, filter_.inputs[name])
+        at = unit(filter_.inputs[name]).from_si(float(np.mean(np.concatenate(seen))) if seen else 0.0)
         if name in filter_.held:
             constant += filter_.held[name] * (at - filter_.reference)
         constant += sum((table.at(at) for table in filter_.tables if table.name == name), 0 * constant)
@@ -204,17 +205,11 @@ def _without(
     )  # fmt: skip
 
 
-def _in_unit(value: float, text: str) -> float:
-    given = unit(text)
-    return (value - given.offset) / given.scale
-
-
 def sample_inputs(filter_: FilterModel, schedule: Schedule) -> tuple[Array, dict[str, Array]]:
     """Instants of the filter's steps over a schedule, and its inputs there, in their units."""
     t = np.arange(schedule.t[0], schedule.t[-1] + filter_.step / 2, filter_.step)
     at = {name: schedule.signals[name].at(t) for name in filter_.inputs}
-    return t, {name: np.asarray((v - unit(u).offset) / unit(u).scale)
-               for (name, u), v in zip(filter_.inputs.items(), at.values(), strict=True)}  # fmt: skip
+    return t, {name: in_own_unit(at[name], text) for name, text in filter_.inputs.items()}
 
 
 def _lose(model: LinearModel, filter_: FilterModel, run: Trajectory, reduced: Reduction) -> Loss:

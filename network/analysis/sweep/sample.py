@@ -18,10 +18,11 @@ from network.analysis.sweep.sample_runs import SampleJob
 from network.analysis.sweep.sampling import MOST_SAMPLES, Drawn, choose_drawn, latin_hypercube
 from network.catalogue.declaration.declare import Array
 from network.engine.simulation import schedule_for
-from network.engine.trajectory import axis_unit, in_difference_unit
+from network.engine.trajectory import axis_unit
 from network.machine.machine import Machine
 from network.platform.parallel import Told, run_all
 from network.platform.printing import summarise, tell
+from network.platform.quantities.unit_values import in_difference_unit
 from network.platform.refusal import Spot, refuse
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from network.engine.trajectory import axis_unit, in_own_unit
+from network.engine.trajectory import axis_unit
 from network.platform.quantities.number_format import pretty
+from network.platform.quantities.unit_values import in_own_unit
 from network.platform.refusal import Spot, UnknownName, likely, refuse
 from network.report.figures.canvas import GREY, WIDTH, look, name_text
 from network.report.figures.lines import clock
