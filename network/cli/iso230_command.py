@@ -22,6 +22,7 @@ from network.cli.options import (
     tell_result,
 )
 from network.platform.package_data import find_shipped
+from network.platform.refusal import Spot, likely, refuse
 from network.report.progress import share_bar
 
 if TYPE_CHECKING:
@@ -81,14 +82,17 @@ def _scaled(program: str, tops: Sequence[str]) -> Callable[[], list[Scenario | R
 
 def _find_program(program: str) -> Path:
     """A file, or a program that is shipped by its short name."""
-    if program in PROGRAMS and not Path(program).exists():
+    if Path(program).exists():
+        return Path(program)
+    if program in PROGRAMS:
         return find_shipped("scenarios", f"iso230_{program}.yaml")
+    if not Path(program).suffix:
+        raise refuse(Spot(program), "is no file, and no program that comes with lptn", likely(program, PROGRAMS))
     return Path(program)
 
 
 def _read_length(text: str | None) -> float | None:
     from network.platform.quantities.units import BadNumber, in_unit
-    from network.platform.refusal import Spot, refuse
 
     if text is None:
         return None
