@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from network.recordings.recording import Recording
 
 PLAN = "plan.json"
+AGAIN = 2
+"""Times that lumps are chosen anew with the numbers found."""
 
 
 @click.command()
@@ -98,10 +100,16 @@ def _calibrate(
     """made: whether pictures and the page are wanted."""
     from network.analysis.calibration.calibrate import calibrate as run
     from network.analysis.calibration.calibrated_patch import check_target
+    from network.cli.lumps_option import choose_again
     from network.report.files.calibration_files import write_calibration
 
     check_target(machine, Path(output))
     train, held_out = read(), recordings_of(holdout)()
     result = run(machine, train, held_out, start=read_start(start), seed=seed, progress=bar)
+    for _ in range(AGAIN):
+        finer = choose_again(machine, result, train, read_start(start))
+        if finer is None:
+            break
+        result = run(finer, train, held_out, start=read_start(start), seed=seed, progress=bar)
     bar.now("drawing the calibration", 1.0)
     return result, write_calibration(result, Path(output), *made)

@@ -42,6 +42,7 @@ from network.cli.options import (
 )
 from network.cli.sweep_command import sweep
 from network.cli.warmup_command import warmup
+from network.platform.package_data import is_shipped
 from network.platform.refusal import Complaints, Failed, Refused
 from network.platform.threads import begin_on_one_thread
 from network.report.progress import share_bar
@@ -210,7 +211,7 @@ def _write(
         if page:
             from network.report.pages.result_pages import page_of_run, write_page
 
-            made.append(write_page(page_of_run(result, shares, bands), draft))
+            made.append(write_page(page_of_run(result, shares, bands, lumping), draft))
     return [Path(output) / path.name for path in made]
 
 
@@ -261,6 +262,9 @@ def run(arguments: Sequence[str] | None = None) -> None:
         cli.main(args=None if arguments is None else list(arguments), prog_name="lptn", standalone_mode=False)
     except Refused as refused:
         click.echo(str(refused), err=True)
+        for file in sorted({refusal.spot.file for refusal in refused.refusals}):
+            if is_shipped(file, sys.argv[1:] if arguments is None else arguments):
+                click.echo(f"lptn: {file} came with lptn; copy it into your folder, change and name the copy", err=True)
         sys.exit(2)
     except Failed as failed:
         click.echo(f"lptn: {failed}", err=True)

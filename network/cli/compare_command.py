@@ -27,6 +27,7 @@ from network.report.progress import share_bar
 
 if TYPE_CHECKING:
     from network.analysis.comparison.compare import Comparison
+    from network.analysis.sweep.lumping_error import LumpingError
     from network.machine.machine import Machine
 
 
@@ -70,7 +71,7 @@ def compare(
         lumping = estimate_on_recording(loaded, result.recordings, start=stated, method=method)
         if lumping is not None:
             text, summary = f"{text}\n{lumping}", summary | {"lumping": lumping.summary()}
-        written = _write(result, summary, None if no_plots else output, json_file, page)
+        written = _write(result, lumping, summary, None if no_plots else output, json_file, page)
     doubts = [*overheard(loaded, given, ()), *doubt_starts(loaded, given, stated),
               *warn_of_extrapolation(loaded, given)]  # fmt: skip
     tell_result(text, lambda: summary, written, json_file == "-", [*loaded.warnings, *doubts, *result.warnings])
@@ -87,8 +88,9 @@ def _tell(machine: Machine, result: Comparison, in_words: bool) -> tuple[str, di
 
 
 def _write(
-    result: Comparison, summary: dict[str, Any], output: str | None, json_file: str | None, page: bool
-) -> list[Path]:
+    result: Comparison, lumping: LumpingError | None, summary: dict[str, Any], output: str | None,
+    json_file: str | None, page: bool,
+) -> list[Path]:  # fmt: skip
     """Pictures, page and residuals, at once where they go into one folder; pictures and page that were written."""
     from network.platform.files import write_text
     from network.platform.folders import folder
@@ -104,7 +106,7 @@ def _write(
             if page:
                 from network.report.pages.result_pages import page_of_comparison, write_page
 
-                written.append(Path(output) / write_page(page_of_comparison(result), draft).name)
+                written.append(Path(output) / write_page(page_of_comparison(result, lumping), draft).name)
             if left is not None and left.parent.resolve() == Path(output).resolve() and not left.is_symlink():
                 write_text(draft / left.name, as_json(summary))
                 left = None

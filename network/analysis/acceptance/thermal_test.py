@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from network.analysis.acceptance.drift_measures import HOUR, find_range, find_stability, smooth_readings
 from network.analysis.acceptance.motion import Motion, find_motion, rest
+from network.analysis.sweep.lumping_error import LumpingError, estimate_lumping
 from network.catalogue.declaration.declare import Array
 from network.engine.simulation import check_known, schedule_for, simulate
 from network.engine.trajectory import Trajectory, axis_unit
@@ -22,6 +23,7 @@ from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
 
+Begins = Literal["in equilibrium", "at the reference", "as stated", "as read"]
 TILTS = {"x": ("b", -1.0), "y": ("a", 1.0)}
 """The rotation that carries the end of a tool along an axis, and which way: with a tool to −z, x = −b L and y = a L."""
 
@@ -71,7 +73,8 @@ class AxisDrift(Brief):
 @dataclass(frozen=True, eq=False, repr=False)
 class ThermalTest(Result):
     """A test, evaluated. axes: measured, or simulated where `is_measured` is False; simulated: beside what was
-    measured, None without; run: the simulation, None for a recording of a machine that still has unknown numbers."""
+    measured, None without; run: the simulation, None for a recording of a machine that still has unknown numbers;
+    begins: where it does; lumping: what finer lumps would change in it."""
 
     machine: Machine
     source: Scenario | Recording
@@ -82,6 +85,8 @@ class ThermalTest(Result):
     run: Trajectory | None
     tool_length: float | None
     notes: tuple[str, ...]
+    begins: Begins
+    lumping: LumpingError | None = None
 
     def summary(self) -> dict[str, Any]:
         """What `--json` prints."""
@@ -90,7 +95,8 @@ class ThermalTest(Result):
             "source": self.source.name, "from": "recording" if self.is_measured else "simulation",
             "motion_min": {"begin": self.motion.begin / 60, "end": self.motion.end / 60},
             "axes": {axis: drift.summary(self.tool_length) for axis, drift in self.axes.items()},
-            "notes": list(self.notes),
+            "begins": self.begins, "notes": list(self.notes),
+            "lumping": None if self.lumping is None else self.lumping.summary(),
         }  # fmt: skip
         if self.simulated is not None:
             told["simulated"] = {axis: drift.summary(self.tool_length) for axis, drift in self.simulated.items()}
@@ -112,17 +118,18 @@ def evaluate_thermal_test(
     if isinstance(source, Scenario):
         source = replace(source, schedule=rest(machine, source.schedule))
     motion = find_motion(machine, schedule_for(machine, source, start))
-    run, doubt = _simulate(machine, source, start)
+    run, begins, lumping = _simulate(machine, source, start)
     told = {axis: (run.t, values) for axis, values in run.tcp.items()} if run is not None else {}
     position = run.inputs.get(motion.position) if run is not None else None
     evaluated = _evaluate(told, motion, tool_length, position)
     if isinstance(source, Scenario):
-        notes = tuple(_notes(motion, run, doubt))
-        return ThermalTest(machine, source, motion, evaluated, False, None, run, tool_length, notes)
+        notes = tuple(_notes(motion, run))
+        return ThermalTest(machine, source, motion, evaluated, False, None, run, tool_length, notes, begins, lumping)
     measured = dict(_measured(machine, source))
     axes = _evaluate(measured, motion, tool_length, None)
     beside = {axis: drift for axis, drift in evaluated.items() if axis in axes} or None
-    return ThermalTest(machine, source, motion, axes, True, beside, run, tool_length, tuple(_notes(motion, run, doubt)))
+    notes = tuple(_notes(motion, run))
+    return ThermalTest(machine, source, motion, axes, True, beside, run, tool_length, notes, begins, lumping)
 
 
 def _check(machine: Machine, source: Scenario | Recording, tool_length: float | None) -> None:
@@ -137,21 +144,29 @@ def _check(machine: Machine, source: Scenario | Recording, tool_length: float | 
         raise refuse(Spot(source.file), "has no measured displacement", right)
 
 
-def _simulate(machine: Machine, source: Scenario | Recording, start: Start | None) -> tuple[Trajectory | None, str]:
-    """The run, and what is to be said of its start. A program begins in equilibrium with its inputs, unless it or the
-    user says otherwise; a machine that has none begins at its reference."""
+def _simulate(
+    machine: Machine, source: Scenario | Recording, start: Start | None
+) -> tuple[Trajectory | None, Begins, LumpingError | None]:
+    """The run, where it begins, and what finer lumps would change in it. A program begins in equilibrium with its
+    inputs, all that is always on having run, unless it or the user says otherwise: what moves then moves by what the
+    test does. A machine that has none begins at its reference."""
+    begins: Begins = "as stated"
     if isinstance(source, Recording):
+        begins = "as read" if start is None else begins
         try:
             check_known(machine)
         except Refused:
-            return None, ""
-        return simulate(machine, source, start=start), ""
-    if start is not None or source.schedule.start is not None:
-        return simulate(machine, source, start=start), ""
+            return None, begins, None
+    elif start is None and source.schedule.start is None:
+        begins, start = "in equilibrium", Start(steady=True)
     try:
-        return simulate(machine, source, start=Start(steady=True)), ""
+        run = simulate(machine, source, start=start)
     except Failed:
-        return simulate(machine, source), "It has no equilibrium with its room, so it begins at its reference."
+        if begins != "in equilibrium":
+            raise
+        begins, start = "at the reference", None
+        run = simulate(machine, source)
+    return run, begins, estimate_lumping(machine, source, run, start=start, asks=False)
 
 
 def _measured(machine: Machine, recording: Recording) -> Iterator[tuple[str, tuple[Array, Array]]]:
@@ -198,8 +213,7 @@ def _drift(
     )  # fmt: skip
 
 
-def _notes(motion: Motion, run: Trajectory | None, doubt: str) -> Iterator[str]:
-    yield from [doubt] * bool(doubt)
+def _notes(motion: Motion, run: Trajectory | None) -> Iterator[str]:
     length = motion.end - motion.begin
     if length < HOUR:
         yield f"The motion lasts {length / 60:.3g} min: what stands for 60 min is all of it."

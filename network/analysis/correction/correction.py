@@ -14,6 +14,7 @@ from network.analysis.correction.input_table import InputTable, tabulate
 from network.analysis.correction.kalman_gain import first_gain, main_directions, settle, unsure_drives
 from network.analysis.correction.linear_model import LinearModel, linearise
 from network.analysis.correction.reduction import Reduction, balance, cut
+from network.analysis.sweep.lumping_error import LumpingError, estimate_over
 from network.catalogue.declaration.declare import Array
 from network.engine.simulation import check_known, schedule_for, simulate
 from network.engine.trajectory import Trajectory, axis_unit
@@ -48,7 +49,8 @@ class Loss(Brief):
 @dataclass(frozen=True, eq=False, repr=False)
 class Correction(Result):
     """filter: what the control runs; full: states of the machine; losses: of every run, without its sensors, from the
-    same start; by_states: number of states → largest loss over all runs and axes [m], of those tried."""
+    same start; by_states: number of states → largest loss over all runs and axes [m], of those tried;
+    lumping: what finer lumps would change in the full model, on the run where that is most."""
 
     machine: Machine
     filter: FilterModel
@@ -56,6 +58,7 @@ class Correction(Result):
     losses: tuple[Loss, ...]
     by_states: Mapping[int, float]
     notes: tuple[str, ...]
+    lumping: LumpingError | None = None
 
     def summary(self) -> dict[str, Any]:
         """What export.json holds."""
@@ -66,6 +69,7 @@ class Correction(Result):
             "sensors": list(self.filter.sensors), "multiplications": self.filter.multiplications,
             "lost": [loss.summary() for loss in self.losses],
             "lost_by_states": {str(n): 1e6 * lost for n, lost in self.by_states.items()}, "notes": list(self.notes),
+            "lumping": None if self.lumping is None else self.lumping.summary(),
         }  # fmt: skip
 
 
@@ -97,7 +101,9 @@ def make_correction(
             break
     filter_, losses = made[max(made)]
     by_states = {n: _largest(lost) for n, (_, lost) in made.items()}
-    return Correction(machine, filter_, len(model.A), losses, by_states, tuple(_notes(machine, sensors, channels)))
+    lumping = estimate_over(machine, zip(sources, runs, strict=True))
+    notes = tuple(_notes(machine, sensors, channels))
+    return Correction(machine, filter_, len(model.A), losses, by_states, notes, lumping)
 
 
 def list_sensors(machine: Machine) -> list[str]:

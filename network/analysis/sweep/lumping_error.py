@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -79,6 +79,13 @@ def estimate_lumping(
     except Failed:
         return None
     return _judge(machine, source, run, fine, start, asks)
+
+
+def estimate_over(machine: Machine, runs: Iterable[tuple[Scenario | Recording, Trajectory]]) -> LumpingError | None:
+    """The same along the one of several runs on which finer lumps would change most, without asking for more."""
+    found = (estimate_lumping(machine, source, run, asks=False) for source, run in runs)
+    known = [error for error in found if error is not None]
+    return max(known, key=lambda error: max(change.size for change in error.changes), default=None)
 
 
 def estimate_on_recording(

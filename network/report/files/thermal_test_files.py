@@ -13,7 +13,8 @@ from network.report.files.page import Shown, embed
 from network.report.files.result_files import as_json
 from network.report.pages.chart_page import Page, Table, fill_page
 from network.report.pages.drift_chart import chart_test
-from network.report.words.thermal_test_words import basis_of, drift_rows, name_test, tell_targets
+from network.report.words.lump_words import tell_cut
+from network.report.words.thermal_test_words import basis_of, drift_rows, name_test, start_of_test, tell_targets
 
 if TYPE_CHECKING:
     from network.analysis.acceptance.thermal_test import ThermalTest
@@ -43,7 +44,8 @@ def write_thermal_test(test: ThermalTest, where: Path) -> list[Path]:
 def page_of_test(test: ThermalTest, png: bytes) -> str:
     """The page, its picture inside."""
     page = Page(
-        name_test(test), [basis_of(test)], [Table(*drift_rows(test))], [*tell_targets(test), *test.notes],
+        name_test(test), [basis_of(test), *start_of_test(test)], [Table(*drift_rows(test))],
+        [*tell_targets(test), *test.notes, *tell_cut(test.lumping)],
         [chart_test(test)], CHART, MEANING, embed(Shown("iso230", "", CAPTION, png)),
     )  # fmt: skip
     return fill_page(page)

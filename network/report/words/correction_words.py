@@ -8,6 +8,7 @@ from network.engine.trajectory import axis_unit
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits, table
 from network.platform.quantities.units import unit
+from network.report.words.lump_words import tell_cut
 
 if TYPE_CHECKING:
     from network.analysis.correction.correction import Correction
@@ -30,7 +31,7 @@ def tell_correction(correction: Correction) -> str:
     if len(correction.by_states) > 1:
         told = ", ".join(f"{n}: {digits(1e6 * lost, 3)}" for n, lost in correction.by_states.items())
         lines.append(f"Lost by number of states [µm]: {told}.")
-    return "\n".join([*lines, *correction.notes])
+    return "\n".join([*lines, *correction.notes, *tell_cut(correction.lumping)])
 
 
 def tell_formulas(of: FormulaTable) -> str:
@@ -44,7 +45,7 @@ def tell_formulas(of: FormulaTable) -> str:
         if f.position:
             per_K = ", ".join(f"{1e6 * d:+.3g} per K of {s}" for d, s in zip(f.slope_by_sensor, f.sensors, strict=True))
             lines.append(f"{f.axis} by {f.position}: {1e6 * f.slope:.3g} µm/m ({per_K}) about {1e3 * f.middle:.4g} mm")
-    return "\n".join(lines)
+    return "\n".join([*lines, *tell_cut(of.lumping)])
 
 
 def _formula_row(f: Formula) -> list[str]:
