@@ -27,6 +27,7 @@ from network.report.figures.canvas import (
 from network.report.figures.lines import alone, clock, outline, set_clock, thin, with_gaps
 from network.report.figures.run_figure import is_speed
 from network.report.figures.shown_inputs import choose_inputs
+from network.report.words.recording_names import title_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -64,7 +65,7 @@ def comparison_figure(residual: RecordingResidual) -> Figure:
     set_clock(panels, run.t, panels[-2:])
     what = "measured grey, simulated blue, residual in units of noise with ±2 σ shaded"
     told = f"{what}; all channels: rmse {residual.rmse_in_noise:.3g} σ"
-    write_title(figure, f"{run.machine.name}: {residual.recording.name}", told)
+    write_title(figure, f"{run.machine.name}: {title_of(residual.recording)}", told)
     return figure
 
 

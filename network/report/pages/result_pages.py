@@ -11,6 +11,7 @@ from network.report.pages.chart import Chart
 from network.report.pages.chart_page import PAGE, Page, Table, fill_page
 from network.report.pages.run_charts import chart_comparison, chart_fits, chart_run
 from network.report.words.lump_words import tell_cut
+from network.report.words.recording_names import title_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -70,8 +71,8 @@ def page_of_comparison(comparison: Comparison, lumping: LumpingError | None = No
 
     tables, notes = list[Table](), list[str]()
     for residual in comparison.recordings:
-        tables.append(Table(*residual_rows(residual), f"{residual.recording.name} ({residual.recording.file})"))
-        notes += [f"{residual.recording.name}: {line}" for line in tell_findings(residual)]
+        tables.append(Table(*residual_rows(residual), f"{title_of(residual.recording)} ({residual.recording.file})"))
+        notes += [f"{title_of(residual.recording)}: {line}" for line in tell_findings(residual)]
     many = len(comparison.recordings)
     basis = [f"Measured less simulated on {many} recording{'s' if many > 1 else ''}: rmse "
              f"{digits(comparison.rmse_in_noise, 3)} σ over all channels (σ: declared noise of a sample)."]  # fmt: skip
@@ -96,4 +97,4 @@ def _charts_of(c: Calibration) -> Iterator[Chart]:
     sides = [("held out", c.before_holdout, c.after_holdout), ("calibrated on", c.before, c.after)]
     for word, before, after in sides:
         if before is not None and after is not None:
-            yield from chart_fits(before, after, word, lambda residual: residual.recording.name)
+            yield from chart_fits(before, after, word, lambda residual: title_of(residual.recording))

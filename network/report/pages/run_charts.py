@@ -15,6 +15,7 @@ from network.platform.quantities.units import unit
 from network.report.figures.canvas import GREY, PALETTE
 from network.report.figures.lines import outline
 from network.report.pages.chart import Chart, Line, Plot
+from network.report.words.recording_names import title_of
 
 if TYPE_CHECKING:
     from network.analysis.comparison.channel_residual import ChannelResidual
@@ -74,7 +75,7 @@ def chart_comparison(after: RecordingResidual, before: RecordingResidual | None 
     ]
     run = after.trajectory
     inputs = plot_inputs([run.schedule.signals[name] for name in run.inputs], run.t, count())
-    return Chart(name or after.recording.name, [*plots, *inputs])
+    return Chart(name or title_of(after.recording), [*plots, *inputs])
 
 
 def chart_fits(
