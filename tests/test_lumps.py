@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from build import machine
 
-from network import Machine, Refused, Scenario, choose_lumps, estimate_lumping, simulate
+from network import Machine, Refused, Scenario, choose_lumps, estimate_lumping, simulate, superpose
 from network.analysis.sweep.finer_lumps import bars_of, cut_bars, moving_mean
 from network.analysis.sweep.lumping_error import cut_finely
 from network.analysis.sweep.usual_program import usual_program
@@ -182,6 +182,28 @@ def test_lumps_are_chosen_again_with_the_numbers_that_are_found(
     assert "With the numbers found: Lumps: " in err and "alibrate with it" not in out and "`--lumps auto`" not in out
     out, err = run(*words, "--lumps", "2", capsys=capsys)
     assert "Calibrate with it." in out and "With the numbers" not in err
+
+
+def test_what_cancels_asks_for_no_lumps() -> None:
+    """Two equal columns tilt nothing: what rounding leaves of that is no range to keep a share of, nor a movement."""
+    bar = {"material": "steel", "length": "400 mm", "area": "20 cm^2"}
+    twins = machine(
+        {"left": bar, "right": bar, "air": {"temperature": "20 degC"}},
+        links={f"{n} skin": {"kind": "convection", "between": [f"{n}@0.8..1", "air"], "conductance": "5 W/K"}
+               for n in ("left", "right")},
+        sources={"heater": {"kind": "heat_source", "into": {"left@0..0.2": 0.5, "right@0..0.2": 0.5}, "power": "60 W"}},
+        tcp={"z": {"grows": {"kind": "stretching", "of": "left", "direction": 1}},
+             "b": {"tilts": {"kind": "tilt", "between": ["left", "right"], "distance": "1 m", "direction": 1}}},
+    )  # fmt: skip
+    choice = choose_lumps(twins, HOURS)
+    assert choice.is_settled and max(choice.lumps.values()) < 32
+    run = simulate(cut_bars(twins, {"left": 7, "right": 7}), HOURS)
+    assert np.ptp(run.tcp["b"]) < 1e-12
+    told = str(superpose(run)) + str(run) + str(estimate_lumping(twins, HOURS))
+    assert "Nothing turns the tool centre point about b." in told and "nothing\n" in told and "0.0000" not in told
+    assert "b would not change" in told
+    uneven = estimate_lumping(cut_bars(twins, {"right": 4}), HOURS)
+    assert uneven is not None and "(it stands still then)" in str(uneven)
 
 
 def test_a_tolerance_is_told_as_it_was_given() -> None:

@@ -6,6 +6,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.entry_path import displacement
 from network.catalogue.expansions.base import ANGULAR_AXES
@@ -17,6 +19,14 @@ from network.platform.printing import Drawn
 from network.platform.quantities.unit_values import in_own_unit
 from network.platform.refusal import UnknownName, likely
 from network.recordings.inputs import Schedule
+
+ROUNDING = 1e-12
+"""m, rad: a millionth of a micrometre. What is left where parts move alike and cancel is rounding below it."""
+
+
+def drop_rounding(values: Array) -> Array:
+    """Movements of an axis [m, rad]; zeros where none is more than rounding."""
+    return values if np.abs(values).max(initial=0.0) >= ROUNDING else np.zeros_like(values)
 
 
 def axis_unit(axis: str) -> str:

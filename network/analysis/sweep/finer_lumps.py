@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
-from network.engine.trajectory import Trajectory, axis_unit
+from network.engine.trajectory import ROUNDING, Trajectory, axis_unit
 from network.machine.machine import Machine
 from network.machine.overrides import set_lumps
 from network.platform.printing import Brief
@@ -23,6 +23,8 @@ CYCLES = 3
 """From so many on a relay's swings are averaged."""
 CHOSEN = "--lumps auto"
 """How the place begins that lumps come from that were chosen."""
+FINEST = 1e-9
+"""K: exact methods agree to this."""
 PAUSE = 3.0
 """Times the median of its cycles: what lasts longer is none."""
 
@@ -35,6 +37,11 @@ class Course(Brief):
     unit: str
     values: Array
     noise: float
+
+    @property
+    def rounding(self) -> float:
+        """What is no more than that in it."""
+        return FINEST if self.unit == "K" else ROUNDING
 
     def allow(self, share: float) -> float:
         """What it may be off: a share of its range, and for a sensor no less than the σ of one reading."""
@@ -118,7 +125,10 @@ def compare_courses(run: Trajectory, finer: Trajectory, share: float = SHARE) ->
 def _change(before: Course, after: Course, share: float, window: int) -> Change:
     off = moving_mean(after.values - before.values, window)
     largest = float(off[int(np.argmax(np.abs(off)))])
-    return Change(after.name, after.unit, largest, float(np.ptp(after.values)), after.allow(share))
+    reach = float(np.ptp(after.values))
+    if reach < after.rounding:  # two parts that cancel, cut differently: no share of nothing could be kept
+        return Change(after.name, after.unit, largest if abs(largest) >= after.rounding else 0.0, 0.0, 0.0)
+    return Change(after.name, after.unit, largest, reach, after.allow(share))
 
 
 def average_window(run: Trajectory) -> int:

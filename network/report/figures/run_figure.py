@@ -10,7 +10,7 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array
 from network.catalogue.expansions.base import ANGULAR_AXES
-from network.engine.trajectory import Trajectory, axis_unit
+from network.engine.trajectory import Trajectory, axis_unit, drop_rounding
 from network.platform.quantities.number_format import number
 from network.platform.quantities.unit_values import in_own_unit
 from network.platform.quantities.units import unit
@@ -69,7 +69,8 @@ def _panels(run: Trajectory, bands: Sequence[Band] = ()) -> Iterator[Panel]:
     if temperatures:
         yield panel_of("temperature", "degC", 2.9, temperatures, run.t)
     for quantity, angular, height in (("TCP displacement", False, 2.1), ("TCP angle", True, 1.6)):
-        rows = {a: in_own_unit(v, axis_unit(a)) for a, v in run.tcp.items() if (a in ANGULAR_AXES) == angular}
+        own = {a: drop_rounding(v) for a, v in run.tcp.items() if (a in ANGULAR_AXES) == angular}
+        rows = {a: in_own_unit(v, axis_unit(a)) for a, v in own.items()}
         if rows:
             shown = "urad" if angular else "um"
             yield _shaded(panel_of(quantity, shown, height, rows, run.t), run, [b for b in bands if b.axis in rows])

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
+from network.engine.trajectory import drop_rounding
 from network.platform.quantities.number_format import number
 from network.platform.quantities.unit_values import in_own_unit
 from network.platform.quantities.units import unit
@@ -28,8 +29,8 @@ class Stack:
 
     def __init__(self, t: Array, shares: Mapping[str, Array], total: Array, unit_text: str) -> None:
         self.t, self.unit, shown = t, unit_text, unit(unit_text)
-        self.total = in_own_unit(total, shown)
-        rows = {name: in_own_unit(values, shown) for name, values in shares.items()}
+        self.total = in_own_unit(drop_rounding(total), shown)
+        rows = {name: in_own_unit(drop_rounding(values), shown) for name, values in shares.items()}
         by_size = sorted(rows, key=lambda name: -float(np.abs(rows[name]).max()))
         small = by_size[MOST_BANDS - 1 :] if len(rows) > MOST_BANDS else []
         self.rows = {name: values for name, values in rows.items() if name not in small}

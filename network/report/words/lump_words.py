@@ -54,18 +54,23 @@ def _tell_finer(finer: Mapping[str, int]) -> str:
 
 def _tell_changes(changes: Sequence[Change]) -> str:
     """z would be up to 13.7 µm higher (20 % of its range), y up to 3.3 µm lower (34 %); x would not change."""
-    moved = [change for change in changes if change.share >= TINY]
-    still = [change.name for change in changes if change.share < TINY]
+    moved = [change for change in changes if _is_told(change)]
+    still = [change.name for change in changes if not _is_told(change)]
     told = [_tell_change(change, k == 0) for k, change in enumerate(moved)]
     stays = [f"{join_names(still)} would not change"] if still else []
     return "; ".join([*([join_names(told)] if told else []), *stays])
+
+
+def _is_told(change: Change) -> bool:
+    return change.share >= TINY if change.range else change.largest != 0
 
 
 def _tell_change(change: Change, is_first: bool) -> str:
     shown = difference(unit(change.unit))
     size, way = digits(abs(change.largest) / shown.scale, 3), "higher" if change.largest > 0 else "lower"
     verb, whole = ("would be up to", " of its range") if is_first else ("up to", "")
-    return f"{change.name} {verb} {size} {pretty(shown.text)} {way} ({digits(100 * change.share, 2)} %{whole})"
+    share = f"{digits(100 * change.share, 2)} %{whole}" if change.range else "it stands still then"
+    return f"{change.name} {verb} {size} {pretty(shown.text)} {way} ({share})"
 
 
 def _tell_need(choice: LumpChoice, now: Mapping[str, int]) -> Iterator[str]:
