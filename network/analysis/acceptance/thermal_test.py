@@ -18,6 +18,7 @@ from network.machine.machine import Machine
 from network.platform.printing import Brief, Result
 from network.platform.quantities.units import unit
 from network.platform.refusal import Failed, Refused, Spot, refuse
+from network.recordings.call_arguments import expect_run
 from network.recordings.counted_readings import drop_uncounted
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
@@ -112,6 +113,7 @@ def evaluate_thermal_test(
     Of a recording that is parted the longest piece counts. Raises Refused for a machine that moves no tool centre
     point, a program that moves nothing of it, a recording without a measured axis, a tool length without a or b.
     """
+    expect_run(machine, source, start)
     _check(machine, source, tool_length)
     if isinstance(source, Recording) and source.cuts:
         source = max(source.pieces, key=lambda piece: float(np.ptp(piece.t)))

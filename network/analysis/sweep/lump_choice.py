@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
 from network.platform.printing import Result
 from network.platform.refusal import Spot, refuse
+from network.recordings.call_arguments import expect, expect_run
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
@@ -74,10 +76,15 @@ def choose_lumps(
     most, until these errors, summed over bars as if all came at once and the same way, are allowed. Raises Refused for
     a machine without bars.
     """
+    expect("machine", machine, Machine)
+    given = [sources] if isinstance(sources, Scenario | Recording | str | Path) else [*sources]
+    for source in given:
+        expect_run(machine, source, start)
+    if not given:
+        raise refuse(Spot("choose_lumps"), "has no schedule to choose by", "give a scenario or a recording")
     bars = [name for name in bars_of(machine) if name not in set(keep)]
     if not bars:
         raise refuse(Spot("--lumps auto"), "the machine has no bar to cut", "leave it out: masses are one lump each")
-    given = [sources] if isinstance(sources, Scenario | Recording) else [*sources]
     said = progress or (lambda part: None)
     chosen = {name: _fewest(machine, name) for name in bars}
     trials = [_Trials(machine, source, dict(chosen), share, start) for source in given]

@@ -15,6 +15,7 @@ from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
 from network.platform.printing import Result
 from network.platform.refusal import Failed
+from network.recordings.call_arguments import expect_run
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
@@ -68,6 +69,7 @@ def estimate_lumping(
     linear, finds the lumps that would be enough, too. None for a machine without bars, one that is cut as finely as can
     be, a run that took long, or one that breaks down when cut more finely.
     """
+    expect_run(machine, source, start)
     finer = cut_finely(machine)
     if finer is None:
         return None

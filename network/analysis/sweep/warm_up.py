@@ -21,6 +21,7 @@ from network.machine.machine import Machine
 from network.platform.printing import Brief, Result
 from network.platform.quantities.units import BadNumber, in_unit, split_number, unit
 from network.platform.refusal import Spot, likely, refuse
+from network.recordings.call_arguments import expect
 from network.recordings.inputs import Schedule, Signal
 from network.recordings.scenario import Scenario
 
@@ -98,6 +99,8 @@ def find_warm_up(
 ) -> WarmUp:  # fmt: skip
     """The shortest warm-up before a scenario. tolerance: like '2 um'; speeds: like '4000, 8000 rpm'; longest: [s];
     driven: the input, by default the speed; progress: told the share that is done. Raises Refused."""
+    expect("machine", machine, Machine)
+    expect("scenario", scenario, Scenario)
     wanted = parse_tolerance(tolerance, machine)
     schedule = schedule_for(machine, scenario)
     name = _find_driven(machine, schedule, driven)
