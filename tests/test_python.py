@@ -261,7 +261,7 @@ def test_other_things_than_machines_and_recordings_are_told(results: dict[str, A
             call(machine, day)  # type: ignore[arg-type]
         with pytest.raises(TypeError, match=r"recording is a Recording, not a str: Recording.load\('r.csv'\)"):
             call(machine, "r.csv")  # type: ignore[arg-type]
-        with pytest.raises(TypeError, match="is a [RM][a-z]*, not a [MS][a-z]*: look at their order"):
+        with pytest.raises(TypeError, match=r"is a [RM][a-z]*, not a [MS][a-z]*: look at their order"):
             call(day, machine)  # type: ignore[arg-type]
     for run in (simulate, sweep, estimate_lumping, choose_lumps, bands_of):
         with pytest.raises(TypeError, match="machine is a Machine, not a Scenario: look at their order"):
@@ -291,7 +291,7 @@ def test_one_word_or_several_mean_the_same() -> None:
     assert one.links["joint"].conductance == 5.0
     assert [run.level for run in sweep(one, day, levels="1,2").levels][-2:] == ["1", "2"]
     assert len(sweep(one, day, vary="links.joint.conductance=3..9 W/K:3").runs) == 3
-    assert simulate(one, day, start=Start(others=25.0)).parts["hot"][0] == 25.0
+    assert simulate(one, day, start=Start(others=25.0)).parts["hot"][0] == pytest.approx(25.0)
 
 
 def test_auto_is_no_number_of_lumps() -> None:

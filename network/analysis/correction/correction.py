@@ -28,6 +28,8 @@ from network.recordings.scenario import Scenario
 
 UNSEEN = 0.5e-6
 """m: what is lost below half a micrometre is not worth a state where no displacement channel has a noise."""
+HARDLY = 1.05
+"""Times what all states lose that is no more to speak of: both are told to two digits."""
 USUAL_TOPS = {"rpm": 10_000.0, "m/min": 30.0}
 
 
@@ -102,7 +104,8 @@ def make_correction(
     filter_, losses = made[max(made)]
     by_states = {n: _largest(lost) for n, (_, lost) in made.items()}
     lumping = estimate_over(machine, zip(sources, runs, strict=True))
-    notes = tuple(_notes(machine, sensors, channels))
+    kept = _tell_all_kept(machine, by_states, len(to), step) if states is None else []
+    notes = (*kept, *_notes(machine, sensors, channels))
     return Correction(machine, filter_, len(model.A), losses, by_states, notes, lumping)
 
 
@@ -244,6 +247,23 @@ def _unseen(machine: Machine) -> float:
     """Half the noise of the finest displacement channel [m]."""
     noise = [sensor.sigma for sensor in machine.sensors.values() if sensor.axis is not None]
     return min(noise, default=2 * UNSEEN) / 2
+
+
+def _tell_all_kept(machine: Machine, by_states: Mapping[int, float], most: int, step: float) -> list[str]:
+    """Why no state is left out, where none is."""
+    if not by_states or max(by_states) < most:
+        return []
+    limit = f"{1e6 * _unseen(machine):.2g} µm (half the noise of the finest displacement channel)"
+    lost = by_states[most]
+    if lost > _unseen(machine):
+        few = min(n for n, each in by_states.items() if each <= HARDLY * lost)
+        enough = f" `--states {few}` loses hardly more." if few < most else ""
+        why = f"that is lost by the step of {step:g} s and by what is not linear.{enough}"
+        return [f"Even with no state left out {1e6 * lost:.3g} µm are lost, more than {limit}: {why}"]
+    if most - 1 not in by_states:
+        return []
+    fewer = f"one fewer would lose {1e6 * by_states[most - 1]:.3g} µm, more than {limit}"
+    return [f"No state can be left out: {fewer}. `--states N` takes fewer all the same."]
 
 
 def _notes(machine: Machine, sensors: Sequence[str], channels: Sequence[str] | None) -> list[str]:
