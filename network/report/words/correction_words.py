@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from network.engine.trajectory import axis_unit
+from network.engine.trajectory import ROUNDING, axis_unit
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits, table
 from network.platform.quantities.units import unit
@@ -51,6 +51,7 @@ def tell_formulas(of: FormulaTable) -> str:
 def _formula_row(f: Formula) -> list[str]:
     shown = unit(axis_unit(f.axis))
     per_K = ", ".join(f"{shown.from_si(b):+.3g}" for b in f.by_sensor)
+    lost, offset = [v if v >= ROUNDING else 0.0 for v in f.lost], f.offset if abs(f.offset) >= ROUNDING else 0.0
     left = [f"{digits(shown.from_si(v), 3)} of {digits(shown.from_si(w), 3)}"
-            for v, w in zip(f.lost, f.uncorrected, strict=True)]  # fmt: skip
-    return [f"{f.axis} [{pretty(shown.text)}]", ", ".join(f.sensors), digits(shown.from_si(f.offset), 3), per_K, *left]
+            for v, w in zip(lost, f.uncorrected, strict=True)]  # fmt: skip
+    return [f"{f.axis} [{pretty(shown.text)}]", ", ".join(f.sensors), digits(shown.from_si(offset), 3), per_K, *left]
