@@ -9,6 +9,8 @@ from pathlib import Path
 from network.platform.refusal import Failed
 
 FOLDERS = ("machines", "scenarios")
+RESULTS = "results.csv"
+"""The recording in a folder of results."""
 NEAR = 0.8
 """Likeness from which a name is taken for a slip: one letter in five."""
 _PACKAGE = Path(__file__).parents[1]
@@ -27,7 +29,9 @@ def hint(path: Path) -> str:
     found = next((p for folder in FOLDERS if (p := _find(folder, path.name))), None)
     if found:
         return f" (one of that name comes with lptn: {found})"
-    beside = [other.name for other in path.parent.iterdir()] if path.parent.is_dir() else []
+    if (path / RESULTS).is_file():
+        return f" (did you mean {path / RESULTS}?)"
+    beside = [other.name for other in path.parent.iterdir() if other != path] if path.parent.is_dir() else []
     near = get_close_matches(path.name, beside, n=1, cutoff=NEAR)
     return f" (did you mean {path.parent / near[0]}?)" if near else ""
 
