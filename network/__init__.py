@@ -63,11 +63,13 @@ if TYPE_CHECKING:
     from network.machine.machine import Machine as Machine
     from network.platform.refusal import Failed as Failed
     from network.platform.refusal import Refused as Refused
+    from network.recordings.inputs import Start as Start
     from network.recordings.recording import Recording as Recording
     from network.recordings.scenario import Scenario as Scenario
 
 _HOME = {
     "Machine": "machine.machine", "Scenario": "recordings.scenario", "Recording": "recordings.recording",
+    "Start": "recordings.inputs",
     "simulate": "engine.simulation", "superpose": "engine.superposition.superpose",
     "compare": "analysis.comparison.compare",
     "calibrate": "analysis.calibration.calibrate", "sweep": "analysis.sweep.sweep",
@@ -87,8 +89,14 @@ __all__ = [*_HOME, "__version__"]
 def __getattr__(name: str) -> Any:
     """Names are fetched when first used, so that `lptn check` starts fast."""
     if name not in _HOME:
-        raise AttributeError(f"network has no '{name}'")
+        raise AttributeError(f"network has no '{name}'; {_likely(name)}")
     return getattr(import_module(f"network.{_HOME[name]}"), name)
+
+
+def _likely(name: str) -> str:
+    from network.platform.refusal import likely
+
+    return likely(name, _HOME)
 
 
 def __dir__() -> list[str]:

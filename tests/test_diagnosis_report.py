@@ -19,7 +19,7 @@ from network import Machine, Scenario, compare, simulate
 from network.analysis.comparison.compare import Comparison
 from network.analysis.diagnosis.candidates import candidates
 from network.analysis.diagnosis.experiments.programs import programs
-from network.analysis.diagnosis.findings import why_not
+from network.analysis.diagnosis.findings import size_of_unknown, why_not
 from network.analysis.diagnosis.isolability import DETAILS
 from network.analysis.diagnosis.location import Location
 from network.analysis.diagnosis.result import UNKNOWN, Diagnosis, Experiment, Fits, Quantity
@@ -121,6 +121,29 @@ def test_it_is_told_when_the_map_of_unknown_heat_points_elsewhere(found: Diagnos
 def test_unknown_heat_of_links_and_channels(found: Diagnosis, at: Location, size: float, told: str) -> None:
     heat = unknown_heat(at, 0.9, 2, size)
     assert told in flat(str(replace(unnamed(found), located=(heat,))))
+
+
+@pytest.mark.parametrize(("at", "size", "told"), [
+    (Location(("body",)), 92.0, ("heat", "W", 1.0)),
+    (Location(channel="T_body"), 0.6, ("offset", "K", 1.0)),
+    (Location(channel="dz"), 2e-6, ("offset", "um", 1e6)),
+])  # fmt: skip
+def test_the_size_of_what_is_unknown_is_in_the_unit_of_its_place(
+    found: Diagnosis, at: Location, size: float, told: tuple[str, str, float]
+) -> None:
+    unknown = unknown_heat(at, 0.9, 2, size)
+    name, quantity = size_of_unknown(found.machine, unknown)
+    summary = quantity.summary()
+    assert (name, summary["unit"]) == told[:2]
+    assert summary["value"] == pytest.approx(unknown.rms * told[2])
+    assert summary["std"] == pytest.approx(told[2] * size / 10)
+
+
+def test_what_sits_in_a_channel_is_no_heat(found: Diagnosis) -> None:
+    sensor = replace(finding(kind=UNKNOWN, patch={}, parameters={}), places=(), channels=("dz",))
+    told = flat(str(replace(found, verdict="unexplained", findings=(sensor,))))
+    assert "Check that sensor and what it is fixed to first" in told and "where heat or movement" not in told
+    assert "where heat or movement is unaccounted for" in flat(str(unnamed(found)))
 
 
 @pytest.mark.parametrize(("verdict", "findings", "words"), [

@@ -271,3 +271,28 @@ def test_the_readme_shows_what_comes_out(tmp_path: Path, capsys: pytest.CaptureF
     runs = [str(ROOT / "scenarios" / f"{name}.yaml") for name in ("warm_up_and_stop", "day_of_work")]
     main(["export", str(ROOT / "machines" / "gantry_spindle.yaml"), *runs, "--as", "c", "-o", str(tmp_path)])
     assert shown.strip() in capsys.readouterr().out
+
+
+# -- how many states ------------------------------------------------------------------------------------------------
+def test_it_is_said_where_no_state_can_be_left_out() -> None:
+    """Half the noise of the finest displacement channel decides; where all states lose more, how many are as good."""
+    grows = {"kind": "stretching", "length": "1 m", "expansion": "1e-5 1/K", "direction": 1}
+    two = machine(
+        {"a": {"heat_capacity": "5 kJ/K"}, "b": {"heat_capacity": "80 kJ/K"}, "room": {"temperature": "20 degC"}},
+        links={"joint": {"kind": "conduction", "between": ["a", "b"], "conductance": "5 W/K"},
+               "skin": {"kind": "convection", "between": ["b", "room"], "conductance": "4 W/K"}},
+        sources={"motor": {"kind": "heat_source", "into": {"a": 1}, "power": "90 W", "with": "running"}},
+        tcp={"z": {"a grows": grows | {"of": "a"}, "b grows": grows | {"of": "b"}}},
+    )  # fmt: skip
+    steps = {"speed": [{"for": "1 h", "at": "500 rpm"}, {"for": "1 h", "at": "0 rpm"}, {"at": "500 rpm"}]}
+    made = make_correction(two, [Scenario.of("steps", "3 h", steps)])
+    assert made.filter.own == made.full == 2 and made.by_states[1] > 0.5e-6 > made.by_states[2]
+    (told,) = [note for note in made.notes if "state" in note]
+    lost = f"one fewer would lose {1e6 * made.by_states[1]:.3g} µm, more than"
+    assert told.startswith(f"No state can be left out: {lost}")
+    mill = MADE["mill, which is not linear"]()
+    (told,) = [note for note in mill.notes if "state" in note]
+    few = int(told.partition("--states ")[2].partition("`")[0])
+    assert told.startswith("Even with no state left out 0.285 µm are lost") and few < mill.filter.own
+    assert mill.by_states[few] < 1.1 * mill.by_states[mill.filter.own]
+    assert not any("state" in note for note in gantry().notes)

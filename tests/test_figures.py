@@ -25,7 +25,7 @@ from network.engine.simulation import simulate
 from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
 from network.platform.quantities.number_format import number
-from network.platform.quantities.units import unit
+from network.platform.quantities.unit_values import in_own_unit
 from network.platform.refusal import Refused, Spot
 from network.platform.yaml.document import Branch, tree_of
 from network.recordings.columns import Column
@@ -33,7 +33,7 @@ from network.recordings.inputs import hold, linear
 from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
 from network.report.figures.all_figures import comparison_figure, contributions_figure, network_figure, run_figure, save
-from network.report.figures.canvas import PALETTE, gap_unit, in_unit, look, shorten
+from network.report.figures.canvas import PALETTE, gap_unit, look, shorten
 from network.report.figures.labels import spread
 from network.report.figures.lines import MOST_POINTS, alone, outline, thin, time_ticks, with_gaps
 from network.report.figures.symbols import examples
@@ -395,8 +395,8 @@ def test_a_comparison_has_a_row_for_each_channel(mill: Machine, run: Trajectory,
     assert [axes.get_xlabel() for axes in figure.axes] == [""] * 8 + ["time [h]"] * 2
     for channel, left, right in zip(residual.channels.values(), figure.axes[::2], figure.axes[1::2], strict=False):
         measured, simulated = left.lines
-        np.testing.assert_allclose(measured.get_ydata(), in_unit(channel.measured, unit(channel.unit)))
-        np.testing.assert_allclose(simulated.get_ydata(), in_unit(channel.simulated, unit(channel.unit)))
+        np.testing.assert_allclose(measured.get_ydata(), in_own_unit(channel.measured, channel.unit))
+        np.testing.assert_allclose(simulated.get_ydata(), in_own_unit(channel.simulated, channel.unit))
         assert (simulated.get_color(), measured.get_color()) == (PALETTE[0], "#6f6f6f")
         np.testing.assert_allclose(right.lines[-1].get_ydata(), channel.in_noise)
         (band,) = [p for p in right.patches if isinstance(p, Rectangle)]

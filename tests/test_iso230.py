@@ -13,6 +13,7 @@ from network.analysis.acceptance.drift_measures import HOUR, find_range, find_st
 from network.analysis.acceptance.motion import TITLES
 from network.analysis.acceptance.thermal_test import ThermalTest, evaluate_thermal_test
 from network.cli import main
+from network.recordings.inputs import Start
 
 ROOT = Path(__file__).parents[1]
 MACHINES, PROGRAMS = ROOT / "machines", ROOT / "scenarios"
@@ -111,6 +112,26 @@ def test_a_longer_tool_is_carried_by_the_rotation() -> None:
         assert drift.tilt == pytest.approx(np.ptp(run.tcp["b"]))
 
 
+def test_where_it_begins_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    """A pump that is always on has warmed what it warms: 100 W into a bar that its skins alone cool. Cold is cold."""
+    pump = "sources.pump={kind: heat_source, into: {beam: 1}, power: 100 W, with: always}"
+    words = "iso230", GANTRY, "spindle_constant", "--set", pump
+    assert status(*words) == 0
+    told = capsys.readouterr().out
+    assert "It begins in equilibrium with the room at rest, what is always on having run for long: parts from " in told
+    assert "(beam); `--start '20 degC'` begins cold." in told
+    assert status(*words, "--start", "20 degC") == 0
+    cold = capsys.readouterr().out
+    assert "It begins as stated: all parts at 20 °C.\n" in cold and "begins cold" not in cold
+    machine = Machine.load(GANTRY, sets=[pump])
+    program = Scenario.load(PROGRAMS / "iso230_spindle_constant.yaml")
+    warm, cool = (evaluate_thermal_test(machine, program, start=start) for start in (None, Start(others=20.0)))
+    assert warm.run is not None and warm.run.parts["beam"][0] == pytest.approx(warm.run.parts["beam"][10], abs=0.01)
+    assert warm.begins == "in equilibrium" and cool.begins == "as stated"
+    assert cool.axes["y"].drift > warm.axes["y"].drift  # what the pump does comes on top
+    assert json.loads(json.dumps(cool.summary()))["begins"] == "as stated"
+
+
 def test_a_recording_tells_what_was_measured_and_beside_it_the_machine(tmp_path: Path) -> None:
     """A noisy run of the same machine: measured and simulated agree to a micrometre, four σ of a sample."""
     program = str(PROGRAMS / "iso230_spindle_constant.yaml")
@@ -187,6 +208,9 @@ def test_the_readme_shows_what_comes_out(capsys: pytest.CaptureFixture[str]) -> 
         ((GANTRY, "rotary_axis"), "rotary_speed, which this machine does not read; give a program that moves speed"),
         ((str(MACHINES / "specimen_bar.yaml"), "etve"), "needs the input `heater`"),
         ((str(MACHINES / "toaster_oven.yaml"), "etve"), "moves no tool centre point"),
+        ((GANTRY, "spindel_constant"), "no program that comes with lptn; did you mean 'spindle_constant'?"),
+        ((str(MACHINES / "specimen_bar.yaml"), "etve"), "came with lptn; copy it into your folder, change and name"),
+        ((GANTRY, "iso230_rst.yaml"), "give the path of a scenario or a recording's mapping (did you mean iso230_rest"),
         ((GANTRY, "spindle_constant", "--tool-length", "150 mm"), "has no rotation a or b"),
         ((GANTRY, "spindle_constant", "--tool-length", "150"), "'150' has no unit"),
         ((GANTRY, "spindle_constant", "--top", "sped=8000 rpm"), "did you mean 'speed'"),

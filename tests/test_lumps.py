@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from build import machine
 
-from network import Machine, Refused, Scenario, choose_lumps, estimate_lumping, simulate
+from network import Machine, Refused, Scenario, choose_lumps, estimate_lumping, simulate, superpose
 from network.analysis.sweep.finer_lumps import bars_of, cut_bars, moving_mean
 from network.analysis.sweep.lumping_error import cut_finely
 from network.analysis.sweep.usual_program import usual_program
@@ -18,6 +18,18 @@ from network.cli import main
 
 ROOT = Path(__file__).parents[1]
 GANTRY, WARM = ROOT / "machines" / "gantry_spindle.yaml", ROOT / "scenarios" / "warm_up_and_stop.yaml"
+HEAT = ROOT / "scenarios" / "bearing_warms.yaml"
+POOR = """
+machine: A bar that is cooled at its far end, better than its file says
+reference: 20 degC
+nodes:
+  bar: {material: aluminium, length: 400 mm, area: 100 cm^2}
+  air: {temperature: 20 degC}
+links: {skin: {kind: convection, between: [bar@0.9..1, air], conductance: 0.3 W/K ± 200 %}}
+sources: {heater: {kind: heat_source, into: {bar@0..0.1: 1}, power: 50 W}}
+tcp: {z: {grows: {kind: stretching, of: bar, direction: 1}}}
+sensors: {T: {measures: bar@0.05, noise: 0.05 K}, dz: {measures: tcp.z, noise: 0.3 um}}
+"""
 CHILLED, SHIFT = ROOT / "machines" / "chilled_spindle.yaml", ROOT / "scenarios" / "shift_at_one_speed.yaml"
 
 
@@ -129,6 +141,84 @@ def test_simulate_tells_what_lumps_cost(tmp_path: Path, capsys: pytest.CaptureFi
     told = json.loads((tmp_path / "summary.json").read_text())["lumping"]
     assert told["channels"]["z"]["max"] == pytest.approx(13.7, rel=0.01) and not told["within"]
     assert set(told["needed"]) == set(bars_of(Machine.load(GANTRY)))
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("iso230", GANTRY, "spindle_constant", "--top", "speed=8000 rpm"),
+        ("warmup", GANTRY, WARM, "--tolerance", "9 um", "--speeds", "8000 rpm", "--longest", "20 min"),
+        ("export", GANTRY, WARM, "--as", "c", "--states", "2"),
+        ("export", GANTRY, WARM, "--as", "table"),
+    ],
+)
+def test_every_command_that_tells_micrometres_tells_what_lumps_cost(
+    words: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out, _ = run(*words, "-o", tmp_path, capsys=capsys)
+    assert "Lumps: with 16 in every bar, z would be up to 1" in out.replace("up to 7.", "up to 1")
+    assert "`--lumps auto` chooses" in out
+    told = json.loads(run(*words, "-o", tmp_path, "--json", capsys=capsys)[0])["lumping"]
+    assert told["channels"]["z"]["max"] > 5 and not told["within"]
+    if words[0] == "iso230":
+        assert "Lumps: with 16 in every bar" in (tmp_path / "report.html").read_text()
+        assert "`--lumps auto`" not in run(*words, "-o", tmp_path, "--lumps", "auto", capsys=capsys)[0]
+
+
+def test_the_page_of_a_run_tells_what_lumps_cost(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    run("simulate", GANTRY, WARM, "-o", tmp_path, "--no-plots", "--page", capsys=capsys)
+    assert "Lumps: with 16 in every bar, z would be up to 13.7 µm higher" in (tmp_path / "report.html").read_text()
+
+
+def test_lumps_are_chosen_again_with_the_numbers_that_are_found(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A bar that is cooled at its end better than its file says is steeper, and asks for more lumps."""
+    (tmp_path / "m.yaml").write_text(POOR, encoding="utf-8")
+    made = ("simulate", tmp_path / "m.yaml", HEAT, "-o", tmp_path, "--no-plots", "--noise", "--lumps", "32")
+    run(*made, "--set", "links.skin.conductance=20 W/K", capsys=capsys)
+    words = ("calibrate", tmp_path / "m.yaml", tmp_path / "results.csv", "-o", tmp_path / "c", "--no-plots")
+    out, err = run(*words, "--lumps", "auto", capsys=capsys)
+    assert "With the numbers found: Lumps: " in err and "alibrate with it" not in out and "`--lumps auto`" not in out
+    out, err = run(*words, "--lumps", "2", capsys=capsys)
+    assert "Calibrate with it." in out and "With the numbers" not in err
+
+
+def test_what_cancels_asks_for_no_lumps() -> None:
+    """Two equal columns tilt nothing: what rounding leaves of that is no range to keep a share of, nor a movement."""
+    bar = {"material": "steel", "length": "400 mm", "area": "20 cm^2"}
+    twins = machine(
+        {"left": bar, "right": bar, "air": {"temperature": "20 degC"}},
+        links={f"{n} skin": {"kind": "convection", "between": [f"{n}@0.8..1", "air"], "conductance": "5 W/K"}
+               for n in ("left", "right")},
+        sources={"heater": {"kind": "heat_source", "into": {"left@0..0.2": 0.5, "right@0..0.2": 0.5}, "power": "60 W"}},
+        tcp={"z": {"grows": {"kind": "stretching", "of": "left", "direction": 1}},
+             "b": {"tilts": {"kind": "tilt", "between": ["left", "right"], "distance": "1 m", "direction": 1}}},
+    )  # fmt: skip
+    choice = choose_lumps(twins, HOURS)
+    assert choice.is_settled and max(choice.lumps.values()) < 32
+    run = simulate(cut_bars(twins, {"left": 7, "right": 7}), HOURS)
+    assert np.ptp(run.tcp["b"]) < 1e-12
+    told = str(superpose(run)) + str(run) + str(estimate_lumping(twins, HOURS))
+    assert "Nothing turns the tool centre point about b." in told and "nothing\n" in told and "0.0000" not in told
+    assert "b would not change" in told
+    uneven = estimate_lumping(cut_bars(twins, {"right": 4}), HOURS)
+    assert uneven is not None and "(it stands still then)" in str(uneven)
+
+
+def test_a_tolerance_is_told_as_it_was_given() -> None:
+    assert "within 10 % or" in str(choose_lumps(two_bars(), HOURS, share=0.1))
+    assert "within 0.5 % or" in str(choose_lumps(two_bars(), HOURS, share=0.005))
+
+
+def test_what_is_not_settled_says_what_was_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Many bars leave no room for a finer run: what the last doubling that was tried changed decides, and is told."""
+    monkeypatch.setattr("network.analysis.sweep.lump_choice.MOST", 40)
+    assert choose_lumps(two_bars(), HOURS, share=0.05).is_settled
+    choice = choose_lumps(two_bars(), HOURS, share=0.0005)
+    assert choice.still is not None and not choice.is_settled
+    told = str(choice)
+    assert "the last doubling, to 16 in every bar, still changed" in told and "no finer ones are tried" in told
 
 
 def test_auto_is_told_and_holds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

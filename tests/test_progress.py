@@ -10,8 +10,11 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from diagnosed import saved
+from fits import USUAL, recorded, speeds
 
 import network
+from network import diagnose
 from network.report.progress import Bar, share_bar
 
 BUSY = """
@@ -62,6 +65,32 @@ def test_where_nobody_looks_nothing_is_shown(capfd: pytest.CaptureFixture[str]) 
     with share_bar("unseen") as bar:
         bar(0.5)
     assert capfd.readouterr() == ("", "")
+
+
+def test_what_is_done_within_leaves_the_rest_to_do() -> None:
+    """Lumps that are chosen first are not the work: the bar stands where it was, and says what it said."""
+    with share_bar("calibrating") as bar:
+        bar(0.1)
+        with share_bar("choosing lumps") as inner:
+            assert (inner, inner.what, inner.share) == (bar, "choosing lumps", 0.0)
+            inner(0.98)
+        assert (bar.what, bar.share) == ("calibrating", 0.1)
+
+
+def test_a_diagnosis_says_what_it_is_at(tmp_path: Path) -> None:
+    said = list[str]()
+
+    class Ear:
+        def __call__(self, share: float) -> None:
+            pass
+
+        def now(self, what: str) -> None:
+            said.append(what)
+
+    machine = saved(tmp_path)
+    diagnose(machine, [recorded(machine, speeds(*USUAL), 1)], progress=Ear(), seconds=60)
+    assert "σ left; looking for what is missing" in " ".join(said)
+    assert said[-1] == "judging what was found, also on what was held out"
 
 
 def test_it_never_falls_back_and_follows_several_runs() -> None:

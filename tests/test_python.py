@@ -19,11 +19,15 @@ from network import (
     Recording,
     Refused,
     Scenario,
+    Start,
     Trajectory,
+    bands_of,
     calibrate,
     choose_lumps,
     compare,
+    diagnose,
     estimate_lumping,
+    sample,
     simulate,
     superpose,
     sweep,
@@ -251,5 +255,45 @@ def test_other_things_than_machines_and_recordings_are_told(results: dict[str, A
         simulate(day, machine)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="recording is a Recording, not a str"):
         compare(machine, ["r.csv"])  # type: ignore[list-item]
+    nothing_read = "recording is a Recording, not a Scenario: nothing is measured in a scenario"
+    for call in (compare, calibrate, diagnose):
+        with pytest.raises(TypeError, match=nothing_read):
+            call(machine, day)  # type: ignore[arg-type]
+        with pytest.raises(TypeError, match=r"recording is a Recording, not a str: Recording.load\('r.csv'\)"):
+            call(machine, "r.csv")  # type: ignore[arg-type]
+        with pytest.raises(TypeError, match=r"is a [RM][a-z]*, not a [MS][a-z]*: look at their order"):
+            call(day, machine)  # type: ignore[arg-type]
+    for run in (simulate, sweep, estimate_lumping, choose_lumps, bands_of):
+        with pytest.raises(TypeError, match="machine is a Machine, not a Scenario: look at their order"):
+            run(day, machine)  # type: ignore[operator]
+        with pytest.raises(TypeError, match=r"source is a Scenario or Recording or Schedule, not a str: Scenario.load"):
+            run(machine, "s.yaml")  # type: ignore[operator]
+    with pytest.raises(TypeError, match="count is an int or integer, not a str"):
+        sample(machine, day, "5")  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="run is a Trajectory, not a Machine"):
+        superpose(machine)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"start is a Start, not an int: Start\(others=22.0\) is 22 °C everywhere"):
+        simulate(machine, day, start=22)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="patch is a mapping like"):
+        machine.patched("links.joint.conductance=5 W/K")  # type: ignore[arg-type]
+    for several in (calibrate, diagnose):
+        with pytest.raises(Refused, match="recordings: there is none; give at least one"):
+            several(machine, [])
+    with pytest.raises(AttributeError, match="did you mean 'simulate'"):
+        network.simulat  # noqa: B018
+
+
+def test_one_word_or_several_mean_the_same() -> None:
+    """`lumps`, `sets`, `levels` and `vary` of one entry are no letters."""
+    blocks, day = ROOT / "machines" / "two_blocks.yaml", Scenario.of("still", "1 h", {"ambient": "20 degC"})
+    assert Machine.load(blocks, lumps=3).nodes["hot"].lumps == 3 == Machine.load(blocks, lumps=[3]).nodes["cold"].lumps
+    one = Machine.load(blocks, sets="links.joint.conductance=5 W/K")
+    assert one.links["joint"].conductance == 5.0
+    assert [run.level for run in sweep(one, day, levels="1,2").levels][-2:] == ["1", "2"]
+    assert len(sweep(one, day, vary="links.joint.conductance=3..9 W/K:3").runs) == 3
+    assert simulate(one, day, start=Start(others=25.0)).parts["hot"][0] == pytest.approx(25.0)
+
+
+def test_auto_is_no_number_of_lumps() -> None:
     with pytest.raises(Refused, match="choose_lumps"):
         Machine.load(ROOT / "machines" / "two_blocks.yaml", lumps="auto")

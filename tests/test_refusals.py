@@ -12,7 +12,8 @@ import pytest
 
 from network.catalogue.declaration.discovery import kinds
 from network.machine.machine import Machine
-from network.platform.refusal import Refused
+from network.platform.refusal import Refused, likely
+from network.recordings.recording import Recording
 
 CASES = Path(__file__).parents[2] / "shared" / "cases"
 
@@ -639,3 +640,19 @@ def test_mutated_cases_are_refused_or_read(tmp_path: Path) -> None:
         outcomes[bool(message)] += 1
         assert all(line.startswith("bench.yaml") and "; " in line for line in message.splitlines())
     assert min(outcomes.values()) > 10
+
+
+def test_a_beginning_names_the_one_word_that_goes_on_so() -> None:
+    words = ("bending", "bearing_friction", "convection", "conduction")
+    assert likely("bearing", words) == "did you mean 'bearing_friction'?"
+    assert likely("bendin", words) == "did you mean 'bending'?"
+    assert likely("con", words).startswith("known are") and likely("b", words).startswith("known are")
+
+
+def test_a_folder_of_results_is_no_recording_but_holds_one(tmp_path: Path) -> None:
+    (tmp_path / "june").mkdir()
+    with pytest.raises(Refused, match=r"is not a file; give the path of a recording$"):
+        Recording.load(tmp_path / "june")
+    (tmp_path / "june" / "results.csv").write_text("time [s],T [degC]\n0,20\n")
+    with pytest.raises(Refused, match=r"is not a file; .* \(did you mean .*june.results\.csv\?\)$"):
+        Recording.load(tmp_path / "june")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, Self
 
 import numpy as np
@@ -107,6 +107,10 @@ class Node(Declared):
 
     def resolve(self, machine: MachineLike) -> Self:
         return self.replaced(stuff=machine.material(self.material) if self.material else None)
+
+    def needs(self) -> Mapping[str, str]:
+        """The input at which it is held."""
+        return {self.temperature: "degC"} if isinstance(self.temperature, str) else {}
 
     @property
     def is_held(self) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,14 +14,14 @@ from network.cli.options import (
     json_flag,
     machine_options,
     page_flag,
-    print_json,
     read_fitting,
     read_machine,
-    read_recordings,
     read_start,
+    recordings_of,
     results_go_to,
+    sources_of,
     start_option,
-    warn,
+    tell_result,
 )
 from network.platform.refusal import Spot, refuse
 from network.report.progress import Bar, share_bar
@@ -30,8 +30,11 @@ if TYPE_CHECKING:
     from network.analysis.calibration.calibrate import Calibration
     from network.analysis.calibration.experiment_plan import Foresight
     from network.machine.machine import Machine
+    from network.recordings.recording import Recording
 
 PLAN = "plan.json"
+AGAIN = 2
+"""Times that lumps are chosen anew with the numbers found."""
 
 
 @click.command()
@@ -57,23 +60,18 @@ def calibrate(
         raise refuse(Spot("lptn calibrate"), "no recording is given", "name at least one, or a schedule with --plan")
     with share_bar(f"calibrating {Path(machine).name}") as bar:
         results_go_to(output if plan is not None else output or "out")
-        loaded = read_machine(machine, level, lumps, sets, [plan] if plan is not None else recordings, start)
+        read = recordings_of(recordings)
+        loaded = read_machine(machine, level, lumps, sets, read if plan is None else sources_of([plan]), start)
         answer: Foresight | Calibration
         if plan is not None:
             _check_no_recordings(recordings, holdout)
             answer, written = _plan(loaded, plan, output, start)
         else:
             made = (not no_plots, page)
-            answer, written = _calibrate(loaded, recordings, holdout, output or "out", seed, start, made, bar)
+            answer, written = _calibrate(loaded, read, holdout, output or "out", seed, start, made, bar)
         text = "" if as_json else str(answer)
-    if as_json:
-        print_json(answer.summary())
-        warn(getattr(answer, "warnings", ()))
-    else:
-        click.echo(text)
-    if written:
-        click.echo(f"\nWritten: {', '.join(map(str, written))}", err=as_json)
-    warn(map(str, loaded.warnings))
+    unsaid = getattr(answer, "warnings", ()) if as_json else ()
+    tell_result(text, answer.summary, written, as_json, [*unsaid, *loaded.warnings])
 
 
 def _check_no_recordings(recordings: Sequence[str], holdout: Sequence[str]) -> None:
@@ -96,16 +94,22 @@ def _plan(machine: Machine, scenario: str, output: str | None, start: str | None
 
 
 def _calibrate(
-    machine: Machine, recordings: Sequence[str], holdout: Sequence[str], output: str, seed: int, start: str | None,
-    made: tuple[bool, bool], bar: Bar,
+    machine: Machine, read: Callable[[], list[Recording]], holdout: Sequence[str], output: str, seed: int,
+    start: str | None, made: tuple[bool, bool], bar: Bar,
 ) -> tuple[Calibration, list[Path]]:  # fmt: skip
     """made: whether pictures and the page are wanted."""
     from network.analysis.calibration.calibrate import calibrate as run
     from network.analysis.calibration.calibrated_patch import check_target
+    from network.cli.lumps_option import choose_again
     from network.report.files.calibration_files import write_calibration
 
     check_target(machine, Path(output))
-    train, held_out = list(read_recordings(recordings)), list(read_recordings(holdout))
+    train, held_out = read(), recordings_of(holdout)()
     result = run(machine, train, held_out, start=read_start(start), seed=seed, progress=bar)
+    for _ in range(AGAIN):
+        finer = choose_again(machine, result, train, read_start(start))
+        if finer is None:
+            break
+        result = run(finer, train, held_out, start=read_start(start), seed=seed, progress=bar)
     bar.now("drawing the calibration", 1.0)
     return result, write_calibration(result, Path(output), *made)

@@ -35,11 +35,14 @@ from network.cli.options import (
     read_machine,
     read_start,
     results_go_to,
+    sources_of,
     start_option,
+    tell_result,
     warn,
 )
 from network.cli.sweep_command import sweep
 from network.cli.warmup_command import warmup
+from network.platform.package_data import is_shipped
 from network.platform.refusal import Complaints, Failed, Refused
 from network.platform.threads import begin_on_one_thread
 from network.report.progress import share_bar
@@ -99,7 +102,7 @@ def check(
     from network.report.words.check_summary import machine_summary, tell_source
     from network.report.words.describe import describe
 
-    loaded = read_machine(machine, level, lumps, sets, sources)
+    loaded = read_machine(machine, level, lumps, sets, sources_of(sources))
     words = [] if as_json else [describe(loaded)]
     complaints = Complaints()
     if level is None:
@@ -161,15 +164,14 @@ def simulate(
             from network.report.files.parquet_files import check_parquet
 
             check_parquet()
-        loaded = read_machine(machine, level, lumps, sets, [source], start)
+        read = sources_of([source])
+        loaded, (driver,) = read_machine(machine, level, lumps, sets, read, start), read()
         from network.analysis.sweep.lumping_error import estimate_lumping
         from network.engine.simulation import simulate as run
         from network.engine.superposition.superpose import superpose
-        from network.recordings.load_source import load_source
         from network.report.files.result_files import run_summary
         from network.report.words.band_words import summarise_bands, tell_bands
 
-        driver = load_source(source)
         result = run(
             loaded, driver, method=method, start=read_start(start), noise_seed=seed if noise else None,
             progress=bar.over([driver]),
@@ -180,14 +182,13 @@ def simulate(
         lumping = estimate_lumping(loaded, driver, plain, start=read_start(start), method=method)
         bar.now("drawing the run", 1.0)
         written = _write(result, shares, bands, lumping, output, not no_plots, page, parquet)
-    if as_json:
-        print_json(run_summary(result, shares, lumping) | {"bands": summarise_bands(bands)})
-    else:
         told = str(replace(result, warnings=()))  # which go to the other stream
         cut = [str(lumping), ""] if lumping is not None else []
-        click.echo("\n".join([told, "", *cut, str(shares), *tell_bands(bands)]))
-        click.echo(f"\nWritten: {', '.join(map(str, written))}")
-    warn(result.warnings)
+        words = "\n".join([told, "", *cut, str(shares), *tell_bands(bands)])
+    tell_result(
+        words, lambda: run_summary(result, shares, lumping) | {"bands": summarise_bands(bands)}, written, as_json,
+        result.warnings,
+    )  # fmt: skip
 
 
 def _write(
@@ -210,7 +211,7 @@ def _write(
         if page:
             from network.report.pages.result_pages import page_of_run, write_page
 
-            made.append(write_page(page_of_run(result, shares, bands), draft))
+            made.append(write_page(page_of_run(result, shares, bands, lumping), draft))
     return [Path(output) / path.name for path in made]
 
 
@@ -261,6 +262,9 @@ def run(arguments: Sequence[str] | None = None) -> None:
         cli.main(args=None if arguments is None else list(arguments), prog_name="lptn", standalone_mode=False)
     except Refused as refused:
         click.echo(str(refused), err=True)
+        for file in sorted({refusal.spot.file for refusal in refused.refusals}):
+            if is_shipped(file, sys.argv[1:] if arguments is None else arguments):
+                click.echo(f"lptn: {file} came with lptn; copy it into your folder, change and name the copy", err=True)
         sys.exit(2)
     except Failed as failed:
         click.echo(f"lptn: {failed}", err=True)

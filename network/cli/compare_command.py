@@ -14,13 +14,12 @@ from network.cli.options import (
     machine_options,
     method_option,
     page_flag,
-    print_json,
     read_machine,
-    read_recordings,
     read_start,
+    recordings_of,
     results_go_to,
     start_option,
-    warn,
+    tell_result,
     warn_of_extrapolation,
 )
 from network.recordings.start_rule import ESTIMATED
@@ -28,6 +27,7 @@ from network.report.progress import share_bar
 
 if TYPE_CHECKING:
     from network.analysis.comparison.compare import Comparison
+    from network.analysis.sweep.lumping_error import LumpingError
     from network.machine.machine import Machine
 
 
@@ -51,13 +51,14 @@ def compare(
         results_go_to(output)
         if json_file not in (None, "-"):
             results_go_to(Path(str(json_file)).parent)
-        loaded = read_machine(machine, level, lumps, sets, recordings, start)
+        read = recordings_of(recordings)
+        loaded = read_machine(machine, level, lumps, sets, read, start)
         from network.analysis.comparison.common_start import doubt_starts
         from network.analysis.comparison.compare import compare as lay_beside
         from network.analysis.sweep.lumping_error import estimate_on_recording
         from network.recordings.channel_match import overheard
 
-        given, stated = list(read_recordings(recordings)), None
+        given, stated = read(), None
         if start == ESTIMATED:
             from network.analysis.calibration.estimated_constants import compare_estimating
 
@@ -70,15 +71,10 @@ def compare(
         lumping = estimate_on_recording(loaded, result.recordings, start=stated, method=method)
         if lumping is not None:
             text, summary = f"{text}\n{lumping}", summary | {"lumping": lumping.summary()}
-        written = _write(result, summary, None if no_plots else output, json_file, page)
-    if json_file == "-":
-        print_json(summary)
-    else:
-        click.echo(text)
-    if written:
-        click.echo(f"\nWritten: {', '.join(map(str, written))}", err=json_file == "-")
-    doubts = (*doubt_starts(loaded, given, stated), *warn_of_extrapolation(loaded, given))
-    warn([*loaded.warnings, *overheard(loaded, given, ()), *doubts, *result.warnings])
+        written = _write(result, lumping, summary, None if no_plots else output, json_file, page)
+    doubts = [*overheard(loaded, given, ()), *doubt_starts(loaded, given, stated),
+              *warn_of_extrapolation(loaded, given)]  # fmt: skip
+    tell_result(text, lambda: summary, written, json_file == "-", [*loaded.warnings, *doubts, *result.warnings])
 
 
 def _tell(machine: Machine, result: Comparison, in_words: bool) -> tuple[str, dict[str, Any]]:
@@ -92,8 +88,9 @@ def _tell(machine: Machine, result: Comparison, in_words: bool) -> tuple[str, di
 
 
 def _write(
-    result: Comparison, summary: dict[str, Any], output: str | None, json_file: str | None, page: bool
-) -> list[Path]:
+    result: Comparison, lumping: LumpingError | None, summary: dict[str, Any], output: str | None,
+    json_file: str | None, page: bool,
+) -> list[Path]:  # fmt: skip
     """Pictures, page and residuals, at once where they go into one folder; pictures and page that were written."""
     from network.platform.files import write_text
     from network.platform.folders import folder
@@ -109,7 +106,7 @@ def _write(
             if page:
                 from network.report.pages.result_pages import page_of_comparison, write_page
 
-                written.append(Path(output) / write_page(page_of_comparison(result), draft).name)
+                written.append(Path(output) / write_page(page_of_comparison(result, lumping), draft).name)
             if left is not None and left.parent.resolve() == Path(output).resolve() and not left.is_symlink():
                 write_text(draft / left.name, as_json(summary))
                 left = None

@@ -13,12 +13,13 @@ from network.analysis.sweep.sweep import sweep
 from network.catalogue.declaration.entry_path import axis_of
 from network.cli.demo_missing_physics import tell_missing
 from network.engine.simulation import simulate
-from network.engine.trajectory import Trajectory, axis_unit, in_difference_unit
+from network.engine.trajectory import Trajectory, axis_unit
 from network.machine.machine import Machine
 from network.platform.folders import folder
 from network.platform.package_data import find_shipped
 from network.platform.publication import publication
 from network.platform.quantities.number_format import pretty
+from network.platform.quantities.unit_values import in_difference_unit
 from network.recordings.csv_table import write_csv
 from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario

@@ -16,12 +16,12 @@ from network.cli.options import (
     output_folder,
     print_json,
     read_machine,
-    read_recordings,
     read_start,
+    recordings_of,
     results_go_to,
     start_option,
     take_time,
-    warn,
+    tell_result,
     warn_of_extrapolation,
 )
 from network.platform.stopping import time_to_tell
@@ -93,19 +93,17 @@ def diagnose(
         from network.report.files.diagnosis_files import check_target, summarise_diagnosis, tidy, write_diagnosis
 
         results_go_to(output)
-        loaded = read_machine(machine, level, lumps, sets, recordings, start)
+        read = recordings_of(recordings)
+        loaded = read_machine(machine, level, lumps, sets, read, start)
         where = check_target(loaded, Path(output))
-        begins, runs, held_out = read_start(start), [*read_recordings(recordings)], [*read_recordings(holdout)]
+        begins, runs, held_out = read_start(start), read(), recordings_of(holdout)()
         with time_to_tell(LAST):
             result = run(loaded, runs, held_out, start=begins, seed=seed, jobs=jobs, progress=bar, seconds=budget)
             bar.now("drawing what was found", 1.0)
             written = write_diagnosis(result, where, pictures=not no_plots)
         text = "" if as_json else str(result)
-    if as_json:
-        print_json(tidy(summarise_diagnosis(result)))
-    else:
-        click.echo(f"{text}\n\nWritten: {', '.join(map(str, written))}")
-    warn([*loaded.warnings, *overheard(loaded, runs, held_out), *warn_of_extrapolation(loaded, [*runs, *held_out])])
+    doubts = [*overheard(loaded, runs, held_out), *warn_of_extrapolation(loaded, [*runs, *held_out])]
+    tell_result(text, lambda: tidy(summarise_diagnosis(result)), written, as_json, [*loaded.warnings, *doubts])
     if result.ended == "stopped":
         raise KeyboardInterrupt
 
@@ -121,17 +119,15 @@ def _compare_sets(
         from network.report.files.diagnosis_files import check_target
 
         results_go_to(output)
-        loaded = read_machine(machine, level, lumps, sets)
+        both = recordings_of([*new, *old])
+        loaded = read_machine(machine, level, lumps, sets, both, start)
         where, begins = check_target(loaded, Path(output)), read_start(start)
-        now, then = [*read_recordings(new)], [*read_recordings(old)]
+        now, then = both()[: len(new)], both()[len(new) :]
         found = find_changes(loaded, now, then, start=begins, seed=seed, progress=bar)
         written = write_changes(found, where, pictures=not no_plots)
         text = "" if as_json else str(found)
-    if as_json:
-        print_json(found.summary())
-    else:
-        click.echo(f"{text}\n\nWritten: {', '.join(map(str, written))}")
-    warn([*loaded.warnings, *found.warnings, *warn_of_extrapolation(loaded, [*now, *then])])
+    doubts = [*found.warnings, *warn_of_extrapolation(loaded, both())]
+    tell_result(text, found.summary, written, as_json, [*loaded.warnings, *doubts])
 
 
 @click.command()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from network.cli.options import json_flag, print_json, read_recordings, results_go_to, warn
+from network.cli.options import json_flag, print_json, recordings_of, results_go_to, warn
 from network.platform.refusal import Spot, refuse
 from network.report.progress import share_bar
 
@@ -38,7 +38,7 @@ def draft(
         from network.analysis.drafting.channel_roles import Wishes
         from network.analysis.drafting.machine_draft import draft as make
 
-        given = list(read_recordings(recordings))
+        given = recordings_of(recordings)()
         result = make(given, Wishes(tuple(inputs), tuple(sensors), ambient), progress=bar)
     _print(result, output, as_json)
     warn([*(remark for one in given for remark in one.remarks), *result.warnings])

@@ -13,10 +13,10 @@ from network.cli.options import (
     json_flag,
     machine_options,
     output_folder,
-    print_json,
     read_machine,
     results_go_to,
-    warn,
+    sources_of,
+    tell_result,
 )
 from network.report.progress import share_bar
 
@@ -44,13 +44,13 @@ def export(
     """A MACHINE as a correction for a control, with the micrometres lost on every scenario or recording (SOURCES)."""
     with share_bar(f"exporting {Path(machine).name}"):
         results_go_to(output)
-        loaded = read_machine(machine, level, lumps, sets, sources)
+        read = sources_of(sources)
+        loaded = read_machine(machine, level, lumps, sets, read)
         from network.analysis.correction.channels_given import read_channels
         from network.platform.publication import publication
-        from network.recordings.load_source import load_source
         from network.recordings.yaml_values import read_time
 
-        channels, given = read_channels(loaded, inputs), [load_source(path) for path in sources]
+        channels, given = read_channels(loaded, inputs), read()
         with publication(output) as draft:
             if form in ("c", "fmu"):
                 text, summary, made = _as_code(
@@ -59,11 +59,7 @@ def export(
             else:
                 text, summary, made = _as_formulas(loaded, given, channels, form, draft)
         written = [Path(output) / path.name for path in made]
-    if as_json:
-        print_json(summary)
-    else:
-        click.echo(f"{text}\n\nWritten: {', '.join(map(str, written))}")
-    warn(map(str, loaded.warnings))
+    tell_result(text, lambda: summary, written, as_json, loaded.warnings)
 
 
 def _as_code(

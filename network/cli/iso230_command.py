@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -12,15 +14,20 @@ from network.cli.options import (
     json_flag,
     machine_options,
     page_flag,
-    print_json,
     read_machine,
     read_start,
     results_go_to,
+    sources_of,
     start_option,
-    warn,
+    tell_result,
 )
 from network.platform.package_data import find_shipped
+from network.platform.refusal import Spot, likely, refuse
 from network.report.progress import share_bar
+
+if TYPE_CHECKING:
+    from network.recordings.recording import Recording
+    from network.recordings.scenario import Scenario
 
 PROGRAMS = ("etve", "spindle_constant", "spindle_spectrum", "linear_axis", "rotary_axis")
 
@@ -44,13 +51,11 @@ def iso230(
     check_page(page, output)  # which stands in the folder anyway
     with share_bar(f"testing {Path(machine).name}") as bar:
         results_go_to(output)
-        loaded = read_machine(machine, level, lumps, sets, [str(_find_program(program))], start)
+        read = _scaled(program, tops)
+        loaded = read_machine(machine, level, lumps, sets, read, start)
         from network.analysis.acceptance.thermal_test import evaluate_thermal_test
-        from network.recordings.load_source import load_source
-        from network.recordings.scaled_inputs import scale_inputs
 
-        length, share = _read_length(tool_length), _read_share(stable)
-        source = scale_inputs(load_source(_find_program(program)), tops)
+        length, share, (source,) = _read_length(tool_length), _read_share(stable), read()
         test = evaluate_thermal_test(
             loaded, source, tool_length=length, start=read_start(start), stable_share=share
         )
@@ -62,19 +67,30 @@ def iso230(
 
             with publication(output, TEST) as draft:
                 written = [Path(output) / path.name for path in write_thermal_test(test, draft)]
-    if as_json:
-        print_json(test.summary())
-    else:
-        click.echo(str(test))
-    if written:
-        click.echo(f"\nWritten: {', '.join(map(str, written))}", err=as_json)
-    warn(map(str, loaded.warnings))
+    tell_result(test, test.summary, written, as_json, loaded.warnings)
+
+
+def _scaled(program: str, tops: Sequence[str]) -> Callable[[], list[Scenario | Recording]]:
+    """What reads the program, with its inputs scaled."""
+    read = sources_of([_find_program(program)])
+
+    @cache
+    def scale() -> list[Scenario | Recording]:
+        from network.recordings.scaled_inputs import scale_inputs
+
+        return [scale_inputs(source, tops) for source in read()]
+
+    return scale
 
 
 def _find_program(program: str) -> Path:
     """A file, or a program that is shipped by its short name."""
-    if program in PROGRAMS and not Path(program).exists():
+    if Path(program).exists():
+        return Path(program)
+    if program in PROGRAMS:
         return find_shipped("scenarios", f"iso230_{program}.yaml")
+    if not Path(program).suffix:
+        raise refuse(Spot(program), "is no file, and no program that comes with lptn", likely(program, PROGRAMS))
     return Path(program)
 
 
@@ -97,7 +113,6 @@ def _read_share(text: str | None) -> float:
 
 def _read_length(text: str | None) -> float | None:
     from network.platform.quantities.units import BadNumber, in_unit
-    from network.platform.refusal import Spot, refuse
 
     if text is None:
         return None

@@ -13,6 +13,7 @@ from network.platform.refusal import Spot, refuse, short
 from network.report.progress import share_bar
 
 if TYPE_CHECKING:
+    from network.analysis.calibration.calibrate import Calibration
     from network.machine.machine import Machine
     from network.recordings.inputs import Start
     from network.recordings.recording import Recording
@@ -53,7 +54,7 @@ def cut_as_wished(
     nobody wishes that."""
     if wish is None:
         return machine
-    from network.analysis.sweep.finer_lumps import cut_bars
+    from network.analysis.sweep.finer_lumps import CHOSEN, cut_bars
     from network.analysis.sweep.lump_choice import choose_lumps
     from network.analysis.sweep.usual_program import usual_program
 
@@ -64,7 +65,29 @@ def cut_as_wished(
         choice = choose_lumps(known, along, share=share, keep=keep, start=start, progress=bar)
     told = "" if sources else " No schedule is given: along a warm-up and rest."
     click.echo(f"{choice}{told}", err=True)
-    return cut_bars(machine, choice.lumps)
+    chosen = {name: count for name, count in choice.lumps.items() if name not in keep}
+    return cut_bars(machine, chosen, Spot(f"{CHOSEN}{wish.strip().removeprefix(AUTO)}"))
+
+
+def choose_again(
+    machine: Machine, result: Calibration, recordings: Sequence[Recording], start: Start | None
+) -> Machine | None:
+    """The machine with lumps chosen by the numbers of its calibration, told on standard error; None where those that
+    were chosen before are enough, or nobody wished that."""
+    from network.analysis.sweep.finer_lumps import bars_of, chosen_bars, cut_bars
+    from network.analysis.sweep.lump_choice import choose_lumps
+
+    spots = chosen_bars(machine)
+    if result.cut is None or result.cut.is_within or not spots:
+        return None
+    place = next(iter(spots.values()))
+    keep, share = bars_of(machine).keys() - spots, read_share(place.file.removeprefix("--lumps "))
+    choice = choose_lumps(result.machine, recordings, share=share, keep=keep, start=start)
+    lumps = {name: max(choice.lumps[name], machine.nodes[name].lumps) for name in spots}
+    if all(machine.nodes[name].lumps == count for name, count in lumps.items()):
+        return None
+    click.echo(f"With the numbers found: {choice}", err=True)
+    return cut_bars(machine, lumps, place)
 
 
 def _guess_unknown(machine: Machine) -> Machine:

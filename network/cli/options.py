@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -99,10 +100,11 @@ def results_go_to(path: str | Path | None) -> None:
 
 
 def read_machine(
-    path: str, level: str | None, lumps: Sequence[str], sets: Sequence[str], along: Iterable[str] = (),
-    start: str | None = None,
+    path: str, level: str | None, lumps: Sequence[str], sets: Sequence[str],
+    along: Callable[[], Sequence[Scenario | Recording]] = tuple, start: str | None = None,
 ) -> Machine:  # fmt: skip
-    """The machine, changed; along: scenarios and recordings by which `--lumps auto` chooses, with their start."""
+    """The machine, changed; along: what reads the scenarios and recordings by which `--lumps auto` chooses, with their
+    start. A machine that is refused is told before they are."""
     from network.cli.lumps_option import cut_as_wished, split_wishes
     from network.machine.machine import Machine
 
@@ -110,10 +112,25 @@ def read_machine(
     machine = Machine.load(path, level=level, lumps=numbers, sets=sets)
     if wish is None:
         return machine
-    from network.recordings.load_source import load_source
-
     begins = None if start == ESTIMATED else read_start(start)
-    return cut_as_wished(machine, wish, numbers, [load_source(source) for source in along], begins)
+    return cut_as_wished(machine, wish, numbers, along(), begins)
+
+
+def sources_of(paths: Sequence[str | Path]) -> Callable[[], list[Scenario | Recording]]:
+    """What reads the scenarios and recordings, when they are first asked for."""
+
+    @cache
+    def read() -> list[Scenario | Recording]:
+        from network.recordings.load_source import load_source
+
+        return [load_source(path) for path in paths]
+
+    return read
+
+
+def recordings_of(paths: Sequence[str]) -> Callable[[], list[Recording]]:
+    """What reads the recordings, when they are first asked for; all that are refused are told."""
+    return cache(lambda: [*_read_recordings(paths)])
 
 
 def read_fitting(machine: Machine, path: str) -> Scenario | Recording:
@@ -126,7 +143,7 @@ def read_fitting(machine: Machine, path: str) -> Scenario | Recording:
     return source
 
 
-def read_recordings(paths: Sequence[str]) -> Iterator[Recording]:
+def _read_recordings(paths: Sequence[str]) -> Iterator[Recording]:
     from network.recordings.load_source import load_recording
 
     complaints = Complaints()
@@ -151,6 +168,21 @@ def read_start(text: str | None) -> Start | None:
     from network.recordings.yaml_values import start_of
 
     return start_of(text)
+
+
+def tell_result(
+    words: object, summary: Callable[[], dict[str, Any]], written: Sequence[Path], as_json: bool,
+    warnings: Iterable[object] = (),
+) -> None:  # fmt: skip
+    """How a command ends: the result in words (whose `str` is taken only then) or as JSON, the files that were written,
+    and what is doubtful."""
+    if as_json:
+        print_json(summary())
+    else:
+        click.echo(str(words))
+    if written:
+        click.echo(f"\nWritten: {', '.join(map(str, written))}", err=as_json)
+    warn(warnings)
 
 
 def print_json(value: dict[str, Any]) -> None:

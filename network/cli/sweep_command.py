@@ -14,12 +14,12 @@ from network.cli.options import (
     json_flag,
     machine_options,
     method_option,
-    print_json,
     read_machine,
     read_start,
     results_go_to,
+    sources_of,
     start_option,
-    warn,
+    tell_result,
 )
 from network.platform.refusal import Complaints, Spot
 from network.report.progress import share_bar
@@ -57,10 +57,9 @@ def sweep(
     _check(count, levels, tolerance, resume, parquet)
     with share_bar(f"sweeping {Path(machine).name}") as bar:
         results_go_to(output)
-        loaded = read_machine(machine, level, lumps, sets, [source], start)
-        from network.recordings.load_source import load_source
-
-        driver, begin = load_source(source), read_start(start)
+        read = sources_of([source])
+        loaded = read_machine(machine, level, lumps, sets, read, start)
+        (driver,), begin = read(), read_start(start)
         result: Sweep | Sample
         if count is not None:
             from network.analysis.sweep.sample import sample
@@ -77,13 +76,7 @@ def sweep(
                 start=begin, method=method, jobs=jobs, cluster=cluster, progress=bar,
             )  # fmt: skip
         written = _write(result, output, parquet, lambda: bar.now("drawing the sweep", 1.0))
-    if as_json:
-        print_json(result.summary())
-    else:
-        click.echo(str(result))
-    if written:
-        click.echo(f"\nWritten: {', '.join(map(str, written))}", err=as_json)
-    warn(map(str, loaded.warnings))
+    tell_result(result, result.summary, written, as_json, loaded.warnings)
 
 
 def _check(count: int | None, levels: str | None, tolerance: str | None, resume: str | None, parquet: bool) -> None:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 
 import click
 
-from network.cli.options import json_flag, machine_options, print_json, read_machine, results_go_to, warn
+from network.cli.options import json_flag, machine_options, read_machine, results_go_to, tell_result
 from network.report.progress import share_bar
 
 
@@ -27,12 +28,14 @@ def warmup(
     """The shortest warm-up of a MACHINE after which its tool centre point moves less than a tolerance over SCENARIO."""
     with share_bar(f"warming up {Path(machine).name}") as bar:
         results_go_to(output)
-        loaded = read_machine(machine, level, lumps, sets, [scenario])
-        from network.analysis.sweep.warm_up import find_warm_up
         from network.recordings.scenario import Scenario
+
+        read = cache(lambda: [Scenario.load(scenario)])
+        loaded = read_machine(machine, level, lumps, sets, read)
+        from network.analysis.sweep.warm_up import find_warm_up
         from network.recordings.yaml_values import read_time
 
-        work = Scenario.load(scenario)
+        (work,) = read()
         found = find_warm_up(
             loaded, work, tolerance, speeds=speeds, longest=read_time("--longest", longest), driven=driven,
             progress=lambda share: bar.now("trying warm-ups", share),
@@ -49,10 +52,4 @@ def warmup(
                 write_text(draft / "warmup.json", json_text(found.summary()))
                 made = [draft / "warmup.json", save(warm_up_figure(found), draft / "warmup.png")]
             written = [Path(output) / path.name for path in made]
-    if as_json:
-        print_json(found.summary())
-    else:
-        click.echo(str(found))
-    if written:
-        click.echo(f"\nWritten: {', '.join(map(str, written))}", err=as_json)
-    warn(map(str, loaded.warnings))
+    tell_result(found, found.summary, written, as_json, loaded.warnings)

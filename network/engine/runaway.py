@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from network.catalogue.declaration.declare import Array, Declared, Effect
+from network.catalogue.declaration.declare import Array, Declared
 from network.engine.network import Network
 from network.engine.solvers.carry_out import Outcome
 from network.platform.quantities.text_table import digits
@@ -72,7 +72,7 @@ def _tell_cause(network: Network, outcome: Outcome, sign: float) -> tuple[str, s
     path = network.mechanisms[int(np.argmax(heat * sign))]
     entry: Declared = next(entry for own, entry in network.machine.entries() if str(own) == path)
     verb = "brings" if sign > 0 else "takes"
-    inputs = ", ".join(entry.needs()) if isinstance(entry, Effect) else ""
+    inputs = ", ".join(entry.needs())
     read = f"its numbers, the input {inputs}, " if inputs else "its numbers, "
     return f", and {path} ({entry.spot}) {verb} most of the heat{_tell_growth(network, outcome, path)}", read
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from network.machine.machine import Machine
 from network.platform.quantities.units import unit
 from network.platform.refusal import Complaints, Spot, likely
 from network.platform.threads import on_one_thread
+from network.recordings.call_arguments import expect_run
 from network.recordings.inputs import Schedule, Start
 from network.recordings.possible_input import check_possible
 from network.recordings.recording import Recording
@@ -40,8 +40,7 @@ def simulate(
     solve_ivp; progress: told the simulated time. Raises Refused for missing inputs or numbers, Failed where the
     integration breaks down.
     """
-    expect("machine", machine, Machine)
-    expect("source", source, Scenario, Recording, Schedule)
+    expect_run(machine, source, start)
     check_known(machine)
     if isinstance(source, Recording) and source.cuts:
         each = [
@@ -60,14 +59,6 @@ def simulate(
         seconds = time.perf_counter() - began
         check_sane(network, outcome)
     return observe(network, schedule, outcome, seconds, noise_seed)
-
-
-def expect(name: str, given: object, *kinds: type) -> None:
-    """Raises TypeError where something else is given: a file's name, or what belongs in another place."""
-    if not isinstance(given, kinds):
-        known = " or ".join(kind.__name__ for kind in kinds)
-        right = f"{kinds[0].__name__}.load({given!r})" if isinstance(given, str | Path) else "look at their order"
-        raise TypeError(f"{name} is a {known}, not a {type(given).__name__}: {right}")
 
 
 def check_known(machine: Machine) -> None:

@@ -16,9 +16,17 @@ from network.engine.network import Network
 from network.machine.machine import Machine
 from network.platform.data_frame import data_frame
 from network.platform.printing import Drawn
-from network.platform.quantities.units import difference, unit
+from network.platform.quantities.unit_values import in_own_unit
 from network.platform.refusal import UnknownName, likely
 from network.recordings.inputs import Schedule
+
+ROUNDING = 1e-12
+"""m, rad: a millionth of a micrometre. What is left where parts move alike and cancel is rounding below it."""
+
+
+def drop_rounding(values: Array) -> Array:
+    """Movements of an axis [m, rad]; zeros where none is more than rounding."""
+    return values if np.abs(values).max(initial=0.0) >= ROUNDING else np.zeros_like(values)
 
 
 def axis_unit(axis: str) -> str:
@@ -136,14 +144,3 @@ class Trajectory(Drawn):
         values = in_own_unit(self.tcp[axis], axis_unit(axis))
         ends = {"max": values.max(), "min": values.min(), "final": values[-1]}
         return {key: float(value) for key, value in ends.items()} | {"unit": axis_unit(axis)}
-
-
-def in_own_unit(values: Array, unit_text: str) -> Array:
-    """A channel in its unit, from SI and °C."""
-    given = unit(unit_text)
-    return np.asarray((values - given.offset) / given.scale)
-
-
-def in_difference_unit(values: Array, unit_text: str) -> Array:
-    """Differences (residuals) of a channel in its unit."""
-    return np.asarray(values / difference(unit(unit_text)).scale)

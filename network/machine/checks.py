@@ -6,11 +6,11 @@ consequence of that is told.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from network.catalogue.declaration.declare import Declared, Effect
+from network.catalogue.declaration.declare import Declared
 from network.catalogue.declaration.entry_path import EntryPath, displacement
 from network.catalogue.declaration.fields import Place, PlacesField, SharesField
 from network.catalogue.declaration.sections import CALIBRATED, TCP, is_empty, section
@@ -143,7 +143,7 @@ def _check_inputs(machine: Entries, complaints: Complaints) -> None:
     """One input cannot be a temperature here and a speed there."""
     seen: dict[str, tuple[EntryPath, str]] = {}
     for path, entry in machine.by_path.items():
-        for name, unit_text in _needs(entry).items():
+        for name, unit_text in entry.needs().items():
             first_path, first_unit = seen.setdefault(name, (path, unit_text)) if unit_text else (path, unit_text)
             if unit(first_unit).dimension != unit(unit_text).dimension:
                 wrong = f"{path} reads the input '{name}' in {unit_text}, {first_path} in {first_unit}"
@@ -168,13 +168,6 @@ def _check_validity(machine: Entries, complaints: Complaints) -> None:
         several = f" and {len(gone) - 1} more" if len(gone) > 1 else ""
         wrong = f"{CALIBRATED} speaks of {gone[0]}{several}, no uncertain number of this machine: it is left aside"
         complaints.warn(spot, wrong, "there are no bands and no ranges until it is calibrated again")
-
-
-def _needs(entry: Declared) -> Mapping[str, str]:
-    held = entry.__dict__.get("temperature")
-    if isinstance(held, str):
-        return {held: "degC"}
-    return entry.needs() if isinstance(entry, Effect | Sensor) else {}
 
 
 # -- who is connected with whom -------------------------------------------------------------------------------------

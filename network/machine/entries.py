@@ -123,9 +123,8 @@ class Entries(ABC):
     @cached_property
     def drives(self) -> Mapping[str, str]:
         """Those of the inputs that a run depends on: all but what only says when readings count."""
-        held = [(n.temperature, "degC") for n in self.nodes.values() if isinstance(n.temperature, str)]
         effects = (entry for entry in self.by_path.values() if isinstance(entry, Effect))
-        return merge_inputs([*held, *(pair for effect in effects for pair in effect.needs().items())])
+        return merge_inputs(pair for entry in (*self.nodes.values(), *effects) for pair in entry.needs().items())
 
     @cached_property
     def switches(self) -> frozenset[str]:

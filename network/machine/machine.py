@@ -26,12 +26,12 @@ class Machine(Entries, Drawn):
 
     @classmethod
     def load(
-        cls, path: str | Path, *, level: str | None = None, lumps: str | Sequence[str | int] = (),
-        sets: Sequence[str] = (),
+        cls, path: str | Path, *, level: str | None = None, lumps: str | int | Sequence[str | int] = (),
+        sets: str | Sequence[str] = (),
     ) -> Self:  # fmt: skip
         """The machine of a YAML file, patched by a named level, lump counts and settings, in that order.
 
-        level: like 'fine'; lumps: like [8] for every bar, ['housing=8'] for one (as many as it takes: `choose_lumps`);
+        level: like 'fine'; lumps: like 8 for every bar, ['housing=8'] for one (as many as it takes: `choose_lumps`);
         sets: like ['links.flange.conductance=60 W/K'], as `--set` has them. Raises Refused with every fault of the
         file.
         """
@@ -40,9 +40,9 @@ class Machine(Entries, Drawn):
         if level is not None:
             machine = cls.read(level_patch(machine, level), str(path))
         tree = machine.tree
-        for wish in [lumps] if isinstance(lumps, str) else lumps:
+        for wish in [lumps] if isinstance(lumps, str | int) else lumps:
             tree = set_lumps(tree, str(wish))
-        for assignment in sets:
+        for assignment in [sets] if isinstance(sets, str) else sets:
             tree = set_value(tree, assignment)
         return machine if tree is machine.tree else cls.read(tree, str(path))
 
@@ -63,6 +63,9 @@ class Machine(Entries, Drawn):
         path, as in `{"links.flange.conductance": "60 W/K"}`, or in an entry that names no kind, as in
         `{"links": {"flange": {"conductance": "60 W/K"}}}`.
         """
+        if not isinstance(patch, Mapping):
+            right = '{"links.flange.conductance": "60 W/K"}'
+            raise TypeError(f"patch is a mapping like {right}, not {type(patch).__name__} {patch!r}")
         whole, numbers = part_numbers(patch, self.tree)
         tree = Patch(whole).over(self.tree, Spot(origin)) if whole else self.tree
         for path, value in numbers:

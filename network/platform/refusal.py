@@ -6,6 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 
+FEWEST = 3
+"""Letters that may stand for the one word that begins with them."""
 MOST_LISTED = 40
 """Known words that a message lists."""
 
@@ -88,7 +90,9 @@ def likely(word: str, known: Iterable[str]) -> str:
     if not words:
         return "none is defined"
     lowered = {w.lower(): w for w in reversed(words)}
-    near = get_close_matches(word[:100], words, n=1) or get_close_matches(word[:100].lower(), lowered, n=1)
+    begun = [known for known in words if len(word) >= FEWEST and known.lower().startswith(word.lower())]
+    near = begun if len(begun) == 1 else get_close_matches(word[:100], words, n=1)
+    near = near or get_close_matches(word[:100].lower(), lowered, n=1)
     if near:
         return f"did you mean '{near[0] if near[0] in words else lowered[near[0]]}'?"
     shown = ", ".join(words[:MOST_LISTED])

@@ -9,7 +9,7 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
 from network.platform.printing import Brief
-from network.platform.quantities.units import unit
+from network.platform.quantities.unit_values import in_own_unit
 from network.recordings.csv_table import Table
 
 
@@ -24,8 +24,7 @@ class Column(Brief):
     @property
     def shown(self) -> Array:
         """The values in the unit."""
-        of = unit(self.unit)
-        return np.asarray((self.values - of.offset) / of.scale)
+        return in_own_unit(self.values, self.unit)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

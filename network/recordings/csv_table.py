@@ -15,6 +15,7 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
 from network.platform.files import replace_file
+from network.platform.quantities.unit_values import in_own_unit
 from network.platform.quantities.units import BadNumber, Unit, unit
 from network.platform.refusal import Complaints, Spot
 from network.recordings.alike import Alike
@@ -183,7 +184,7 @@ def write_csv(path: str | Path, t: Array, columns: Mapping[str, tuple[str, Array
             for first in range(0, len(t), ROWS):
                 some = slice(first, first + ROWS)
                 several = zip([values for _, values in columns.values()], units, strict=True)
-                shown = [((values[some] - given.offset) / given.scale).tolist() for values, given in several]
+                shown = [in_own_unit(values[some], given).tolist() for values, given in several]
                 file.writelines(_lines(t[some], shown))
 
     replace_file(Path(path), write)

@@ -40,7 +40,7 @@ def check_readings(machine: Machine, recording: Recording, complaints: Complaint
 def _impossible(column: Column, value: float) -> tuple[str, str]:
     """What a channel reads, and the unit in which that would be usual."""
     given = unit(column.unit)
-    number = (value - given.offset) / given.scale
+    number = given.from_si(value)
     in_celsius = f" = {digits(value)} °C" if given.text != "degC" else ""
     near = [u for u in ("degC", "degF", "K") if USUAL[0] <= unit(u).to_si(number) <= USUAL[1]]
     usual = f"is it in {near[0]}?" if near and near[0] != given.text else "check the sensor and the unit in its header"
@@ -62,7 +62,7 @@ def misread_units(machine: Machine, recording: Recording) -> Iterator[tuple[str,
         if not len(others) or np.mean(np.abs(others - middle) < NEAR) < AGREE:
             continue
         for text in ("degF", "K"):
-            if abs(starts[name] - (middle - unit(text).offset) / unit(text).scale) < CLOSE:
+            if abs(starts[name] - unit(text).from_si(middle)) < CLOSE:
                 yield name, text, starts[name] - middle
 
 

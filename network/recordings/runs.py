@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from network.machine.machine import Machine
+from network.recordings.call_arguments import as_several
 from network.recordings.counted_readings import drop_uncounted
 from network.recordings.hygiene.judgement import judge
 from network.recordings.pieces import piece_column
@@ -19,11 +20,6 @@ def runs_of(
     pieces = (piece for recording in as_several(recordings) for piece in _pieces(machine, recording))
     counted = (drop_uncounted(machine, piece) for piece in pieces)
     return tuple(judge(machine, piece, keeps_departures=keeps_departures) for piece in counted)
-
-
-def as_several(recordings: Recording | Iterable[Recording]) -> tuple[Recording, ...]:
-    """One recording or several, as several."""
-    return (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
 
 
 def _pieces(machine: Machine, recording: Recording) -> tuple[Recording, ...]:

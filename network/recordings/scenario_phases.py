@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import word_of
-from network.platform.quantities.units import BadNumber, Unit
-from network.platform.refusal import Complaints, Spot
+from network.platform.quantities.units import NUMBER, BadNumber, Unit
+from network.platform.refusal import Complaints, Refused, Spot, likely
 from network.platform.yaml.document import Branch, Items, Tree
 from network.recordings.inputs import Signal
 from network.recordings.possible_input import check_possible
@@ -52,9 +54,11 @@ def read_phases(tree: Tree, duration: float | None) -> tuple[dict[str, Signal], 
     complaints, columns = Complaints(), dict[str, _Column]()
     edges = _edges(tree, duration, complaints)
     for number, row in enumerate(tree.entries):
+        slip = _length_meant(row)
         for name, spot, cell in _cells(row):
-            with collecting(complaints, spot, f"phases, row {number + 1}, {name}"):
-                _read_cell(name, cell, number, columns)
+            if name != slip:
+                with collecting(complaints, spot, f"phases, row {number + 1}, {name}"):
+                    _read_cell(name, cell, number, columns)
     complaints.raise_if_any()
     made = {name: column.signal(name, edges) for name, column in columns.items()}
     for name in (name for name, signal in made.items() if signal.unit in ("degC", "degF")):  # K may be a difference
@@ -82,12 +86,26 @@ def _length(row: Tree, where: str, rest: float | None, complaints: Complaints) -
         complaints.refuse(row.spot, f"{where} is not a mapping", f"write it like {EXAMPLE}")
         return math.nan
     if LENGTH not in row.items:
-        if rest is None:
+        meant = _length_meant(row)
+        if meant:
+            complaints.refuse(row.key_spot(meant), f"{where} has no `for`, but `{meant}`", "did you mean 'for'?")
+        elif rest is None:
             complaints.refuse(row.spot, f"{where} has no `for`", "say how long it lasts, as in `for: 30 min`")
-        return math.nan if rest is None else rest
+        return math.nan if meant or rest is None else rest
     with collecting(complaints, row.key_spot(LENGTH), f"{where}, for"):
         return seconds(row.items[LENGTH])
     return math.nan
+
+
+def _length_meant(row: Tree) -> str:
+    """The key of a row without `for` that holds a time: no input is one."""
+    if not isinstance(row, Branch) or LENGTH in row.items:
+        return ""
+    for name, cell in row.items.items():
+        with suppress(BadNumber, Refused):
+            seconds(cell)
+            return name
+    return ""
 
 
 def _cells(row: Tree) -> Iterator[tuple[str, Spot, Tree]]:
@@ -97,15 +115,25 @@ def _cells(row: Tree) -> Iterator[tuple[str, Spot, Tree]]:
 
 def _read_cell(name: str, cell: Tree, number: int, columns: dict[str, _Column]) -> None:
     """Adds what a row says of an input. Raises BadNumber or Refused."""
-    is_new = name not in columns
-    column = columns.setdefault(name, _Column())
-    for _, given in (values := [quantity(leaf) for leaf in _leaves(cell, number)]):
-        column.unit = column.unit or given
-        if given.dimension != column.unit.dimension:
-            raise BadNumber("is in another kind of unit than above", f"that was {column.shown}, write all so")
+    known, column = list(columns), columns.setdefault(name, _Column())
+    values = [_read_value(leaf, column) for leaf in _leaves(cell, number)]
     column.cells.append((number, values[0][0], values[-1][0]))
-    if is_new and number:
-        raise BadNumber("is named here first", f"name it in row 1 as well, as in `{name}: {_still(values[0][1])}`")
+    if name not in known and number:
+        near = likely(name, known)
+        also = f"name it in row 1 as well, as in `{name}: {_still(values[0][1])}`"
+        raise BadNumber("is named here first", f"{near} Else {also}" if near.endswith("?") else also)
+
+
+def _read_value(leaf: Tree, column: _Column) -> tuple[float, Unit]:
+    """Value in SI, and its unit, which has to be of the kind that the rows above have."""
+    text = word_of(leaf, "a value, like `6000 rpm`")
+    if column.unit is not None and re.fullmatch(NUMBER, text) and column.shown != "1":
+        raise BadNumber(f"'{text}' has no unit", f"write `{text} {column.shown}`")
+    value, given = quantity(leaf)
+    column.unit = column.unit or given
+    if given.dimension != column.unit.dimension:
+        raise BadNumber(f"'{text}' is in another kind of unit than above", f"that was {column.shown}, write all so")
+    return value, given
 
 
 def _leaves(cell: Tree, number: int) -> Iterator[Tree]:

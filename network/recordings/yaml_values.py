@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from typing import Any
 
 from network.catalogue.declaration.fields import word_of
+from network.platform.quantities.unit_names import LONGEST
+from network.platform.quantities.unit_table import likely_unit
 from network.platform.quantities.units import (
     BadNumber,
     Unit,
@@ -124,10 +126,19 @@ def _quantity(text: str) -> tuple[float, Unit]:
     number, unit_text = split_number(text)
     if not unit_text and not 0 <= number <= 1:
         raise BadNumber(f"'{text}' has no unit", f"write it like `{text} rpm`, only a switch (0 or 1) goes without")
-    value = unit(unit_text).to_si(number)
+    value = _unit(text, unit_text).to_si(number)
     if not math.isfinite(value) or (unit(unit_text).is_temperature and not value >= ABSOLUTE_ZERO - 1e-9):
         raise BadNumber(f"'{text}' is out of range", "give a finite value, a temperature above absolute zero")
     return value, unit(unit_text)
+
+
+def _unit(text: str, unit_text: str) -> Unit:
+    try:
+        return unit(unit_text)
+    except BadNumber as error:
+        meant = likely_unit(unit_text[:LONGEST])
+        right = f"did you mean '{meant}'?" if meant else error.right
+        raise BadNumber(f"'{text}' has an {error.wrong}", right) from None
 
 
 def parse_start(tree: Tree) -> Start:

@@ -21,10 +21,14 @@ _OPEN: list[Bar] = []
 @contextmanager
 def share_bar(what: str) -> Iterator[Bar]:
     """Yields the bar, to be told the share of the work that is done, 0 to 1. Inside another it is that other one, at
-    its beginning again."""
+    its beginning again, and goes on where it was after that."""
     if _OPEN:
-        _OPEN[-1].now(what, 0.0)
-        yield _OPEN[-1]
+        outer, was = _OPEN[-1], (_OPEN[-1].what, _OPEN[-1].share)
+        outer.now(what, 0.0)
+        try:
+            yield outer
+        finally:
+            outer.now(*was)
         return
     bar = Bar(what)
     _OPEN.append(bar)

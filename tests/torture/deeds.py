@@ -3,13 +3,16 @@ a result has to be the same however often it is made."""
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
+import random
 import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from torture.mutants import recorded
@@ -122,6 +125,26 @@ class Bench:
             return f"again: status {code}, hidden {left}, {told.strip()[-200:]}"
         shutil.rmtree(where)
         return ""
+
+
+def tally(tries: Iterator[tuple[str, str]]) -> int:
+    """Tells (what was tried, what went wrong) as they come, then how often each; 1 where anything went wrong."""
+    told = Counter[str]()
+    for what, why in tries:
+        told[f"{what}: {why or 'held'}"] += 1
+        if why:
+            print(f"{what}: {why}", file=sys.stderr, flush=True)
+    print("\n".join(f"{count:5} {what}" for what, count in sorted(told.items())))
+    return int(any(not what.endswith(": held") for what in told))
+
+
+def read_count(name: str, text: str | None, count: int) -> tuple[int, random.Random]:
+    """`--count` and the chance that `--seed` begins, from the command line."""
+    parser = argparse.ArgumentParser(prog=name, description=text)
+    parser.add_argument("--count", type=int, default=count)
+    parser.add_argument("--seed", type=int, default=0)
+    given = parser.parse_args()
+    return given.count, random.Random(given.seed)
 
 
 def is_best_so_far(found: Mapping[str, object]) -> bool:

@@ -7,7 +7,6 @@ afterwards, whole, the reason is told in a sentence, and the same command works 
 
 from __future__ import annotations
 
-import argparse
 import os
 import random
 import shutil
@@ -16,12 +15,11 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from torture.deeds import DEEDS, Bench, finish, held, start
+from torture.deeds import DEEDS, Bench, finish, held, read_count, start, tally
 
 BACK = """
 import random, time
@@ -142,26 +140,19 @@ def can_mount(folder: Path) -> bool:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(prog="torture.faults", description=__doc__)
-    parser.add_argument("--count", type=int, default=60)
-    parser.add_argument("--seed", type=int, default=0)
-    given = parser.parse_args()
-    chance, told = random.Random(given.seed), Counter[str]()
+    count, chance = read_count("torture.faults", __doc__, 60)
     with tempfile.TemporaryDirectory(prefix="torture-") as folder:
         bench, names = Bench(Path(folder)), [*FAULTS]
         if not can_mount(Path(folder)):
             print("file systems cannot be mounted here: full disk and read only are left out", file=sys.stderr)
             names = names[2:]
-        for k in range(given.count):
-            name = names[k % len(names)]
-            do, commands = FAULTS[name]
-            command = chance.choice(commands)
-            why = do(command, chance, bench)
-            told[f"{name}: {command}: {why or 'held'}"] += 1
-            if why:
-                print(f"{name}: {command}: {why}", file=sys.stderr, flush=True)
-    print("\n".join(f"{count:5} {what}" for what, count in sorted(told.items())))
-    return int(any(not what.endswith("held") for what in told))
+        return tally(_let_down(names[k % len(names)], chance, bench) for k in range(count))
+
+
+def _let_down(name: str, chance: random.Random, bench: Bench) -> tuple[str, str]:
+    do, commands = FAULTS[name]
+    command = chance.choice(commands)
+    return f"{name}: {command}", do(command, chance, bench)
 
 
 if __name__ == "__main__":

@@ -7,17 +7,15 @@ command then works.
 
 from __future__ import annotations
 
-import argparse
 import os
 import random
 import signal
 import sys
 import tempfile
 import time
-from collections import Counter
 from pathlib import Path
 
-from torture.deeds import DEEDS, Bench, start
+from torture.deeds import DEEDS, Bench, read_count, start, tally
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
 GONE = 10.0
@@ -50,21 +48,15 @@ def _group_ends(group: int) -> bool:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(prog="torture.stops", description=__doc__)
-    parser.add_argument("--count", type=int, default=500)
-    parser.add_argument("--seed", type=int, default=0)
-    given = parser.parse_args()
-    chance, told = random.Random(given.seed), Counter[str]()
+    count, chance = read_count("torture.stops", __doc__, 500)
     with tempfile.TemporaryDirectory(prefix="torture-") as folder:
         bench = Bench(Path(folder))
-        for _ in range(given.count):
-            command, number = chance.choice([*DEEDS]), chance.choice(SIGNALS)
-            why = stop_once(command, number, chance.uniform(0, 1.1), bench)
-            told[f"{command} {number.name}: {why or 'held'}"] += 1
-            if why:
-                print(f"{command} {number.name}: {why}", file=sys.stderr, flush=True)
-    print("\n".join(f"{count:5} {what}" for what, count in sorted(told.items())))
-    return int(any(not what.endswith("held") for what in told))
+        return tally(_stop_any(chance, bench) for _ in range(count))
+
+
+def _stop_any(chance: random.Random, bench: Bench) -> tuple[str, str]:
+    command, number = chance.choice([*DEEDS]), chance.choice(SIGNALS)
+    return f"{command} {number.name}", stop_once(command, number, chance.uniform(0, 1.1), bench)
 
 
 if __name__ == "__main__":

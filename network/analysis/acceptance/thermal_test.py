@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from network.analysis.acceptance.axis_drift import Asked, AxisDrift, evaluate_axes
 from network.analysis.acceptance.drift_measures import HOUR, ORIGIN, SETTLED, combine, smooth_readings
 from network.analysis.acceptance.motion import Motion, find_motion, rest
+from network.analysis.sweep.lumping_error import LumpingError, estimate_lumping
 from network.catalogue.declaration.declare import Array
 from network.catalogue.expansions.base import ANGULAR_AXES
 from network.engine.simulation import check_known, schedule_for, simulate
@@ -18,16 +19,19 @@ from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
 from network.platform.printing import Result
 from network.platform.refusal import Failed, Refused, Spot, refuse
+from network.recordings.call_arguments import expect_run
 from network.recordings.counted_readings import drop_uncounted
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
 
+Begins = Literal["in equilibrium", "at the reference", "as stated", "as read"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ThermalTest(Result):
     """A test, evaluated. axes: measured, or simulated where `is_measured` is False; simulated: beside what was
-    measured, None without; run: the simulation, None for a recording of a machine that still has unknown numbers."""
+    measured, None without; run: the simulation, None for a recording of a machine that still has unknown numbers;
+    begins: where it does; lumping: what finer lumps would change in it."""
 
     machine: Machine
     source: Scenario | Recording
@@ -39,6 +43,8 @@ class ThermalTest(Result):
     tool_length: float | None
     stable_share: float
     notes: tuple[str, ...]
+    begins: Begins
+    lumping: LumpingError | None = None
 
     @property
     def combined(self) -> float | None:
@@ -59,7 +65,8 @@ class ThermalTest(Result):
             "stable": {"share": self.stable_share, "origin": self.stable_origin},
             "axes": {axis: drift.summary(self.tool_length) for axis, drift in self.axes.items()},
             "combined": None if self.combined is None else {"value": 1e6 * self.combined, "unit": "um"},
-            "notes": list(self.notes),
+            "begins": self.begins, "notes": list(self.notes),
+            "lumping": None if self.lumping is None else self.lumping.summary(),
         }  # fmt: skip
         if self.simulated is not None:
             told["simulated"] = {axis: drift.summary(self.tool_length) for axis, drift in self.simulated.items()}
@@ -77,25 +84,30 @@ def evaluate_thermal_test(
     Of a recording that is parted the longest piece counts. Raises Refused for a machine that moves no tool centre
     point, a program that moves nothing of it, a recording without a measured axis, a tool length without a or b.
     """
+    expect_run(machine, source, start)
     _check(machine, source, tool_length)
     if isinstance(source, Recording) and source.cuts:
         source = max(source.pieces, key=lambda piece: float(np.ptp(piece.t)))
     if isinstance(source, Scenario):
         source = replace(source, schedule=rest(machine, source.schedule))
     motion = find_motion(machine, schedule_for(machine, source, start))
-    run, doubt = _simulate(machine, source, start)
+    run, begins, lumping = _simulate(machine, source, start)
     told = {axis: (run.t, values) for axis, values in run.tcp.items()} if run is not None else {}
     position = run.inputs.get(motion.position) if run is not None else None
     asked = Asked(tool_length, stable_share)
     evaluated = evaluate_axes(told, motion, asked, position)
     if isinstance(source, Scenario):
-        notes = tuple(_notes(motion, run, doubt))
-        return ThermalTest(machine, source, motion, evaluated, False, None, run, tool_length, stable_share, notes)
+        notes = tuple(_notes(motion, run))
+        return ThermalTest(
+            machine, source, motion, evaluated, False, None, run, tool_length, stable_share, notes, begins, lumping
+        )
     measured = dict(_measured(machine, source))
     axes = evaluate_axes(measured, motion, asked, None)
     beside = {axis: drift for axis, drift in evaluated.items() if axis in axes} or None
-    notes = tuple(_notes(motion, run, doubt))
-    return ThermalTest(machine, source, motion, axes, True, beside, run, tool_length, stable_share, notes)
+    notes = tuple(_notes(motion, run))
+    return ThermalTest(
+        machine, source, motion, axes, True, beside, run, tool_length, stable_share, notes, begins, lumping
+    )
 
 
 def _check(machine: Machine, source: Scenario | Recording, tool_length: float | None) -> None:
@@ -110,21 +122,29 @@ def _check(machine: Machine, source: Scenario | Recording, tool_length: float | 
         raise refuse(Spot(source.file), "has no measured displacement", right)
 
 
-def _simulate(machine: Machine, source: Scenario | Recording, start: Start | None) -> tuple[Trajectory | None, str]:
-    """The run, and what is to be said of its start. A program begins in equilibrium with its inputs, unless it or the
-    user says otherwise; a machine that has none begins at its reference."""
+def _simulate(
+    machine: Machine, source: Scenario | Recording, start: Start | None
+) -> tuple[Trajectory | None, Begins, LumpingError | None]:
+    """The run, where it begins, and what finer lumps would change in it. A program begins in equilibrium with its
+    inputs, all that is always on having run, unless it or the user says otherwise: what moves then moves by what the
+    test does. A machine that has none begins at its reference."""
+    begins: Begins = "as stated"
     if isinstance(source, Recording):
+        begins = "as read" if start is None else begins
         try:
             check_known(machine)
         except Refused:
-            return None, ""
-        return simulate(machine, source, start=start), ""
-    if start is not None or source.schedule.start is not None:
-        return simulate(machine, source, start=start), ""
+            return None, begins, None
+    elif start is None and source.schedule.start is None:
+        begins, start = "in equilibrium", Start(steady=True)
     try:
-        return simulate(machine, source, start=Start(steady=True)), ""
+        run = simulate(machine, source, start=start)
     except Failed:
-        return simulate(machine, source), "It has no equilibrium with its room, so it begins at its reference."
+        if begins != "in equilibrium":
+            raise
+        begins, start = "at the reference", None
+        run = simulate(machine, source)
+    return run, begins, estimate_lumping(machine, source, run, start=start, asks=False)
 
 
 def _measured(machine: Machine, recording: Recording) -> Iterator[tuple[str, tuple[Array, Array]]]:
@@ -137,8 +157,7 @@ def _measured(machine: Machine, recording: Recording) -> Iterator[tuple[str, tup
                 yield sensor.axis, (t, values)
 
 
-def _notes(motion: Motion, run: Trajectory | None, doubt: str) -> Iterator[str]:
-    yield from [doubt] * bool(doubt)
+def _notes(motion: Motion, run: Trajectory | None) -> Iterator[str]:
     length = motion.end - motion.begin
     if length < HOUR:
         yield f"The motion lasts {length / 60:.3g} min: what stands for 60 min is all of it."

@@ -40,10 +40,11 @@ from network.machine.machine import Machine
 from network.platform.printing import Tabled, summarise
 from network.platform.stages import Stage, say
 from network.platform.threads import on_one_thread
+from network.recordings.call_arguments import as_several, expect_fit
 from network.recordings.channel_match import overheard
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
-from network.recordings.runs import as_several, runs_of, tell_excluded
+from network.recordings.runs import runs_of, tell_excluded
 
 Progress = Callable[[float], None]
 
@@ -127,6 +128,7 @@ def calibrate(
     """
     began, tell = time.perf_counter(), progress or (lambda share: None)
     given = as_several(recordings), as_several(holdout)
+    expect_fit(machine, given[0], start)
     train, held_out = share_starts(machine, runs_of(machine, given[0]), runs_of(machine, given[1]), start)
     parameters = free_parameters(machine)
     check_parameters(machine, parameters)

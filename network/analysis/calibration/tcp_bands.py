@@ -25,9 +25,11 @@ from network.engine.response.model import Model, Run
 from network.engine.response.parameters import Parameter, centres, free_parameters
 from network.engine.simulation import schedule_for
 from network.engine.start import start_temperatures
-from network.engine.trajectory import axis_unit, in_difference_unit
+from network.engine.trajectory import axis_unit
 from network.machine.machine import Machine
 from network.platform.printing import Brief
+from network.platform.quantities.unit_values import in_difference_unit
+from network.recordings.call_arguments import expect_run
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
@@ -146,6 +148,7 @@ def spread_of(machine: Machine, known: Posterior, run: Run, names: Sequence[str]
 def bands_of(machine: Machine, source: Recording | Scenario, start: Start | None = None) -> tuple[Band, ...]:
     """Bands of 95 % of all axes of a calibrated machine along a run, from what its file says of the calibration; none
     for a machine that was not calibrated. Raises Refused where a run lacks an input, or a fit cannot follow."""
+    expect_run(machine, source, start)
     known = machine.validity
     if known is None:
         return ()

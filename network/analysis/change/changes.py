@@ -25,10 +25,11 @@ from network.machine.machine import Machine
 from network.platform.printing import tell
 from network.platform.quantities.units import difference, unit
 from network.platform.threads import on_one_thread
+from network.recordings.call_arguments import as_several, expect_fit
 from network.recordings.channel_match import overheard
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
-from network.recordings.runs import as_several, runs_of
+from network.recordings.runs import runs_of
 
 MOST = 10.0
 """Logarithm of a change beyond which it is no matter how much more it would have to be."""
@@ -116,6 +117,7 @@ def find_changes(
     Refused for recordings that cannot be used, or that stand on both sides, Failed where every run breaks down.
     """
     began, given = time.perf_counter(), (as_several(then), as_several(now))
+    expect_fit(machine, given[0] and given[1], start)
     parameters = free_parameters(machine)
     check_parameters(machine, parameters)
     check_apart([*given[0], *given[1]], [])

@@ -10,19 +10,20 @@ from typing import TYPE_CHECKING, Any
 from network.analysis.comparison.channel_residual import ChannelResidual, pool_residuals
 from network.analysis.comparison.common_start import share_start_rule
 from network.catalogue.declaration.entry_path import displacement
-from network.engine.simulation import expect, schedule_for, simulate
+from network.engine.simulation import schedule_for, simulate
 from network.engine.solvers.carry_out import Progress
 from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
 from network.platform.printing import Brief, Tabled
 from network.platform.quantities.units import unit
 from network.platform.refusal import Complaints, Spot, refuse
+from network.recordings.call_arguments import as_several, expect, expect_start
 from network.recordings.counted_readings import drop_uncounted
 from network.recordings.hygiene.set_aside import summarise_excluded
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.recording_checks import check_readings
-from network.recordings.runs import as_several, runs_of, tell_excluded
+from network.recordings.runs import runs_of, tell_excluded
 from network.recordings.scenario import Scenario
 from network.recordings.twins import check_once
 
@@ -95,9 +96,8 @@ def compare(
     does not fit, or is given twice.
     """
     expect("machine", machine, Machine)
+    expect_start(start)
     given, complaints = as_several(recordings), Complaints()
-    for recording in given:
-        expect("recording", recording, Recording)
     check_once(given, complaints)
     complaints.raise_if_any()
     runs = share_start_rule(machine, runs_of(machine, given), start)

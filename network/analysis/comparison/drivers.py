@@ -10,6 +10,7 @@ import numpy as np
 
 from network.analysis.comparison.candidate_drivers import Candidate
 from network.catalogue.declaration.declare import Array
+from network.platform.quantities.number_format import write_minus
 
 LEVEL = 0.01
 """A channel without any driver is given one less often than this, all candidates counted."""
@@ -46,7 +47,7 @@ class Driver:
         verb = "follows" if self.r > 0 else "runs against"
         told = _format_correlation(self.r, self.independent)
         if self.by_changes:
-            told = f"(r = {self.r:.2f}, and it turns when that changes)".replace("-", "−")
+            told = write_minus(f"(r = {self.r:.2f}, and it turns when that changes)")
         return f"{self.name} {verb} {self.words} {told}"
 
     @property
@@ -85,7 +86,7 @@ class Companion:
 
 
 def _format_correlation(r: float, independent: float) -> str:
-    return f"(r = {r:.2f}, {independent:.0f} independent samples)".replace("-", "−")
+    return write_minus(f"(r = {r:.2f}, {independent:.0f} independent samples)")
 
 
 def correlation(x: Array, x_there: Array, z: Array, z_there: Array) -> tuple[Array, Array]:

@@ -14,11 +14,13 @@ from network.analysis.correction.input_table import InputTable, tabulate
 from network.analysis.correction.kalman_gain import first_gain, main_directions, settle, unsure_drives
 from network.analysis.correction.linear_model import LinearModel, linearise
 from network.analysis.correction.reduction import Reduction, balance, cut
+from network.analysis.sweep.lumping_error import LumpingError, estimate_over
 from network.catalogue.declaration.declare import Array
 from network.engine.simulation import check_known, schedule_for, simulate
 from network.engine.trajectory import Trajectory, axis_unit
 from network.machine.machine import Machine
 from network.platform.printing import Brief, Result
+from network.platform.quantities.unit_values import in_own_unit
 from network.platform.quantities.units import unit
 from network.platform.refusal import Spot, refuse
 from network.recordings.inputs import Schedule
@@ -29,6 +31,8 @@ UNSEEN = 0.5e-6
 """m: what is lost below half a micrometre is not worth a state where no displacement channel has a noise."""
 LASTING = 1 + 1e-9
 """Growth of a state in a step, by rounding, of a machine that loses no heat."""
+HARDLY = 1.05
+"""Times what all states lose that is no more to speak of: both are told to two digits."""
 USUAL_TOPS = {"rpm": 10_000.0, "m/min": 30.0}
 
 
@@ -50,7 +54,8 @@ class Loss(Brief):
 @dataclass(frozen=True, eq=False, repr=False)
 class Correction(Result):
     """filter: what the control runs; full: states of the machine; losses: of every run, without its sensors, from the
-    same start; by_states: number of states → largest loss over all runs and axes [m], of those tried."""
+    same start; by_states: number of states → largest loss over all runs and axes [m], of those tried;
+    lumping: what finer lumps would change in the full model, on the run where that is most."""
 
     machine: Machine
     filter: FilterModel
@@ -58,6 +63,7 @@ class Correction(Result):
     losses: tuple[Loss, ...]
     by_states: Mapping[int, float]
     notes: tuple[str, ...]
+    lumping: LumpingError | None = None
 
     def summary(self) -> dict[str, Any]:
         """What export.json holds."""
@@ -68,6 +74,7 @@ class Correction(Result):
             "sensors": list(self.filter.sensors), "multiplications": self.filter.multiplications,
             "lost": [loss.summary() for loss in self.losses],
             "lost_by_states": {str(n): 1e6 * lost for n, lost in self.by_states.items()}, "notes": list(self.notes),
+            "lumping": None if self.lumping is None else self.lumping.summary(),
         }  # fmt: skip
 
 
@@ -100,7 +107,10 @@ def make_correction(
     filter_, losses = made[max(made)]
     _refuse_long_step(filter_)
     by_states = {n: _largest(lost) for n, (_, lost) in made.items()}
-    return Correction(machine, filter_, len(model.A), losses, by_states, tuple(_notes(machine, sensors, channels)))
+    lumping = estimate_over(machine, zip(sources, runs, strict=True))
+    kept = _tell_all_kept(machine, by_states, len(to), step) if states is None else []
+    notes = (*kept, *_notes(machine, sensors, channels))
+    return Correction(machine, filter_, len(model.A), losses, by_states, notes, lumping)
 
 
 def _refuse_long_step(filter_: FilterModel) -> None:
@@ -210,7 +220,7 @@ def _without(
     constant = filter_.constant.copy()
     for name in lacking:
         seen = [run.inputs[name] for run in runs if name in run.inputs]
-        at = _in_unit(float(np.mean(np.concatenate(seen))) if seen else 0.0, filter_.inputs[name])
+        at = unit(filter_.inputs[name]).from_si(float(np.mean(np.concatenate(seen))) if seen else 0.0)
         if name in filter_.held:
             constant += filter_.held[name] * (at - filter_.reference)
         constant += sum((table.at(at) for table in filter_.tables if table.name == name), 0 * constant)
@@ -221,17 +231,11 @@ def _without(
     )  # fmt: skip
 
 
-def _in_unit(value: float, text: str) -> float:
-    given = unit(text)
-    return (value - given.offset) / given.scale
-
-
 def sample_inputs(filter_: FilterModel, schedule: Schedule) -> tuple[Array, dict[str, Array]]:
     """Instants of the filter's steps over a schedule, and its inputs there, in their units."""
     t = np.arange(schedule.t[0], schedule.t[-1] + filter_.step / 2, filter_.step)
     at = {name: schedule.signals[name].at(t) for name in filter_.inputs}
-    return t, {name: np.asarray((v - unit(u).offset) / unit(u).scale)
-               for (name, u), v in zip(filter_.inputs.items(), at.values(), strict=True)}  # fmt: skip
+    return t, {name: in_own_unit(at[name], text) for name, text in filter_.inputs.items()}
 
 
 def _lose(model: LinearModel, filter_: FilterModel, run: Trajectory, reduced: Reduction) -> Loss:
@@ -260,6 +264,23 @@ def _unseen(machine: Machine) -> float:
     """Half the noise of the finest displacement channel [m]."""
     noise = [sensor.sigma for sensor in machine.sensors.values() if sensor.axis is not None]
     return min(noise, default=2 * UNSEEN) / 2
+
+
+def _tell_all_kept(machine: Machine, by_states: Mapping[int, float], most: int, step: float) -> list[str]:
+    """Why no state is left out, where none is."""
+    if not by_states or max(by_states) < most:
+        return []
+    limit = f"{1e6 * _unseen(machine):.2g} µm (half the noise of the finest displacement channel)"
+    lost = by_states[most]
+    if lost > _unseen(machine):
+        few = min(n for n, each in by_states.items() if each <= HARDLY * lost)
+        enough = f" `--states {few}` loses hardly more." if few < most else ""
+        why = f"that is lost by the step of {step:g} s and by what is not linear.{enough}"
+        return [f"Even with no state left out {1e6 * lost:.3g} µm are lost, more than {limit}: {why}"]
+    if most - 1 not in by_states:
+        return []
+    fewer = f"one fewer would lose {1e6 * by_states[most - 1]:.3g} µm, more than {limit}"
+    return [f"No state can be left out: {fewer}. `--states N` takes fewer all the same."]
 
 
 def _notes(machine: Machine, sensors: Sequence[str], channels: Sequence[str] | None) -> list[str]:

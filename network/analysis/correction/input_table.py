@@ -71,8 +71,8 @@ def _laws(model: LinearModel) -> Iterator[frozenset[str]]:
 def _refuse_two_inputs(model: LinearModel) -> None:
     complaints = Complaints()
     for path, entry in model.machine.entries():
-        if entry.section == "sources" and len(entry.needs()) > 1:  # type: ignore[attr-defined]
-            reads = " and ".join(entry.needs())  # type: ignore[attr-defined]
+        if entry.section == "sources" and len(entry.needs()) > 1:
+            reads = " and ".join(entry.needs())
             complaints.refuse(entry.spot, f"{path} reads {reads}, and a table has one input", "let it read one of them")
     complaints.raise_if_any()
 

@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 
 from network.analysis.correction.correction import list_sensors
+from network.analysis.sweep.lumping_error import LumpingError, estimate_over
 from network.catalogue.declaration.declare import Array
 from network.engine.simulation import check_known, simulate
-from network.engine.trajectory import Trajectory, axis_unit
+from network.engine.trajectory import Trajectory, axis_unit, drop_rounding
 from network.machine.machine import Machine
 from network.platform.printing import Result
 from network.platform.quantities.units import unit
@@ -58,11 +59,13 @@ class Formula:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FormulaTable(Result):
-    """formulas: one for each axis; runs: the names of those they were fitted on."""
+    """formulas: one for each axis that moves; runs: the names of those they were fitted on; lumping: what finer lumps
+    would change in the full model, on the run where that is most."""
 
     machine: Machine
     formulas: tuple[Formula, ...]
     runs: tuple[str, ...]
+    lumping: LumpingError | None = None
 
     @property
     def sensors(self) -> tuple[str, ...]:
@@ -72,7 +75,8 @@ class FormulaTable(Result):
     def summary(self) -> dict[str, Any]:
         """What export.json holds."""
         axes = {formula.axis: formula.summary() for formula in self.formulas}
-        return {"machine": self.machine.name, "runs": list(self.runs), "axes": axes}
+        lumping = None if self.lumping is None else self.lumping.summary()
+        return {"machine": self.machine.name, "runs": list(self.runs), "axes": axes, "lumping": lumping}
 
 
 def fit_formulas(
@@ -92,8 +96,15 @@ def fit_formulas(
     runs = [simulate(machine, source) for source in sources]
     choices = [(name,) for name in own] if channels is None else [tuple(own)]
     formulas = [min((_fit(machine, runs, axis, chosen) for chosen in choices), key=lambda pair: pair[0])[1]
-                for axis in machine.tcp]  # fmt: skip
-    return FormulaTable(machine, tuple(formulas), tuple(run.schedule.name for run in runs))
+                for axis in _moving(machine, runs)]  # fmt: skip
+    lumping = estimate_over(machine, zip(sources, runs, strict=True))
+    return FormulaTable(machine, tuple(formulas), tuple(run.schedule.name for run in runs), lumping)
+
+
+def _moving(machine: Machine, runs: Sequence[Trajectory]) -> list[str]:
+    """Axes that move along some run; all where none does."""
+    moving = [axis for axis in machine.tcp if any(drop_rounding(run.tcp[axis]).any() for run in runs)]
+    return moving or [*machine.tcp]
 
 
 def _fit(machine: Machine, runs: Sequence[Trajectory], axis: str, sensors: tuple[str, ...]) -> tuple[float, Formula]:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from network.analysis.calibration.identifiability_report import describe_disagreements
+from network.analysis.calibration.misfit import chi_of
 from network.analysis.calibration.null import estimate_null
 from network.analysis.calibration.one_machine import find_disagreements
 from network.analysis.diagnosis.holdout_admission import admit_runs
@@ -17,11 +18,11 @@ from network.analysis.diagnosis.verdict import conclude
 from network.engine.response.parameters import free_parameters
 from network.machine.machine import Machine
 from network.platform.parallel import processes
-from network.platform.stages import Stage
+from network.platform.stages import Stage, say
 from network.platform.threads import on_one_thread
+from network.recordings.call_arguments import as_several, expect, expect_fit
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
-from network.recordings.runs import as_several
 
 
 @on_one_thread
@@ -38,13 +39,17 @@ def diagnose(
     """
     budget, tell = TimeBudget(seconds), progress or (lambda share: None)
     given = as_several(recordings)
+    expect_fit(machine, given, start)
+    expect("seconds", seconds, float, int)
     let_in = admit_runs(machine, given, as_several(holdout), start)
     with processes(jobs, __name__):
         parameters, is_late = free_parameters(machine), budget.is_calibrated
         null = estimate_null(machine, parameters, let_in.data, start, seed, Stage(tell, 0.0, 0.05), is_late)
         case = Case(machine, let_in.recordings, start, budget=budget)
+        say(tell, f"{chi_of(null.fit.at):.3g} σ left; looking for what is missing")
         found = last_of(search(case, null, seed, jobs, tell), budget)
         apart = find_disagreements(null, let_in.data)
+        say(tell, "judging what was found, also on what was held out")
         left = 1 if found.ended == "stopped" else jobs  # a stop ends the other processes
         told = conclude(found, let_in.holdout, (*let_in.warnings, *describe_disagreements(apart)), seed, left)
     return replace(told, disagreements=apart, seconds=budget.spent)

@@ -14,10 +14,13 @@ from network.analysis.diagnosis.locate import locate, trace
 from network.analysis.diagnosis.ranking import distinct, shares
 from network.analysis.diagnosis.result import UNKNOWN, Finding, Quantity, Rival, UnknownHeat
 from network.analysis.diagnosis.settings import SETTINGS
+from network.catalogue.declaration.entry_path import axis_of
 from network.catalogue.declaration.patch import Patch
 from network.engine.response.parameters import Parameter
+from network.engine.trajectory import axis_unit
 from network.machine.machine import Machine
 from network.platform.quantities.number_format import format_amount
+from network.platform.quantities.units import unit
 from network.platform.wording import sentence
 
 if TYPE_CHECKING:
@@ -136,15 +139,24 @@ def find_unknown(search: Search) -> Finding:
     about = search.best if search.best.found else search.null
     left = locate(about.linearised, about.machine) if search.best.found else search.located
     top = left[0]
-    std = float(np.sqrt(np.mean(np.concatenate(top.std) ** 2)))
-    size = Quantity(top.rms, std, "1" if top.is_offset else "W")
-    what = "an unknown offset" if top.is_offset else f"an unknown heat of {top.rms:.3g} W (rms)"
+    name, size = size_of_unknown(about.machine, top)
+    what = f"an unknown {name} of {format_amount(size.value, size.unit)} (rms)"
     said = f"{sentence(what)} at {' and '.join(top.at.seats)} that no kind of the catalogue explains."
     return Finding(
         UNKNOWN, "sensors" if top.is_offset else "sources", top.at.nodes, top.at.channels, top.probability,
-        {"heat": size}, said, Patch({}), top.gain, search.threshold, windows_of(left),
+        {name: size}, said, Patch({}), top.gain, search.threshold, windows_of(left),
         course=trace(about.linearised, top),
     )  # fmt: skip
+
+
+def size_of_unknown(machine: Machine, unknown: UnknownHeat) -> tuple[str, Quantity]:
+    """Its rms as a heat [W], or at a channel as an offset in that channel's unit."""
+    std = float(np.sqrt(np.mean(np.concatenate(unknown.std) ** 2)))
+    if not unknown.is_offset:
+        return "heat", Quantity(unknown.rms, std, "W")
+    sensor = machine.sensors.get(unknown.at.channel)
+    text = sensor.unit if sensor else axis_unit(axis_of(unknown.at.channel) or unknown.at.channel)
+    return "offset", Quantity(unknown.rms, std, "K" if unit(text).is_temperature else text)
 
 
 def windows_of(located: Sequence[UnknownHeat]) -> tuple[tuple[float, float], ...]:

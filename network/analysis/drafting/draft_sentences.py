@@ -15,7 +15,7 @@ from network.analysis.drafting.heat_scale import Sizes
 from network.analysis.drafting.identification import Identified
 from network.analysis.drafting.lag_bench import ALWAYS, OTHER
 from network.analysis.drafting.part_models import PartModel
-from network.platform.quantities.number_format import format_amount
+from network.platform.quantities.number_format import format_amount, write_minus
 from network.platform.quantities.text_table import digits, span
 
 ALIKE = 0.98
@@ -137,7 +137,7 @@ def tell_noise(found: Identified) -> str:
 def tell_path(path: Path, names: Names) -> str:
     if not path.slopes:
         return f"{path.channel} follows no part ({amount(path.moved, 'um', 2)} rms): it is left out."
-    parts = [f"{names.node(k)} ({1e6 * slope:+.2g} µm/K)".replace("-", "−") for k, slope in path.slopes.items()]
+    parts = [f"{names.node(k)} ({write_minus(f'{1e6 * slope:+.2g}')} µm/K)" for k, slope in path.slopes.items()]
     gate = f", and is frozen while {path.gate} is zero" if path.gate else ""
     left = f"{amount(path.left, 'um', 2)} of {amount(path.moved, 'um', 2)} rms is left"
     return f"{path.channel} follows {join_names(parts)}{gate}; {left}."

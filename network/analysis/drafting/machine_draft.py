@@ -27,10 +27,10 @@ from network.analysis.drafting.part_models import Progress
 from network.machine.machine import Machine
 from network.platform.printing import Result
 from network.platform.quantities.units import show
-from network.platform.refusal import Complaints, Spot
+from network.platform.refusal import Complaints, Spot, refuse
 from network.platform.yaml.document import Branch, dump, parse
+from network.recordings.call_arguments import as_several
 from network.recordings.recording import Recording
-from network.recordings.runs import as_several
 
 FILE = "machine.yaml"
 WIDTH = 116
@@ -91,6 +91,8 @@ def draft(
     """A machine that these recordings could be of. Raises Refused where they have no temperature of a part, or inputs
     with gaps."""
     recordings = as_several(recordings)
+    if not recordings:
+        raise refuse(Spot("recordings"), "there is none", "give at least one")
     runs = [piece for recording in recordings for piece in recording.pieces]
     _check_lengths(runs)
     roles = assign_roles(runs, wishes)

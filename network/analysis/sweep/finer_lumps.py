@@ -10,16 +10,21 @@ from typing import Any
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
-from network.engine.trajectory import Trajectory, axis_unit
+from network.engine.trajectory import ROUNDING, Trajectory, axis_unit
 from network.machine.machine import Machine
 from network.machine.overrides import set_lumps
 from network.platform.printing import Brief
 from network.platform.quantities.units import difference, unit
+from network.platform.refusal import Spot
 
 SHARE = 0.02
 """Of its range: how far a channel may be off, unless another tolerance is given."""
 CYCLES = 3
 """From so many on a relay's swings are averaged."""
+CHOSEN = "--lumps auto"
+"""How the place begins that lumps come from that were chosen."""
+FINEST = 1e-9
+"""K: exact methods agree to this."""
 PAUSE = 3.0
 """Times the median of its cycles: what lasts longer is none."""
 
@@ -32,6 +37,11 @@ class Course(Brief):
     unit: str
     values: Array
     noise: float
+
+    @property
+    def rounding(self) -> float:
+        """What is no more than that in it."""
+        return FINEST if self.unit == "K" else ROUNDING
 
     def allow(self, share: float) -> float:
         """What it may be off: a share of its range, and for a sensor no less than the σ of one reading."""
@@ -73,13 +83,24 @@ def bars_of(machine: Machine) -> dict[str, int]:
     return {name: node.lumps for name, node in machine.nodes.items() if node.is_bar}
 
 
-def cut_bars(machine: Machine, lumps: Mapping[str, int]) -> Machine:
-    """The machine with these bars in so many lumps."""
+def cut_bars(machine: Machine, lumps: Mapping[str, int], spot: Spot | None = None) -> Machine:
+    """The machine with these bars in so many lumps; spot: who wishes that, of all of them."""
     tree = machine.tree
     for name, count in lumps.items():
-        if machine.nodes[name].lumps != count:
-            tree = set_lumps(tree, f"{name}={count}")
+        if spot is not None or machine.nodes[name].lumps != count:
+            tree = set_lumps(tree, f"{name}={count}", spot)
     return machine if tree is machine.tree else type(machine).read(tree, machine.file)
+
+
+def chosen_bars(machine: Machine) -> dict[str, Spot]:
+    """Bars whose lumps were chosen → the place of the wish."""
+    spots = {name: node.spot_of("lumps") for name, node in machine.nodes.items() if node.is_bar}
+    return {name: spot for name, spot in spots.items() if spot.file.startswith(CHOSEN)}
+
+
+def has_chosen_lumps(machine: Machine) -> bool:
+    """Whether its lumps are those that `choose_lumps` found."""
+    return bool(chosen_bars(machine))
 
 
 def courses(run: Trajectory) -> Iterator[Course]:
@@ -104,7 +125,10 @@ def compare_courses(run: Trajectory, finer: Trajectory, share: float = SHARE) ->
 def _change(before: Course, after: Course, share: float, window: int) -> Change:
     off = moving_mean(after.values - before.values, window)
     largest = float(off[int(np.argmax(np.abs(off)))])
-    return Change(after.name, after.unit, largest, float(np.ptp(after.values)), after.allow(share))
+    reach = float(np.ptp(after.values))
+    if reach < after.rounding:  # two parts that cancel, cut differently: no share of nothing could be kept
+        return Change(after.name, after.unit, largest if abs(largest) >= after.rounding else 0.0, 0.0, 0.0)
+    return Change(after.name, after.unit, largest, reach, after.allow(share))
 
 
 def average_window(run: Trajectory) -> int:

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from network.analysis.sweep.finer_lumps import SHARE, Change, bars_of, compare_courses, courses, cut_bars
+from network.analysis.sweep.finer_lumps import CHOSEN, SHARE, Change, bars_of, compare_courses, courses, cut_bars
 from network.catalogue.declaration.declare import Array
 from network.engine.simulation import simulate
 from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
 from network.platform.printing import Result
 from network.platform.refusal import Spot, refuse
+from network.recordings.call_arguments import expect, expect_run
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
@@ -33,15 +35,20 @@ HALF = 0.5
 @dataclass(frozen=True, eq=False, repr=False)
 class LumpChoice(Result):
     """lumps: by bar; machine: cut like that; finest: lumps in every bar of the run it was measured by; changes: what
-    that run differs in, by source the worst; share: tolerance, of every channel's range; is_settled: whether the finest
-    run itself stands still when it is cut once more."""
+    that run differs in, by source the worst; share: tolerance, of every channel's range; still: what the last doubling
+    that was tried still changes, None where the finest run stands still."""
 
     machine: Machine
     lumps: Mapping[str, int]
     finest: int
     changes: tuple[Change, ...]
     share: float
-    is_settled: bool
+    still: Change | None = None
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether cutting the finest run once more would change little."""
+        return self.still is None
 
     @property
     def is_within(self) -> bool:
@@ -69,25 +76,28 @@ def choose_lumps(
     most, until these errors, summed over bars as if all came at once and the same way, are allowed. Raises Refused for
     a machine without bars.
     """
+    expect("machine", machine, Machine)
+    given = [sources] if isinstance(sources, Scenario | Recording | str | Path) else [*sources]
+    for source in given:
+        expect_run(machine, source, start)
+    if not given:
+        raise refuse(Spot("choose_lumps"), "has no schedule to choose by", "give a scenario or a recording")
     bars = [name for name in bars_of(machine) if name not in set(keep)]
     if not bars:
         raise refuse(Spot("--lumps auto"), "the machine has no bar to cut", "leave it out: masses are one lump each")
-    given = [sources] if isinstance(sources, Scenario | Recording) else [*sources]
     said = progress or (lambda part: None)
-    chosen, trials = (
-        {name: _fewest(machine, name) for name in bars},
-        [_Trials(machine, source, bars, share, start) for source in given],
-    )
+    chosen = {name: _fewest(machine, name) for name in bars}
+    trials = [_Trials(machine, source, dict(chosen), share, start) for source in given]
     for k, trial in enumerate(trials):
         trial.settle()
         for part in trial.add_lumps(chosen):
             said((k + part) / len(given))
     told = [trial.judge(chosen) for trial in trials]
-    worst = max(told, key=lambda choice: max(change.size for change in choice.changes))
-    settled = all(choice.is_settled for choice in told)
+    worst = max(told, key=lambda choice: _worst(choice.changes).size)
+    still = max((c.still for c in told if c.still is not None), key=lambda change: change.size, default=None)
     finest = max(choice.finest for choice in told)
-    lumps, cut = bars_of(machine) | chosen, cut_bars(machine, chosen)
-    return replace(worst, machine=cut, lumps=lumps, finest=finest, is_settled=settled)
+    lumps, cut = bars_of(machine) | chosen, cut_bars(machine, chosen, Spot(CHOSEN))
+    return replace(worst, machine=cut, lumps=lumps, finest=finest, still=still)
 
 
 def _fewest(machine: Machine, bar: str) -> int:
@@ -97,15 +107,22 @@ def _fewest(machine: Machine, bar: str) -> int:
     return next((count for count in COUNTS if count >= written), COUNTS[-1])
 
 
+def _worst(changes: Sequence[Change]) -> Change:
+    return max(changes, key=lambda change: change.size)
+
+
 class _Trials:
     """Runs of one machine along one source, cut in different ways."""
 
     def __init__(
-        self, machine: Machine, source: Scenario | Recording, bars: Sequence[str], share: float, start: Start | None
-    ) -> None:
-        self.machine, self.source, self.bars, self.share, self.start = machine, source, bars, share, start
-        self.top, self.is_settled = BEGIN, True
-        self.fine = self.run(dict.fromkeys(bars, COUNTS[self.top]))
+        self, machine: Machine, source: Scenario | Recording, least: Mapping[str, int], share: float,
+        start: Start | None,
+    ) -> None:  # fmt: skip
+        self.machine, self.source, self.bars, self.share, self.start = machine, source, [*least], share, start
+        self.least = least
+        self.top = BEGIN
+        self.still: Change | None = None
+        self.fine = self.run(self.cut(self.top))
         self.names = [course.name for course in courses(self.fine)]
 
     def run(self, lumps: Mapping[str, int]) -> Trajectory:
@@ -113,19 +130,29 @@ class _Trials:
         cut = cut_bars(self.machine, lumps)
         return simulate(cut, self.source, start=self.start, parts=not sensed)
 
+    def cut(self, which: int) -> dict[str, int]:
+        """So many lumps in every bar, and no fewer than it may have."""
+        return {bar: max(COUNTS[which], count) for bar, count in self.least.items()}
+
     def settle(self) -> None:
-        """Cuts the fine run once more, and again, until that changes little."""
+        """Cuts the fine run once more, and again, until that changes little. Where no finer one is tried, the next
+        doubling counts as half of the last: what a cut is off by shrinks at least with the length of a lump."""
+        last = None
         while self.top + 1 < len(COUNTS) and COUNTS[self.top + 1] * len(self.bars) <= MOST:
-            finer = self.run(dict.fromkeys(self.bars, COUNTS[self.top + 1]))
-            if all(change.size <= HALF for change in compare_courses(self.fine, finer, self.share)):
+            finer = self.run(self.cut(self.top + 1))
+            last = _worst(compare_courses(self.fine, finer, self.share))
+            if last.size <= HALF:
                 return
             self.fine, self.top = finer, self.top + 1
-        self.is_settled = False
+        if last is None:
+            coarser = self.run(self.cut(self.top - 1))
+            last = _worst(compare_courses(coarser, self.fine, self.share))
+        self.still = last if last.size / 2 > HALF else None
 
     def errors_of(self, bar: str, count: int) -> Array:
         """Of every channel, as a share of what is allowed, with this bar in so many lumps and all others fine."""
-        fine = dict.fromkeys(self.bars, COUNTS[self.top])
-        if count >= COUNTS[self.top]:
+        fine = self.cut(self.top)
+        if count >= fine[bar]:
             return np.zeros(len(self.names))
         changes = compare_courses(self.run(fine | {bar: count}), self.fine, self.share)
         return np.array([change.size for change in changes])
@@ -145,4 +172,4 @@ class _Trials:
 
     def judge(self, chosen: Mapping[str, int]) -> LumpChoice:
         changes = compare_courses(self.run(chosen), self.fine, self.share)
-        return LumpChoice(self.machine, chosen, COUNTS[self.top], changes, self.share, self.is_settled)
+        return LumpChoice(self.machine, chosen, COUNTS[self.top], changes, self.share, self.still)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,6 +15,7 @@ from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
 from network.platform.printing import Result
 from network.platform.refusal import Failed
+from network.recordings.call_arguments import expect_run
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
@@ -68,6 +69,7 @@ def estimate_lumping(
     linear, finds the lumps that would be enough, too. None for a machine without bars, one that is cut as finely as can
     be, a run that took long, or one that breaks down when cut more finely.
     """
+    expect_run(machine, source, start)
     finer = cut_finely(machine)
     if finer is None:
         return None
@@ -79,6 +81,13 @@ def estimate_lumping(
     except Failed:
         return None
     return _judge(machine, source, run, fine, start, asks)
+
+
+def estimate_over(machine: Machine, runs: Iterable[tuple[Scenario | Recording, Trajectory]]) -> LumpingError | None:
+    """The same along the one of several runs on which finer lumps would change most, without asking for more."""
+    found = (estimate_lumping(machine, source, run, asks=False) for source, run in runs)
+    known = [error for error in found if error is not None]
+    return max(known, key=lambda error: max(change.size for change in error.changes), default=None)
 
 
 def estimate_on_recording(

@@ -18,11 +18,13 @@ from network.analysis.sweep.sample_runs import SampleJob
 from network.analysis.sweep.sampling import MOST_SAMPLES, Drawn, choose_drawn, latin_hypercube
 from network.catalogue.declaration.declare import Array
 from network.engine.simulation import schedule_for
-from network.engine.trajectory import axis_unit, in_difference_unit
+from network.engine.trajectory import axis_unit
 from network.machine.machine import Machine
 from network.platform.parallel import Told, run_all
 from network.platform.printing import summarise, tell
+from network.platform.quantities.unit_values import in_difference_unit
 from network.platform.refusal import Spot, refuse
+from network.recordings.call_arguments import expect, expect_run
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
@@ -80,13 +82,15 @@ def sample(
     keeps what is done, and from which a stopped sweep goes on; the others as in `sweep`. Raises Refused, and Failed
     where a run breaks down.
     """
+    expect_run(machine, source, start)
+    expect("count", count, int, np.integer)
     if not 2 <= count <= MOST_SAMPLES:
         raise refuse(Spot("--sample"), f"asks for {count} runs", f"give 2 to {MOST_SAMPLES}")
     if not machine.expansions:
         right = "add entries below `tcp:`, or use lptn simulate"
         raise refuse(Spot(machine.file), "the machine moves no tool centre point, which a sweep looks at", right)
     schedule_for(machine, source, start)
-    drawn = choose_drawn(machine, vary)
+    drawn = choose_drawn(machine, [vary] if isinstance(vary, str) else vary)
     quantiles = latin_hypercube(count, len(drawn), seed)
     numbers = np.stack([d.at(quantiles[:, i]) for i, d in enumerate(drawn)], axis=1)
     shared = SampleJob(Job(machine, source, start, method), drawn)

@@ -17,6 +17,7 @@ from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.entry_path import NumberPath
 from network.engine.response.parameters import Parameter, free_parameters, parameter
 from network.machine.machine import Machine
+from network.platform.quantities.unit_values import in_own_unit
 from network.platform.quantities.units import NUMBER, BadNumber, Number, difference, unit
 from network.platform.refusal import Spot, likely, refuse, short
 
@@ -54,8 +55,7 @@ class Drawn:
     def shown(self, values: Array) -> Array:
         """Values [SI] in the unit of the number."""
         given = unit(self.unit)
-        given = difference(given) if self.unit == "K" else given
-        return np.asarray((values - given.offset) / given.scale)
+        return in_own_unit(values, difference(given) if self.unit == "K" else given)
 
     def summary(self) -> dict[str, Any]:
         prior = "uniform" if self.ends is not None or self.parameter.is_unknown else "normal"

@@ -36,6 +36,7 @@ from network.machine.overrides import AUTO
 from network.platform.parallel import Told, run_all
 from network.platform.printing import Tabled, summarise
 from network.platform.refusal import Complaints, Spot, refuse
+from network.recordings.call_arguments import expect_run
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
@@ -113,9 +114,11 @@ def sweep(
     processes; cluster: address of a dask scheduler; progress: told the share of the runs that are done. Raises Refused,
     and Failed where a run breaks down.
     """
+    expect_run(machine, source, start)
     job = Job(machine, source, start, method)
-    variations = tuple(parse_variation(text) for text in vary)
-    names = tuple(dict.fromkeys(str(level).strip() for level in levels))
+    variations = tuple(parse_variation(text) for text in ([vary] if isinstance(vary, str) else vary))
+    given = levels.split(",") if isinstance(levels, str) else levels
+    names = tuple(dict.fromkeys(str(level).strip() for level in given))
     allowed = _check(job, names, variations, tolerance)
     result = Sweep(machine, source.name, variations=variations, tolerance=allowed)
     if variations:

@@ -14,9 +14,10 @@ import numpy as np
 from network.analysis.sweep.level_runs import Job
 from network.catalogue.declaration.declare import Array
 from network.engine.simulation import simulate
-from network.engine.trajectory import axis_unit, in_difference_unit
+from network.engine.trajectory import axis_unit
 from network.machine.machine import Machine
 from network.machine.overrides import set_value
+from network.platform.quantities.unit_values import in_difference_unit
 from network.platform.quantities.units import NUMBER
 from network.platform.refusal import Complaints, Failed, Refusal, Refused, Spot, refuse, short
 

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from network.analysis.sweep.lumping_error import LumpingError, estimate_lumping
 from network.analysis.sweep.tolerance import Tolerance, parse_tolerance
 from network.catalogue.declaration.declare import Array
 from network.engine.simulation import schedule_for, simulate
@@ -20,6 +21,7 @@ from network.machine.machine import Machine
 from network.platform.printing import Brief, Result
 from network.platform.quantities.units import BadNumber, in_unit, split_number, unit
 from network.platform.refusal import Spot, likely, refuse
+from network.recordings.call_arguments import expect
 from network.recordings.inputs import Schedule, Signal
 from network.recordings.scenario import Scenario
 
@@ -49,7 +51,8 @@ class Attempt(Brief):
 @dataclass(frozen=True, eq=False, repr=False)
 class WarmUp(Result):
     """input: what is driven; attempts: by speed; none: what moves without a warm-up [m]; chosen: the attempt that is
-    shortest, where none serves the one that leaves least."""
+    shortest, where none serves the one that leaves least; lumping: what finer lumps would change over it and what
+    follows."""
 
     machine: Machine
     scenario: Scenario
@@ -57,6 +60,7 @@ class WarmUp(Result):
     tolerance: Tolerance
     none: float
     attempts: tuple[Attempt, ...]
+    lumping: LumpingError | None = None
 
     @property
     def is_needed(self) -> bool:
@@ -83,6 +87,7 @@ class WarmUp(Result):
         return {
             "minutes": minutes, "schedule": steps, "left": {"value": shown.from_si(left), "unit": shown.text},
             "without": {"value": shown.from_si(self.none), "unit": shown.text}, "tolerance": self.tolerance.summary(),
+            "lumping": None if self.lumping is None else self.lumping.summary(),
             "tried": [{self.input: a.value / unit(self.unit).scale, "minutes": (a.lengths / 60).tolist(),
                        "left": [shown.from_si(v) for v in a.left.tolist()]} for a in self.attempts],
         }  # fmt: skip
@@ -94,6 +99,8 @@ def find_warm_up(
 ) -> WarmUp:  # fmt: skip
     """The shortest warm-up before a scenario. tolerance: like '2 um'; speeds: like '4000, 8000 rpm'; longest: [s];
     driven: the input, by default the speed; progress: told the share that is done. Raises Refused."""
+    expect("machine", machine, Machine)
+    expect("scenario", scenario, Scenario)
     wanted = parse_tolerance(tolerance, machine)
     schedule = schedule_for(machine, scenario)
     name = _find_driven(machine, schedule, driven)
@@ -104,7 +111,9 @@ def find_warm_up(
         if progress is not None:
             progress(k / len(values))
         attempts.append(_attempt(_Trial(machine, schedule, name, value, wanted), lengths, none))
-    return WarmUp(machine, scenario, name, wanted, none, tuple(attempts))
+    found = WarmUp(machine, scenario, name, wanted, none, tuple(attempts))
+    warmed = _warmed(schedule, name, found.chosen.value, found.chosen.best) if found.is_needed else schedule
+    return replace(found, lumping=estimate_lumping(machine, replace(scenario, schedule=warmed), asks=False))
 
 
 class _Trial:

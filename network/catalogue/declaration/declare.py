@@ -123,6 +123,10 @@ class Declared(ABC):
         """The numbers that may be calibrated: those with ± or `unknown`."""
         return {k: n for k, n in self.numbers.items() if n.prior != "known"}
 
+    def needs(self) -> Mapping[str, str]:
+        """The input channels this entry reads, with a unit of the kind each must have."""
+        return {}
+
     # -- YAML -------------------------------------------------------------------------------------------------------
     @classmethod
     def read(cls, name: str, tree: Tree, complaints: Complaints, where: str = "") -> Self | None:
@@ -198,7 +202,6 @@ class Effect(Declared):
     """s: a recording that is shorter than this cannot tell it from anything that goes up and down once."""
 
     def needs(self) -> Mapping[str, str]:
-        """The input channels this entry reads, with a unit of the kind each must have."""
         named = ((self.__dict__[name], field) for name, field in self.fields.items())
         return merge_inputs((name, f.unit) for name, f in named if name is not None and isinstance(f, InputField))
 

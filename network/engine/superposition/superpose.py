@@ -22,6 +22,7 @@ from network.engine.superposition.frozen_network import STAGES, FrozenRun, answe
 from network.engine.superposition.superposition import Share, Superposition
 from network.engine.trajectory import Trajectory
 from network.platform.threads import on_one_thread
+from network.recordings.call_arguments import expect
 
 AT_ONCE = "at once"
 """The cause of what moves without any heat, with the speed or in a step."""
@@ -51,6 +52,7 @@ def superpose(run: Trajectory) -> Superposition:
     Rises count from the mean temperature at the start, so that the cause `start` holds what was displaced before the
     run, and how an uneven start evens out; held nodes count with their difference to it.
     """
+    expect("run", run, Trajectory)
     if run.pieces:
         return _join(run, [superpose(piece) for piece in run.pieces])
     readings, causes = list(_readings(run.network)), list_causes(run.network)

@@ -9,9 +9,10 @@ from typing import Any, Literal
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
-from network.engine.trajectory import Trajectory, axis_unit, in_own_unit
+from network.engine.trajectory import Trajectory, axis_unit
 from network.platform.data_frame import data_frame
 from network.platform.printing import Brief, Drawn
+from network.platform.quantities.unit_values import in_own_unit
 
 By = Literal["part", "cause", "kind"]
 FEWEST_DIGITS = 5e-4

@@ -43,7 +43,7 @@ def write_minus(text: str) -> str:
 
 def per_kelvin(value: float) -> str:
     """A relative slope [1/K]: 4.1 % per K."""
-    return f"{100 * value:.2g} % per K".replace("-", "−")
+    return write_minus(f"{100 * value:.2g} % per K")
 
 
 def number(value: float, unit_text: str, digits: int = 4, sign: bool = False) -> str:

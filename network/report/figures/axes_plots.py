@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from network.engine.trajectory import axis_unit, in_own_unit
+from network.engine.trajectory import axis_unit
 from network.platform.quantities.number_format import pretty
+from network.platform.quantities.unit_values import in_own_unit
 from network.platform.refusal import Spot, UnknownName, likely, refuse
 from network.report.figures.canvas import GREY, WIDTH, look, name_text
 from network.report.figures.lines import clock
+from network.report.words.recording_names import title_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -70,7 +72,7 @@ def plot_comparison(comparison: Comparison, names: Sequence[str], axes: Axes | N
     measured, simulated = (in_own_unit(v, channel.unit) for v in (channel.measured, channel.simulated))
     drawn.plot(channel.t / length, measured, ".", color=GREY, markersize=2, label=f"{name} measured")
     _draw(drawn, channel.t, simulated, 0, f"{name} simulated")
-    told = f"{comparison.machine.name}: {residual.recording.name}, rmse {channel.rmse_in_noise:.3g} σ"
+    told = f"{comparison.machine.name}: {title_of(residual.recording)}, rmse {channel.rmse_in_noise:.3g} σ"
     return _finish(drawn, channel.t, channel.unit, told)
 
 

@@ -11,7 +11,7 @@ from network.analysis.calibration.uncertainty import LEVEL
 from network.catalogue.declaration.declare import Array, Indices
 from network.platform.quantities.number_format import number
 from network.platform.quantities.text_table import format_shift
-from network.platform.quantities.units import unit
+from network.platform.quantities.unit_values import in_own_unit
 from network.report.figures.canvas import (
     FONT,
     GREY,
@@ -21,7 +21,6 @@ from network.report.figures.canvas import (
     WIDTH,
     add_axes,
     gap_unit,
-    in_unit,
     label_y,
     name_text,
     new_figure,
@@ -111,9 +110,9 @@ def band_figure(
     """
     figure, (values, apart) = stack_panels((2.6, 1.5), right=0.3)
     scale = gap_unit(unit).scale
-    middle, width = _convert(centre, unit), LEVEL * std / scale
+    middle, width = in_own_unit(centre, unit), LEVEL * std / scale
     if measured is not None:
-        draw_measured(values, t, _convert(measured, unit), GREY, 0.9, clock(t)[1])
+        draw_measured(values, t, in_own_unit(measured, unit), GREY, 0.9, clock(t)[1])
         draw_measured(apart, t, (measured - centre) / scale, GREY, 0.7, clock(t)[1])
         _draw_reading_band(apart, t, LEVEL * np.hypot(std, noise) / scale)
     _draw_band(values, t, middle, width)
@@ -132,10 +131,6 @@ def _draw_reading_band(axes: Axes, t: Array, width: Array) -> None:
     index = decimate_together(t, [width], POINTS)
     for side in (-1, 1):
         axes.plot(t[index] / clock(t)[1], side * width[index], color=MOVED, linewidth=0.9, linestyle=(0, (1.0, 1.5)))
-
-
-def _convert(values: Array, unit_text: str) -> Array:
-    return in_unit(values, unit(unit_text))
 
 
 def _draw_band(axes: Axes, t: Array, middle: Array, width: Array) -> None:

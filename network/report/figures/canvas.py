@@ -11,7 +11,6 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
-from network.catalogue.declaration.declare import Array
 from network.platform.files import replace_file
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.units import Unit, difference, unit
@@ -55,11 +54,6 @@ def literal(text: str) -> str:
 
 def name_text(name: str, most: int = 28) -> str:
     return literal(shorten(name, most))
-
-
-def in_unit(values: Array, given: Unit) -> Array:
-    """Values inside (SI, °C) in a unit."""
-    return (values - given.offset) / given.scale
 
 
 def gap_unit(unit_text: str) -> Unit:

@@ -4,21 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from network.report.figures.canvas import (
-    FONT,
-    GREY,
-    INK,
-    PALETTE,
-    SMALL,
-    WIDTH,
-    add_axes,
-    name_text,
-    new_figure,
-    text_size,
-    write_title,
-)
+from network.report.figures.canvas import FONT, GREY, INK, PALETTE, SMALL, write_title
+from network.report.figures.named_rows import lay_rows
 from network.report.words.change_words import count, moves
 
 if TYPE_CHECKING:
@@ -34,15 +21,8 @@ LINE, MOST, LONGEST, RIGHT = 0.24, 24, 44, 1.6
 def change_figure(found: Changes) -> Figure:
     """A dot for every number and sensor, the furthest first; blue: what changed, with what it moves the tool by."""
     rows = sorted(found.tested.items(), key=lambda item: -abs(item[1]))[:MOST]
-    names = [name_text(name, LONGEST) for name, _ in rows]
-    left = 0.3 + max((text_size(name, FONT)[0] for name in names), default=0.0) / 72
-    height = max(len(rows), 1) * LINE
-    figure = new_figure(0.7 + height + 0.6)
-    axes = add_axes(figure, left, 0.6, WIDTH - left - RIGHT, height)
+    figure, (axes,) = lay_rows([name for name, _ in rows], LINE, LONGEST, 0.7, [0.0], 0.0, RIGHT)
     _draw_dots(axes, found, rows)
-    axes.set_yticks(np.arange(len(names)), names, fontsize=FONT)
-    axes.set_ylim(max(len(names), 1) - 0.4, -0.6)
-    axes.tick_params(axis="y", length=0)
     axes.set_xlabel("now less then, in standard errors of the difference [σ]", fontsize=FONT)
     cut = f"; the furthest {MOST} of {len(found.tested)}" if len(found.tested) > MOST else ""
     below = f"{count(found.now)} of now, {count(found.then)} of then; dashed: what chance reaches; blue: changed{cut}"

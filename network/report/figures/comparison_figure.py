@@ -8,6 +8,7 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array
 from network.platform.quantities.number_format import number, pretty
+from network.platform.quantities.unit_values import in_own_unit
 from network.platform.quantities.units import unit
 from network.recordings.inputs import Signal
 from network.report.figures.canvas import (
@@ -18,7 +19,6 @@ from network.report.figures.canvas import (
     add_axes,
     gap_unit,
     headline,
-    in_unit,
     label_y,
     name_text,
     new_figure,
@@ -27,6 +27,7 @@ from network.report.figures.canvas import (
 from network.report.figures.lines import alone, clock, outline, set_clock, thin, with_gaps
 from network.report.figures.run_figure import is_speed
 from network.report.figures.shown_inputs import choose_inputs
+from network.report.words.recording_names import title_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -64,14 +65,14 @@ def comparison_figure(residual: RecordingResidual) -> Figure:
     set_clock(panels, run.t, panels[-2:])
     what = "measured grey, simulated blue, residual in units of noise with ±2 σ shaded"
     told = f"{what}; all channels: rmse {residual.rmse_in_noise:.3g} σ"
-    write_title(figure, f"{run.machine.name}: {residual.recording.name}", told)
+    write_title(figure, f"{run.machine.name}: {title_of(residual.recording)}", told)
     return figure
 
 
 def draw_driver(axes: Axes, signal: Signal, t: Array) -> None:
     shown = "rpm" if is_speed(signal) else signal.unit
     times, values = outline(signal, t)
-    axes.plot(times / clock(t)[1], in_unit(values, unit(shown)), color=INK, linewidth=0.9)
+    axes.plot(times / clock(t)[1], in_own_unit(values, shown), color=INK, linewidth=0.9)
     axes.margins(y=0.12)
     headline(axes, name_text(signal.name), GREY)
     label_y(axes, "", shown)
@@ -79,8 +80,8 @@ def draw_driver(axes: Axes, signal: Signal, t: Array) -> None:
 
 def _draw_values(axes: Axes, channel: ChannelResidual, t: Array) -> None:
     given = unit(channel.unit)
-    draw_measured(axes, channel.t, in_unit(channel.measured, given), GREY, 0.9, clock(t)[1])
-    times, values = thin(channel.t, in_unit(channel.simulated, given), POINTS)
+    draw_measured(axes, channel.t, in_own_unit(channel.measured, given), GREY, 0.9, clock(t)[1])
+    times, values = thin(channel.t, in_own_unit(channel.simulated, given), POINTS)
     axes.plot(times / clock(t)[1], values, color=SIMULATED, linewidth=1.3)
     axes.margins(y=0.08)
     headline(axes, _describe_misfit(channel))

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from network.engine.trajectory import axis_unit
+from network.platform.quantities.unit_values import in_own_unit
 from network.platform.quantities.units import unit
-from network.report.figures.canvas import GREY, in_unit, look, write_title
+from network.report.figures.canvas import GREY, look, write_title
 from network.report.figures.lines import thin
 from network.report.figures.panels import Curve, Panel, draw_panels
 
@@ -24,7 +25,7 @@ def correction_figure(correction: Correction) -> Figure:
     panels, t = list[Panel](), loss.t
     for i, axis in enumerate(loss.by_axis):
         shown = unit(axis_unit(axis))
-        full, told = (in_unit(np.asarray(values[axis]), shown) for values in (loss.full, loss.told))
+        full, told = (in_own_unit(np.asarray(values[axis]), shown) for values in (loss.full, loss.told))
         curves = [Curve(*thin(t, full, 1000), GREY, "solid", 3.5), Curve(*thin(t, told, 1000), look(i)[0])]
         names = ("full model", "in the control")
         labels = [curve.label(name, axis_unit(axis)) for curve, name in zip(curves, names, strict=True)]

@@ -16,14 +16,11 @@ from network.report.figures.canvas import (
     INK,
     PALETTE,
     SMALL,
-    WIDTH,
-    add_axes,
-    name_text,
-    new_figure,
     size_of,
     text_size,
     write_title,
 )
+from network.report.figures.named_rows import lay_rows
 from network.report.words.finding_words import rival_name, to_sigma
 
 if TYPE_CHECKING:
@@ -43,17 +40,12 @@ def candidates_figure(d: Diagnosis) -> Figure:
     """Left: how clearly each stands out [σ], with what chance reaches; right: the misfit, relative to that of what was
     found. What was found is blue."""
     rivals = [replace(r, gain=to_sigma(r.gain)) for r in sorted(rescale_gains(d), key=lambda r: -r.gain)[:MOST]]
-    names = [name_text(rival_name(r), LONGEST) for r in rivals]
-    left = 0.3 + max((text_size(name, FONT)[0] for name in names), default=0.0) / 72
-    height = max(len(rivals), 1) * LINE
-    figure = new_figure(0.8 + height + 0.6)
-    width = WIDTH - left - GAP - LEAVES - RIGHT
-    gains = add_axes(figure, left, 0.6, width, height)
-    leaves = add_axes(figure, left + width + GAP, 0.6, LEAVES, height)
+    names = [rival_name(r) for r in rivals]
+    figure, (gains, leaves) = lay_rows(names, LINE, LONGEST, 0.8, [0.0, LEAVES], GAP, RIGHT)
     colours = [FOUND if was_found(d, r) else OTHER for r in rivals]
     _draw_gains(gains, rivals, colours, _threshold(d))
     _draw_misfits(leaves, np.array([r.chi for r in rivals]) / _chi_of_findings(d), colours)
-    _finish(gains, leaves, names)
+    gains.grid(False, axis="y")
     write_title(figure, f"{d.machine.name}: what was tried", _below(d))
     return figure
 
@@ -119,11 +111,3 @@ def _draw_misfits(axes: Axes, misfits: Array, colours: list[str]) -> None:
     room = 0.08 * (max(finite) - min(finite) or 1.0)
     axes.set_xlim(min(finite) - room, max(finite) + room)
     axes.set_xlabel("misfit in the fit; found: 1", fontsize=FONT, labelpad=2)
-
-
-def _finish(gains: Axes, leaves: Axes, names: list[str]) -> None:
-    for axes in (gains, leaves):
-        axes.set_ylim(max(len(names), 1) - 0.4, -0.6)
-        axes.set_yticks(np.arange(len(names)), names if axes is gains else [""] * len(names))
-        axes.tick_params(axis="y", labelsize=FONT, length=0)
-    gains.grid(False, axis="y")

@@ -10,6 +10,7 @@ import numpy as np
 from network.catalogue.declaration.declare import Array
 from network.platform.quantities.number_format import number, pretty
 from network.platform.quantities.text_table import digits
+from network.platform.quantities.unit_values import in_own_unit
 from network.platform.quantities.units import unit
 from network.report.figures.canvas import (
     FONT,
@@ -19,7 +20,6 @@ from network.report.figures.canvas import (
     add_axes,
     gap_unit,
     headline,
-    in_unit,
     label_y,
     name_text,
     new_figure,
@@ -110,9 +110,9 @@ def _row(
 
 def _draw_values(axes: Axes, pair: tuple[ChannelResidual, ChannelResidual], length: float) -> None:
     given = unit(pair[1].unit)
-    draw_measured(axes, pair[1].t, in_unit(pair[1].measured, given), GREY, 0.9, length)
+    draw_measured(axes, pair[1].t, in_own_unit(pair[1].measured, given), GREY, 0.9, length)
     for channel, colour, dashes, width in _lines(pair):
-        times, values = thin(channel.t, in_unit(channel.simulated, given), POINTS)
+        times, values = thin(channel.t, in_own_unit(channel.simulated, given), POINTS)
         axes.plot(times / length, values, color=colour, linestyle=dashes, linewidth=width)
     axes.margins(y=0.08)
     headline(axes, _change(*pair))

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from network.catalogue.declaration.declare import Array, Declared, Effect
+from network.catalogue.declaration.declare import Array
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import span
-from network.platform.quantities.units import unit
+from network.platform.quantities.unit_values import in_own_unit
 from network.recordings.inputs import Signal
 from network.report.figures.canvas import (
     FONT,
@@ -21,7 +21,6 @@ from network.report.figures.canvas import (
     add_axes,
     gap_unit,
     headline,
-    in_unit,
     label_y,
     name_text,
     new_figure,
@@ -97,7 +96,7 @@ def choose_runs(d: Diagnosis) -> list[int]:
 def choose_inputs_of(d: Diagnosis, recordings: Sequence[RecordingResidual]) -> list[str]:
     """What the findings read, then what residuals follow, then what varies, speeds first."""
     paths = [path for f in d.findings for path, _ in f.patch.entries() if path in d.after.by_path]
-    return order_inputs([name for path in paths for name in _needs(d.after.by_path[path])], recordings)
+    return order_inputs([name for path in paths for name in d.after.by_path[path].needs()], recordings)
 
 
 def order_inputs(read: Sequence[str], recordings: Sequence[RecordingResidual]) -> list[str]:
@@ -105,10 +104,6 @@ def order_inputs(read: Sequence[str], recordings: Sequence[RecordingResidual]) -
     moving = rank_inputs(recordings)
     known = [name for name in followed_inputs(recordings) if name in moving]
     return list(dict.fromkeys([*(name for name in read if name in moving), *known, *moving]))[:MOST_INPUTS]
-
-
-def _needs(entry: Declared) -> Iterable[str]:
-    return entry.needs() if isinstance(entry, Effect) else ()
 
 
 def _column(figure: Figure, rows: Sequence[float], k: int, of: int) -> list[Axes]:
@@ -148,7 +143,7 @@ def _draw_heat(axes: Axes, t: Array, heat: Array, std: Array, scale: float, colo
 def _draw_input(axes: Axes, signal: Signal, t: Array, length: float, first: bool) -> None:
     shown = "rpm" if is_speed(signal) else signal.unit
     times, values = outline(signal, t)
-    axes.plot(times / length, in_unit(values, unit(shown)), color=INK, linewidth=0.9)
+    axes.plot(times / length, in_own_unit(values, shown), color=INK, linewidth=0.9)
     axes.margins(y=0.12)
     if first:
         label_y(axes, name_text(signal.name, 12), shown)

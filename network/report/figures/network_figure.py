@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Collection, Iterator, Sequence
 from typing import TYPE_CHECKING
 
@@ -18,8 +19,8 @@ from network.report.figures.canvas import (
     SMALL,
     WIDTH,
     literal,
-    name_text,
     new_figure,
+    shorten,
     text_size,
     write_title,
 )
@@ -47,6 +48,8 @@ if TYPE_CHECKING:
 
 MOST_NAMED = 26
 """More links than this are numbered, and named below."""
+WIDEST, LONGEST = 20, 40
+"""Letters of a line of a part's name, and of the name."""
 HEAD, FOOT, ROW = 58.0, 64.0, SMALL * 1.6
 STREAM = 0.3
 """Width of a stream, as a share of the widest link: what it carries is its number."""
@@ -124,7 +127,7 @@ class Picture:
 
     def _text(self, name: str) -> Iterator[tuple[str, str, bool]]:
         """(text, colour, bold) of every line at a node."""
-        yield name_text(name, 20), INK, True
+        yield from ((literal(line), INK, True) for line in textwrap.wrap(shorten(name, LONGEST), WIDEST))
         capacity = capacity_text(self.machine, name)
         if capacity:
             yield literal(capacity), GREY, False

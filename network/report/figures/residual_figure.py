@@ -25,6 +25,7 @@ from network.report.figures.canvas import (
     write_title,
 )
 from network.report.figures.lines import thin
+from network.report.words.recording_names import title_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -57,7 +58,7 @@ def residual_figure(before: RecordingResidual, after: RecordingResidual, side: s
         left, right = (add_axes(figure, edge, high, width, ROW) for edge, width in (LEFT, RIGHT))
         _draw_row(left, right, pair, grid, last=name == names[-1])
     what = "how long it stays alike, and its power by period; before orange, after blue; shaded: 95 % of white noise"
-    title = f"{after.trajectory.machine.name}: {after.recording.name}{f', {side}' if side else ''}: what is left"
+    title = f"{after.trajectory.machine.name}: {title_of(after.recording)}{f', {side}' if side else ''}: what is left"
     write_title(figure, title, what if names else "no readings")
     return figure
 

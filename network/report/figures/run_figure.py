@@ -10,15 +10,15 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array
 from network.catalogue.expansions.base import ANGULAR_AXES
-from network.engine.trajectory import Trajectory, axis_unit
+from network.engine.trajectory import Trajectory, axis_unit, drop_rounding
 from network.platform.quantities.number_format import number
+from network.platform.quantities.unit_values import in_own_unit
 from network.platform.quantities.units import unit
 from network.recordings.inputs import Signal
 from network.report.figures.canvas import (  # fmt: skip
     GREY,
     INK,
     PALETTE,
-    in_unit,
     look,
     new_figure,
     shorten,
@@ -69,7 +69,8 @@ def _panels(run: Trajectory, bands: Sequence[Band] = ()) -> Iterator[Panel]:
     if temperatures:
         yield panel_of("temperature", "degC", 2.9, temperatures, run.t)
     for quantity, angular, height in (("TCP displacement", False, 2.1), ("TCP angle", True, 1.6)):
-        rows = {a: in_unit(v, unit(axis_unit(a))) for a, v in run.tcp.items() if (a in ANGULAR_AXES) == angular}
+        own = {a: drop_rounding(v) for a, v in run.tcp.items() if (a in ANGULAR_AXES) == angular}
+        rows = {a: in_own_unit(v, axis_unit(a)) for a, v in own.items()}
         if rows:
             shown = "urad" if angular else "um"
             yield _shaded(panel_of(quantity, shown, height, rows, run.t), run, [b for b in bands if b.axis in rows])
@@ -82,7 +83,7 @@ def _shaded(panel: Panel, run: Trajectory, bands: Sequence[Band]) -> Panel:
     shades, axes = [], [axis for axis in run.tcp if (axis in ANGULAR_AXES) == (panel.unit == "urad")]
     for band in bands:
         index = decimate_together(run.t, limits := [*band.limits(run.t, run.tcp[band.axis])], POINTS)
-        low, high = (in_unit(v[index], unit(band.unit)) for v in limits)
+        low, high = (in_own_unit(v[index], band.unit) for v in limits)
         shades.append(Shade(run.t[index], low, high, look(axes.index(band.axis))[0]))
     if not shades:
         return panel
@@ -124,7 +125,7 @@ def input_panel(signals: Sequence[Signal], shown: str, t: Array) -> Panel:
     for i, signal in enumerate(signals):
         times, values = outline(signal, t)
         style = (INK, "solid") if len(signals) == 1 else look(i)
-        curves[signal.name] = Curve(times, in_unit(values, unit(shown)), *style, 1.0)
+        curves[signal.name] = Curve(times, in_own_unit(values, shown), *style, 1.0)
     quantity = shorten(signals[0].name, 14) if len(signals) == 1 else "inputs"
     labels = [curve.label(name, shown) for name, curve in curves.items()]
     return Panel(quantity, shown, 1.0, [*curves.values()], labels, from_zero=shown == "rpm")

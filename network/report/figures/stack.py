@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
+from network.engine.trajectory import drop_rounding
 from network.platform.quantities.number_format import number
+from network.platform.quantities.unit_values import in_own_unit
 from network.platform.quantities.units import unit
-from network.report.figures.canvas import GREY, PALETTE, in_unit, name_text
+from network.report.figures.canvas import GREY, PALETTE, name_text
 from network.report.figures.labels import EndLabel, label_ends
 from network.report.figures.lines import clock, decimate_together
 
@@ -27,8 +29,8 @@ class Stack:
 
     def __init__(self, t: Array, shares: Mapping[str, Array], total: Array, unit_text: str) -> None:
         self.t, self.unit, shown = t, unit_text, unit(unit_text)
-        self.total = in_unit(total, shown)
-        rows = {name: in_unit(values, shown) for name, values in shares.items()}
+        self.total = in_own_unit(drop_rounding(total), shown)
+        rows = {name: in_own_unit(drop_rounding(values), shown) for name, values in shares.items()}
         by_size = sorted(rows, key=lambda name: -float(np.abs(rows[name]).max()))
         small = by_size[MOST_BANDS - 1 :] if len(rows) > MOST_BANDS else []
         self.rows = {name: values for name, values in rows.items() if name not in small}

@@ -98,7 +98,7 @@ def notes(machine: Machine, run: Trajectory | None, whole: Collection[str] = ())
             )
     for name, sensor in machine.sensors.items():
         if sensor.place is not None:
-            by_node[sensor.place.node].append(Note("sensor", shorten(name, 20)))
+            by_node[sensor.place.node].append(Note("sensor", shorten(name)))
     return by_node
 
 
@@ -109,7 +109,7 @@ def _shares(into: tuple[tuple[Place, float], ...]) -> Mapping[str, float]:
     return shares
 
 
-def cut(name: str, whole: Collection[str], most: int = 20) -> str:
+def cut(name: str, whole: Collection[str], most: int = 28) -> str:
     """A name, its middle left out where it is long and not to be told whole."""
     return name if name in whole else shorten(name, most)
 
@@ -132,4 +132,4 @@ def capacity_text(machine: Machine, name: str) -> str:
         return number(node.capacity / 1e3, "kJ/K", 3) if node.is_part else ""
     if not isinstance(node.temperature, str):
         return number(float(node.temperature), "degC", 3)
-    return "" if node.temperature == name else shorten(node.temperature, 20)
+    return "" if node.temperature == name else shorten(node.temperature)

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from network.engine.trajectory import axis_unit
-from network.platform.quantities.units import unit
-from network.report.figures.canvas import INK, WIDTH, add_axes, in_unit, label_y, look, new_figure, write_title
+from network.platform.quantities.unit_values import in_own_unit
+from network.report.figures.canvas import INK, WIDTH, add_axes, label_y, look, new_figure, write_title
 from network.report.figures.convergence import draw_gaps, draw_times
 from network.report.figures.labels import label_ends
 from network.report.figures.lines import clock, set_clock, thin
@@ -54,7 +54,7 @@ def _curves(sweep: Sweep, axis: str) -> Iterator[tuple[str, Curve]]:
     """Levels and their curves in the unit of the axis; the finest below the others, so that none is hidden."""
     others = [run for run in sweep.levels if run is not sweep.finest and axis in run.tcp]
     for i, run in enumerate([sweep.finest, *others]):
-        t, values = thin(run.t, in_unit(run.tcp[axis], unit(axis_unit(axis))))
+        t, values = thin(run.t, in_own_unit(run.tcp[axis], axis_unit(axis)))
         yield run.level, Curve(t, values, *(look(i - 1) if i else (INK, "solid")), 1.2 if i else BOLD)
 
 

@@ -10,9 +10,9 @@ import numpy as np
 from network.analysis.acceptance.drift_measures import HOUR
 from network.catalogue.expansions.base import ANGULAR_AXES
 from network.engine.trajectory import axis_unit
-from network.platform.quantities.units import unit
+from network.platform.quantities.unit_values import in_own_unit
 from network.recordings.recording import Recording
-from network.report.figures.canvas import DASHES, GREY, SMALL, in_unit, look, write_title
+from network.report.figures.canvas import DASHES, GREY, SMALL, look, write_title
 from network.report.figures.labels import EndLabel
 from network.report.figures.lines import clock, thin
 from network.report.figures.panels import Curve, Panel, draw_panels, panel_of
@@ -58,7 +58,7 @@ def _drift_panel(test: ThermalTest, quantity: str, shown: str, height: float, ch
     curves, labels = list[Curve](), list[EndLabel]()
     for i, axis in enumerate(chosen):
         for k, (name, course) in enumerate(list_courses(test, axis).items()):
-            values = in_unit(course.values, unit(axis_unit(axis)))
+            values = in_own_unit(course.values, axis_unit(axis))
             curves.append(Curve(*thin(course.t, values, 1000), look(i)[0], DASHES[min(k, 1)], 1.6))
             labels.append(curves[-1].label(name, shown))
     return Panel(quantity, shown, height, curves, labels, from_zero=True)

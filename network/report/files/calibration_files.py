@@ -14,6 +14,7 @@ from network.analysis.comparison.amounts import join_names
 from network.catalogue.declaration.entry_path import displacement
 from network.platform.publication import Kind, publication
 from network.report.files.result_files import as_json
+from network.report.words.recording_names import title_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -61,7 +62,7 @@ def figures(c: Calibration) -> Iterator[tuple[str, Callable[[], Figure]]]:
     for prefix, before, after in sides:
         for stem, b, a in zip(stems_of(after), before.recordings, after.recordings, strict=True):
             side = "held out" if prefix else "calibrated on"
-            title = f"{c.original.name}: {a.recording.name}, {side}"
+            title = f"{c.original.name}: {title_of(a.recording)}, {side}"
             yield f"{prefix}fit-{stem}.png", partial(fit_figure, b, a, title, large=bool(prefix))
             yield f"{prefix}residual-{stem}.png", partial(residual_figure, b, a, side)
     if any(np.isfinite(c.shift)):
@@ -90,14 +91,14 @@ def _band(c: Calibration, band: Band) -> Figure:
     measured = None if name is None else centre + last.channels[name].residual
     inside = next((k.inside for k in c.coverage if (k.file, k.channel) == (file, name)), None)
     noise = c.machine.sensors[name].sigma if name is not None else 0.0
-    on = f"{last.recording.name}, {'held out' if c.after_holdout else 'calibrated on'}"
+    on = f"{title_of(last.recording)}, {'held out' if c.after_holdout else 'calibrated on'}"
     return band_figure(t, centre, std, measured, band.unit, displacement(band.axis), inside, noise, on)
 
 
 def _reads(machine: Machine, name: str, axis: str) -> bool:
-    """Whether a channel reads an axis as it is: not zeroed, not changed by effects."""
+    """Whether a channel reads an axis as it is, but for where its zero lies: not changed by effects."""
     sensor = machine.sensors[name]
-    return sensor.axis == axis and not sensor.zero and not sensor.effects
+    return sensor.axis == axis and not sensor.effects
 
 
 def stems_of(comparison: Comparison) -> list[str]:

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
-from network.engine.trajectory import in_own_unit
 from network.platform.files import replace_file
+from network.platform.quantities.unit_values import in_own_unit
 from network.platform.refusal import Spot, refuse
 
 

@@ -13,7 +13,15 @@ from network.report.files.page import Shown, embed
 from network.report.files.result_files import as_json
 from network.report.pages.chart_page import Page, Table, fill_page
 from network.report.pages.drift_chart import chart_test
-from network.report.words.thermal_test_words import basis_of, drift_rows, name_test, tell_combined, tell_targets
+from network.report.words.lump_words import tell_cut
+from network.report.words.thermal_test_words import (
+    basis_of,
+    drift_rows,
+    name_test,
+    start_of_test,
+    tell_combined,
+    tell_targets,
+)
 
 if TYPE_CHECKING:
     from network.analysis.acceptance.thermal_test import ThermalTest
@@ -45,7 +53,7 @@ def page_of_test(test: ThermalTest, png: bytes) -> str:
     meaning = MEANING.format(share=f"{100 * test.stable_share:.4g} %", origin=test.stable_origin)
     notes = [*tell_combined(test), *tell_targets(test), *test.notes]
     page = Page(
-        name_test(test), [basis_of(test)], [Table(*drift_rows(test))], notes,
-        [chart_test(test)], CHART, meaning, embed(Shown("iso230", "", CAPTION, png)),
+        name_test(test), [basis_of(test), *start_of_test(test)], [Table(*drift_rows(test))],
+        [*notes, *tell_cut(test.lumping)], [chart_test(test)], CHART, meaning, embed(Shown("iso230", "", CAPTION, png)),
     )  # fmt: skip
     return fill_page(page)

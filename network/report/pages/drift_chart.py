@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 from network.catalogue.expansions.base import ANGULAR_AXES
 from network.engine.trajectory import axis_unit
-from network.platform.quantities.units import unit
-from network.report.figures.canvas import in_unit
+from network.platform.quantities.unit_values import in_own_unit
 from network.report.figures.thermal_test_figure import list_courses, list_temperatures, list_times
 from network.report.pages.chart import Chart, Line, Plot
 from network.report.pages.run_charts import draw_rows, look, plot_inputs
@@ -40,4 +39,4 @@ def _plot(test: ThermalTest) -> Iterator[Plot]:
 
 def _lines(test: ThermalTest, axis: str, number: Iterator[int]) -> Iterator[Line]:
     for name, course in list_courses(test, axis).items():
-        yield Line(name, name, course.t, in_unit(course.values, unit(axis_unit(axis))), *look(next(number)))
+        yield Line(name, name, course.t, in_own_unit(course.values, axis_unit(axis)), *look(next(number)))

@@ -10,6 +10,8 @@ from network.platform.quantities.text_table import digits
 from network.report.pages.chart import Chart
 from network.report.pages.chart_page import PAGE, Page, Table, fill_page
 from network.report.pages.run_charts import chart_comparison, chart_fits, chart_run
+from network.report.words.lump_words import tell_cut
+from network.report.words.recording_names import title_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
     from network.analysis.calibration.calibrate import Calibration
     from network.analysis.calibration.tcp_bands import Band
     from network.analysis.comparison.compare import Comparison
+    from network.analysis.sweep.lumping_error import LumpingError
     from network.engine.superposition.superposition import Superposition
     from network.engine.trajectory import Trajectory
 
@@ -32,14 +35,17 @@ def write_page(text: str, where: Path) -> Path:
     return where / PAGE
 
 
-def page_of_run(run: Trajectory, shares: Superposition | None, bands: Sequence[Band] = ()) -> str:
+def page_of_run(
+    run: Trajectory, shares: Superposition | None, bands: Sequence[Band] = (), lumping: LumpingError | None = None
+) -> str:
     """What `lptn simulate` says, and the run."""
     from network.report.words.band_words import tell_bands
 
     told = [line for line in (str(shares).splitlines() if shares is not None else ()) if line.strip()]
+    notes = [*tell_cut(lumping), *(f"Warning: {warning}" for warning in run.warnings)]
     page = Page(
-        f"{run.machine.name}: {run.schedule.name}", [*told, *tell_bands(bands)], [*_tables_of_run(run)],
-        [f"Warning: {warning}" for warning in run.warnings], [chart_run(run)], RUN, _account(run),
+        f"{run.machine.name}: {run.schedule.name}", [*told, *tell_bands(bands)], [*_tables_of_run(run)], notes,
+        [chart_run(run)], RUN, _account(run),
     )  # fmt: skip
     return fill_page(page)
 
@@ -59,19 +65,19 @@ def _account(run: Trajectory) -> str:
     return f"Energy: {told}; closure {e.closure:.1g}. Method {run.method}: {run.why}."
 
 
-def page_of_comparison(comparison: Comparison) -> str:
+def page_of_comparison(comparison: Comparison, lumping: LumpingError | None = None) -> str:
     """What `lptn compare` says, and every recording."""
     from network.report.words.words import residual_rows, tell_findings
 
     tables, notes = list[Table](), list[str]()
     for residual in comparison.recordings:
-        tables.append(Table(*residual_rows(residual), f"{residual.recording.name} ({residual.recording.file})"))
-        notes += [f"{residual.recording.name}: {line}" for line in tell_findings(residual)]
+        tables.append(Table(*residual_rows(residual), f"{title_of(residual.recording)} ({residual.recording.file})"))
+        notes += [f"{title_of(residual.recording)}: {line}" for line in tell_findings(residual)]
     many = len(comparison.recordings)
     basis = [f"Measured less simulated on {many} recording{'s' if many > 1 else ''}: rmse "
              f"{digits(comparison.rmse_in_noise, 3)} σ over all channels (σ: declared noise of a sample)."]  # fmt: skip
     charts = [chart_comparison(residual) for residual in comparison.recordings]
-    notes += [f"Warning: {warning}" for warning in comparison.warnings]
+    notes += [*tell_cut(lumping), *(f"Warning: {warning}" for warning in comparison.warnings)]
     return fill_page(Page(f"{comparison.machine.name}: measured and simulated", basis, tables, notes, charts, BESIDE))
 
 
@@ -79,7 +85,8 @@ def page_of_calibration(c: Calibration) -> str:
     """What `lptn calibrate` says, and every recording before and after."""
     from network.report.words.calibration_words import band_lines, head_of, number_rows, rmse_rows
 
-    notes = [*band_lines(c), *(f"{sentence}." for sentence in c.sentences), *(f"Warning: {w}" for w in c.warnings)]
+    notes = [*band_lines(c), *(f"{sentence}." for sentence in c.sentences), *tell_cut(c.cut)]
+    notes += [f"Warning: {w}" for w in c.warnings]
     tables = [Table(*rmse_rows(c), "What is left, in units of noise"), Table(*number_rows(c), "Numbers of the file")]
     page = Page(f"{c.original.name}: calibrated", [f"{head_of(c)}."], tables, notes, [*_charts_of(c)], BOTH)
     return fill_page(page)
@@ -90,4 +97,4 @@ def _charts_of(c: Calibration) -> Iterator[Chart]:
     sides = [("held out", c.before_holdout, c.after_holdout), ("calibrated on", c.before, c.after)]
     for word, before, after in sides:
         if before is not None and after is not None:
-            yield from chart_fits(before, after, word, lambda residual: residual.recording.name)
+            yield from chart_fits(before, after, word, lambda residual: title_of(residual.recording))

@@ -10,10 +10,12 @@ import numpy as np
 
 from network.catalogue.expansions.base import ANGULAR_AXES
 from network.engine.trajectory import Trajectory, axis_unit
+from network.platform.quantities.unit_values import in_own_unit
 from network.platform.quantities.units import unit
-from network.report.figures.canvas import GREY, PALETTE, in_unit
+from network.report.figures.canvas import GREY, PALETTE
 from network.report.figures.lines import outline
 from network.report.pages.chart import Chart, Line, Plot
+from network.report.words.recording_names import title_of
 
 if TYPE_CHECKING:
     from network.analysis.comparison.channel_residual import ChannelResidual
@@ -51,7 +53,7 @@ def _plot_run(run: Trajectory) -> Iterator[Plot]:
 
 def draw_rows(t: Array, rows: Mapping[str, Array], shown: str, number: Iterator[int]) -> Iterator[Line]:
     for name, values in rows.items():
-        yield Line(name, name, t, in_unit(values, unit(shown)), *look(next(number)))
+        yield Line(name, name, t, in_own_unit(values, shown), *look(next(number)))
 
 
 def plot_inputs(signals: Sequence[Signal], t: Array, number: Iterator[int]) -> Iterator[Plot]:
@@ -61,7 +63,7 @@ def plot_inputs(signals: Sequence[Signal], t: Array, number: Iterator[int]) -> I
         by_unit.setdefault(signal.unit, []).append(signal)
     for shown, own in by_unit.items():
         outlines = [(signal.name, *outline(signal, t)) for signal in own]
-        lines = [Line(name, name, at, in_unit(v, unit(shown)), *look(next(number)), sampled=False)
+        lines = [Line(name, name, at, in_own_unit(v, shown), *look(next(number)), sampled=False)
                  for name, at, v in outlines]  # fmt: skip
         yield Plot(" and ".join(signal.name for signal in own), shown, lines, 80)
 
@@ -74,7 +76,7 @@ def chart_comparison(after: RecordingResidual, before: RecordingResidual | None 
     ]
     run = after.trajectory
     inputs = plot_inputs([run.schedule.signals[name] for name in run.inputs], run.t, count())
-    return Chart(name or after.recording.name, [*plots, *inputs])
+    return Chart(name or title_of(after.recording), [*plots, *inputs])
 
 
 def chart_fits(
@@ -87,9 +89,9 @@ def chart_fits(
 
 def _plot_channel(channel: ChannelResidual, t: Array, before: ChannelResidual | None) -> Plot:
     shown = unit(channel.unit)
-    lines = [Line(channel.name, f"{channel.name} measured", t, in_unit(channel.measured, shown), GREY, "", 2.2)]
+    lines = [Line(channel.name, f"{channel.name} measured", t, in_own_unit(channel.measured, shown), GREY, "", 2.2)]
     if before is not None and not np.array_equal(before.simulated, channel.simulated, equal_nan=True):
-        lines.append(Line(channel.name, "before", t, in_unit(before.simulated, shown), BEFORE, "6 3"))
+        lines.append(Line(channel.name, "before", t, in_own_unit(before.simulated, shown), BEFORE, "6 3"))
     word = "simulated" if before is None else "after"
-    lines.append(Line(channel.name, word, t, in_unit(channel.simulated, shown), AFTER))
+    lines.append(Line(channel.name, word, t, in_own_unit(channel.simulated, shown), AFTER))
     return Plot(channel.name, channel.unit, lines, 130)

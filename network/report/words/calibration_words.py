@@ -9,6 +9,7 @@ import numpy as np
 
 from network.analysis.calibration.identifiability_report import relative
 from network.analysis.comparison.amounts import join_names
+from network.analysis.sweep.finer_lumps import has_chosen_lumps
 from network.engine.response.parameters import Parameter
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits, format_shift, span, table
@@ -26,9 +27,15 @@ def tell_calibration(c: Calibration) -> str:
     numbers = "\n".join(table(header, rows, ["moved [σ]"]))
     blocks = [head_of(c), numbers, "\n".join(_residuals(c)), "\n".join(band_lines(c))]
     told = [sentence + "." for sentence in c.sentences]
-    told += [f"{c.cut} Calibrate again after that."] if c.cut is not None and not c.cut.is_within else []
+    told += _tell_cut(c)
     told += [f"warning: {warning}" for warning in c.warnings]
     return "\n\n".join(block for block in [*blocks, "\n".join(told)] if block)
+
+
+def _tell_cut(c: Calibration) -> list[str]:
+    if c.cut is None or c.cut.is_within:
+        return []
+    return [f"{c.cut}{'' if has_chosen_lumps(c.cut.machine) else ' Calibrate with it.'}"]
 
 
 def head_of(c: Calibration) -> str:

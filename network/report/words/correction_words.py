@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from network.engine.trajectory import axis_unit
+from network.engine.trajectory import ROUNDING, axis_unit
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits, table
 from network.platform.quantities.units import unit
+from network.report.words.lump_words import tell_cut
 
 if TYPE_CHECKING:
     from network.analysis.correction.correction import Correction
@@ -30,7 +31,7 @@ def tell_correction(correction: Correction) -> str:
     if len(correction.by_states) > 1:
         told = ", ".join(f"{n}: {digits(1e6 * lost, 3)}" for n, lost in correction.by_states.items())
         lines.append(f"Lost by number of states [µm]: {told}.")
-    return "\n".join([*lines, *correction.notes])
+    return "\n".join([*lines, *correction.notes, *tell_cut(correction.lumping)])
 
 
 def tell_formulas(of: FormulaTable) -> str:
@@ -44,12 +45,13 @@ def tell_formulas(of: FormulaTable) -> str:
         if f.position:
             per_K = ", ".join(f"{1e6 * d:+.3g} per K of {s}" for d, s in zip(f.slope_by_sensor, f.sensors, strict=True))
             lines.append(f"{f.axis} by {f.position}: {1e6 * f.slope:.3g} µm/m ({per_K}) about {1e3 * f.middle:.4g} mm")
-    return "\n".join(lines)
+    return "\n".join([*lines, *tell_cut(of.lumping)])
 
 
 def _formula_row(f: Formula) -> list[str]:
     shown = unit(axis_unit(f.axis))
     per_K = ", ".join(f"{shown.from_si(b):+.3g}" for b in f.by_sensor)
+    lost, offset = [v if v >= ROUNDING else 0.0 for v in f.lost], f.offset if abs(f.offset) >= ROUNDING else 0.0
     left = [f"{digits(shown.from_si(v), 3)} of {digits(shown.from_si(w), 3)}"
-            for v, w in zip(f.lost, f.uncorrected, strict=True)]  # fmt: skip
-    return [f"{f.axis} [{pretty(shown.text)}]", ", ".join(f.sensors), digits(shown.from_si(f.offset), 3), per_K, *left]
+            for v, w in zip(lost, f.uncorrected, strict=True)]  # fmt: skip
+    return [f"{f.axis} [{pretty(shown.text)}]", ", ".join(f.sensors), digits(shown.from_si(offset), 3), per_K, *left]

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from network.analysis.comparison.amounts import join_names
-from network.analysis.sweep.finer_lumps import Change
+from network.analysis.sweep.finer_lumps import Change, has_chosen_lumps
 from network.catalogue.expansions.base import AXES
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits
@@ -28,9 +28,14 @@ def tell_lumping(error: LumpingError) -> str:
         lines.append(f"With these numbers the residual would be {noise} σ.")
     if error.choice is not None:
         lines += _tell_need(error.choice, error.lumps)
-    elif not error.is_within:
+    elif not error.is_within and not has_chosen_lumps(error.machine):
         lines.append("`--lumps auto` chooses as many for every bar as keep each channel within 2 % of its range.")
     return "\n".join(lines)
+
+
+def tell_cut(error: LumpingError | None) -> list[str]:
+    """The same as sentences; none where it is not known."""
+    return [] if error is None else tell_lumping(error).splitlines()
 
 
 def _main(changes: Sequence[Change]) -> Iterator[Change]:
@@ -49,18 +54,23 @@ def _tell_finer(finer: Mapping[str, int]) -> str:
 
 def _tell_changes(changes: Sequence[Change]) -> str:
     """z would be up to 13.7 µm higher (20 % of its range), y up to 3.3 µm lower (34 %); x would not change."""
-    moved = [change for change in changes if change.share >= TINY]
-    still = [change.name for change in changes if change.share < TINY]
+    moved = [change for change in changes if _is_told(change)]
+    still = [change.name for change in changes if not _is_told(change)]
     told = [_tell_change(change, k == 0) for k, change in enumerate(moved)]
     stays = [f"{join_names(still)} would not change"] if still else []
     return "; ".join([*([join_names(told)] if told else []), *stays])
+
+
+def _is_told(change: Change) -> bool:
+    return change.share >= TINY if change.range else change.largest != 0
 
 
 def _tell_change(change: Change, is_first: bool) -> str:
     shown = difference(unit(change.unit))
     size, way = digits(abs(change.largest) / shown.scale, 3), "higher" if change.largest > 0 else "lower"
     verb, whole = ("would be up to", " of its range") if is_first else ("up to", "")
-    return f"{change.name} {verb} {size} {pretty(shown.text)} {way} ({digits(100 * change.share, 2)} %{whole})"
+    share = f"{digits(100 * change.share, 2)} %{whole}" if change.range else "it stands still then"
+    return f"{change.name} {verb} {size} {pretty(shown.text)} {way} ({share})"
 
 
 def _tell_need(choice: LumpChoice, now: Mapping[str, int]) -> Iterator[str]:
@@ -70,17 +80,26 @@ def _tell_need(choice: LumpChoice, now: Mapping[str, int]) -> Iterator[str]:
     if choice.is_settled and more:
         yield f"Within 2 % of every range: {', '.join(more)}{few} (`--lumps auto`: {total})."
     elif not choice.is_settled:
-        yield f"Even {choice.finest} in every bar are not enough to tell what is; something is very thin or very quick."
+        yield f"How many are enough is not told: {_tell_unsettled(choice)}."
 
 
 def tell_choice(choice: LumpChoice) -> str:
     """The lumps of every bar, and what they leave."""
     each = ", ".join(f"{name} {count}" for name, count in choice.lumps.items())
     worst = max(choice.changes, key=lambda change: change.size)
-    share = f"{digits(100 * choice.share, 2).rstrip('0').rstrip('.')} %"
+    share = f"{100 * choice.share:.3g} %"
     left = f"{worst.name} is off by {digits(100 * worst.share, 2)} % of its range at most"
     kept = f"within {share} or a reading's noise" if choice.is_within else f"beyond {share}"
-    lines = [f"Lumps: {each} ({choice.machine.lumps} in all); {left}, {kept}, of {choice.finest} in every bar."]
+    least = " at least" if any(count > choice.finest for count in choice.lumps.values()) else ""
+    finest = f"{choice.finest} in every bar{least}"
+    lines = [f"Lumps: {each} ({choice.machine.lumps} in all); {left}, {kept}, of {finest}."]
     if not choice.is_settled:
-        lines.append(f"{choice.finest} in every bar are not settled themselves: twice as many would change more.")
+        lines.append(f"That is not settled itself: {_tell_unsettled(choice)}.")
     return "\n".join(lines)
+
+
+def _tell_unsettled(choice: LumpChoice) -> str:
+    still = choice.still
+    assert still is not None
+    change = f"changed {still.name} by {digits(100 * still.share, 2)} % of its range"
+    return f"the last doubling, to {choice.finest} in every bar, still {change}, and no finer ones are tried"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from network.analysis.comparison.compare import RecordingResidual
     from network.analysis.diagnosis.result import Diagnosis
+    from network.recordings.recording import Recording
 
 
 def name_recording(d: Diagnosis, residual: RecordingResidual) -> str:
@@ -16,6 +17,14 @@ def name_recording(d: Diagnosis, residual: RecordingResidual) -> str:
     sides = (d.fits.train_after, d.fits.holdout_after)
     files = [r.recording.file for side in sides if side is not None for r in side.recordings]
     return apart([*files, residual.recording.file])[residual.recording.file]
+
+
+def title_of(recording: Recording) -> str:
+    """What a picture calls it: by the name that its mapping gives, else by its file and folder, for each run of
+    `lptn simulate` is called results.csv."""
+    path = Path(recording.file.partition(", part ")[0])
+    folder = path.absolute().parent.name
+    return f"{folder}/{recording.name}" if folder and recording.name.startswith(path.stem) else recording.name
 
 
 def apart(files: Iterable[str]) -> dict[str, str]:

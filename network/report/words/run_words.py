@@ -48,22 +48,24 @@ def _displacements(run: Trajectory) -> list[str]:
 
 def displacement_rows(run: Trajectory) -> tuple[list[str], list[list[str]]]:
     """Header and a row for each axis."""
-    from network.engine.trajectory import axis_unit
+    from network.engine.trajectory import axis_unit, drop_rounding
 
     rows = []
     for axis, values in run.tcp.items():
         shown = unit(axis_unit(axis))
-        low, high, end = (f"{shown.from_si(v):.2f}" for v in _ends(values)[1:])
+        low, high, end = (f"{round(shown.from_si(v), 2) + 0.0:.2f}" for v in _ends(drop_rounding(values))[1:])
         rows.append([f"{axis} [{pretty(shown.text)}]", high, low, end, _main_contributor(run, axis, shown)])
     return ["tool centre point", "max", "min", "final", "mostly from"], rows
 
 
 def _main_contributor(run: Trajectory, axis: str, shown: Unit) -> str:
     """The largest contribution where the axis is furthest from zero, with its share there."""
+    from network.engine.trajectory import ROUNDING
+
     mine = run.of_axis(axis)
     peak = int(np.argmax(np.abs(run.tcp[axis])))
     name = max(mine, key=lambda n: abs(float(mine[n][peak])), default=None)
-    if name is None:
+    if name is None or abs(float(mine[name][peak])) < ROUNDING:
         return "nothing"
     return f"{name} ({format_shift(shown.from_si(float(mine[name][peak])), 2)} at {run.t[peak] / 60:.0f} min)"
 

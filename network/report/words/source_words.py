@@ -9,7 +9,7 @@ from typing import Any
 from network.catalogue.expansions.base import ANGULAR_AXES
 from network.engine.superposition.superpose import ALONG, AT_ONCE, EXACTLY
 from network.engine.superposition.superposition import Superposition
-from network.engine.trajectory import axis_unit
+from network.engine.trajectory import ROUNDING, axis_unit
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import span
 from network.platform.quantities.units import unit
@@ -31,9 +31,11 @@ def tell_axis(shares: Superposition, axis: str) -> str:
     """Of so many µm at its furthest, how many come from which heat through which part."""
     at, moved = shares.furthest(axis), _moved(shares, axis)
     told = _Digits(axis, max(abs(moved), *(abs(v) for v in by_source(shares, axis).values()), 0.0))
-    way = f"turning about {axis}" if axis in ANGULAR_AXES else f"along {axis}"
-    if not told.largest:
-        return f"Nothing moves the tool centre point {way}."
+    angular = axis in ANGULAR_AXES
+    way = f"turning about {axis}" if angular else f"along {axis}"
+    if unit(axis_unit(axis)).to_si(told.largest) < ROUNDING:
+        moves = "turns the tool centre point about" if angular else "moves the tool centre point along"
+        return f"Nothing {moves} {axis}."
     causes = sorted(by_source(shares, axis).items(), key=lambda item: -abs(item[1]))
     seen = [(name, value) for name, value in causes if told.shows(value)]
     first = [f"{told(value)} {_from(name)}{_through(shares, axis, name, told)}" for name, value in seen[:MOST]]

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 from network.catalogue.expansions.base import ANGULAR_AXES
 from network.engine.trajectory import axis_unit
-from network.platform.quantities.number_format import pretty
+from network.platform.quantities.number_format import format_amount, pretty
 from network.platform.quantities.text_table import digits, table
 from network.platform.quantities.units import unit
+from network.report.words.lump_words import tell_cut
 
 if TYPE_CHECKING:
     from network.analysis.acceptance.axis_drift import AxisDrift
@@ -22,10 +23,10 @@ ROUNDING = 1e-6
 
 def tell_thermal_test(test: ThermalTest) -> str:
     """The test, where its figures come from, and what every axis drifted."""
-    blocks = [[name_test(test), basis_of(test)]]
+    blocks = [[name_test(test), basis_of(test), *start_of_test(test)]]
     header, rows = drift_rows(test)
     blocks.append(table(header, rows, header[1:]))
-    blocks.append([*tell_combined(test), *tell_targets(test), *test.notes])
+    blocks.append([*tell_combined(test), *tell_targets(test), *test.notes, *tell_cut(test.lumping)])
     return "\n\n".join("\n".join(block) for block in blocks if block)
 
 
@@ -41,6 +42,22 @@ def basis_of(test: ThermalTest) -> str:
         return f"{told}; nothing moves."
     begin, end = (f"{t / 60:.4g}" for t in (test.motion.begin, test.motion.end))
     return f"{told}; {' and '.join(test.motion.moving)} from {begin} to {end} min."
+
+
+def start_of_test(test: ThermalTest) -> Iterator[str]:
+    """Where a simulation begins: how, and how warm its parts are then."""
+    if test.run is None or test.is_measured:
+        return
+    parts = {n: T[0] for n, T in test.run.parts.items() if test.machine.nodes[n].is_part}
+    low, high = min(parts, key=parts.__getitem__), max(parts, key=parts.__getitem__)
+    told = [format_amount(parts[name], "degC") for name in (low, high)]
+    warm = f"all parts at {told[0]}" if told[0] == told[1] else f"parts from {told[0]} ({low}) to {told[1]} ({high})"
+    how = {
+        "in equilibrium": "in equilibrium with the room at rest, what is always on having run for long",
+        "at the reference": "at its reference, for it has no equilibrium with its room",
+    }.get(test.begins, test.begins)
+    cold = "; `--start '20 degC'` begins cold" if test.begins == "in equilibrium" and told[0] != told[1] else ""
+    yield f"It begins {how}: {warm}{cold}."
 
 
 def drift_rows(test: ThermalTest) -> tuple[list[str], list[list[str]]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from network.analysis.comparison.amounts import join_names
+from network.analysis.diagnosis.result import UNKNOWN
 from network.platform.quantities.text_table import digits
 from network.report.words.recording_names import name_recording
 from network.report.words.tie_words import seats_words
@@ -50,6 +51,11 @@ NEXT = {
     "unexplained": "Look at the machine where heat or movement is unaccounted for, with its history in hand. The patch "
     "holds only what did hold.",
 }
+NEXT_CHANNEL = (
+    "Check that sensor and what it is fixed to first: it reads what no heat in this machine would make it read. The "
+    "patch holds only what did hold."
+)
+"""Where what is unexplained sits in a channel."""
 
 
 def verdict_words(d: Diagnosis) -> str:
@@ -83,6 +89,8 @@ def _but(d: Diagnosis) -> str:
 
 def next_words(d: Diagnosis) -> str:
     """What to do next; nothing where a clean verdict is not the last word."""
+    if d.verdict == "unexplained" and d.findings and all(f.channels for f in d.findings if f.kind == UNKNOWN):
+        return NEXT_CHANNEL
     return "" if d.ended and d.verdict in CLEAN else NEXT[d.verdict]
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits, table
 from network.platform.quantities.units import unit
+from network.report.words.lump_words import tell_cut
 
 if TYPE_CHECKING:
     from network.analysis.sweep.warm_up import Attempt, WarmUp
@@ -17,7 +18,8 @@ def tell_warm_up(found: WarmUp) -> str:
     header = [found.input, "shortest [min]", f"left [{pretty(found.tolerance.unit.text)}]"]
     rows = [[name_speed(found, a), _minutes(a), _left(found, a.leaves)] for a in found.attempts]
     lines = ["", *table(header, rows, header[1:])] if found.is_needed else []
-    return "\n".join([_sentence(found), *lines])
+    cut = tell_cut(found.lumping)
+    return "\n".join([_sentence(found), *lines, *(["", *cut] if cut else [])])
 
 
 def _sentence(found: WarmUp) -> str:
