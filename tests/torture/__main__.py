@@ -33,7 +33,8 @@ def main() -> int:
     limit_memory()
     done = given.folder / f"done-{given.seed}.jsonl"
     told = [json.loads(line) for line in done.read_text().splitlines()] if done.is_file() else []
-    with tempfile.TemporaryDirectory(prefix="torture-", dir=_quick_place()) as folder, done.open("a", encoding="utf-8") as log:
+    place = tempfile.TemporaryDirectory(prefix="torture-", dir=_quick_place())
+    with place as folder, done.open("a", encoding="utf-8") as log:
         for number in range(len(told), given.count):
             told.append(_try(number, given.seed, Path(folder), given.folder))
             log.write(json.dumps(told[-1]) + "\n")

@@ -124,7 +124,7 @@ OWN = {
     "diagnose": lambda chance: ["--jobs", "1", "--budget", chance.choice(("5 s", "20 s", hostile(chance)))],
     "warmup": lambda chance: ["--tolerance", "5 um" if chance.random() < 0.8 else hostile(chance), "--longest", "1 h"],
     "draft": lambda chance: ["-o", "out.yaml"] if chance.random() < 0.5 else [],
-    "draw": lambda chance: ["-o", chance.choice(("out.svg", "out.svg", "out/x.png", "out", "out.pdf", hostile(chance)))],
+    "draw": lambda chance: ["-o", chance.choice(("out.svg", "out/x.png", "out", "out.pdf", hostile(chance)))],
     "follow": lambda chance: ["--state", "state.json"] if chance.random() < 0.5 else [],
     "simulate": lambda chance: _now_and_then(chance, ("--page", "--noise", "--json"), METHODS),
     "compare": lambda chance: _now_and_then(chance, ("--page",), METHODS),
