@@ -143,10 +143,10 @@ def test_tables_that_do_not_fit_are_refused_with_their_size() -> None:
 
 def test_a_run_of_more_values_than_can_be_held_is_refused_and_without_parts_is_not() -> None:
     long = Scenario.of("long", "1000000 s", {}, output="0.1 s")
-    with pytest.raises(Refused, match="10000001 samples of 7 courses are 70 million values; at most 32 million"):
+    with pytest.raises(Refused, match="10000001 samples of 8 courses are 80 million values; at most 32 million"):
         simulate(joined_bars(1), long)
     check_length(joined_bars(1), long.schedule, parts=False)
-    check_length(joined_bars(1), Scenario.of("less", "400000 s", {}, output="0.1 s").schedule)
+    check_length(joined_bars(1), Scenario.of("less", "300000 s", {}, output="0.1 s").schedule)
 
 
 @pytest.mark.parametrize("method", ["auto", "solve_ivp:LSODA"])
