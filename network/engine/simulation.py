@@ -73,7 +73,7 @@ def check_length(machine: Machine, schedule: Schedule, parts: bool = True) -> No
     if parts:
         columns += 2 * len(machine.nodes) + len(machine.expansions) + machine.lumps
     samples = len(schedule.t)
-    if samples * columns > MOST_VALUES:
+    if not samples * columns <= MOST_VALUES:
         wrong = f"{samples} samples of {columns} courses are {samples * columns / 1e6:.0f} million values"
         every = ceil(samples * columns / MOST_VALUES)
         right = f"at most {MOST_VALUES // 1_000_000} million are computed: give one sample in {every}"

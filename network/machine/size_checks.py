@@ -31,14 +31,14 @@ def check_sizes(machine: Entries, complaints: Complaints) -> bool:
         complaints.refuse(spot, f"the machine has {lumps} lumps in all", f"give it at most {MOST_IN_ALL}")
         return False
     pairs = {name: count_pairs(machine, link) for name, link in machine.links.items() if isinstance(link, Link)}
-    if sum(pairs.values()) > MOST_PAIRS:
+    if not sum(pairs.values()) <= MOST_PAIRS:
         most = max(pairs, key=lambda name: pairs[name])
         wrong = f"the links join {sum(pairs.values())} pairs of lumps, links.{most} {pairs[most]} of them"
         right = f"at most {MOST_PAIRS} can be computed: give fewer lumps, or places, like bar@0 or bar@0.2..0.3"
         complaints.refuse(machine.links[most].spot_of("between"), wrong, right)
         return False
     rows = _count_rows(machine, pairs)
-    if rows * lumps > MOST_CELLS:
+    if not rows * lumps <= MOST_CELLS:
         wrong = f"the machine needs {rows} rows over {lumps} lumps, {rows * lumps / 1e6:.0f} million numbers"
         right = f"give it fewer lumps or entries: at most {MOST_CELLS // 1_000_000} million can be computed"
         complaints.refuse(machine.tree.key_spot("nodes"), wrong, right)
