@@ -23,6 +23,10 @@ CYCLES = 3
 PAUSE = 3.0
 """Times the median of its cycles: what lasts longer is none."""
 
+STILL = {"K": 1e-6}
+STILL_AXIS = 1e-12
+"""K, and m or rad: what moves by less stands still, and differs by the rounding of its temperatures."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Course(Brief):
@@ -103,8 +107,10 @@ def compare_courses(run: Trajectory, finer: Trajectory, share: float = SHARE) ->
 
 def _change(before: Course, after: Course, share: float, window: int) -> Change:
     off = moving_mean(after.values - before.values, window)
-    largest = float(off[int(np.argmax(np.abs(off)))])
-    return Change(after.name, after.unit, largest, float(np.ptp(after.values)), after.allow(share))
+    largest, swing = float(off[int(np.argmax(np.abs(off)))]), float(np.ptp(after.values))
+    if max(abs(largest), swing) < STILL.get(after.unit, STILL_AXIS):
+        largest = swing = 0.0
+    return Change(after.name, after.unit, largest, swing, after.allow(share))
 
 
 def average_window(run: Trajectory) -> int:
