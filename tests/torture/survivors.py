@@ -35,7 +35,7 @@ ROOMS = {
         "invariants", "location", "timed_search", "relay_search", "diagnosis_search", "advice", "diagnosis",
     ),
 }  # fmt: skip
-"""The rooms whose decisions matter most, and the tests of modules that no test names."""
+"""The rooms whose decisions matter most, and the tests of each."""
 FEW = 4
 """Test files for a module, those that name it most often first."""
 BLIND = ("ReplaceBinaryOperator_BitOr", "RemoveDecorator", "ExceptionReplacer")
@@ -70,12 +70,12 @@ def _place(mutation: Any) -> tuple[str, tuple[int, int], str, int]:
 
 
 def tests_of(room: str, module: Path) -> list[str]:
-    """The test files that name a module, or those of its room."""
+    """The test files that name a module, then those of its room: a change that is seen is seen soon."""
     dotted = ".".join(module.with_suffix("").parts)
     named = {str(path.relative_to(ROOT)): path.read_text(encoding="utf-8").count(dotted)
              for path in sorted((ROOT / "tests").glob("test_*.py"))}  # fmt: skip
     own = sorted((name for name, count in named.items() if count), key=lambda name: -named[name])
-    return own[:FEW] or [f"tests/test_{name}.py" for name in ROOMS[room]]
+    return [*dict.fromkeys([*own[:FEW], *(f"tests/test_{name}.py" for name in ROOMS[room])])]
 
 
 def command_of(room: str, module: Path) -> str:
