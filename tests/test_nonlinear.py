@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from build import RPM, machine, schedule
 
-from network import Refused, simulate
+from network import Failed, Refused, simulate
 from network.recordings.inputs import Signal, Start, constant, linear
 
 RADIATES = {"kind": "radiation", "between": ["a", "cold"], "emissivity_area": "0.7 m^2"}
@@ -118,6 +118,21 @@ def test_a_bearing_that_runs_away_is_said_not_crashed() -> None:
     for method in ("rosenbrock", "solve_ivp:LSODA"):
         with pytest.raises(Failed, match=r"inner .* runs away"):
             simulate(hot, driver, method=method)
+
+
+def test_an_explicit_method_over_a_jump_in_time_is_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("network.engine.solvers.reference.MOST_EVALUATIONS", 5000)
+    block = machine(
+        {"a": {"heat_capacity": "1 kJ/K"}, "cold": {"temperature": "20 degC"}},
+        links={"skin": {"kind": "convection", "between": ["a", "cold"], "conductance": "10 W/K"}},
+        sources={"on": {"kind": "heat_source", "into": {"a": 1}, "power": "100 W"}},
+        sensors={"T": {"measures": "a", "noise": "0.1 K"}},
+    )
+    short, long = (np.array([0.0, 100.0, 100.0 + jump]) for jump in (1e3, 1e9))
+    simulate(block, schedule(short), method="solve_ivp:RK45")
+    with pytest.raises(Failed, match=r"RK45 has taken 5000 evaluations from 0 s on and is at .* s; take --method"):
+        simulate(block, schedule(long), method="solve_ivp:RK45")
+    simulate(block, schedule(long), method="solve_ivp:LSODA")
 
 
 def test_what_a_method_cannot_do_is_refused() -> None:

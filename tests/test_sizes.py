@@ -10,13 +10,18 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
 from build import machine
 
 from network import Failed, Machine, Recording, Refused, Scenario, simulate
+from network.catalogue.mechanisms.base import Link
 from network.catalogue.nodes import MOST_IN_ALL, MOST_NODES
+from network.engine.assembly import build
+from network.engine.simulation import check_length
+from network.machine.size_checks import count_pairs
 from network.recordings.recording import Column
 
 BLOCK = """machine: m
@@ -107,6 +112,41 @@ def test_a_machine_too_large_to_compute_with_is_refused_with_its_size(tmp_path: 
     skin = {f"s{i}": {"kind": "convection", "between": [f"b{i}", "air"], "conductance": "1 W/K"} for i in range(60)}
     with pytest.raises(Refused, match=f"has 120001 lumps in all; give it at most {MOST_IN_ALL}"):
         machine({**bars, "air": {"temperature": "20 degC"}}, links=skin)
+
+
+def joined_bars(lumps: int, at: tuple[str, str] = ("", "")) -> Machine:
+    bar = {"material": "steel", "length": "1 m", "area": "1 cm^2", "lumps": lumps}
+    joint = {"kind": "conduction", "between": [f"a{at[0]}", f"b{at[1]}"], "conductance": "1 W/K"}
+    skin = {"kind": "convection", "between": ["b", "air"], "conductance": "1 W/K"}
+    return machine({"a": bar, "b": bar, "air": {"temperature": "20 degC"}}, links={"joint": joint, "skin": skin})
+
+
+def test_bars_that_touch_all_along_have_as_many_flows_as_can_be_held() -> None:
+    told = "join 1001000 pairs of lumps, links.joint 1000000 of them; at most 500000 can be computed: give fewer lumps"
+    with pytest.raises(Refused, match=told):
+        joined_bars(1000)
+    assert joined_bars(1000, ("@0.2..0.4", "@1")).lumps == joined_bars(1000, ("", "@0..0.3")).lumps == 2000
+    made = joined_bars(7, ("@0.2..0.9", "@0.5"))
+    assert count_pairs(made, cast(Link, made.links["joint"])) == 6
+    built = build(made)
+    assert sum(len(flows.a) for flows in built.flows) == 6 + 7 + 2 * 6
+
+
+def test_tables_that_do_not_fit_are_refused_with_their_size() -> None:
+    bar = {"material": "steel", "length": "1 m", "area": "1 cm^2", "lumps": 2000}
+    nodes = {**{f"b{i}": bar for i in range(30)}, "air": {"temperature": "20 degC"}}
+    skins = {f"s{i}": {"kind": "convection", "between": [f"b{i}@0", "air"], "conductance": "1 W/K"} for i in range(30)}
+    heats = {f"q{i}": {"kind": "heat_source", "into": {"b0": 1}, "power": "1 W"} for i in range(1200)}
+    with pytest.raises(Refused, match="needs 1231 rows over 60001 lumps, 74 million numbers; give it fewer lumps or"):
+        machine(nodes, links=skins, sources=heats)
+
+
+def test_a_run_of_more_values_than_can_be_held_is_refused_and_without_parts_is_not() -> None:
+    long = Scenario.of("long", "1000000 s", {}, output="0.1 s")
+    with pytest.raises(Refused, match="10000001 samples of 8 courses are 80 million values; at most 32 million"):
+        simulate(joined_bars(1), long)
+    check_length(joined_bars(1), long.schedule, parts=False)
+    check_length(joined_bars(1), Scenario.of("less", "300000 s", {}, output="0.1 s").schedule)
 
 
 @pytest.mark.parametrize("method", ["auto", "solve_ivp:LSODA"])

@@ -14,11 +14,16 @@ from torture.deeds import Bench
 from torture.faults import FAULTS as DISTURBANCES
 from torture.faults import can_mount
 from torture.minimise import minimise
-from torture.mutants import PAIRS, SMALL, Mutant, mutant, recorded, shipped
+from torture.mutants import PAIRS, ROOT, SMALL, Mutant, mutant, recorded, shipped
 from torture.networks import KINDS, draw_network
 from torture.oracle import Outcome, judge
+from torture.survivors import ROOMS, tests_of
 
+from network import Machine, Scenario, simulate
+from network.analysis.sweep.lumping_error import cut_finely, estimate_lumping
+from network.catalogue.mechanisms.base import Link
 from network.cli import commands
+from network.machine.size_checks import count_pairs
 
 FOUND = Path(__file__).parent / "torture" / "found"
 COUNT = 80
@@ -55,6 +60,26 @@ def test_what_was_found_stays_mended(case: Path, tmp_path: Path) -> None:
     words = json.loads((case / "words.json").read_text(encoding="utf-8"))["words"]
     files = {path.name: path.read_bytes().decode() for path in case.iterdir() if path.name != "words.json"}
     assert attempt(Mutant(files, tuple(words)), tmp_path).why == ""
+
+
+def test_a_machine_that_stands_still_is_not_said_to_need_lumps(tmp_path: Path) -> None:
+    case = FOUND / "rounding in place of heat"
+    day = Scenario.load(case / "s.yaml")
+    run = simulate(Machine.load(case / "m.yaml"), day)
+    told = estimate_lumping(run.machine, day, run)
+    assert told is not None and told.is_within and told.choice is None
+    assert {change.size for change in told.changes} == {0.0}
+
+
+def test_bars_that_cannot_be_cut_more_finely_are_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    mill = Machine.load(ROOT / "machines/vertical_mill.yaml")
+    assert cut_finely(mill) is not None
+    monkeypatch.setattr("network.machine.size_checks.MOST_PAIRS", sum(count_pairs(mill, each) for each in links(mill)))
+    assert cut_finely(mill) is None
+
+
+def links(machine: Machine) -> list[Link]:
+    return [each for each in machine.links.values() if isinstance(each, Link)]
 
 
 def test_ways_of_solving_agree_on_some_networks() -> None:
@@ -100,6 +125,13 @@ def test_a_mutant_is_made_as_small_as_it_stays_the_same_fault() -> None:
     made = Mutant({"m.yaml": "\n".join([*"abcdefgh", "bad", *"ijkl"])}, ("check", "m.yaml", "s.yaml", "--lumps", "3"))
     small = minimise(made, Outcome("fault", "traceback: bad"), attempt_one)
     assert small.files["m.yaml"].split("\n") == ["bad"] and small.words == ("check", "m.yaml", "s.yaml")
+
+
+def test_a_change_is_looked_for_by_the_tests_that_name_its_module() -> None:
+    room, sizes = "network/engine/solvers", "tests/test_sizes.py"
+    assert tests_of(room, Path("network/engine/solvers/switch_count.py"))[0] == sizes
+    assert tests_of(room, Path("network/engine/solvers/no_such.py")) == [f"tests/test_{n}.py" for n in ROOMS[room]]
+    assert all((ROOT / name).is_file() for each in ROOMS for name in tests_of(each, Path("no_such.py")))
 
 
 def test_the_table_counts() -> None:

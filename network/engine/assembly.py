@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Container, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -31,8 +30,7 @@ def build(machine: Machine, only: Container[str] | None = None) -> Network:
     return _Builder(machine, only).network()
 
 
-@dataclass(frozen=True)
-class _Element:
+class _Element(NamedTuple):
     law: Link | Stream
     a: int
     b: int

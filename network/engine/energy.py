@@ -14,8 +14,9 @@ from network.engine.solvers.linear import LinearProblem, LinearSolution, Regime
 from network.engine.solvers.plan import Plan
 from network.platform.printing import Brief
 
-NO_HEAT = 1e-9
-"""K: what does not warm a machine by more is the rounding of its temperatures."""
+NO_HEAT = 1e-6
+"""K: what does not warm a machine by more is nothing that an account is closed to, for its temperatures are rounded to
+1e-13 K and more."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

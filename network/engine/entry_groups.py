@@ -109,6 +109,13 @@ class Guards(Heats[Law_co]):
 def group_by_structure(items: Iterable[Item], law_of: object) -> Iterator[list[Item]]:
     """Items whose laws have equal structure, in the order of the structures' names."""
     assert callable(law_of)
-    keyed = [(repr(law_of(item).structure()), item) for item in items]
+    told: dict[int, str] = {}  # the lumps of a link share its law
+    keyed = [(_tell_structure(law_of(item), told), item) for item in items]
     for _, members in groupby(sorted(keyed, key=lambda pair: pair[0]), key=lambda pair: pair[0]):
         yield [item for _, item in members]
+
+
+def _tell_structure(law: Mechanism, told: dict[int, str]) -> str:
+    if id(law) not in told:
+        told[id(law)] = repr(law.structure())
+    return told[id(law)]

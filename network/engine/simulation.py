@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from math import ceil
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from network.engine.start import start_temperatures
 from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
 from network.platform.quantities.units import unit
-from network.platform.refusal import Complaints, Spot, likely
+from network.platform.refusal import Complaints, Spot, likely, refuse
 from network.platform.threads import on_one_thread
 from network.recordings.call_arguments import expect_run
 from network.recordings.inputs import Schedule, Start
@@ -26,6 +27,9 @@ from network.recordings.recording_checks import check_readings
 from network.recordings.runs import runs_of
 from network.recordings.scenario import Scenario
 from network.recordings.yaml_values import collecting
+
+MOST_VALUES = 32_000_000
+"""Of 8 B, that a run tells; it takes six times as much while it is made, drawn and written."""
 
 
 @on_one_thread
@@ -50,6 +54,7 @@ def simulate(
         ]  # fmt: skip
         return join_runs(source, each)
     schedule = schedule_for(machine, source, start)
+    check_length(machine, schedule, parts)
     network = build(machine)
     recording = source if isinstance(source, Recording) else None
     T0 = start_temperatures(network, schedule, recording)
@@ -59,6 +64,19 @@ def simulate(
         seconds = time.perf_counter() - began
         check_sane(network, outcome)
     return observe(network, schedule, outcome, seconds, noise_seed)
+
+
+def check_length(machine: Machine, schedule: Schedule, parts: bool = True) -> None:
+    """Raises Refused where what is told over time does not fit into the memory."""
+    columns = len(machine.inputs) + len(machine.sensors) + len(machine.tcp) + len(machine.states)
+    if parts:
+        columns += 2 * len(machine.nodes) + len(machine.expansions) + machine.lumps
+    samples = len(schedule.t)
+    if not samples * columns <= MOST_VALUES:
+        wrong = f"{samples} samples of {columns} courses are {samples * columns / 1e6:.0f} million values"
+        every = ceil(samples * columns / MOST_VALUES)
+        right = f"at most {MOST_VALUES // 1_000_000} million are computed: give one sample in {every}"
+        raise refuse(Spot(schedule.file), wrong, right)
 
 
 def check_known(machine: Machine) -> None:

@@ -16,8 +16,9 @@ from network.catalogue.declaration.fields import Place, PlacesField, SharesField
 from network.catalogue.declaration.sections import CALIBRATED, TCP, is_empty, section
 from network.catalogue.expansions.base import AXES
 from network.catalogue.mechanisms.base import Stream
-from network.catalogue.nodes import MOST_IN_ALL, Node
+from network.catalogue.nodes import Node
 from network.catalogue.sensors.sensor import Sensor
+from network.machine.size_checks import check_sizes
 from network.platform.quantities.units import unit
 from network.platform.refusal import Complaints, likely, short
 from network.platform.yaml.tree import Branch, Items, Leaf, Tree
@@ -46,10 +47,7 @@ def check_machine(machine: Entries, complaints: Complaints) -> None:
         spot = machine.tree.key_spot("nodes")
         complaints.refuse(spot, "the machine has no part with a heat capacity", "give at least one node with one")
         return
-    lumps = sum(node.lumps for node in machine.nodes.values())
-    if lumps > MOST_IN_ALL:
-        spot = machine.tree.key_spot("nodes")
-        complaints.refuse(spot, f"the machine has {lumps} lumps in all", f"give it at most {MOST_IN_ALL}")
+    if not check_sizes(machine, complaints):
         return
     _check_entries(machine, complaints)
     _check_links(machine, complaints)

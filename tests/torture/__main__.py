@@ -8,14 +8,19 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 import tempfile
 from collections import Counter
+from contextlib import suppress
 from pathlib import Path
 
 from torture.minimise import minimise
 from torture.mutants import Mutant, mutant
 from torture.oracle import Outcome, judge, remove
+
+MEMORY = 2 * 10**9
+"""B that any accepted input may take."""
 
 
 def main() -> int:
@@ -25,9 +30,11 @@ def main() -> int:
     parser.add_argument("--folder", type=Path, default=Path(".torture"))
     given = parser.parse_args()
     given.folder.mkdir(parents=True, exist_ok=True)
+    limit_memory()
     done = given.folder / f"done-{given.seed}.jsonl"
     told = [json.loads(line) for line in done.read_text().splitlines()] if done.is_file() else []
-    with tempfile.TemporaryDirectory(prefix="torture-") as folder, done.open("a", encoding="utf-8") as log:
+    place = tempfile.TemporaryDirectory(prefix="torture-", dir=_quick_place())
+    with place as folder, done.open("a", encoding="utf-8") as log:
         for number in range(len(told), given.count):
             told.append(_try(number, given.seed, Path(folder), given.folder))
             log.write(json.dumps(told[-1]) + "\n")
@@ -36,6 +43,20 @@ def main() -> int:
                 print(f"{number + 1}/{given.count} {_count(told)}", file=sys.stderr)
     print(table(told))
     return int(any(each["kind"] == "fault" for each in told))
+
+
+def limit_memory() -> None:
+    """Of this process to 2 GB more than it holds when it begins; what needs more ends in a MemoryError, a fault."""
+    with suppress(ImportError, OSError):
+        import resource
+
+        held = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (held + MEMORY, resource.getrlimit(resource.RLIMIT_AS)[1]))
+
+
+def _quick_place() -> str | None:
+    """A disk in memory where there is one: thousands of small folders come and go."""
+    return "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
 
 
 def _try(number: int, seed: int, folder: Path, keep: Path) -> dict[str, object]:

@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from torture.mutants import Mutant
 from torture.oracle import Outcome
 
-MOST = 150
-"""Attempts."""
+MOST, LONGEST = 150, 60.0
+"""Attempts, and s of the processor, after which the smallest so far will do."""
 
 
 def minimise(made: Mutant, outcome: Outcome, attempt: Callable[[Mutant], Outcome]) -> Mutant:
     """The smallest found; what makes faults alike is how they begin."""
-    left = MOST
+    left, until = MOST, time.process_time() + LONGEST
     shrunk = True
     while shrunk and left > 0:
         shrunk = False
         for smaller in _smaller(made):
             left -= 1
-            if left <= 0:
+            if left <= 0 or time.process_time() > until:
+                left = 0
                 break
             if _alike(attempt(smaller), outcome):
                 made, shrunk = smaller, True

@@ -24,10 +24,12 @@ TURNING = (("gantry_spindle", "iso230_spindle_constant"), ("vertical_mill", "iso
 """For commands that need a spindle."""
 SMALL = ("two_blocks", "bearing_warms")
 COMMANDS = {
-    "check": 0.66, "simulate": 0.16, "compare": 0.07, "sweep": 0.025, "calibrate": 0.02, "diagnose": 0.01,
-    "export": 0.015, "iso230": 0.015, "warmup": 0.01, "draft": 0.015,
+    "check": 0.65, "simulate": 0.15, "compare": 0.07, "sweep": 0.025, "calibrate": 0.02, "diagnose": 0.01,
+    "export": 0.015, "iso230": 0.015, "warmup": 0.01, "draft": 0.015, "follow": 0.01, "draw": 0.01,
 }  # fmt: skip
 """A third of them compute."""
+PIPED = "stdin.csv"
+"""The file of a mutant that its command is given on standard input."""
 OPTIONS = (
     ("--lumps", ("1", "3", "40", "0", "-1", "2000", "hot=2", "nope=3", "1e9", "")),
     ("--level", ("paper", "coarse", "fine", "", "x")),
@@ -88,11 +90,12 @@ def mutant(seed: int, number: int, folder: Path) -> Mutant:
         files[aim] = change(files[aim], chance)
     if chance.random() < 0.03:
         files["m.yaml"] = mutate_letters(files["m.yaml"], chance)
-    if command == "draft":
-        source = "r.csv"
-        files["r.csv"] = mutate_csv(files["r.csv"], chance)
-    words = [command, *(["m.yaml"] if command != "draft" else []), source, *_options(command, chance)]
-    used = {*words, *(["r.csv"] if source == "map.yaml" else [])}
+    if command in ("draft", "follow"):
+        source = "r.csv" if command == "draft" else PIPED
+        files[source] = mutate_csv(files["r.csv"], chance)
+    given = [*(["m.yaml"] if command != "draft" else []), *([source] if command not in ("follow", "draw") else [])]
+    words = [command, *given, *_options(command, chance)]
+    used = {*words, *(["r.csv"] if source == "map.yaml" else []), *([PIPED] if command == "follow" else [])}
     return Mutant({file: text for file, text in files.items() if file in used}, tuple(words))
 
 
@@ -107,22 +110,34 @@ def _export_words(chance: random.Random) -> list[str]:
     return words + (["--step", hostile(chance)] if chance.random() < 0.2 else [])
 
 
+METHODS = ("rosenbrock", "expm", "krylov", "solve_ivp:LSODA", "solve_ivp:RK45", "modal", "x", "")
+
+
+def _now_and_then(chance: random.Random, flags: tuple[str, ...], methods: tuple[str, ...]) -> list[str]:
+    words = [flag for flag in flags if chance.random() < 0.04]
+    return words + (["--method", chance.choice(methods)] if chance.random() < 0.08 else [])
+
+
 OWN = {
     "sweep": _sweep_words,
     "export": _export_words,
     "diagnose": lambda chance: ["--jobs", "1", "--budget", chance.choice(("5 s", "20 s", hostile(chance)))],
     "warmup": lambda chance: ["--tolerance", "5 um" if chance.random() < 0.8 else hostile(chance), "--longest", "1 h"],
     "draft": lambda chance: ["-o", "out.yaml"] if chance.random() < 0.5 else [],
+    "draw": lambda chance: ["-o", chance.choice(("out.svg", "out/x.png", "out", "out.pdf", hostile(chance)))],
+    "follow": lambda chance: ["--state", "state.json"] if chance.random() < 0.5 else [],
+    "simulate": lambda chance: _now_and_then(chance, ("--page", "--noise", "--json"), METHODS),
+    "compare": lambda chance: _now_and_then(chance, ("--page",), METHODS),
 }
 """Words that belong to a command."""
-WITHOUT_START = ("check", "sweep", "export", "warmup")
+WITHOUT_START = ("check", "sweep", "export", "warmup", "follow", "draw")
 
 
 def _options(command: str, chance: random.Random) -> list[str]:
     words = list(OWN.get(command, lambda chance: [])(chance))
-    if command not in ("check", "draft") and chance.random() < 0.9:
+    if command not in ("check", "draft", "draw", "follow") and chance.random() < 0.9:
         words += ["-o", "out"]
-    if command in ("simulate", "calibrate", "diagnose") and chance.random() < 0.97:
+    if command in ("simulate", "calibrate", "diagnose", "compare") and chance.random() < 0.97:
         words.append("--no-plots")
     if command == "draft":
         return words

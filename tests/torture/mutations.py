@@ -5,6 +5,8 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from copy import deepcopy
+from functools import lru_cache
 from typing import Any
 
 import yaml
@@ -17,6 +19,8 @@ WORDS = (
     "x" * 300, "'", '"', "#", "%", "tcp.z", "tcp.q", "../x.yaml", "/dev/null", ".", "conduction", "1e400",
 )  # fmt: skip
 Path = tuple[Any, ...]
+_LOADER: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
+_DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 
 def hostile(chance: random.Random) -> str:
@@ -29,7 +33,7 @@ def hostile(chance: random.Random) -> str:
 
 def mutate_yaml(text: str, chance: random.Random) -> str:
     """By its structure mostly, else by its letters; two in five by numbers only, so that many are accepted."""
-    tree = yaml.load(text, Loader=yaml.BaseLoader) if chance.random() < 0.8 else None
+    tree = _parse(text) if chance.random() < 0.8 else None
     if not isinstance(tree, dict):
         return mutate_letters(text, chance)
     gently = chance.random() < 0.4
@@ -38,7 +42,17 @@ def mutate_yaml(text: str, chance: random.Random) -> str:
         places = [path for path in _paths(tree, ()) if path and not (gently and not _is_number(_get(tree, path)))]
         if places:
             chance.choice(changes)(tree, chance.choice(places), chance)
-    return str(yaml.safe_dump(tree, sort_keys=False, allow_unicode=True, width=1000))
+    return str(yaml.dump(tree, Dumper=_DUMPER, sort_keys=False, allow_unicode=True, width=1000))
+
+
+def _parse(text: str) -> Any:
+    """A tree of its own each time, without references that the file holds."""
+    return deepcopy(_tree_of(text))
+
+
+@lru_cache(maxsize=64)
+def _tree_of(text: str) -> Any:
+    return yaml.load(text, Loader=_LOADER)
 
 
 def _paths(tree: Any, path: Path) -> Iterator[Path]:
@@ -94,7 +108,7 @@ def _rename(tree: Any, path: Path, chance: random.Random) -> None:
 def _graft(tree: Any, path: Path, chance: random.Random) -> None:
     """One piece in the place of another."""
     other = chance.choice([p for p in _paths(tree, ()) if p])
-    piece = yaml.safe_load(yaml.safe_dump(_get(tree, other)))
+    piece = deepcopy(_get(tree, other))
     _get(tree, path[:-1])[path[-1]] = piece
 
 

@@ -9,6 +9,7 @@ import json
 import os
 import re
 import signal
+import sys
 import time
 import traceback
 from collections.abc import Iterator, Sequence
@@ -20,6 +21,7 @@ import numpy as np
 
 from network import Machine, Recording, Refused
 from network.cli.commands import run
+from torture.mutants import PIPED
 
 QUICK, SLOW = 5.0, 60.0
 """s of a processor that `check` may take, and any other command."""
@@ -49,7 +51,7 @@ def judge(words: Sequence[str], where: Path) -> Outcome:
     limit = QUICK if words[0] == "check" else SLOW
     out, err = io.StringIO(), io.StringIO()
     try:
-        with contextlib.chdir(where), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), _within(limit):
+        with _within(limit), contextlib.chdir(where), _streams(_piped(where), out, err):
             code = _status(words)
     except Hangs:
         return Outcome("fault", f"hangs: longer than {limit:g} s of the processor", limit)
@@ -73,6 +75,21 @@ def _status(words: Sequence[str]) -> int:
     except SystemExit as end:
         return int(end.code or 0)
     return 0
+
+
+def _piped(where: Path) -> io.StringIO:
+    return io.StringIO((where / PIPED).read_text("utf-8") if (where / PIPED).exists() else "", newline="")
+
+
+@contextlib.contextmanager
+def _streams(given: io.StringIO, out: io.StringIO, err: io.StringIO) -> Iterator[None]:
+    before = sys.stdin
+    sys.stdin = given
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            yield
+    finally:
+        sys.stdin = before
 
 
 @contextlib.contextmanager

@@ -35,10 +35,18 @@ ROOMS = {
         "invariants", "location", "timed_search", "relay_search", "diagnosis_search", "advice", "diagnosis",
     ),
 }  # fmt: skip
-"""The rooms whose decisions matter most, and their tests, quick ones first."""
+"""The rooms whose decisions matter most, and the tests of each."""
+FEW = 4
+"""Test files for a module, those that name it most often first."""
 BLIND = ("ReplaceBinaryOperator_BitOr", "RemoveDecorator", "ExceptionReplacer")
 LIMIT = 600.0
 """s after which tests count as having seen the change: most that hang do so for ever."""
+
+
+def _inside(mutation: Any) -> Path:
+    """Its module, from the project's folder on."""
+    parts = Path(mutation.module_path).parts
+    return Path(*parts[len(parts) - 1 - parts[::-1].index("network") :])
 
 
 def list_mutations(root: Path) -> list[tuple[str, Any]]:
@@ -61,22 +69,31 @@ def _place(mutation: Any) -> tuple[str, tuple[int, int], str, int]:
     return str(mutation.module_path), mutation.start_pos, mutation.operator_name, mutation.occurrence
 
 
-def command_of(room: str) -> str:
-    tests = " ".join(f"tests/test_{name}.py" for name in ROOMS[room])
+def tests_of(room: str, module: Path) -> list[str]:
+    """The test files that name a module, then those of its room: a change that is seen is seen soon."""
+    dotted = ".".join(module.with_suffix("").parts)
+    named = {str(path.relative_to(ROOT)): path.read_text(encoding="utf-8").count(dotted)
+             for path in sorted((ROOT / "tests").glob("test_*.py"))}  # fmt: skip
+    own = sorted((name for name, count in named.items() if count), key=lambda name: -named[name])
+    return [*dict.fromkeys([*own[:FEW], *(f"tests/test_{name}.py" for name in ROOMS[room])])]
+
+
+def command_of(room: str, module: Path) -> str:
+    tests = " ".join(tests_of(room, module))
     return f"{sys.executable} -m pytest -x -q -p no:cacheprovider -m 'not speed' {tests}"
 
 
-def check_tests(rooms: Iterable[str]) -> None:
+def check_tests(modules: Iterable[tuple[str, Path]]) -> None:
     """Raises SystemExit where tests fail without any change, which would make every change look seen."""
-    for room in rooms:
-        if subprocess.run(shlex.split(command_of(room)), check=False).returncode:
-            raise SystemExit(f"the tests of {room} fail as they are")
+    for command in sorted({command_of(room, module) for room, module in modules}):
+        if subprocess.run(shlex.split(command), check=False).returncode:
+            raise SystemExit(f"it fails without any change: {command}")
 
 
 def try_mutation(room: str, mutation: Any) -> dict[str, object]:
     from cosmic_ray.mutating import mutate_and_test
 
-    result = mutate_and_test([mutation], command_of(room), LIMIT)
+    result = mutate_and_test([mutation], command_of(room, _inside(mutation)), LIMIT)
     outcome = result.test_outcome.value if result.test_outcome else "none"
     where = f"{mutation.module_path}:{mutation.start_pos[0]}"
     return {"room": room, "where": where, "operator": mutation.operator_name, "outcome": outcome,
@@ -98,7 +115,7 @@ def main() -> int:
         every = [each for each in list_mutations(root) if each[0] in (given.room or ROOMS)]
         chosen = random.Random(given.seed).sample(every, min(given.count, len(every)))
         print(f"{len(every)} places, {len(chosen)} drawn, {len(told)} done", file=sys.stderr)
-        check_tests({room for room, _ in chosen[len(told) :]})
+        check_tests({(room, _inside(mutation)) for room, mutation in chosen[len(told) :]})
         with log.open("a", encoding="utf-8") as lines:
             for room, mutation in chosen[len(told) :]:
                 told.append(try_mutation(room, mutation))

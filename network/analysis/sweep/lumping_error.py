@@ -14,7 +14,7 @@ from network.engine.simulation import simulate
 from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
 from network.platform.printing import Result
-from network.platform.refusal import Failed
+from network.platform.refusal import Failed, Refused
 from network.recordings.call_arguments import expect_run
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
@@ -116,7 +116,10 @@ def cut_finely(machine: Machine) -> Machine | None:
     finer = {name: max(FINE, 2 * count) for name, count in lumps.items()}
     if not lumps or machine.lumps + sum(finer.values()) - sum(lumps.values()) > MOST_IN_ALL:
         return None
-    return cut_bars(machine, finer)
+    try:
+        return cut_bars(machine, finer)
+    except Refused:  # more pairs of lumps than can be joined
+        return None
 
 
 def _judge(

@@ -29,6 +29,9 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)
 RELAY_STEP = 30.0
 """s: longest step while a relay waits, so that two crossings in one step are not missed."""
 NEWTON_STEPS = 50
+MOST_EVALUATIONS = 200_000
+"""Of the rate, from one switching or change of an input to the next: 10 to 20 s. An explicit method takes as many in a
+hundred thousand of the shortest time constants, however little happens."""
 
 
 @dataclass
@@ -178,19 +181,28 @@ class _Run:
     def _solve(self, k: int, t: float, stop: float, x: Array) -> tuple[OdeSolution, float, Array]:
         from scipy.integrate import solve_ivp  # 0.2 s to load
 
-        guards = list(self._events(k))
+        guards, until = list(self._events(k)), self.evaluations + MOST_EVALUATIONS
         with np.errstate(over="ignore", invalid="ignore"):
             result = solve_ivp(
-                lambda s, z: self.rate(k, s, z), (t, stop), x, method=self.method, rtol=self.rtol, atol=self.atol,
-                dense_output=True, events=guards or None, max_step=RELAY_STEP if len(self.modes) else np.inf,
+                lambda s, z: self._count(k, s, z, until), (t, stop), x, method=self.method, rtol=self.rtol,
+                atol=self.atol, dense_output=True, events=guards or None,
+                max_step=RELAY_STEP if len(self.modes) else np.inf,
                 **({} if self.method == "RK45" else {"jac": lambda s, z: self.slope(k, s, z)}),
             )  # fmt: skip
-        self.evaluations += int(result.nfev)
         if not result.success or not np.isfinite(result.y[:, -1]).all():
             hot = float(np.nanmax(np.abs(result.y)))
             raise Failed(f"the integration stopped at {result.t[-1]:.6g} s with {hot:.3g} degC ({result.message}); "
                          "a heat source that grows with its own temperature runs away like this")  # fmt: skip
         return result.sol, float(result.t[-1]), np.asarray(result.y[:, -1])
+
+    def _count(self, k: int, t: float, x: Array, until: int) -> Array:
+        """The rate. Raises Failed where it has been asked for too often since the inputs changed."""
+        self.evaluations += 1
+        if not self.evaluations <= until:
+            far = f"{MOST_EVALUATIONS} evaluations from {float(self.plan.edges[k]):.6g} s on and is at {t:.6g} s"
+            right = "take --method auto, which takes long steps where nothing happens"
+            raise Failed(f"solve_ivp:{self.method} has taken {far}; {right}")
+        return self.rate(k, t, x)
 
     def _deliver(self, k: int, dense: OdeSolution, t: Array, y: Array, temperatures: Array, first: float) -> None:
         for i, instant in enumerate(t):

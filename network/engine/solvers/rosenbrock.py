@@ -8,8 +8,9 @@ Wanner, Solving Ordinary Differential Equations II, section VI.4, method RODAS; 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg.lapack import dgetrf, dgetrs
@@ -48,6 +49,7 @@ DENSE = np.array([
 SMALLEST_STEP = 1e-9
 HAIR, BETWEEN, STRAIGHT = 1e-12, (0.25, 0.5), 1e-10
 """Shares of an interval at which a heat is looked at, and how close to straight it has to go (of the largest)."""
+BLOCK = 8192
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 
@@ -69,7 +71,8 @@ class _Steps:
 
     t: list[float] = field(default_factory=list)
     x: list[Array] = field(default_factory=list)
-    bend: list[tuple[Array, Array]] = field(default_factory=list)
+    first: list[Array] = field(default_factory=list)
+    second: list[Array] = field(default_factory=list)
     interval: list[int] = field(default_factory=list)
 
 
@@ -254,7 +257,8 @@ class _Run:
     def _keep(self, k: int, t: float, x: Array, bend: tuple[Array, Array]) -> None:
         self.steps.t.append(t)
         self.steps.x.append(x)
-        self.steps.bend.append(bend)
+        self.steps.first.append(bend[0])
+        self.steps.second.append(bend[1])
         self.steps.interval.append(k)
 
     def _trial(
@@ -274,10 +278,16 @@ class _Run:
     # -- results ------------------------------------------------------------------------------------------------------
     def _dense(self, t: Array, step: Indices) -> Array:
         """States at instants t within the given steps, (M, n): third order between the ends of a step."""
-        ends, x = np.array(self.steps.t), np.array(self.steps.x)
-        first, second = (np.array(part)[step] for part in zip(*self.steps.bend, strict=True))
+        ends, x, first, second = self._known
         s = ((t - ends[step]) / (ends[step + 1] - ends[step]))[:, None]
-        return np.asarray((1 - s) * x[step] + s * (x[step + 1] + (1 - s) * (first + s * second)))
+        return np.asarray((1 - s) * x[step] + s * (x[step + 1] + (1 - s) * (first[step] + s * second[step])))
+
+    @cached_property
+    def _known(self) -> tuple[Array, Array, Array, Array]:
+        """Of all steps, when they are done: ends, states there, and what bends the way between them; used up, for long
+        runs of large machines fill the memory."""
+        steps = self.steps
+        return np.array(steps.t), _use_up(steps.x), _use_up(steps.first), _use_up(steps.second)
 
     def _lumps(self, t: Array, step: Indices, x: Array) -> tuple[Array, dict[str, Array]]:
         """All lumps and inputs at instants t within steps: (M, N), each input (M, 1)."""
@@ -290,20 +300,37 @@ class _Run:
         return T, u
 
     def solution(self) -> RosenbrockSolution:
-        ends = np.array(self.steps.t)
-        step = np.clip(np.searchsorted(ends, self.plan.t + 1e-9, side="right") - 1, 0, len(ends) - 2)
-        x = self._dense(self.plan.t, step)
-        T, _ = self._lumps(self.plan.t, step, x)
-        r = self.readouts
-        y = np.vstack([r.rows @ T.T, x[:, self.n :].T])
-        heat = sum_stored_heat(self.network, T)
-        return RosenbrockSolution(y, T[0], T[-1], self._account(T[0], T[-1]), heat - heat[0], len(ends) - 1)
+        ends, t, r = self._known[0], self.plan.t, self.readouts
+        step = np.clip(np.searchsorted(ends, t + 1e-9, side="right") - 1, 0, len(ends) - 2)
+        y, heat = np.empty((r.width, len(t))), np.empty((len(t), self.network.size))
+        first = last = np.empty(0)
+        for some in _blocks(len(t)):
+            x = self._dense(t[some], step[some])
+            T, _ = self._lumps(t[some], step[some], x)
+            y[:, some] = np.vstack([r.rows @ T.T, x[:, self.n :].T])
+            heat[some] = sum_stored_heat(self.network, T)
+            first, last = (T[0] if some.start == 0 else first), T[-1]
+        heat -= heat[0].copy()
+        return RosenbrockSolution(y, first, last, self._account(first, last), heat, len(ends) - 1)
 
     def _account(self, T0: Array, T1: Array) -> EnergyAccount:
         """Gauss–Legendre over every step."""
-        ends, quadrature = np.array(self.steps.t), Quadrature.empty(self.network)
+        ends, quadrature = self._known[0], Quadrature.empty(self.network)
         half, middle = np.diff(ends)[:, None] / 2, (ends[1:] + ends[:-1])[:, None] / 2
-        t, step = (middle + half * NODES).ravel(), np.repeat(np.arange(len(ends) - 1), len(NODES))
-        T, u = self._lumps(t, step, self._dense(t, step))
-        quadrature.add(T, u, np.zeros(0), (half * WEIGHTS).ravel())
+        t, weights = (middle + half * NODES).ravel(), (half * WEIGHTS).ravel()
+        step = np.repeat(np.arange(len(ends) - 1), len(NODES))
+        for some in _blocks(len(t)):
+            T, u = self._lumps(t[some], step[some], self._dense(t[some], step[some]))
+            quadrature.add(T, u, np.zeros(0), weights[some])
         return quadrature.account(T0, T1)
+
+
+def _use_up(rows: list[Array]) -> Array:
+    table = np.array(rows)
+    rows.clear()
+    return table
+
+
+def _blocks(count: int) -> Iterator[slice]:
+    """Of instants, as many as keep what is computed of them small beside what is kept."""
+    return (slice(first, min(first + BLOCK, count)) for first in range(0, count, BLOCK))
