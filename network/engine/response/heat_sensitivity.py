@@ -32,6 +32,10 @@ def inputs_at_ends(plan: Plan) -> dict[str, Array]:
     return {name: np.concatenate([begin[name], end[name]]) for name in begin}
 
 
+Found = tuple[tuple[int, Indices], ...]
+"""Where an entry stands: groups of a network, and members of each."""
+
+
 @dataclass(frozen=True, eq=False)
 class Stand:
     """Where a number stands and what its heat reaches: the lumps, and how the heat of each member spreads over these

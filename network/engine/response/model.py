@@ -46,6 +46,7 @@ class Model:
         check_followed(network)
         self.slots = Slots(network, tuple(p for p in self.parameters if p.entry.section not in SHOWN))
         self.shown = tuple(p for p in self.parameters if p.entry.section in SHOWN)
+        self._otherwise = [j for j, p in enumerate(self.parameters) if not acts_by_heat(p, network)]
         self._readouts = readouts(network, parts=False)
         self.warm = WarmStart()
 
@@ -164,9 +165,7 @@ class Model:
 
     def _others(self, theta: Array, predictions: Sequence[Prediction], cells: bool = False) -> dict[int, list[Array]]:
         """∂(channels)/∂θ_j, or of their cells' means, run by run, of parameters that act otherwise than by heat."""
-        network = predictions[0].course.problem.plan.network
-        return {j: self._differences(theta, j, predictions, cells) for j, p in enumerate(self.parameters)
-                if not acts_by_heat(p, network)}  # fmt: skip
+        return {j: self._differences(theta, j, predictions, cells) for j in self._otherwise}
 
     def _differences(self, theta: Array, j: int, predictions: Sequence[Prediction], cells: bool) -> list[Array]:
         """∂(channels)/∂θ_j by a difference of whole runs; means over cells are the same cells where relays switch at
