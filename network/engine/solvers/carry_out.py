@@ -23,7 +23,7 @@ from network.recordings.inputs import Schedule
 
 if TYPE_CHECKING:
     from network.engine.solvers.reference import ReferenceSolution
-    from network.engine.solvers.rosenbrock import RosenbrockSolution
+    from network.engine.solvers.step_courses import RosenbrockSolution
 
 ROSENBROCK_TOLERANCE, REFERENCE_TOLERANCE = 1e-7, 1e-8
 Progress = Callable[[float], None]
@@ -66,7 +66,7 @@ def solve_schedule(
         found = switched.find(plan, outputs, progress)
         if found is None:
             why = "it switches, and its modes are too much alike for the closed form"
-            return _by_steps(replace(plan, method="solve_ivp:LSODA", why=why), outputs, rtol, progress)
+            return _by_steps(replace(plan, method="rosenbrock", why=why), outputs, rtol, progress)
         plan, switches = found.plan, found.switches
     if plan.method == "krylov":
         reduced = _by_krylov(plan, outputs)
@@ -112,14 +112,13 @@ def _by_steps(plan: Plan, outputs: Readouts, rtol: float | None, progress: Progr
     from network.engine.solvers import reference, rosenbrock  # slow to load, for scipy's sake
 
     solution: RosenbrockSolution | ReferenceSolution
-    switches: tuple[tuple[float, str, bool], ...] = ()
     if plan.method == "rosenbrock":
         rtol = rtol or ROSENBROCK_TOLERANCE
         solution = rosenbrock.solve(plan, outputs, rtol, progress)
     else:
         rtol = rtol or REFERENCE_TOLERANCE
         solution = reference.solve(plan, outputs, plan.method.partition(":")[2], rtol, rtol, progress)
-        switches = _name_switches(plan.network, solution.switches)
+    switches = _name_switches(plan.network, solution.switches)
     account, T0, T1 = solution.account, solution.T_start, solution.T_end
     error = _error_from(account, plan.network, rtol, T1)
     return Outcome(plan, outputs, KnownCourses(solution.y), T0, T1, account, error, solution.heat, switches=switches)

@@ -196,13 +196,10 @@ def _choose_method(network: Network, method: str, obstacle: str) -> tuple[str, s
         raise refuse(Spot("--method"), f"{method} is for linear networks, and {obstacle}", "use --method auto")
     if method == "switched" and not network.relays:
         raise refuse(Spot("--method"), "switched needs a relay, and this machine has none", "use --method auto")
-    general = "" if not (network.relays or network.melting) else "it switches or its heat capacity changes"
-    if method == "rosenbrock" and general:
-        raise refuse(Spot("--method"), f"rosenbrock does not serve this network: {general}", "use --method auto")
     if method != "auto":
         return method, "as asked"
     if obstacle:
-        return ("solve_ivp:LSODA", f"{obstacle}, and {general}") if general else ("rosenbrock", obstacle)
+        return "rosenbrock", obstacle
     if network.relays:
         return "switched", f"linear between switchings: exact in its modes, and {_switches(network)}"
     return "modal", "the network is linear: exact in its modes"
