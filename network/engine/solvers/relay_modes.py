@@ -84,8 +84,8 @@ class RelayModes:
             i = int(np.flatnonzero(tops.any(axis=1))[0])
             s = np.linspace(s[i], s[i + 2], 2 * FEWEST + 1)
             values = self._values(seen, s)
-        found = [self._refine(seen, j, s, values[:, j], h) for j in np.flatnonzero((values[1:] > 0).any(axis=0))]
-        return min(found, default=None)
+        rising = np.flatnonzero((values[1:] > 0).any(axis=0)).tolist()
+        return min((self._refine(seen, j, s, values[:, j], h) for j in rising), default=None)
 
     def _values(self, seen: Seen, s: Array) -> Array:
         values = np.array(self.guards(*seen(s)))

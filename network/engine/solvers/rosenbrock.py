@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from network.catalogue.declaration.declare import Array
+from network.catalogue.declaration.declare import Array, Indices
 from network.engine.channels import Readouts
 from network.engine.solvers import rodas
 from network.engine.solvers.latent_state import LatentState
@@ -55,14 +55,11 @@ class _Run:
         """Where the slopes of all laws and sensors stand."""
         r, n = self.readouts, self.n
         rows, columns = self.heat.pattern()
-        into_states = np.nonzero(r.state_T[:, self.heat.solved])
-        among = np.nonzero(r.state_z)
-        rows, columns = (np.concatenate(parts) for parts in zip(
-            (rows, columns), (into_states[0] + n, into_states[1]), (among[0] + n, among[1] + n), strict=True))  # fmt: skip
-        self.layout = lay_out(n + r.states, rows, columns)
+        sensed = np.hstack([r.state_T[:, self.heat.solved], r.state_z])
+        i, j = np.nonzero(sensed)
+        self.layout = lay_out(n + r.states, np.concatenate([rows, i + n]), np.concatenate([columns, j]))
         self.sensed = np.zeros(self.layout.count)
-        self.sensed[self.layout.places(into_states[0] + n, into_states[1])] = r.state_T[:, self.heat.solved][into_states]
-        self.sensed[self.layout.places(among[0] + n, among[1] + n)] = r.state_z[among]
+        self.sensed[self.layout.places(i + n, j)] = sensed[i, j]
         places = [self.layout.places(i, j) for bent in self.heat.bent for i, j, _, _ in bent.entries]
         self.bent_places = np.concatenate([np.zeros(0, int), *places])
         self.known: dict[object, Array] = {}
@@ -122,7 +119,7 @@ class _Run:
             if np.abs(move).max() < SETTLED * (1 + np.abs(x[light]).max()):
                 return
 
-    def _among(self, rows: Array, columns: Array, slopes: Array) -> Array:
+    def _among(self, rows: Indices, columns: Indices, slopes: Array) -> Array:
         """Slopes of some rows by some columns, zero where none can stand."""
         i, j = self.heat.pattern()
         there = set(zip(i.tolist(), j.tolist(), strict=True))
@@ -145,8 +142,8 @@ class _Run:
 
     def _jumps(self, k: int) -> bool:
         """Whether an input jumps at the beginning of interval k."""
-        left, right = self.plan.left, self.plan.right
-        return k > 0 and any(abs(a[k] - right[n][k - 1]) > JUMP * (1 + abs(a[k])) for n, a in left.items() if n != "time")
+        sides = ((a[k], self.plan.right[name][k - 1]) for name, a in self.plan.left.items() if name != "time")
+        return k > 0 and any(abs(after - before) > JUMP * (1 + abs(after)) for after, before in sides)
 
     def _cross_interval(self, k: int, x: Array, h: float) -> tuple[Array, float]:
         t, end, is_first = float(self.plan.edges[k]), float(self.plan.edges[k + 1]), self._jumps(k)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
 from network.engine.channels import Readouts
 from network.engine.energy import EnergyAccount, Quadrature, sum_stored_heat
+from network.engine.network import Network
 from network.engine.solvers import rodas
 from network.engine.solvers.latent_state import LatentState
 from network.engine.solvers.plan import Plan
@@ -17,18 +20,29 @@ from network.engine.solvers.step_heat import StepHeat
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 
+AT_A_TIME = 2_000_000
+"""Numbers in the temperatures of all lumps that are held at once."""
+
+
 @dataclass(frozen=True)
 class RosenbrockSolution:
-    """As from the reference: readings and sensor states (rows) at the instants of output, the account, the steps;
-    switches: (instant, relay, new mode)."""
+    """As from the reference: readings and sensor states (rows) at the instants of output, the account; switches:
+    (instant, relay, new mode)."""
 
     y: Array
     T_start: Array
     T_end: Array
     account: EnergyAccount
-    heat: Array
-    steps: int
     switches: list[tuple[float, int, int]]
+    steps: Steps
+    network: Network
+    by: tuple[StepHeat, LatentState]
+
+    @cached_property
+    def heat(self) -> Array:
+        """Heat absorbed by every lump since the start at the instants of output [J]."""
+        stored = [sum_stored_heat(self.network, T) for T, _ in self.steps.over_output(*self.by)]
+        return np.asarray(np.concatenate(stored) - stored[0][0])
 
 
 @dataclass
@@ -63,24 +77,56 @@ class Steps:
         left, right = self.plan.left, self.plan.right
         return T, {n: a[k][:, None] + share * (right[n][k] - a[k])[:, None] for n, a in left.items()}
 
-    def _dense(self, t: Array, step: Indices) -> Array:
-        """States at instants t within the given steps, (M, n)."""
-        ends, x = np.array(self.t), np.array(self.x)
-        first, second = (np.array(part)[step] for part in zip(*self.bend, strict=True))
+    def _dense(self, t: Array, step: Indices, over: Array | None = None) -> Array:
+        """States at instants t within the given steps, or rows over them: (M, n or rows)."""
+        ends = np.array(self.t)
+        x, first, second = (np.array(part) for part in (self.x, *zip(*self.bend, strict=True)))
+        if over is not None:
+            x, first, second = (part @ over.T for part in (x, first, second))
         s = ((t - ends[step]) / (ends[step + 1] - ends[step]))[:, None]
-        return rodas.between(s, x[step], x[step + 1], (first, second))
+        return rodas.between(s, x[step], x[step + 1], (first[step], second[step]))
+
+    @cached_property
+    def step_of(self) -> Indices:
+        """The step in which each instant of output lies."""
+        ends = np.array(self.t)
+        return np.clip(np.searchsorted(ends, self.plan.t + 1e-9, side="right") - 1, 0, len(ends) - 2)
+
+    def over_output(self, heat: StepHeat, latent: LatentState) -> Iterator[tuple[Array, Array]]:
+        """All lumps, and the states, at the instants of output, some at a time."""
+        t, k = self.plan.t, np.array(self.interval)[self.step_of]
+        for some in np.array_split(np.arange(len(t)), max(1, len(t) * heat.network.size // AT_A_TIME)):
+            x = self._dense(t[some], self.step_of[some])
+            yield self.lumps(heat, latent, t[some], k[some], x)[0], x
 
     def solution(
         self, heat: StepHeat, latent: LatentState, readouts: Readouts, switches: list[tuple[float, int, int]]
     ) -> RosenbrockSolution:
-        ends, plan = np.array(self.t), self.plan
-        step = np.clip(np.searchsorted(ends, plan.t + 1e-9, side="right") - 1, 0, len(ends) - 2)
-        x = self._dense(plan.t, step)
-        T, _ = self.lumps(heat, latent, plan.t, np.array(self.interval)[step], x)
-        y = np.vstack([readouts.rows @ T.T, x[:, len(heat.solved) :].T])
-        stored = sum_stored_heat(plan.network, T)
+        y, ends = self._read(heat, latent, readouts), np.array([0, len(self.x) - 1])
+        k = np.array([self.interval[0], self.interval[-1]])
+        T, _ = self.lumps(heat, latent, np.array(self.t)[ends], k, np.array([self.x[i] for i in ends]))
         account = self._account(heat, latent, T[0], T[-1])
-        return RosenbrockSolution(y, T[0], T[-1], account, stored - stored[0], len(ends) - 1, switches)
+        return RosenbrockSolution(y, T[0], T[-1], account, switches, self, self.plan.network, (heat, latent))
+
+    def _read(self, heat: StepHeat, latent: LatentState, readouts: Readouts) -> Array:
+        """Readings and sensor states at the instants of output. Where nothing melts they are straight in the states, so
+        that only they are followed over the steps, and not all lumps."""
+        n, rows = len(heat.solved), readouts.rows
+        if latent.melting:
+            parts = [np.vstack([rows @ T.T, x[:, n:].T]) for T, x in self.over_output(heat, latent)]
+            return np.concatenate(parts, axis=1)
+        over = np.zeros((readouts.width, n + readouts.states))
+        over[: len(rows), :n] = rows[:, heat.solved]
+        over[np.arange(len(rows), len(over)), np.arange(n, over.shape[1])] = 1.0
+        y = self._dense(self.plan.t, self.step_of, over).T
+        by_held = rows[:, heat.network.bound]
+        seen = np.flatnonzero(by_held.any(axis=1))
+        if len(seen):
+            k = np.array(self.interval)[self.step_of]
+            share = ((self.plan.t - self.plan.edges[k]) / self.plan.steps[k])[:, None]
+            first, last = heat.h0 @ by_held[seen].T, heat.h1 @ by_held[seen].T
+            y[seen] += (first[k] + share * (last - first)[k]).T
+        return y
 
     def _account(self, heat: StepHeat, latent: LatentState, T0: Array, T1: Array) -> EnergyAccount:
         """Gauss–Legendre over every step."""

@@ -130,19 +130,20 @@ class StepHeat:
 
     def _cross(self, into: Array, reach: Array) -> Entries:
         """∂(heat into lump i)/∂T_j by the members that go into i and read j."""
-        found: list[tuple[int, int, int, float]] = []
+        giving, given = into[self.solved].T, reach[:, self.solved]
+        found = []
         for m in range(len(reach)):
-            rows = [i for i in np.flatnonzero(into[:, m]) if self.place[i] >= 0]
-            columns = [j for j in np.flatnonzero(reach[m]) if self.place[j] >= 0]
-            found += [(self.place[i], self.place[j], m, into[i, m] * reach[m, j]) for i in rows for j in columns]
-        rows, columns, members, factors = (np.array(part) for part in zip(*found, strict=True)) if found else [[]] * 4
-        return np.asarray(rows, int), np.asarray(columns, int), np.asarray(members, int), np.asarray(factors, float)
+            i, j = (at.ravel() for at in np.meshgrid(np.flatnonzero(giving[m]), np.flatnonzero(given[m])))
+            found.append((i, j, np.full(len(i), m), giving[m, i] * given[m, j]))
+        none: Indices = np.zeros(0, int)
+        i, j, members = (np.concatenate([none, *(part[n] for part in found)]) for n in range(3))
+        return i, j, members, np.concatenate([np.zeros(0), *(part[3] for part in found)])
 
     def pattern(self) -> tuple[Indices, Indices]:
         """Rows and columns at which a slope may stand, of all laws."""
-        rows, columns = [np.arange(len(self.solved))], [np.arange(len(self.solved))]
-        groups = [*self.network.flows, *self.network.heats, *self.network.relays]
-        for group in groups:
+        own: Indices = np.arange(len(self.solved))
+        rows, columns = [own], [own]
+        for group in self.network.groups:
             for i, j, _, _ in self._entries(group):
                 rows.append(i)
                 columns.append(j)
@@ -202,9 +203,11 @@ class StepHeat:
         if not self.bent:
             return []
         T, u = self.lumps(t, solved), self.inputs(t)
-        return [factors * np.broadcast_to(slope, bent.group.entry.shape)[members]
-                for bent in self.bent
-                for (_, _, members, factors), slope in zip(bent.entries, bent.slopes(T, u, self.modes), strict=True)]  # fmt: skip
+        return [
+            factors * (slope[members] if np.ndim(slope) and len(slope) > 1 else slope)
+            for bent in self.bent
+            for (_, _, members, factors), slope in zip(bent.entries, bent.slopes(T, u, self.modes), strict=True)
+        ]
 
 
 def _thin(matrix: Array) -> Any:
