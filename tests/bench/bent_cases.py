@@ -19,7 +19,7 @@ from network.recordings.inputs import Schedule
 
 TOLERANCE = 1e-6
 ZERO, SIGMA, AREA = 273.15, 5.670374419e-8, 0.4
-SET, HALF, POWER = 25.0, 0.3, 600.0
+SET, HALF, POWER = 25.0, 1.0, 600.0
 
 
 def bent_machine(nodes: int, mesh: bool) -> Machine:
