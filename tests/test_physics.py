@@ -263,7 +263,7 @@ def test_bar_that_melts_stretches_on_while_its_temperature_stands() -> None:
         sensors={"T": {"measures": "store", "noise": "0.1 K"}},
     )  # fmt: skip
     run = simulate(block, schedule(np.arange(0, 4001, 10.0)))
-    assert run.method.startswith("solve_ivp")
+    assert run.method == "rosenbrock"
     assert run.sensors["T"][-1] == pytest.approx(20 + (400_000 - 180_000) / 5000, abs=1e-3)
     assert run.heat["store"][-1] == pytest.approx(400_000, rel=1e-6)
     middle = (run.t > 600) & (run.t < 2000)

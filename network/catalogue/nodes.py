@@ -20,7 +20,7 @@ from network.platform.yaml.document import Tree
 MOST_LUMPS = 2000
 MOST_NODES, MOST_IN_ALL = 3000, 100_000
 """Of a machine. A solution of so many lumps in a subspace takes 2.5 GB; what needs a full matrix stops earlier."""
-BISECTIONS = 52
+BISECTIONS, ROUNDING = 60, 4e-16
 CAPACITIES = ("heat_capacity", "extra_heat_capacity")
 _BAR = ("material", "length", "area")
 
@@ -69,13 +69,21 @@ class Melting(Declared):
         return capacity
 
     def temperature(self, apparent: Array, capacity: float) -> Array:
-        """T from the heat in the part over its heat capacity, T + latent heat(T)/capacity [°C]; bisection, 1e-13 K."""
-        low, high = apparent - self.latent_heat / capacity, apparent.copy()
+        """T from the heat in the part over its heat capacity, T + latent heat(T)/capacity [°C], by Newton's method kept
+        between bounds; to rounding."""
+        more, begin = self.latent_heat / capacity, self.at - self.over / 2
+        low, high = apparent - more, np.asarray(apparent, float)
+        T = np.clip(begin + (apparent - begin) * self.over / (self.over + more), low, high)
+        T = np.where(high <= begin, high, np.where(low >= begin + self.over, low, T))
         for _ in range(BISECTIONS):
-            middle = (low + high) / 2
-            too_hot = middle + self.compute_latent_heat(middle) / capacity > apparent
-            low, high = np.where(too_hot, low, middle), np.where(too_hot, middle, high)
-        return np.asarray((low + high) / 2)
+            off = T + self.compute_latent_heat(T) / capacity - apparent
+            low, high = np.where(off > 0, low, T), np.where(off > 0, T, high)
+            new = T - off / (1 + self.apparent_capacity(T) / capacity)
+            new = np.where((new < low) | (new > high), (low + high) / 2, new)
+            if np.all(np.abs(new - T) <= ROUNDING * (1 + np.abs(T))):
+                return np.asarray(new)
+            T = new
+        return np.asarray(T)
 
 
 class Node(Declared):

@@ -13,6 +13,7 @@ from pathlib import Path
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
+from bench.bent_rows import main as tell_bent
 from bench.coverage import main as tell_coverage
 from bench.fit_peers import main as tell_peers
 from bench.fit_rows import main as tell_fits
@@ -57,7 +58,7 @@ def main() -> None:
         table.add_column(heading, justify="right")
     process_rows(table)
     Console(width=140).print(table)
-    for tell in (tell_fits, tell_peers, tell_coverage, tell_recordings):
+    for tell in (tell_bent, tell_fits, tell_peers, tell_coverage, tell_recordings):
         tell()
     tell_rigs(["--resume", str(ROOT / "out" / "rigs")])
 

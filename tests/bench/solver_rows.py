@@ -19,6 +19,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 from bench.cases import bars_machine, chain_machine, speed_steps
+from bench.other_peers import run_kvaerno5, run_pathsim, run_tsit5
 from bench.peers import expm_reference, run_split
 from bench.sundials import run_cvode, run_cvodes
 from rich.console import Console
@@ -71,6 +72,9 @@ def peers(nodes: int) -> Iterator[Peer]:
         yield Peer(f"split solve_ivp {method}", lambda m, s, method=method: run_split(m, s, method))
     yield Peer("scikit-sundae CVODE", run_cvode)
     yield Peer("casadi CVODES", run_cvodes)
+    if nodes <= 50:
+        yield from (Peer("diffrax Tsit5", run_tsit5), Peer("diffrax Kvaerno5", run_kvaerno5))
+        yield Peer("PathSim RKDP54", run_pathsim)
 
 
 def limit(machine: Machine, schedule: Schedule) -> float:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import cholesky, solve_triangular
+from scipy.linalg.lapack import dpotrf, dtrtrs
 
 from network.catalogue.declaration.declare import Array
 
@@ -83,7 +83,7 @@ class Folded:
 
     @cached_property
     def _offsets(self) -> Array:
-        return np.asarray(cholesky(self.shared[self.free :, self.free :], lower=True, check_finite=False))
+        return _root(self.shared[self.free :, self.free :])
 
     def solve(self, ahead: Array, own: Sequence[Array]) -> tuple[Array, float, Array, Array]:
         """Most probable nuisances at a fixed θ (offsets, then run by run), by how much they lower J, and the precision
@@ -100,12 +100,23 @@ class Folded:
         return np.concatenate([offsets, *following]), lower, precision, gradient
 
 
+def _root(matrix: Array) -> Array:
+    """L with L Lᵀ = matrix. By LAPACK itself: these are small and many, and scipy's own ways in take longer than they.
+    Raises LinAlgError where it is not positive."""
+    if not len(matrix):
+        return matrix
+    root, info = dpotrf(matrix, lower=1)
+    if info:
+        raise np.linalg.LinAlgError(f"the precision is not positive in row {info}")
+    return np.asarray(root)
+
+
 def _forward(root: Array, right: Array) -> Array:
-    return np.asarray(solve_triangular(root, right, lower=True, check_finite=False))
+    return np.asarray(dtrtrs(root, right, lower=1)[0]) if len(root) else right
 
 
 def _backward(root: Array, right: Array) -> Array:
-    return np.asarray(solve_triangular(root, right, lower=True, trans=1, check_finite=False))
+    return np.asarray(dtrtrs(root, right, lower=1, trans=1)[0]) if len(root) else right
 
 
 def fold_nuisances(free: int, parts: Sequence[Part], weights: Array) -> Folded:
@@ -114,7 +125,7 @@ def fold_nuisances(free: int, parts: Sequence[Part], weights: Array) -> Folded:
     shared, roots, ways, first = np.diag(weights[:k]), [], [], k
     for part in parts:
         last = first + len(part.by_own)
-        root = cholesky(part.by_eta[2] + np.diag(weights[first:last]), lower=True, check_finite=False)
+        root = _root(part.by_eta[2] + np.diag(weights[first:last]))
         way = _forward(root, part.across)
         shared = shared + part.shared - way.T @ way
         roots.append(root)

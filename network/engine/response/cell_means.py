@@ -179,18 +179,16 @@ def _scale(factor: Array, values: Array, in_place: bool) -> Array:
 
 
 def _factors(samples: Samples, s: Segment, steps: Array) -> Factors:
-    own = samples.within(s.first, s.last)
-    tau, share, rates = samples.since[own, None], samples.share[own, None], s.modes.rates
-    E = samples.sums(np.exp(-tau * rates) * share, s.first, s.last)
-    w, first = samples.sums(np.hstack([share, share * tau]), s.first, s.last).T
+    rates = s.modes.rates
+    E = samples.sum_decays(rates, s.first, s.last)
+    w, first, t2, t3, t4 = samples.moments[s.first : s.last].T[:, :, None]
     fast = np.abs(rates) * float(steps.max()) >= SLOW
     safe = np.where(fast, rates, 1.0)
-    one = (w[:, None] - E) / safe
-    two = (first[:, None] - one) / safe
+    one = (w - E) / safe
+    two = (first - one) / safe
     if not fast.all():
-        t2, t3, t4 = samples.sums(share * tau ** [2, 3, 4], s.first, s.last).T[:, :, None]
         slow = rates[~fast]
-        one[:, ~fast] = first[:, None] - slow * t2 / 2 + slow**2 * t3 / 6
+        one[:, ~fast] = first - slow * t2 / 2 + slow**2 * t3 / 6
         two[:, ~fast] = t2 / 2 - slow * t3 / 6 + slow**2 * t4 / 24
     F1 = two / steps[:, None]
     return Factors(E, one - F1, F1)

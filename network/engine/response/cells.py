@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -14,33 +15,81 @@ from network.catalogue.declaration.declare import Array, Indices, Mask
 from network.engine.response.intervals import first_from, interval_of
 from network.engine.response.knots import Knots
 
+EVEN = 1e-9
+"""Relative difference of two distances that count as the same."""
+
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Some samples: interval of each, time since its beginning [s], share of its cell's mean."""
+    """Some samples: interval of each (of `count`), time since its beginning [s], share of its cell's mean."""
 
     interval: Indices
     since: Array
     share: Array
+    count: int
 
-    def sums(self, values: Array, first: int, last: int) -> Array:
-        """Sums over the samples of intervals first to last (excluded): values (samples there, ·) → (intervals, ·)."""
-        own = self.within(first, last)
-        out = np.zeros((last - first, values.shape[1]), values.dtype)
-        k = self.interval[own]
-        if len(k):
-            starts = np.flatnonzero(np.append(True, np.diff(k) > 0))
-            out[k[starts] - first] = np.add.reduceat(values, starts, axis=0)
-        return out
+    def sum_decays(self, rates: Array, first: int, last: int) -> Array:
+        """Σ share · e^(−λτ) over the samples of intervals first to last (excluded), for all rates λ: (intervals, n)."""
+        s = self.stretches
+        own = slice(*np.searchsorted(s.interval, (first, last)).tolist())
+        decays = np.exp(np.multiply.outer(-s.since[own], rates))
+        decays *= s.sum_even(rates).take(s.kind[own], axis=0)
+        decays *= s.share[own, None]
+        return _sum_by_interval(s.interval[own] - first, decays, last - first)
+
+    @cached_property
+    def stretches(self) -> Stretches:
+        """The samples as evenly spaced ones."""
+        gap = np.diff(self.since)
+        alone = (np.diff(self.interval) != 0) | (np.diff(self.share) != 0)
+        uneven = np.abs(np.diff(gap)) > EVEN * np.abs(gap[1:])
+        cut = np.append(True, alone) if len(self.since) else np.zeros(0, bool)
+        cut[2:] |= uneven & ~alone[:-1]
+        first = np.flatnonzero(cut)
+        number = np.diff(np.append(first, len(cut)))
+        spacing = np.where(number > 1, np.append(gap, 0.0)[first], 0.0) if len(first) else np.zeros(0)
+        kinds, kind = np.unique(np.stack([np.round(spacing, 9), number], axis=1), axis=0, return_inverse=True)
+        return Stretches(self.interval[first], self.since[first], self.share[first], kinds, kind.ravel())
+
+    @cached_property
+    def moments(self) -> Array:
+        """Σ share · τ^j over the samples of every interval, j from 0 to 4: (count, 5)."""
+        return _sum_by_interval(self.interval, self.share[:, None] * self.since[:, None] ** np.arange(5), self.count)
 
     def weights(self, steps: Array) -> tuple[Array, Array]:
         """Of the values just after and just before the edges of its interval, of lengths `steps`."""
         w = self.since / steps[self.interval]
         return (1 - w) * self.share, w * self.share
 
-    def within(self, first: int, last: int) -> slice:
-        """The samples in intervals first to last (excluded)."""
-        return slice(*np.searchsorted(self.interval, (first, last)).tolist())
+
+@dataclass(frozen=True, eq=False)
+class Stretches:
+    """Evenly spaced samples in one interval: the first's time since its beginning [s], the share of each; kinds: the
+    different spacings [s] and numbers of samples, kind: which of these."""
+
+    interval: Indices
+    since: Array
+    share: Array
+    kinds: Array
+    kind: Indices
+
+    def sum_even(self, rates: Array) -> Array:
+        """Σ e^(−λ i δ), i from 0 to below the number: (kinds, n)."""
+        spacing, number = self.kinds[:, :1], self.kinds[:, 1:]
+        whole, each = np.expm1(-spacing * number * rates), np.expm1(-spacing * rates)
+        still = each == 0
+        return np.asarray(np.where(still, number, whole / np.where(still, 1.0, each)))
+
+
+def _sum_by_interval(k: Indices, values: Array, count: int) -> Array:
+    """Sums of rows of the same interval, in order: (rows, ·) → (count, ·)."""
+    if len(k) == count and count and k[-1] == count - 1 and k[0] == 0 and np.all(np.diff(k) == 1):
+        return values
+    out = np.zeros((count, values.shape[1]), values.dtype)
+    if len(k):
+        starts = np.flatnonzero(np.append(True, np.diff(k) > 0))
+        out[k[starts]] = np.add.reduceat(values, starts, axis=0)
+    return out
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +149,7 @@ def _samples(knots: Knots, edges: Array, present: Mask) -> Samples:
     x, cell = knots.samples[present], knots.cell_of[present]
     k = interval_of(edges, x)
     share = 1 / np.maximum(np.bincount(cell, minlength=knots.cells), 1)[cell]
-    return Samples(k, np.clip(x - edges[k], 0.0, np.diff(edges)[k]), share)
+    return Samples(k, np.clip(x - edges[k], 0.0, np.diff(edges)[k]), share, len(edges) - 1)
 
 
 def _straight(samples: Samples, steps: Array) -> tuple[Array, Array]:

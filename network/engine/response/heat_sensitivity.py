@@ -36,32 +36,52 @@ Found = tuple[tuple[int, Indices], ...]
 """Where an entry stands: groups of a network, and members of each."""
 
 
-def push_of(parameter: Parameter, course: LinearRun, theta: float, known: Found | None = None) -> Push | None:
+@dataclass(frozen=True, eq=False)
+class Stand:
+    """Where a number stands and what its heat reaches: the lumps, and how the heat of each member spreads over these
+    (members, lumps)."""
+
+    found: Found
+    lumps: Indices
+    spread: Array
+
+
+def push_of(parameter: Parameter, course: LinearRun, theta: float, known: Stand | None = None) -> Push | None:
     """The further heat for one unit of θ; None where the parameter acts otherwise than by heat. known: where it stands,
-    from `place_of`."""
+    from `stand_of`."""
     network = course.problem.plan.network
     entry, slope = parameter.entry, parameter.slope(parameter.value(theta))
     if entry.section == "nodes" and parameter.attribute in CAPACITY_KEYS and not entry.inner:
         return _of_capacity(network, course, entry.name, slope)
     if entry.section not in ("links", "sources"):
         return None
-    found = place_of(network, parameter) if known is None else known
-    if not found:
+    stand = stand_of(network, place_of(network, parameter)) if known is None else known
+    if not stand.found:
         return None
-    parts = [_by_parameter(course, g, members, parameter.attribute) for g, members in found]
-    return _build_push(network, slope, parts)
+    parts = [_by_parameter(course, g, members, parameter.attribute) for g, members in stand.found]
+    return _build_push(stand, slope, parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1))
 
 
-def _build_push(network: Network, slope: float, parts: list[tuple[Array, Array]]) -> Push:
-    """One push of some series of heat (2 K, r) times slope, each with what of it goes into which lump (r, N)."""
-    heat, spread = np.concatenate([q for q, _ in parts], axis=1), np.concatenate([into for _, into in parts])
-    spread = np.where(np.isinf(network.capacity), 0.0, slope * spread)
+def stand_of(network: Network, found: Found) -> Stand:
+    """What the heat of a number reaches; held lumps take none up."""
+    none = np.zeros((0, network.size))
+    spread = np.concatenate([none, *(_spread_of(network.groups[g], members) for g, members in found)])
+    spread = np.where(np.isinf(network.capacity), 0.0, spread)
     lumps = np.flatnonzero(spread.any(axis=0))
-    K, spread = len(heat) // 2, spread[:, lumps]
-    if len(spread) <= len(lumps):
-        return Push(lumps, heat[:K], heat[K:], (), spread)
+    return Stand(found, lumps, spread[:, lumps])
+
+
+def _spread_of(group: Flows | Heats[Mechanism], members: Indices) -> Array:
+    return group.spread[members] if isinstance(group, Flows) else group.into[:, members].T
+
+
+def _build_push(stand: Stand, slope: float, heat: Array) -> Push:
+    """One push of some series of heat (2 K, members) times slope."""
+    K, spread = len(heat) // 2, slope * stand.spread
+    if len(spread) <= len(stand.lumps):
+        return Push(stand.lumps, heat[:K], heat[K:], (), spread)
     heat = heat @ spread
-    return Push(lumps, heat[:K], heat[K:])
+    return Push(stand.lumps, heat[:K], heat[K:])
 
 
 def acts_by_heat(p: Parameter, network: Network) -> bool:
@@ -90,13 +110,12 @@ def _is_stacked(law: Declared, attribute: str) -> bool:
     )
 
 
-def _by_parameter(course: LinearRun, g: int, members: Indices, attribute: str) -> tuple[Array, Array]:
-    """∂heat/∂value of members of a group (2 K, members), and what each brings into the lumps (members, N)."""
-    group = course.problem.plan.network.groups[g]
+def _by_parameter(course: LinearRun, g: int, members: Indices, attribute: str) -> Array:
+    """∂heat/∂value of members of a group (2 K, members)."""
     if (g, attribute) not in course.derived:
+        group = course.problem.plan.network.groups[g]
         course.derived[g, attribute] = _derivatives(course, group, attribute)
-    into = group.spread[members] if isinstance(group, Flows) else group.into[:, members].T
-    return course.derived[g, attribute][:, members], into
+    return course.derived[g, attribute][:, members]
 
 
 def _derivatives(course: LinearRun, group: Flows | Heats[Mechanism], attribute: str) -> Array:
@@ -162,3 +181,8 @@ class Slots:
     def places(self) -> tuple[tuple[Parameter, Found], ...]:
         """Every parameter with where it stands."""
         return tuple((p, place_of(self.network, p)) for p in self.parameters)
+
+    @cached_property
+    def stands(self) -> dict[Parameter, Stand]:
+        """The same with what the heat of each reaches."""
+        return {p: stand_of(self.network, found) for p, found in self.places}

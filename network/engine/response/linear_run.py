@@ -24,6 +24,9 @@ __all__ = ["LinearRun", "Push", "kick", "solve"]
 AT_ONCE = 400_000
 """Numbers in the modal states of pushes that are answered together, so that they stay in the cache."""
 
+SETTLE = ("P", "P_held", "P_heat")
+"""What the temperatures of massless junctions follow, by regime."""
+
 TOO_ALIKE, NUDGE = 1e8, 1e-7
 """Condition of the modes from which rounding would be felt, and the relative change of rates that separates them."""
 
@@ -50,14 +53,16 @@ class LinearRun:
     @cached_property
     def T(self) -> tuple[Array, Array]:
         """Temperatures of all lumps just after and just before the edges (K, N)."""
-        T0, T1 = (np.empty((len(self.x0), self.problem.plan.network.size)) for _ in range(2))
-        forcing = self.problem.forcing
-        for r, mine in self._by_regime():
-            regime = self.problem.regimes[r]
+        network, forcing = self.problem.plan.network, self.problem.forcing
+        T0, T1 = (np.empty((len(self.x0), network.size)) for _ in range(2))
+        for T, x, held in zip((T0, T1), (self.x0, self.x1), forcing.held, strict=True):
+            T[:, network.free], T[:, network.bound] = x[:, : len(network.free)], held
+        at = network.massless
+        for r, mine in self._by_regime() if len(at) else ():
+            P, P_held, P_heat = (rows[at].T for rows in (getattr(self.problem.regimes[r], n) for n in SETTLE))
+            k = np.arange(len(self.x0))[mine]
             for T, x, held, heat in zip((T0, T1), (self.x0, self.x1), forcing.held, forcing.heat, strict=True):
-                T[mine] = x[mine] @ regime.P.T + held[mine] @ regime.P_held.T
-                if len(self.problem.plan.network.massless):
-                    T[mine] += heat[mine] @ regime.P_heat.T
+                T[k[:, None], at] = x[k] @ P + held[k] @ P_held + heat[k] @ P_heat
         return T0, T1
 
     @cached_property

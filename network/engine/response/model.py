@@ -22,6 +22,7 @@ from network.engine.response.seen_differences import differ_as_seen, is_seen_onl
 from network.engine.response.switchings import SwitchedCourse, build_switched_course, check_followed
 from network.engine.response.warm_start import WarmStart
 from network.engine.response.waveform import course_of
+from network.engine.solvers.linear import KnownRegimes
 from network.engine.solvers.modal import Modes
 from network.engine.solvers.plan import Plan, interval_edges, list_own_edges, merge_instants, spans
 from network.machine.machine import Machine
@@ -45,6 +46,7 @@ class Model:
         check_followed(network)
         self.slots = Slots(network, tuple(p for p in self.parameters if p.entry.section not in SHOWN))
         self.shown = tuple(p for p in self.parameters if p.entry.section in SHOWN)
+        self._otherwise = [j for j, p in enumerate(self.parameters) if not acts_by_heat(p, network)]
         self._readouts = readouts(network, parts=False)
         self.warm = WarmStart()
 
@@ -74,17 +76,19 @@ class Model:
     ) -> tuple[Prediction, ...]:  # fmt: skip
         outputs = self._readouts if machine is self.machine else readouts(network, parts=False)
         known: dict[bytes, Modes] = {}
-        return tuple(self._predict(i, machine, network, outputs, start, known) for i, start in enumerate(starts))
+        regimes: KnownRegimes = {}
+        return tuple(self._predict(i, machine, network, outputs, start, known, regimes)
+                     for i, start in enumerate(starts))  # fmt: skip
 
     def _predict(
         self, i: int, machine: Machine, network: Network, outputs: Readouts, start: Mapping[str, float],
-        known: dict[bytes, Modes],
+        known: dict[bytes, Modes], regimes: KnownRegimes,
     ) -> Prediction:  # fmt: skip
         run, plan = self.runs[i], self._plan(i, network, start)
         if network.relays:
             course: LinearRun = build_switched_course(plan, outputs, known)
         else:
-            course = course_of(plan, outputs, self.warm.guess.get(i), known)
+            course = course_of(plan, outputs, self.warm.guess.get(i), known, regimes)
             if not network.is_affine():
                 self.warm.guess[i] = course.T
         slopes = self.warm.slopes.get(i) if machine is self.machine else None
@@ -108,7 +112,7 @@ class Model:
         if i not in plans or plans[i][0] != key:
             plans[i] = key, plan_of(network, run, start)
         plan = plans[i][1]
-        return replace(plan, network=network, T0=start_of(network, start, plan.left))
+        return plan.with_network(network, start_of(network, start, plan.left))
 
     def slopes(self, theta: Array, predictions: Sequence[Prediction]) -> list[Array]:
         """∂(channels)/∂θ of every run: (parameters, channels, 2 K) each."""
@@ -151,7 +155,7 @@ class Model:
     def _pushes(self, theta: Array, prediction: Prediction) -> tuple[list[int], list[Push], Array | None]:
         """Parameters that act by heat, their pushes, and how they move the guards of relays."""
         course = prediction.course
-        known = dict(self.slots.places)
+        known = self.slots.stands
         found = [(j, push_of(p, course, float(theta[j]), known.get(p))) for j, p in enumerate(self.parameters)]
         by_heat, pushes = [j for j, p in found if p is not None], [p for _, p in found if p is not None]
         if not isinstance(course, SwitchedCourse):
@@ -161,9 +165,7 @@ class Model:
 
     def _others(self, theta: Array, predictions: Sequence[Prediction], cells: bool = False) -> dict[int, list[Array]]:
         """∂(channels)/∂θ_j, or of their cells' means, run by run, of parameters that act otherwise than by heat."""
-        network = predictions[0].course.problem.plan.network
-        return {j: self._differences(theta, j, predictions, cells) for j, p in enumerate(self.parameters)
-                if not acts_by_heat(p, network)}  # fmt: skip
+        return {j: self._differences(theta, j, predictions, cells) for j in self._otherwise}
 
     def _differences(self, theta: Array, j: int, predictions: Sequence[Prediction], cells: bool) -> list[Array]:
         """∂(channels)/∂θ_j by a difference of whole runs; means over cells are the same cells where relays switch at

@@ -21,46 +21,53 @@ MOST_INTERVALS = 8
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """decay, mean (cells, n): of a state at the beginning of each cell; A, B (cells, 2 r, n): of q₀ at its intervals,
-    then of q₁; index (cells, r): its intervals, padded with the number of all."""
+    """decay, mean (cells, n): of a state at the beginning of each cell; into (cells, 2 r, 2 n): of q₀ and q₁ at its
+    intervals in turn, what goes into the modes (A), then into their mean (B); index (cells, r): its intervals, padded
+    with the number of all."""
 
     decay: Array
     mean: Array
-    A: Array
-    B: Array
+    into: Array
     index: Indices
 
     def average_modes(self, q0: Array, q1: Array, by: Array, start: Array) -> tuple[Array, Array]:
         """Means of the modes (cells, pushes, n), and modal states after the last cell (pushes, n), from series
         (intervals, pushes) that go into the modes by `by` (pushes, n)."""
-        padded = [np.vstack([q, np.zeros((1, q.shape[1]))])[self.index] for q in (q0, q1)]
-        q = np.concatenate(padded, axis=1).transpose(0, 2, 1)
-        push, own = q @ self.A, q @ self.B
-        push, own = push * by, own * by
+        (K, pushes), n = q0.shape, by.shape[1]
+        q = np.zeros((K + 1, 2, pushes))
+        q[:K, 0], q[:K, 1] = q0, q1
+        heat = q.take(self.index, axis=0).reshape(len(self.index), -1, pushes)
+        both = (heat.transpose(0, 2, 1) @ self.into).reshape(len(heat), pushes, 2, n)
+        push, own = both[:, :, 0] * by, both[:, :, 1] * by
         m, end = recur(self.decay, push, start)
-        own += self.mean[:, None] * m
+        m *= self.mean[:, None]
+        own += m
         return own, end
 
 
 def cells_of(starts: Indices, gain: Array, c0: Array, c1: Array, E: Array, F0: Array, F1: Array) -> Cells | None:
     """The cells that begin at some intervals; None where one holds too many. All others: (intervals, n)."""
-    counts = np.diff(np.append(starts, len(gain)))
+    (K, n), counts = gain.shape, np.diff(np.append(starts, len(gain)))
     r = int(counts.max())
     if r > MOST_INTERVALS:
         return None
     place = np.arange(r)
-    index = np.where(place < counts[:, None], starts[:, None] + place, len(gain))
-    keep = np.vstack([gain, np.ones(gain.shape[1])])[index]
-    c0, c1, E, F0, F1 = (np.vstack([f, np.zeros(f.shape[1])])[index] for f in (c0, c1, E, F0, F1))
-    shape = len(starts), 2 * r, gain.shape[1]
-    A, B = np.empty(shape, gain.dtype), np.empty(shape, E.dtype)
-    later, mean = np.ones_like(keep[:, 0]), np.zeros_like(E[:, 0])
-    for j in range(r - 1, -1, -1):
-        A[:, j], A[:, r + j] = c0[:, j] * later, c1[:, j] * later
-        B[:, j], B[:, r + j] = F0[:, j] + c0[:, j] * mean, F1[:, j] + c1[:, j] * mean
-        mean = E[:, j] + keep[:, j] * mean
-        later = keep[:, j] * later
-    return Cells(later, mean, A, B, index)
+    index = np.where(place < counts[:, None], starts[:, None] + place, K)
+    factors = np.empty((K + 1, 6, n), np.result_type(gain, E))
+    for i, factor in enumerate((gain, c0, c1, E, F0, F1)):
+        factors[:K, i] = factor
+    factors[K], factors[K, 0] = 0.0, 1.0
+    keep, c0, c1, E, F0, F1 = factors.take(index, axis=0).transpose(2, 1, 0, 3)
+    into = np.empty((len(starts), r, 2, 2, n), factors.dtype)
+    later, mean = keep[r - 1], E[r - 1]
+    into[:, r - 1, 0, 0], into[:, r - 1, 1, 0] = c0[r - 1], c1[r - 1]
+    into[:, r - 1, 0, 1], into[:, r - 1, 1, 1] = F0[r - 1], F1[r - 1]
+    for j in range(r - 2, -1, -1):
+        into[:, j, 0, 0], into[:, j, 1, 0] = c0[j] * later, c1[j] * later
+        into[:, j, 0, 1], into[:, j, 1, 1] = F0[j] + c0[j] * mean, F1[j] + c1[j] * mean
+        mean = E[j] + keep[j] * mean
+        later = keep[j] * later
+    return Cells(later, mean, into.reshape(len(starts), 2 * r, 2 * n), index)
 
 
 @cache

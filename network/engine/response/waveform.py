@@ -38,7 +38,7 @@ from network.engine.response.nonlinear_laws import (
 from network.engine.response.output_map import map_outputs
 from network.engine.response.segments import Push
 from network.engine.solvers import rosenbrock
-from network.engine.solvers.linear import Forcing, LinearProblem, Regime, reduce
+from network.engine.solvers.linear import Forcing, KnownRegimes, LinearProblem, Regime, reduce
 from network.engine.solvers.modal import Modes
 from network.engine.solvers.plan import Plan
 from network.platform.refusal import Failed
@@ -54,12 +54,14 @@ TIMES = 4
 
 
 def course_of(
-    plan: Plan, readouts: Readouts, guess: tuple[Array, Array] | None = None, known: dict[bytes, Modes] | None = None
-) -> LinearRun:
+    plan: Plan, readouts: Readouts, guess: tuple[Array, Array] | None = None, known: dict[bytes, Modes] | None = None,
+    regimes: KnownRegimes | None = None,
+) -> LinearRun:  # fmt: skip
     """The run of a plan without relays, or whose relay modes are known; `guess`: temperatures at both ends of the
-    intervals from a run nearby; `known`: modes found before. Raises Failed where the rounds do not come together."""
+    intervals from a run nearby; `known`, `regimes`: modes and regimes found before. Raises Failed where the rounds do
+    not come together."""
     if plan.network.is_affine():
-        return solve(reduce(plan, readouts), known)
+        return solve(reduce(plan, readouts, regimes), known)
     known = {} if known is None else known
     rounds = _Rounds(plan, readouts, guess, known, sources_too=False)
     course = rounds.course(1)

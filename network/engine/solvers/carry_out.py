@@ -23,7 +23,7 @@ from network.recordings.inputs import Schedule
 
 if TYPE_CHECKING:
     from network.engine.solvers.reference import ReferenceSolution
-    from network.engine.solvers.rosenbrock import RosenbrockSolution
+    from network.engine.solvers.step_courses import RosenbrockSolution
 
 ROSENBROCK_TOLERANCE, REFERENCE_TOLERANCE = 1e-7, 1e-8
 Progress = Callable[[float], None]
@@ -60,13 +60,13 @@ def solve_schedule(
     plan = make_plan(network, schedule, T0, method, stop_at_samples=wants_heat)
     outputs = outputs or readouts(network, parts)
     if plan.method == "rosenbrock" or plan.method.startswith("solve_ivp"):
-        return _by_steps(plan, outputs, rtol, progress)
+        return _by_steps(plan, outputs, rtol, progress, wants_heat)
     switches: tuple[tuple[float, int, int], ...] = ()
     if plan.method == "switched":
         found = switched.find(plan, outputs, progress)
         if found is None:
             why = "it switches, and its modes are too much alike for the closed form"
-            return _by_steps(replace(plan, method="solve_ivp:LSODA", why=why), outputs, rtol, progress)
+            return _by_steps(replace(plan, method="rosenbrock", why=why), outputs, rtol, progress, wants_heat)
         plan, switches = found.plan, found.switches
     if plan.method == "krylov":
         reduced = _by_krylov(plan, outputs)
@@ -107,22 +107,24 @@ def _by_linear(plan: Plan, problem: LinearProblem, solution: LinearSolution, wan
     return Outcome(plan, problem.readouts, solution.courses, T0, T1, account, solution.error, heat, problem)
 
 
-def _by_steps(plan: Plan, outputs: Readouts, rtol: float | None, progress: Progress | None) -> Outcome:
+def _by_steps(
+    plan: Plan, outputs: Readouts, rtol: float | None, progress: Progress | None, wants_heat: bool
+) -> Outcome:  # fmt: skip
     """By RODAS or solve_ivp, with the energy account summed over their steps."""
     from network.engine.solvers import reference, rosenbrock  # slow to load, for scipy's sake
 
     solution: RosenbrockSolution | ReferenceSolution
-    switches: tuple[tuple[float, str, bool], ...] = ()
     if plan.method == "rosenbrock":
         rtol = rtol or ROSENBROCK_TOLERANCE
         solution = rosenbrock.solve(plan, outputs, rtol, progress)
     else:
         rtol = rtol or REFERENCE_TOLERANCE
         solution = reference.solve(plan, outputs, plan.method.partition(":")[2], rtol, rtol, progress)
-        switches = _name_switches(plan.network, solution.switches)
+    switches = _name_switches(plan.network, solution.switches)
     account, T0, T1 = solution.account, solution.T_start, solution.T_end
     error = _error_from(account, plan.network, rtol, T1)
-    return Outcome(plan, outputs, KnownCourses(solution.y), T0, T1, account, error, solution.heat, switches=switches)
+    heat = solution.heat if wants_heat or plan.network.melting else None
+    return Outcome(plan, outputs, KnownCourses(solution.y), T0, T1, account, error, heat, switches=switches)
 
 
 def _error_from(account: EnergyAccount, network: Network, rtol: float, T_end: Array) -> float:

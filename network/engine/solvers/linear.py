@@ -18,6 +18,7 @@ from network.engine.channels import Readouts
 from network.engine.network import Network
 from network.engine.solvers.courses import Courses
 from network.engine.solvers.plan import Plan
+from network.engine.solvers.regimes import matrix_inputs
 from network.engine.solvers.regimes import regimes as regimes_of
 from network.platform.refusal import Failed
 
@@ -37,6 +38,9 @@ class Regime:
     F_heat: Array
     is_symmetric: bool
     K: Array
+
+
+KnownRegimes = dict[tuple[float, ...], Regime]
 
 
 @dataclass(frozen=True)
@@ -66,6 +70,20 @@ class Forcing:
         for group, into in zip(self.sources, self.into, strict=True):
             total += group[side][at] @ (into if rows is None else rows @ into).T
         return total
+
+    def push_both(self, rows: Array, at: Indices | slice) -> tuple[Array, Array]:
+        """Rows over the heats of all lumps just after and just before the edges of some intervals; heat that holds
+        within all intervals is worked out once."""
+        if self.lumped is not None:
+            return self.push(0, rows, at), self.push(1, rows, at)
+        shape = len(self.held[0][at]), len(rows)
+        first, last = np.zeros(shape), np.zeros(shape)
+        for (begin, end), into in zip(self.sources, self.into, strict=True):
+            by = (rows @ into).T
+            heat = begin[at] @ by
+            first += heat
+            last += heat if end is begin else end[at] @ by
+        return first, last
 
 
 @dataclass(frozen=True)
@@ -165,18 +183,29 @@ class LinearSolution:
     error: float
 
 
-def reduce(plan: Plan, readouts: Readouts) -> LinearProblem:
-    """The reduced problem of a plan."""
-    network = plan.network
-    modes = np.zeros(sum(relays.into.shape[1] for relays in network.relays))
-    distinct, regime_of = regimes_of(network, plan.left)
-    inputs = ({name: values[k] for name, values in plan.left.items()} for k in distinct)
-    regimes = tuple(regime_from(network, affine_matrix(network, u, modes), readouts) for u in inputs)
+def reduce(plan: Plan, readouts: Readouts, known: KnownRegimes | None = None) -> LinearProblem:
+    """The reduced problem of a plan. known: regimes of the same network and readouts, by the inputs that make them."""
+    network, known = plan.network, {} if known is None else known
+    names, (distinct, regime_of) = matrix_inputs(network), regimes_of(network, plan.left)
+    regimes = []
+    for k in distinct:
+        key = tuple(float(plan.left[name][k]) for name in names)
+        if key not in known:
+            known[key] = _find_regime(plan, int(k), readouts)
+        regimes.append(known[key])
     forcing = force_sources(plan)
     f0, f1 = force_states(regimes, regime_of, forcing, readouts)
     scale = np.concatenate([np.sqrt(network.capacity[network.free]), np.ones(readouts.states)])
-    problem = LinearProblem(plan, readouts, regimes, regime_of, forcing, f0, f1, np.zeros(len(scale)), scale)
+    problem = LinearProblem(plan, readouts, tuple(regimes), regime_of, forcing, f0, f1, np.zeros(len(scale)), scale)
     return replace(problem, x0=problem.begin(plan.T0))
+
+
+def _find_regime(plan: Plan, k: int, readouts: Readouts) -> Regime:
+    """The regime of interval k, all relays off."""
+    network = plan.network
+    modes = np.zeros(sum(relays.into.shape[1] for relays in network.relays))
+    u = {name: values[k] for name, values in plan.left.items()}
+    return regime_from(network, affine_matrix(network, u, modes), readouts)
 
 
 def force_states(
@@ -186,12 +215,13 @@ def force_states(
     n = len(regimes[0].A)
     f0, f1 = (np.empty((len(regime_of), n)) for _ in range(2))
     for r, regime in enumerate(regimes):
-        at = np.flatnonzero(regime_of == r)
+        at = np.flatnonzero(regime_of == r) if len(regimes) > 1 else slice(None)
         for side, f in enumerate((f0, f1)):
             f[at] = forcing.held[side][at] @ regime.F_held.T
-            if forcing.into or forcing.lumped is not None:
-                f[at] += forcing.push(side, regime.F_heat, at)
             f[at, n - readouts.states :] += readouts.state_constant
+        if forcing.into or forcing.lumped is not None:
+            for f, heat in zip((f0, f1), forcing.push_both(regime.F_heat, at), strict=True):
+                f[at] += heat
     return f0, f1
 
 

@@ -104,12 +104,14 @@ class ModalCourses(Courses):
                 y[:, at] = np.real(rows @ self._states(r, interval[at], plan.t[at]).T)
 
     def _states(self, r: int, k: Indices, t: Array) -> Array:
-        tau, s = (t - self.problem.plan.edges[k])[:, None], self.states
-        if not tau.any():
-            return np.asarray(s.m[k])
-        z = -self.modes[r].rates * tau
-        one, two, _ = phi(z)
-        return np.asarray(np.exp(z) * s.m[k] + tau * one * s.p[k] + tau * tau * two * s.r[k])
+        since, s = t - self.problem.plan.edges[k], self.states
+        states, later = s.m[k], np.flatnonzero(since)
+        if len(later):
+            k, tau = k[later], since[later, None]
+            z = -self.modes[r].rates * tau
+            one, two, _ = phi(z)
+            states[later] = np.exp(z) * s.m[k] + tau * one * s.p[k] + tau * tau * two * s.r[k]
+        return np.asarray(states)
 
     # -- many -------------------------------------------------------------------------------------------------------
     def _sample_by_blocks(self, y: Array, which: Indices) -> None:

@@ -12,6 +12,9 @@ from network.engine.solvers.linear import LinearProblem, LinearSolution
 from network.engine.solvers.modal import WORST_CONDITION, Modes, modes_of, phi, scan
 from network.engine.solvers.modal_courses import ModalCourses, ModalStates
 
+SAME_LENGTH = 12
+"""Decimals of a second to which steps of one length are worked out once: finer than instants of a day are known."""
+
 
 @dataclass(frozen=True)
 class _Stretch:
@@ -49,9 +52,13 @@ def _stretches(problem: LinearProblem, modes: Sequence[Modes]) -> Iterator[_Stre
     regime_of = problem.regime_of
     cuts = (np.flatnonzero(np.diff(regime_of)) + 1).tolist()
     for first, last in zip([0, *cuts], [*cuts, len(regime_of)], strict=True):
-        regime, h = int(regime_of[first]), problem.plan.steps[first:last, None]
+        regime, steps = int(regime_of[first]), problem.plan.steps[first:last]
+        lengths, at = np.unique(np.round(steps, SAME_LENGTH), return_inverse=True)
+        few = len(lengths) < len(steps) / 2
+        h = (lengths if few else steps)[:, None]
         one, two, three = phi(-modes[regime].rates * h)
-        yield _Stretch(first, last, regime, h * one, h**2 * two, h**3 * three)
+        factors = (h * one, h**2 * two, h**3 * three)
+        yield _Stretch(first, last, regime, *(f[at] if few else f for f in factors))
 
 
 def solve(problem: LinearProblem, each_interval: bool = False, by: Propagators | None = None) -> LinearSolution | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -30,6 +30,8 @@ HAIR = 1e-6
 BENDS = 1e-9
 """Relative deviation from a straight line that a source on a ramped input may keep."""
 MOST_PIECES = 4096
+OF_INPUTS = ("just_inside", "ramped", "steps")
+"""What a plan works out from its inputs and instants alone."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,12 @@ class Plan:
     method: str
     why: str
     modes: Array | None = None
+
+    def with_network(self, network: Network, T0: Array) -> Plan:
+        """The same with other numbers and another start; what was found of its inputs and instants stays known."""
+        plan = replace(self, network=network, T0=T0)
+        plan.__dict__.update({name: getattr(self, name) for name in OF_INPUTS})
+        return plan
 
     def inputs_in(self, k: int, t: float) -> Inputs:
         """Inputs at t within interval k."""
@@ -188,13 +196,10 @@ def _choose_method(network: Network, method: str, obstacle: str) -> tuple[str, s
         raise refuse(Spot("--method"), f"{method} is for linear networks, and {obstacle}", "use --method auto")
     if method == "switched" and not network.relays:
         raise refuse(Spot("--method"), "switched needs a relay, and this machine has none", "use --method auto")
-    general = "" if not (network.relays or network.melting) else "it switches or its heat capacity changes"
-    if method == "rosenbrock" and general:
-        raise refuse(Spot("--method"), f"rosenbrock does not serve this network: {general}", "use --method auto")
     if method != "auto":
         return method, "as asked"
     if obstacle:
-        return ("solve_ivp:LSODA", f"{obstacle}, and {general}") if general else ("rosenbrock", obstacle)
+        return "rosenbrock", obstacle
     if network.relays:
         return "switched", f"linear between switchings: exact in its modes, and {_switches(network)}"
     return "modal", "the network is linear: exact in its modes"
