@@ -10,9 +10,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from network.analysis.calibration.calibrated_patch import with_fitted_numbers
+from network.analysis.calibration.calibrated_patch import with_fitted_numbers, with_validity
 from network.analysis.calibration.estimated_constants import Numbers
 from network.analysis.calibration.gauss_newton import make_problem
+from network.analysis.calibration.generalisation import state_validity
 from network.analysis.calibration.growing_horizon import begin_in_step
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.misfit import channel_misfits, chi_of
@@ -31,8 +32,8 @@ from network.recordings.inputs import Start
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Null(Brief):
-    """machine: with value ± standard error for each number; original: as it was given; found: the beginnings tried;
-    fit: the minimum; known: its uncertainty."""
+    """machine: with value ± standard error for each number, and how far it holds; original: as given; found: beginnings
+    tried; fit: the minimum; known: its uncertainty."""
 
     machine: Machine
     original: Machine
@@ -73,5 +74,5 @@ def estimate_null(
     say(tell, f"{chi_of(fit.at):.3g} σ left; how well each number is known")
     known = uncertainty(fit.at)
     std = np.minimum(known.std, [p.spread for p in parameters])
-    result = with_fitted_numbers(machine, parameters, fit.at.theta, std)
+    result = with_validity(with_fitted_numbers(machine, parameters, fit.at.theta, std), state_validity(machine, known))
     return Null(result, machine, parameters, found, fit, known)
