@@ -14,7 +14,7 @@ from network.analysis.calibration.null import Null
 from network.analysis.diagnosis.forward_selection import Screening, screen_candidates, select_forward
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, estimate_noise, fit_hypothesis, reweight, state
 from network.analysis.diagnosis.intermittent.intermittent_fault import find_intermittent_fault
-from network.analysis.diagnosis.lump_convergence import do_finer_lumps_promise, refine_until_converged
+from network.analysis.diagnosis.lump_convergence import refine_until_converged
 from network.analysis.diagnosis.lump_refinement import refine_lumps
 from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.selection import Selection
@@ -40,8 +40,8 @@ def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[f
     tell(0.15)
     best = max(levels, key=_evidence)
     case = estimate_noise(case, best)
-    if best is not levels[0] and do_finer_lumps_promise(finest := reweight(case, best)):
-        best = refine_until_converged(case, finest)
+    if best is not levels[0]:
+        best = refine_until_converged(case, reweight(case, best))
         case = estimate_noise(case, best)
     tracks = [reweight(case, h) for h in _list_tracks(levels, best)]
     null = max(tracks, key=_evidence)
