@@ -12,6 +12,7 @@ once, and it is looked again. Source of the order: Richardson's extrapolation, P
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import partial
 from math import ceil
 
@@ -21,7 +22,7 @@ from network.analysis.calibration.growing_horizon import begin_in_step, has_rela
 from network.analysis.calibration.linearised import Linearised
 from network.analysis.calibration.misfit import lasting_misfit
 from network.analysis.diagnosis.candidates import Candidate, candidates
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis, parameters_of
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis, parameters_of, settle_hypothesis
 from network.analysis.diagnosis.screen import whiten
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.sweep.finer_lumps import bars_of, cut_bars
@@ -77,10 +78,12 @@ def _fit_finer(case: Case, machine: Machine, start: Mapping[str, float] | None) 
     if direct.chi < SETTINGS.doubtful or not has_relays(machine):
         return direct
     parameters, is_late = parameters_of(machine, ()), partial(case.budget.is_past, SETTINGS.searched)
-    theta = begin_in_step(machine, parameters, case.lay_out(machine), case.start, is_late)
-    if theta is None:
+    begin = begin_in_step(machine, parameters, case.lay_out(machine), case.start, is_late)
+    if begin is None:
         return direct
-    return max(direct, fit_hypothesis(case, machine, start=values_at(parameters, theta)), key=lambda h: h.evidence)
+    about = replace(case, began=begin.starts)
+    led = settle_hypothesis(fit_hypothesis(about, machine, start=values_at(parameters, begin.theta)))
+    return max(direct, led, key=lambda h: h.evidence)
 
 
 def choose_lumps(h: Hypothesis) -> Machine | None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
+from network.analysis.calibration.growing_horizon import has_relays
 from network.analysis.calibration.null import Null
 from network.analysis.diagnosis.forward_selection import Screening, screen_candidates, select_forward
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, estimate_noise, fit_hypothesis, reweight, state
@@ -29,6 +30,8 @@ MANY = 120
 def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[float], None]) -> Iterator[Search]:
     """Ever better states."""
     given, fault = case, None
+    if has_relays(case.machine):
+        case = replace(case, began=tuple(d.run.start for d in calibrated.fit.at.problem.data))
     written = state(case, case.machine, calibrated.values)
     yield Search(given, case, None, written, calibrated, written, Selection(written), Screening(written))
     written = fit_hypothesis(case, case.machine, start=calibrated.values)
