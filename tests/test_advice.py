@@ -277,7 +277,7 @@ def test_a_program_is_advised_that_shows_what_could_not_be_seen() -> None:
     assert told.separates == () and told.sigma > CLEAR and "3000 rpm" in told.text
     shown = "1 of 1 effects that these recordings could not show would be seen (forced convection (1))"
     assert told.text.endswith(shown)
-    search: Any = SimpleNamespace(best=null, steps=(), null=null)
+    search: Any = SimpleNamespace(best=null, steps=(), screened=SimpleNamespace(before=null))
     assert list(experiments(search, fan)) == [told] and not list(experiments(search))
 
 

@@ -101,12 +101,14 @@ def test_it_keeps_what_it_says_as_long_as_its_numbers_stay(wrong: Calibration) -
 
 def test_what_cannot_be_read_of_it_is_refused(wrong: Calibration) -> None:
     given = {"ranges": {"speed": "0 rpm", "ambient": "2..1 degC"}, "left": {"q": "1 um", "z": "3 K"},
-             "correlation_root": {"links.fins.conductance": ["0.1", "2"]}, "more": "1"}  # fmt: skip
+             "correlation_root": {"links.fins.conductance": ["0.1", "2"]}, "more": "1",
+             "misfit": {"T_body": ["1.2", "1"]}}  # fmt: skip
     with pytest.raises(Refused) as refused:
         wrong.machine.patched({"calibrated": given})
     told = str(refused.value)
     for wanted in ("'0 rpm' is not a range", "ends the wrong way round", "calibrated.left.q is no axis",
-                   "'3 K' is in K", "no row of a correlation's root", "unknown key 'more'"):  # fmt: skip
+                   "'3 K' is in K", "no row of a correlation's root", "calibrated.misfit.T_body is no misfit",
+                   "unknown key 'more'"):  # fmt: skip
         assert wanted in told, wanted
     with pytest.raises(Refused, match=r"ranges\.speed is in degC, and the machine reads it in rpm"):
         wrong.machine.patched({"calibrated": {"ranges": {"speed": "0..30 degC"}}})

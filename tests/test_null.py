@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 from fits import ANOTHER, USUAL, ou_series, problem_of, recorded, speeds, two_blocks
 
-from network import Machine, calibrate, diagnose
+from network import calibrate, diagnose
 from network.analysis.calibration.coloured_noise import bound_by_peers
 from network.analysis.calibration.gauss_newton import minimise
 from network.analysis.calibration.misfit import lasting_misfit, persistence
@@ -17,21 +16,16 @@ from network.analysis.calibration.misfit import lasting_misfit, persistence
 LEAK = {"leak": {"kind": "radiation", "between": ["body", "air"], "emissivity_area": "0.5 m^2"}}
 
 
-def numbers_of(machine: Machine) -> dict[str, Any]:
-    """The machine as a mapping, without where it holds."""
-    return {key: value for key, value in machine.to_plain().items() if key != "calibrated"}
-
-
 def test_calibrate_and_diagnose_mean_the_same_by_calibrated() -> None:
     machine = two_blocks()
     runs = [recorded(two_blocks(links=LEAK), speeds(*steps), seed) for seed, steps in enumerate((USUAL, ANOTHER))]
-    assert diagnose(machine, runs).before.to_plain() == numbers_of(calibrate(machine, runs).machine)
+    assert diagnose(machine, runs).before.to_plain() == calibrate(machine, runs).machine.to_plain()
 
 
 def test_a_machine_that_lacks_nothing_is_the_calibrated_one() -> None:
     machine, run = two_blocks(), recorded(two_blocks(), speeds(*USUAL), 3)
     told = diagnose(machine, [run])
-    assert told.verdict == "adequate" and told.after.to_plain() == numbers_of(calibrate(machine, [run]).machine)
+    assert told.verdict == "adequate" and told.after.to_plain() == calibrate(machine, [run]).machine.to_plain()
 
 
 def test_readings_of_white_noise_count_as_they_are() -> None:

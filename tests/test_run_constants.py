@@ -12,7 +12,12 @@ from fits import ANOTHER, USUAL, problem_of, recorded, speeds, two_blocks
 
 from network import Machine, Recording, Refused, Scenario, calibrate
 from network.analysis.calibration.calibrate import Calibration
-from network.analysis.calibration.estimated_constants import Numbers, compare_estimated, estimate_constants
+from network.analysis.calibration.estimated_constants import (
+    Numbers,
+    compare_estimated,
+    compare_estimating,
+    estimate_constants,
+)
 from network.analysis.calibration.gauss_newton import minimise
 from network.analysis.calibration.linearised import linearise
 from network.analysis.calibration.measured_means import weigh_recording
@@ -21,6 +26,7 @@ from network.analysis.comparison.compare import compare
 from network.engine.response.input_slopes import input_slopes
 from network.engine.response.model import Model
 from network.engine.response.parameters import centres
+from network.platform.yaml.document import dump
 from network.recordings.inputs import constant
 
 RADIATES = {"shine": {"kind": "radiation", "between": ["motor", "air"], "emissivity_area": "0.5 m^2"}}
@@ -66,6 +72,16 @@ def test_a_held_out_run_tells_its_constants_at_its_beginning(fitted: Calibration
             and np.isfinite(channel.measured[channel.t >= 1440]).all()
         )
     assert run.rmse_in_noise < 2.5 < compare(fitted.machine, run_in(21.0, seed=3)).rmse_in_noise
+
+
+def test_the_file_that_is_written_tells_a_held_out_run_as_was_claimed(fitted: Calibration, tmp_path: Path) -> None:
+    written = tmp_path / "machine.yaml"
+    written.write_text(dump(fitted.machine.to_plain()), encoding="utf-8")
+    told = compare_estimating(Machine.load(written), [run_in(21.0, seed=3)], held_out=True)
+    assert fitted.after_holdout is not None
+    assert told.rmse_in_noise == pytest.approx(fitted.after_holdout.rmse_in_noise, rel=1e-4)
+    whole = compare_estimating(Machine.load(written), [run_in(21.0, seed=3)])
+    assert whole.rmse_in_noise != pytest.approx(told.rmse_in_noise, rel=1e-4)
 
 
 def test_what_constants_take_upon_themselves_is_told(fitted: Calibration) -> None:

@@ -22,6 +22,7 @@ from network.cli.options import (
     tell_result,
     warn_of_extrapolation,
 )
+from network.platform.refusal import Spot, refuse
 from network.recordings.start_rule import ESTIMATED
 from network.report.progress import share_bar
 
@@ -29,6 +30,9 @@ if TYPE_CHECKING:
     from network.analysis.comparison.compare import Comparison
     from network.analysis.sweep.lumping_error import LumpingError
     from network.machine.machine import Machine
+    from network.recordings.inputs import Start
+    from network.recordings.recording import Recording
+    from network.report.progress import Bar
 
 
 @click.command()
@@ -39,13 +43,14 @@ if TYPE_CHECKING:
 @page_flag
 @method_option
 @start_option
+@click.option("--held-out", is_flag=True, help="estimate each start from its beginning, not scored, as calibrate does")
 @click.option("--no-plots", is_flag=True, help="no pictures")
 def compare(
     machine: str, recordings: Sequence[str], json_file: str | None, output: str | None, page: bool, method: str,
-    start: str | None, no_plots: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str],
+    start: str | None, held_out: bool, no_plots: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str],
 ) -> None:  # fmt: skip
     """Residuals of a MACHINE on RECORDINGS, per channel, in units of noise; --start estimated finds the temperatures at
-    the start of each from it."""
+    the start of each from it, --held-out from its beginning alone, as calibrate and diagnose tell runs held out."""
     check_page(page, output)
     with share_bar(f"comparing {Path(machine).name}") as bar:
         results_go_to(output)
@@ -54,18 +59,11 @@ def compare(
         read = recordings_of(recordings)
         loaded = read_machine(machine, level, lumps, sets, read, start)
         from network.analysis.comparison.common_start import doubt_starts
-        from network.analysis.comparison.compare import compare as lay_beside
         from network.analysis.sweep.lumping_error import estimate_on_recording
         from network.recordings.channel_match import overheard
 
-        given, stated = read(), None
-        if start == ESTIMATED:
-            from network.analysis.calibration.estimated_constants import compare_estimating
-
-            result = compare_estimating(loaded, given)
-        else:
-            stated = read_start(start)
-            result = lay_beside(loaded, given, start=stated, method=method, progress=bar.over(given))
+        given = read()
+        result, stated = _lay_beside(loaded, given, start, held_out, method, bar)
         bar.now("testing residuals", 1.0)
         text, summary = _tell(loaded, result, json_file != "-")
         lumping = estimate_on_recording(loaded, result.recordings, start=stated, method=method)
@@ -75,6 +73,22 @@ def compare(
     doubts = [*overheard(loaded, given, ()), *doubt_starts(loaded, given, stated),
               *warn_of_extrapolation(loaded, given)]  # fmt: skip
     tell_result(text, lambda: summary, written, json_file == "-", [*loaded.warnings, *doubts, *result.warnings])
+
+
+def _lay_beside(
+    machine: Machine, given: Sequence[Recording], start: str | None, held_out: bool, method: str, bar: Bar
+) -> tuple[Comparison, Start | None]:
+    """The comparison, and where its runs were told to begin."""
+    if held_out and start not in (None, ESTIMATED):
+        raise refuse(Spot("--start"), f"{start} beside --held-out, which finds it", "take one of them out")
+    if held_out or start == ESTIMATED:
+        from network.analysis.calibration.estimated_constants import compare_estimating
+
+        return compare_estimating(machine, given, held_out), None
+    from network.analysis.comparison.compare import compare as lay_beside
+
+    stated = read_start(start)
+    return lay_beside(machine, given, start=stated, method=method, progress=bar.over(given)), stated
 
 
 def _tell(machine: Machine, result: Comparison, in_words: bool) -> tuple[str, dict[str, Any]]:

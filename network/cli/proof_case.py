@@ -70,7 +70,7 @@ def diagnose(case: Path, way: Way, runs: Runs, limit: float = LIMIT) -> tuple[fl
 def _simulate_holdout(case: Path, way: Way, runs: Runs, holdout: Sequence[str]) -> bool:
     """Whether the machine that was written simulates the held-out recordings; held_out.json says what it leaves."""
     machine, left = f"{way.answers}/machine.diagnosed.yaml", f"{way.answers}/held_out.json"
-    words = ("compare", machine, *holdout, "--start", "estimated", "--json", left)
+    words = ("compare", machine, *holdout, "--held-out", "--json", left)
     return _run((*COMMAND, *words), case, way, runs, LIMIT).code == 0
 
 

@@ -43,7 +43,7 @@ def schema() -> Schema:
 def _calibrated() -> Schema:
     """What `lptn calibrate` writes of itself."""
     row = {"type": "array", "items": {"type": "number"}, "minItems": 1}
-    held = ({"type": "string"}, {"type": "string"}, row)
+    held = ({"type": "string"}, {"type": "string"}, row | {"minItems": 2, "maxItems": 2}, row)
     inside = {key: {"type": "object", "additionalProperties": each} for key, each in zip(KEYS, held, strict=True)}
     about = "written by lptn calibrate: where the machine holds, what it leaves, how its numbers are tied"
     return {"description": about, **_object(inside), "type": ["object", "null"]}

@@ -1,15 +1,15 @@
 """What a calibration says of the machine it made: where it holds, what it leaves, and how its numbers are tied.
 
-Section `calibrated` of a machine file: `ranges` of the inputs it was calibrated in, `left` of each axis, and
-`correlation_root`, the rows of L with L Lᵀ the correlation of the numbers, by their paths. L and not the correlation
-itself, because a few digits of L keep what numbers tell together far better than each of them.
+Section `calibrated` of a machine file: `ranges` of the inputs it was calibrated in, `left` of each axis, `misfit` of
+each channel, and `correlation_root`, the rows of L with L Lᵀ the correlation of the numbers, by their paths. L and not
+the correlation itself, because a few digits of L keep what numbers tell together far better than each of them.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 from network.catalogue.declaration.sections import CALIBRATED, section
@@ -19,7 +19,7 @@ from network.platform.refusal import Complaints, likely, short
 from network.platform.yaml.tree import Branch, Items, Leaf, Tree
 
 T = TypeVar("T")
-KEYS = ("ranges", "left", "correlation_root")
+KEYS = ("ranges", "left", "misfit", "correlation_root")
 DIGITS, LEFT_DIGITS, ROOT_DECIMALS = 6, 3, 4
 _RANGE = re.compile(rf"^({NUMBER})\s*\.\.\s*({NUMBER})\s*(.*)$")
 
@@ -40,17 +40,21 @@ class Range:
 @dataclass(frozen=True)
 class Validity:
     """ranges: of the inputs over the runs calibrated on; left: 1σ of what the machine leaves on a run it has not seen,
-    by axis [m or rad], of those measured; root: rows of L by the paths of the numbers."""
+    by axis [m or rad], of those measured; root: rows of L by the paths of the numbers; misfit: χ and ρ of each channel
+    in the runs calibrated on, the rms of what is left in noise and how it lasts from one mean to the next."""
 
     ranges: Mapping[str, Range]
     left: Mapping[str, float]
     root: Mapping[str, tuple[float, ...]]
+    misfit: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def to_plain(self) -> dict[str, Any]:
         """The section as it stands in a file."""
         left = {axis: show(x, left_unit(axis), LEFT_DIGITS) for axis, x in self.left.items()}
         root = {path: [round(x, ROOT_DECIMALS) + 0.0 for x in row] for path, row in self.root.items()}
-        return {"ranges": {name: str(r) for name, r in self.ranges.items()}, "left": left, "correlation_root": root}
+        misfit = {name: [float(f"{x:.{DIGITS}g}") for x in pair] for name, pair in self.misfit.items()}
+        ranges = {name: str(r) for name, r in self.ranges.items()}
+        return {"ranges": ranges, "left": left, "misfit": misfit, "correlation_root": root}
 
 
 def left_unit(axis: str) -> str:
@@ -65,13 +69,14 @@ def read_validity(tree: Branch, complaints: Complaints) -> Validity | None:
         own.refuse(branch.key_spot(key), f"{CALIBRATED} has an unknown key '{short(key)}'", likely(key, KEYS))
     ranges = dict(_read_each(branch, "ranges", _range, own))
     left = dict(_read_each(branch, "left", _left, own))
+    misfit = dict(_read_each(branch, "misfit", _misfit, own))
     root = dict(_read_each(branch, "correlation_root", _row, own))
     for count, (path, row) in enumerate(root.items(), start=1):
         if len(row) != count:
             wrong = f"{CALIBRATED}.correlation_root.{path} has {len(row)} numbers, and it is row {count}"
             own.refuse(section(branch, "correlation_root").key_spot(path), wrong, "calibrate again, or take it out")
     complaints.refusals.extend(own.refusals)
-    return Validity(ranges, left, root) if branch.items and not own.refusals else None
+    return Validity(ranges, left, root, misfit) if branch.items and not own.refusals else None
 
 
 def _read_each(
@@ -112,10 +117,20 @@ def _left(axis: str, tree: Tree) -> float:
     return value
 
 
-def _row(path: str, tree: Tree) -> tuple[float, ...]:
+def _misfit(channel: str, tree: Tree) -> tuple[float, float]:
+    if len(pair := _numbers(tree)) != 2 or not (pair[0] >= 0 and 0 <= pair[1] < 1):
+        raise BadNumber("is no misfit χ ≥ 0 and its correlation 0 ≤ ρ < 1", "write it like [1.4, 0.9]")
+    return pair[0], pair[1]
+
+
+def _numbers(tree: Tree) -> tuple[float, ...]:
     if not isinstance(tree, Items):
         raise BadNumber("is not a list", "calibrate again, or take it out")
-    row = tuple(in_unit(_text(x), "1") for x in tree.entries)
+    return tuple(in_unit(_text(x), "1") for x in tree.entries)
+
+
+def _row(path: str, tree: Tree) -> tuple[float, ...]:
+    row = _numbers(tree)
     if not any(row) or any(abs(x) > 1 for x in row):
         raise BadNumber("is no row of a correlation's root", "calibrate again, or take it out")
     return row

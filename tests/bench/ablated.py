@@ -18,10 +18,6 @@ Stand = Callable[[Callable[..., Any]], Callable[..., Any]]
 """From a function to what stands in for it."""
 
 
-def only_written(original: Callable[..., Any]) -> Callable[..., Any]:
-    return lambda machine, most=None: iter(())
-
-
 def as_it_was(original: Callable[..., Any]) -> Callable[..., Any]:
     return lambda case, hypothesis: case
 
@@ -46,7 +42,7 @@ def nothing(original: Callable[..., Any]) -> Callable[..., Any]:
 
 STAGES: Mapping[str, Mapping[str, Stand]] = {
     "file-noise": {"hypothesis.estimate_noise": as_it_was},
-    "as-written": {"lump_refinement.list_finer_machines": only_written},
+    "as-written": {"lump_refinement.choose_lumps": nothing},
     "seen-runs": {"backward_elimination._keep_what_predicts": all_of_it, "invariants.list_refutations": on_seen_runs},
     "no-switching": {"switching.relay_search.search_relays": none_found},
     "no-intermittent": {"intermittent.intermittent_fault.find_intermittent_fault": nothing},

@@ -11,9 +11,7 @@ from typing import Any
 import numpy as np
 
 from network.analysis.calibration.band_coverage import Coverage, measure_coverage
-from network.analysis.calibration.calibrated_patch import with_validity
 from network.analysis.calibration.estimated_constants import Numbers, compare_all_estimated
-from network.analysis.calibration.generalisation import state_validity
 from network.analysis.calibration.identifiability_report import (
     describe_constants,
     describe_disagreements,
@@ -148,11 +146,9 @@ def _calibrate(
     null = estimate_null(machine, parameters, let_in.data, start, seed, Stage(tell, 0.1, 0.9))
     say(tell, f"{chi_of(null.fit.at):.3g} σ left; bands, and every recording beside it")
     fit, known = null.fit, null.known
-    validity = state_validity(machine, known)
-    result = with_validity(null.machine, validity)
+    result, left = null.machine, null.machine.calibrated.left if null.machine.calibrated else {}
     areas = tuple(
-        bands(machine, parameters, fit.at.theta, known.theta_covariance, r, start, validity.left)
-        for r in (*train, *held_out)
+        bands(machine, parameters, fit.at.theta, known.theta_covariance, r, start, left) for r in (*train, *held_out)
     )
     before, before_holdout = _compare_runs(Numbers.of(at_prior_centres(machine, parameters), start), train, held_out)
     after, after_holdout = _compare_runs(null.numbers(start), train, held_out)

@@ -11,7 +11,7 @@ import numpy as np
 from network.analysis.calibration.gauss_newton import Problem, linearise, make_problem
 from network.analysis.calibration.linearised import Linearised
 from network.analysis.calibration.measured_means import OFFSET_LIMIT, START_ANYWHERE, Measured, weigh_recording
-from network.analysis.calibration.misfit import ChannelMisfit, channel_misfits
+from network.analysis.calibration.misfit import ChannelMisfit, channel_misfits, stated_misfits
 from network.analysis.comparison.common_start import share_start_rule
 from network.analysis.comparison.compare import Comparison, RecordingResidual, compare
 from network.analysis.comparison.run_constants import InputConstant, RunConstants, find_scored_from
@@ -43,8 +43,8 @@ class Numbers:
 
     @classmethod
     def of(cls, machine: Machine, start: Start | None = None) -> Numbers:
-        """A machine as it is."""
-        return cls(machine, machine, (), np.empty(0), start)
+        """A machine as it is, with what its file says of a calibration."""
+        return cls(machine, machine, (), np.empty(0), start, stated_misfits(machine.calibrated))
 
 
 def estimate_constants(of: Numbers, recording: Recording, held_out: bool = False) -> RunConstants:
@@ -168,8 +168,9 @@ def compare_all_estimated(of: Numbers, recordings: Iterable[Recording], held_out
     return Comparison(of.machine, each) if each else None
 
 
-def compare_estimating(machine: Machine, recordings: Iterable[Recording]) -> Comparison:
-    """Residuals of recordings of a machine as it is, the constants of each estimated from the whole of it."""
+def compare_estimating(machine: Machine, recordings: Iterable[Recording], held_out: bool = False) -> Comparison:
+    """Residuals of recordings of a machine as it is, the constants of each estimated from the whole of it; held_out:
+    from its beginning, which is then not scored."""
     runs = share_start_rule(machine, runs_of(machine, recordings))
     of = Numbers.of(machine)
-    return Comparison(machine, tuple(compare_estimated(of, r) for r in runs))
+    return Comparison(machine, tuple(compare_estimated(of, r, held_out) for r in runs))

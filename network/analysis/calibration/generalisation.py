@@ -86,7 +86,8 @@ def state_validity(machine: Machine, known: Uncertainty) -> Validity:
     root = np.linalg.cholesky(C + ROUNDING * np.eye(len(C))) if len(C) else C
     rows = {p.path: tuple(root[i, : i + 1].tolist()) for i, p in enumerate(problem.parameters)}
     schedules = [d.recording.schedule(machine.inputs) for d in problem.data]
-    return Validity(find_ranges(machine, schedules), estimate_left(known), rows)
+    misfit = {n: (m.chi, m.rho) for n, m in channel_misfits(known.at).items()}
+    return Validity(find_ranges(machine, schedules), estimate_left(known), rows, misfit)
 
 
 def _pool(several: Sequence[Unseen]) -> float:

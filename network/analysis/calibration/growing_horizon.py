@@ -2,46 +2,111 @@
 
 Over many cycles a model whose relays cycle a little too fast is soon out of step, and no step downhill leads back: J
 has as many minima as there are cycles. Over the first few it cannot fall out of step; what is found there is good
-enough for twice as long. H. G. Bock, Multiple shooting (1983), meets the same trouble otherwise; unverified.
+enough for somewhat longer. How much longer is told by the misfit: where it leaps the fit has slipped a cycle, and less
+is added to where it had not. Continuation with a step that follows what happened: Allgower & Georg, Numerical
+Continuation Methods (1990), ch. 6; unverified.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
+import numpy as np
+
+from network.analysis.calibration.estimate import Estimate
+from network.analysis.calibration.gauss_newton import STEPS as MOST
 from network.analysis.calibration.gauss_newton import minimise
+from network.analysis.calibration.linearised import Linearised
 from network.analysis.calibration.measured_means import Measured, weigh_recording
+from network.analysis.calibration.misfit import chi_of
 from network.analysis.calibration.problem import make_problem
 from network.catalogue.declaration.declare import Array
 from network.catalogue.mechanisms.base import Relay
-from network.engine.response.parameters import Parameter, at_prior_centres
+from network.engine.response.parameters import Parameter, at_prior_centres, centres
 from network.machine.machine import Machine
 from network.platform.refusal import Failed, Refused
 from network.platform.stages import Told, say
 from network.recordings.inputs import Start
 
-SHARES = (1 / 16, 1 / 8, 1 / 4, 1 / 2)
-"""Of the recordings, each twice the one before."""
+FIRST, GROWTH, LEAST_GROWTH = 1 / 16, 2.0, 1.15
+"""Share of the recordings that is fitted first, by how much the next is longer, and at least: what slips then lacks
+more than its numbers, and is not waited for."""
+LEAP = 1.25
+"""Ratio of misfits χ from one share to the next from which a cycle was slipped: one that slips leaves its whole swing,
+many times the noise, in all that follows."""
 STEPS = 8
 """Of a fit on the way: the next begins where it ends."""
+ROUNDS, CLOSE = 4, 1.0
+"""How often a fit is repeated about the starts it finds, and the least that another time must better J."""
+
+
+def has_relays(machine: Machine) -> bool:
+    """Whether something in it switches."""
+    return any(isinstance(entry, Relay) for entry in machine.by_path.values())
+
+
+@dataclass(frozen=True, eq=False)
+class InStep:
+    """Where relays are in step over whole recordings: θ, and of each run the temperatures of its parts at the start."""
+
+    theta: Array
+    starts: tuple[Mapping[str, float], ...]
 
 
 def begin_in_step(
     machine: Machine, parameters: Sequence[Parameter], data: Sequence[Measured], start: Start | None,
     is_late: Callable[[], bool], tell: Told = lambda share: None,
-) -> Array | None:  # fmt: skip
-    """θ from which relays stay in step over whole recordings; None for a machine without relays."""
-    if not parameters or not any(isinstance(source, Relay) for source in machine.sources.values()):
+) -> InStep | None:  # fmt: skip
+    """Where relays stay in step over whole recordings; None for a machine without relays, or where it always breaks
+    down."""
+    if not parameters or not has_relays(machine):
         return None
-    known, theta = at_prior_centres(machine, parameters), None
-    for share in SHARES:
-        if is_late():
-            break
+    known, found, starts = at_prior_centres(machine, parameters), None, tuple(d.run.start for d in data)
+    done, left, growth, is_patient = 0.0, 1.0, GROWTH, True
+    while done < 1 and not is_late():
+        share = min(max(done * growth, FIRST), 1.0)
         say(tell, f"what switches falls into step: the first {100 * share:.2g} % of the recordings")
-        try:
-            some = [weigh_recording(known, d.recording.until(share), start) for d in data]
-            theta = minimise(replace(make_problem(machine, parameters, some), offsets=()), theta, STEPS).theta
-        except (Failed, Refused):
+        some = [weigh_recording(known, d.recording.until(share), start) for d in data]
+        at = _fit_beginning(machine, parameters, some, found or InStep(centres(parameters), starts))
+        if done and is_patient and (at is None or chi_of(at) > LEAP * max(left, 1.0)):
+            growth = float(np.sqrt(growth))
+            is_patient = growth > LEAST_GROWTH
             continue
-    return theta
+        if at is not None:
+            found, left = InStep(at.theta, move_starts(at)), chi_of(at)
+        done, growth = share, min(GROWTH, growth**1.5) if is_patient else GROWTH
+    return found
+
+
+def _fit_beginning(
+    machine: Machine, parameters: Sequence[Parameter], data: Sequence[Measured], about: InStep
+) -> Linearised | None:
+    """A few steps from there, about the starts that these lead to; None where it breaks down."""
+    try:
+        problem = replace(make_problem(machine, parameters, data), offsets=()).about(about.starts)
+        return settle_starts(minimise(problem, about.theta, STEPS), STEPS)
+    except (Failed, Refused):
+        return None
+
+
+def settle_starts(at: Linearised, steps: int = MOST) -> Linearised:
+    """A minimum about the starts that it finds, as often as that lowers J: what switches hangs on where a part began,
+    and not along a straight line. The same of a machine without relays."""
+    if not has_relays(at.problem.model.machine):
+        return at
+    for _ in range(ROUNDS):
+        other = minimise(at.problem.about(move_starts(at)), at.theta, steps)
+        if not other.cost < at.cost - CLOSE:
+            return at
+        at = other
+    return at
+
+
+def move_starts(at: Linearised | Estimate) -> tuple[Mapping[str, float], ...]:
+    """Temperatures of the parts at the start of every run as a fit finds them [°C]."""
+    first, starts = len(at.problem.offsets), list[Mapping[str, float]]()
+    for d in at.problem.data:
+        starts.append(d.move_start(at.eta[first : first + len(d.starts)]))
+        first += len(d.own)
+    return tuple(starts)

@@ -35,6 +35,16 @@ def relay_numbers(problem: Problem) -> list[int]:
     return [j for j, p in enumerate(problem.parameters) if p.entry in relays]
 
 
+def is_loose(problem: Problem) -> bool:
+    """Whether a relay's own number is so uncertain that it cycles otherwise altogether: a temperature by more than its
+    hysteresis, anything else by more than a factor of two."""
+    sources = problem.model.machine.sources
+    some = [problem.parameters[j] for j in relay_numbers(problem)]
+    widths = [float(sources[p.entry.name].__dict__.get("hysteresis") or 0.0) if p.field.unit == "degC" else np.log(2.0)
+              for p in some]  # fmt: skip
+    return any(p.is_unknown or p.spread > width for p, width in zip(some, widths, strict=True))
+
+
 def cycling(problem: Problem, begin: Array, is_late: Callable[[], bool] = lambda: False) -> list[Array]:
     """Beginnings whose relays cycle like the recordings, the other numbers as at `begin`; none without relays. is_late:
     whether what was found on the grid has to do."""

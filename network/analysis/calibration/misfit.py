@@ -19,6 +19,7 @@ import numpy as np
 from network.analysis.calibration.estimate import Estimate
 from network.analysis.calibration.linearised import Linearised
 from network.catalogue.declaration.declare import Array
+from network.machine.validity import Validity
 
 CHANCE = 2.0
 """Standard errors of ρ of white noise that are taken off it."""
@@ -45,6 +46,11 @@ class ChannelMisfit:
         """What its noise counts with where numbers are known and a run's constants are told: by a whole run all that
         lasts of it; by a beginning, where parts stand where they were read and misfit is still small, χ alone."""
         return max(1.0, self.chi * (float(np.sqrt((1 + self.rho) / (1 - self.rho))) if is_whole else 1.0))
+
+
+def stated_misfits(stated: Validity | None) -> Mapping[str, ChannelMisfit] | None:
+    """As a calibrated file has them; None where it says nothing."""
+    return {n: ChannelMisfit(*pair) for n, pair in stated.misfit.items()} if stated and stated.misfit else None
 
 
 def channel_misfits(at: Linearised | Estimate) -> Mapping[str, ChannelMisfit]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from network.analysis.calibration.gauss_newton import Linearised, Problem, linearise, minimise, residual_cost
-from network.analysis.calibration.limit_cycle_matching import cycling, relay_numbers
+from network.analysis.calibration.limit_cycle_matching import cycling, is_loose, relay_numbers
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import Parameter, centres
 from network.platform.refusal import Failed
@@ -59,18 +59,20 @@ def best_start(
     first: Array | None = None,
 ) -> Found:  # fmt: skip
     """The most probable θ from as many beginnings as the problem asks for; once it is late, from those that came to an
-    end. first: where to begin, else at the priors' centres. Raises Failed where every run runs away."""
+    end. first: where relays are in step, as no beginning drawn is, else at the priors' centres. Raises Failed where
+    every run runs away."""
     begin = centres(problem.parameters) if first is None else first
     say(tell, f"fitting {len(begin)} numbers")
     seeds, minima = [begin], _minima(problem, [begin], None, is_late)
-    for _ in range(CYCLING if relay_numbers(problem) else 0):
+    for _ in range(CYCLING if relay_numbers(problem) and (first is None or is_loose(problem)) else 0):
         about = min(minima, key=_cost) if minima else None
         if (about is not None and rms(about.left) <= ADEQUATE) or is_late():
             break
         say(tell, f"{_tell_best(minima)}what switches: numbers of relays that cycle alike")
         more = cycling(problem, begin if about is None or len(seeds) == 1 else about.theta, is_late)
         minima, seeds = minima + _minima(problem, more, STEPS, is_late), seeds + more
-    if not minima or (needs_more(problem, min(minima, key=_cost)) and not is_late()):
+    is_alone = first is None and minima and needs_more(problem, min(minima, key=_cost))
+    if not minima or (is_alone and not is_late()):
         say(tell, f"{_tell_best(minima)}other beginnings")
         drawn = np.array([draw_from(problem.parameters, rng) for _ in range(DRAWN)])
         tell(0.3)

@@ -10,10 +10,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from network.analysis.calibration.calibrated_patch import with_fitted_numbers
+from network.analysis.calibration.calibrated_patch import with_fitted_numbers, with_validity
 from network.analysis.calibration.estimated_constants import Numbers
 from network.analysis.calibration.gauss_newton import make_problem
-from network.analysis.calibration.growing_horizon import begin_in_step
+from network.analysis.calibration.generalisation import state_validity
+from network.analysis.calibration.growing_horizon import begin_in_step, settle_starts
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.misfit import channel_misfits, chi_of
 from network.analysis.calibration.multistart import Found, best_start
@@ -31,8 +32,8 @@ from network.recordings.inputs import Start
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Null(Brief):
-    """machine: with value ± standard error for each number; original: as it was given; found: the beginnings tried;
-    fit: the minimum; known: its uncertainty."""
+    """machine: with value ± standard error for each number, and how far it holds; original: as given; found: beginnings
+    tried; fit: the minimum; known: its uncertainty."""
 
     machine: Machine
     original: Machine
@@ -61,17 +62,20 @@ def estimate_null(
     Raises Refused where a channel is in another unit than told, Failed where every run breaks down."""
     problem = make_problem(machine, parameters, data)
     begin = begin_in_step(machine, parameters, data, start, is_late, tell)
-    alone = replace(problem, offsets=())
-    found = best_start(alone, np.random.default_rng(seed), Stage(tell, 0.0, 0.6), is_late, begin)
+    alone, theta = replace(problem, offsets=()), None
+    if begin is not None:
+        alone, theta = alone.about(begin.starts), begin.theta
+    found = best_start(alone, np.random.default_rng(seed), Stage(tell, 0.0, 0.6), is_late, theta)
+    found = replace(found, at=settle_starts(found.at))
     given = compare(at_prior_centres(machine, parameters), [d.recording for d in data], start=start)
     complaints = Complaints([*misread(found.at, given)])
     complaints.raise_if_any()
     tell(0.6)
     say(tell, f"{chi_of(found.at):.3g} σ left; weighing readings, finding their noise")
-    fit = fit_robustly(problem, found.at)
+    fit = fit_robustly(problem.offsets, found.at)
     tell(0.9)
     say(tell, f"{chi_of(fit.at):.3g} σ left; how well each number is known")
     known = uncertainty(fit.at)
     std = np.minimum(known.std, [p.spread for p in parameters])
-    result = with_fitted_numbers(machine, parameters, fit.at.theta, std)
+    result = with_validity(with_fitted_numbers(machine, parameters, fit.at.theta, std), state_validity(machine, known))
     return Null(result, machine, parameters, found, fit, known)

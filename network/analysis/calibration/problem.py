@@ -6,8 +6,8 @@ noise, η what else is uncertain and acts linearly (start of every part, instant
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -49,6 +49,11 @@ class Problem(Brief):
         parts = [*own, *((n.mean, n.spread / self.firm_eta) for n in self.nuisances)]
         mean, spread = np.array(parts).reshape(-1, 2).T
         return mean, spread
+
+    def about(self, starts: Sequence[Mapping[str, float]]) -> Problem:
+        """The same linear about other temperatures of the parts at the start of each run."""
+        data = tuple(d.with_start(start) for d, start in zip(self.data, starts, strict=True))
+        return replace(self, model=Model(self.model.machine, self.parameters, [d.run for d in data]), data=data)
 
     @property
     def log_determinant(self) -> float:

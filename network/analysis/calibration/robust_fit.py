@@ -13,8 +13,8 @@ import numpy as np
 from scipy.linalg import LinAlgError
 
 from network.analysis.calibration.coloured_noise import estimate_colours
-from network.analysis.calibration.gauss_newton import Linearised, Problem, minimise
-from network.analysis.calibration.measured_means import OFFSET_LIMIT, Measured
+from network.analysis.calibration.gauss_newton import Linearised, minimise
+from network.analysis.calibration.measured_means import OFFSET_LIMIT, Measured, Nuisance
 from network.analysis.calibration.multistart import rms
 from network.analysis.calibration.noise import Noise, whitener
 from network.catalogue.declaration.declare import Array
@@ -40,9 +40,9 @@ class Fit(Brief):
     weighted: int
 
 
-def fit_robustly(problem: Problem, at: Linearised) -> Fit:
-    """problem: with offsets; at: the minimum without them."""
-    fit = _with_offsets(problem, _with_sensor_colours(Fit(at, Noise(), False, False, 0)))
+def fit_robustly(offsets: tuple[Nuisance, ...], at: Linearised) -> Fit:
+    """offsets: of sensors; at: the minimum without them."""
+    fit = _with_offsets(offsets, _with_sensor_colours(Fit(at, Noise(), False, False, 0)))
     return _weigh_readings(fit)
 
 
@@ -53,12 +53,12 @@ def _with_sensor_colours(fit: Fit) -> Fit:
     return _with_noise(fit, Noise(coloured=coloured)) if coloured else fit
 
 
-def _with_offsets(problem: Problem, fit: Fit) -> Fit:
+def _with_offsets(offsets: tuple[Nuisance, ...], fit: Fit) -> Fit:
     """The fit with offsets where they stay what sensors of their kind are off by, else as it was."""
-    if not problem.offsets:
+    if not offsets:
         return fit
-    at = minimise(replace(fit.at.problem, offsets=problem.offsets), fit.at.theta)
-    far = np.abs(at.eta[: len(problem.offsets)]) / [n.spread for n in problem.offsets]
+    at = minimise(replace(fit.at.problem, offsets=offsets), fit.at.theta)
+    far = np.abs(at.eta[: len(offsets)]) / [n.spread for n in offsets]
     if far.max() < OFFSET_LIMIT:
         return replace(fit, at=at, offsets=True, refused=False)
     return replace(fit, refused=True)

@@ -82,14 +82,19 @@ class Uncertainty(Brief):
 
 def uncertainty(at: Linearised) -> Uncertainty:
     """Standard errors of a minimum, profiles where they may be skew."""
-    misfit = lasting_misfit(at)
-    C = covariance(at, misfit)
-    std = np.sqrt(np.diag(C)[: at.free])
-    found = Uncertainty(at, misfit, C, np.asarray(np.array([std, std]).T, np.float64))
+    found = uncertainty_by_curvature(at)
     sides = np.array(found.sides, float)
     for j in profile_interval(found):
         sides[j] = _sides(found, j)
     return replace(found, sides=sides)
+
+
+def uncertainty_by_curvature(at: Linearised) -> Uncertainty:
+    """The same without profiles."""
+    misfit = lasting_misfit(at)
+    C = covariance(at, misfit)
+    std = np.sqrt(np.diag(C)[: at.free])
+    return Uncertainty(at, misfit, C, np.asarray(np.array([std, std]).T, np.float64))
 
 
 def covariance(at: Linearised, misfit: float) -> Array:

@@ -94,7 +94,7 @@ def _make_sets(
     null = estimate_null(machine, free_parameters(machine), then, start, seed, tell)
     at, noise = _refine(machine, then, null.fit.at.theta), null.fit.noise
     if at.problem.model.machine is not machine:
-        noise = fit_robustly(make_problem(at.problem.model.machine, at.problem.parameters, then), at).noise
+        noise = fit_robustly(make_problem(at.problem.model.machine, at.problem.parameters, then).offsets, at).noise
     problems = [replace(make_problem(at.problem.model.machine, at.problem.parameters, data, noise), offsets=())
                 for data in (then, now)]  # fmt: skip
     return Sets(at.problem.model.machine, (problems[0], problems[1]), begin=at.theta)

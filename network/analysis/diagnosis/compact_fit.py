@@ -9,7 +9,7 @@ import numpy as np
 
 from network.analysis.calibration.linearised import Linearised
 from network.analysis.diagnosis.candidates import Candidate
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis, reweight
 from network.engine.response.parameters import Parameter
 from network.platform.refusal import Failed
 
@@ -17,6 +17,11 @@ from network.platform.refusal import Failed
 def compact(h: Hypothesis) -> Hypothesis:
     """The hypothesis without its runs; whoever needs these fits it again from its numbers."""
     return replace(h, fit=h.fit.estimate) if isinstance(h.fit, Linearised) else h
+
+
+def expand(h: Hypothesis) -> Hypothesis:
+    """The hypothesis with its runs again."""
+    return h if isinstance(h.fit, Linearised) else reweight(h.case, h)
 
 
 def fit_with(

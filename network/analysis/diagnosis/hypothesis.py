@@ -19,6 +19,7 @@ from network.analysis.calibration.gauss_newton import (
     make_problem,
     minimise,
 )
+from network.analysis.calibration.growing_horizon import move_starts, settle_starts
 from network.analysis.calibration.measured_means import Measured, weigh_recording
 from network.analysis.calibration.noise import Noise
 from network.analysis.diagnosis.candidates import Candidate, lay_over
@@ -239,6 +240,12 @@ def state(case: Case, machine: Machine, values: Mapping[str, float]) -> Hypothes
     return Hypothesis(case, machine, (), (), fit.temper(1.0, max(1.0, chi_of(fit))))
 
 
+def settle_hypothesis(h: Hypothesis) -> Hypothesis:
+    """The hypothesis about the starts that it finds, where relays switch."""
+    at = settle_starts(h.linearised)
+    return replace(h, case=replace(h.case, began=tuple(d.run.start for d in at.problem.data)), fit=at)
+
+
 def fit_findings(
     case: Case, machine: Machine, candidates: Sequence[Candidate], values: Mapping[str, float], in_step: bool = True,
     steps: int = STEPS,
@@ -287,11 +294,7 @@ def estimate_noise(case: Case, hypothesis: Hypothesis) -> Case:
 
 def start_from(case: Case, hypothesis: Hypothesis) -> Case:
     """The case about the starts that a hypothesis finds: where relays switch, the way there is not a straight one."""
-    fit, first, starts = hypothesis.fit, len(hypothesis.fit.problem.offsets), list[Mapping[str, float]]()
-    for d in fit.problem.data:
-        starts.append(d.move_start(fit.eta[first : first + len(d.starts)]))
-        first += len(d.own)
-    return replace(case, began=tuple(starts))
+    return replace(case, began=move_starts(hypothesis.fit))
 
 
 def reweight(case: Case, hypothesis: Hypothesis) -> Hypothesis:

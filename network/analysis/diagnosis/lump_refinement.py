@@ -1,19 +1,45 @@
-"""Structure before physics: more lumps where that mends the misfit, until the answer stops changing."""
+"""Structure before physics: as many lumps in every bar as the recordings can tell apart, and no more.
+
+With n lumps in a bar and all others as they are, let d be what the channels have more with 2 n: whitened and with
+what the numbers take up of it projected out, e(n) = |M W d| [σ]. The error of n lumps falls with n², so that 4/3 e(n)
+is what is left to the limit of a continuous bar. Lumps suffice where these, summed over the B bars, stay within √(2 E)
+times the factor that noise counts with where a misfit lasts (misfit.py), E the evidence within which two explanations
+cannot be told apart: no lump decides then between them. Where a better fit leaves less, they are looked at again.
+Range: bars whose profiles their lumps begin to resolve; from coarser ones at most GROWTH times as many are taken at
+once, and it is looked again. Source of the order: Richardson's extrapolation, Phil. Trans. R. Soc. A 210 (1911) 307.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from functools import partial
+from math import ceil
 
+import numpy as np
+
+from network.analysis.calibration.growing_horizon import begin_in_step, has_relays
+from network.analysis.calibration.linearised import Linearised
+from network.analysis.calibration.misfit import lasting_misfit
 from network.analysis.diagnosis.candidates import Candidate, candidates
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis, parameters_of, settle_hypothesis
+from network.analysis.diagnosis.screen import whiten
 from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.sweep.finer_lumps import bars_of, cut_bars
+from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.patch import Patch
+from network.engine.response.model import Model
+from network.engine.response.parameters import values_at
 from network.machine.machine import Machine
+from network.platform.refusal import Failed
 
 LEVELS = 3
 """Times that lumps are refined."""
 FINEST = 400
 """Lumps beyond which a machine is not refined."""
+ROUNDS, GROWTH = 4, 4
+"""Times that lumps are looked at again, and how many times as many a bar gets at once."""
+TO_THE_LIMIT = 4 / 3
 
 
 def list_finer_machines(machine: Machine, most: int | None = None) -> Iterator[Machine]:
@@ -33,14 +59,72 @@ def list_structural(machine: Machine) -> list[Candidate]:
 
 
 def refine_lumps(case: Case, written: Hypothesis) -> list[Hypothesis]:
-    """The machine as written, then ever finer ones while that helps."""
+    """The machine as written, then on the lumps that it takes at its numbers, and again at those that it has there,
+    while that helps."""
     levels = [written]
-    for machine in list_finer_machines(written.machine):
-        if levels[-1].chi < SETTINGS.noise:
-            break
+    for _ in range(LEVELS):
         best = max(levels, key=lambda h: h.evidence)
-        finer_one = fit_hypothesis(case, machine, start=best.values if best is not written else None)
-        levels.append(finer_one)
-        if finer_one.evidence < best.evidence + SETTINGS.structure or finer_one.chi > SETTINGS.doubtful:
+        if levels[-1].chi < SETTINGS.noise or (finer := choose_lumps(levels[-1])) is None:
+            break
+        levels.append(_fit_finer(case, finer, best.values if best is not written else None))
+        if levels[-1].evidence < best.evidence + SETTINGS.structure or levels[-1].chi > SETTINGS.doubtful:
             break
     return levels
+
+
+def _fit_finer(case: Case, machine: Machine, start: Mapping[str, float] | None) -> Hypothesis:
+    """The machine fitted on finer lumps; relays that fall out of step there are led back into it."""
+    direct = fit_hypothesis(case, machine, start=start)
+    if direct.chi < SETTINGS.doubtful or not has_relays(machine):
+        return direct
+    parameters, is_late = parameters_of(machine, ()), partial(case.budget.is_past, SETTINGS.searched)
+    begin = begin_in_step(machine, parameters, case.lay_out(machine), case.start, is_late)
+    if begin is None:
+        return direct
+    about = replace(case, began=begin.starts)
+    led = settle_hypothesis(fit_hypothesis(about, machine, start=values_at(parameters, begin.theta)))
+    return max(direct, led, key=lambda h: h.evidence)
+
+
+def choose_lumps(h: Hypothesis) -> Machine | None:
+    """The machine of a hypothesis without what was found, with the lumps that it takes; None where it has them, or they
+    would be more than FINEST."""
+    written = counts = {name: n for name, n in bars_of(h.machine).items() if name in bars_of(h.root)}
+    allowed = float(np.sqrt(2 * SETTINGS.alike)) * lasting_misfit(h.linearised) / max(len(counts), 1)
+    for _ in range(ROUNDS):
+        left = _leave_each(h, counts)
+        more = {name: _count(counts[name], TO_THE_LIMIT * left[name] / allowed) for name in counts}
+        if more == counts or sum(more.values()) > FINEST:
+            break
+        counts = more
+    return None if counts == written else cut_bars(h.root, counts)
+
+
+def _count(now: int, off: float) -> int:
+    """Lumps with which an error that is so many times what is allowed is within it."""
+    return now if off <= 1 else min(ceil(now * np.sqrt(off)), GROWTH * now)
+
+
+def _leave_each(h: Hypothesis, counts: Mapping[str, int]) -> dict[str, float]:
+    """|M W d| of every bar [σ]; nothing where a run breaks down."""
+    here = _means_of(h, cut_bars(h.machine, counts))
+    there = {name: _means_of(h, cut_bars(h.machine, {**counts, name: 2 * n})) for name, n in counts.items()}
+    told = {name: finer - here for name, finer in there.items() if here is not None and finer is not None}
+    return dict.fromkeys(counts, 0.0) | {name: _size(h.linearised, lack) for name, lack in told.items()}
+
+
+def _means_of(h: Hypothesis, machine: Machine) -> Array | None:
+    """Cells' means of all runs at the numbers of a hypothesis; None where they break down."""
+    fit, parameters = h.fit, parameters_of(machine, h.own)
+    if [p.path for p in parameters] != [p.path for p in fit.problem.parameters]:
+        return None
+    try:
+        told = Model(machine, parameters, [d.run for d in fit.problem.data]).predict(fit.theta)
+        return np.concatenate([p.cells for p in told])
+    except (Failed, np.linalg.LinAlgError):
+        return None
+
+
+def _size(fit: Linearised, lack: Array) -> float:
+    d = whiten(fit, lack)
+    return float(np.sqrt(max(d @ fit.project(d[None])[0], 0.0)))

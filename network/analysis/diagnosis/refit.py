@@ -15,14 +15,12 @@ from network.analysis.diagnosis.compact_fit import compact, fit_with
 from network.analysis.diagnosis.hypothesis import Hypothesis, early, fit_hypothesis, reweight
 from network.analysis.diagnosis.placement import move_stretch
 from network.analysis.diagnosis.ranking import best_first
-from network.analysis.diagnosis.screen import Score, score_candidates
+from network.analysis.diagnosis.screen import SHOWS, Score, score_candidates
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.timed_search import settle_instants
 from network.engine.response.parameters import centres, values_at
 from network.platform.parallel import run_all
 
-SHOWS = 1.0
-"""Nats of a linear score from which a candidate is looked at."""
 SHORTLIST, LONGER, OF_A_KIND = 5, 10, 3
 """Candidates refitted for each point they were screened about, where lumps are few and fits quick, and how many of one
 kind."""

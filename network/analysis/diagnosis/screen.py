@@ -26,6 +26,10 @@ SCALES = (0.25, 1.0, 4.0)
 """Multiples of the typical strength tried where the answer is not one of heat alone."""
 SIZED = 2
 """Numbers of such a candidate that are tried so."""
+LIKELY, RESIZED = 0.1, 8
+"""Share of the best gain at the usual size from which such a candidate is tried at other sizes, and how many are."""
+SHOWS = 1.0
+"""Nats of a linear score from which a candidate is looked at."""
 OFF = (-1.0, 0.0, 1.0)
 """Prior 1σ by which a temperature that a candidate brings is moved."""
 LEAST = 0.02
@@ -70,8 +74,14 @@ def screen(
 def score_candidates(
     fit: Linearised, candidates: Sequence[Candidate], values: Mapping[str, float], jobs: int = 1
 ) -> list[Score]:
-    """The same of candidates as they are."""
-    return score_variants(fit, [(c, *variant) for c in _able(candidates) for variant in _variants(c)], values, jobs)
+    """The same of candidates as they are: all at their usual sizes, then the likely ones at others too."""
+    able = _able(candidates)
+    first = score_variants(fit, [(c, *variant) for c in able for variant in _variants(c, (1.0,))], values, jobs)
+    least = max(SHOWS, LIKELY * first[0].gain) if first else 0.0
+    sized = [s.candidate for s in first if s.gain >= least and _brings_states(s.candidate)][:RESIZED]
+    more = score_variants(fit, [(c, *variant) for c in sized for variant in _variants(c, SCALES)], values, jobs)
+    best = {s.candidate.key: s for s in sorted([*first, *more], key=lambda s: s.gain)}
+    return sorted(best.values(), key=lambda s: -s.gain)
 
 
 def score_variants(
@@ -111,7 +121,7 @@ def _score(
     return Score(candidate, (a * g - a * a * kappa / 2) / chi2, a * scale, np.sqrt(kappa), M_d, numbers)
 
 
-def _variants(c: Candidate) -> Iterator[tuple[float, dict[str, float]]]:
+def _variants(c: Candidate, sizes: Sequence[float]) -> Iterator[tuple[float, dict[str, float]]]:
     """The numbers at which a candidate is looked at, each with the multiple of the typical strength. More than one size
     where it brings states of its own, for its answer is not proportional to its strength then; temperatures that it
     brings at the middle of their priors and 1σ off, for they say which way its heat flows."""
@@ -119,7 +129,7 @@ def _variants(c: Candidate) -> Iterator[tuple[float, dict[str, float]]]:
     sized = [p for p in c.own if p.is_log][:SIZED] if _brings_states(c) else []
     for off in OFF if warm else (0.0,):
         own = {**c.usual, **{p.path: p.value(p.centre + off * p.spread) for p in warm}}
-        for scales in product(SCALES, repeat=len(sized)):
+        for scales in product(sizes, repeat=len(sized)):
             scaled = {p.path: _within(p, own[p.path] * x) for p, x in zip(sized, scales, strict=True)}
             yield scaled.get(c.own[0].path, own[c.own[0].path]) / own[c.own[0].path], {**own, **scaled}
 

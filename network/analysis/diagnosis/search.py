@@ -10,11 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
+from network.analysis.calibration.growing_horizon import has_relays
 from network.analysis.calibration.null import Null
 from network.analysis.diagnosis.forward_selection import Screening, screen_candidates, select_forward
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, estimate_noise, fit_hypothesis, reweight, state
 from network.analysis.diagnosis.intermittent.intermittent_fault import find_intermittent_fault
-from network.analysis.diagnosis.lump_convergence import do_finer_lumps_promise, refine_until_converged
+from network.analysis.diagnosis.lump_convergence import refine_until_converged
 from network.analysis.diagnosis.lump_refinement import refine_lumps
 from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.selection import Selection
@@ -29,6 +30,8 @@ MANY = 120
 def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[float], None]) -> Iterator[Search]:
     """Ever better states."""
     given, fault = case, None
+    if has_relays(case.machine):
+        case = replace(case, began=tuple(d.run.start for d in calibrated.fit.at.problem.data))
     written = state(case, case.machine, calibrated.values)
     yield Search(given, case, None, written, calibrated, written, Selection(written), Screening(written))
     written = fit_hypothesis(case, case.machine, start=calibrated.values)
@@ -40,8 +43,8 @@ def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[f
     tell(0.15)
     best = max(levels, key=_evidence)
     case = estimate_noise(case, best)
-    if best is not levels[0] and do_finer_lumps_promise(finest := reweight(case, best)):
-        best = refine_until_converged(case, finest)
+    if best is not levels[0]:
+        best = refine_until_converged(case, reweight(case, best))
         case = estimate_noise(case, best)
     tracks = [reweight(case, h) for h in _list_tracks(levels, best)]
     null = max(tracks, key=_evidence)

@@ -9,11 +9,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from network.analysis.calibration.calibrated_patch import with_fitted_numbers
+from network.analysis.calibration.calibrated_patch import with_fitted_numbers, with_validity
 from network.analysis.calibration.estimated_constants import Numbers, compare_estimated
 from network.analysis.calibration.gauss_newton import chi_of
+from network.analysis.calibration.generalisation import state_validity
 from network.analysis.calibration.misfit import channel_misfits
+from network.analysis.calibration.uncertainty import uncertainty_by_curvature
 from network.analysis.comparison.compare import Comparison, RecordingResidual
+from network.analysis.diagnosis.compact_fit import expand
 from network.analysis.diagnosis.experiments.advice import experiments
 from network.analysis.diagnosis.findings import find_unknown, list_findings, list_rivals
 from network.analysis.diagnosis.hypothesis import Hypothesis, fit_findings, reweight
@@ -116,9 +119,10 @@ def _is_finer(search: Search) -> bool:
 
 
 def numbers_in(h: Hypothesis) -> Machine:
-    """The machine of a hypothesis with its numbers ± their standard errors."""
-    std = np.sqrt(np.diag(h.fit.covariance))[: len(h.fit.theta)] * max(1.0, h.chi)
-    return with_fitted_numbers(h.machine, h.fit.problem.parameters, h.fit.theta, std)
+    """The machine of a hypothesis with its numbers ± their standard errors, and how far it holds."""
+    known, parameters = uncertainty_by_curvature(expand(h).linearised), h.fit.problem.parameters
+    std = np.minimum(known.std, [p.spread for p in parameters])
+    return with_validity(with_fitted_numbers(h.machine, parameters, h.fit.theta, std), state_validity(h.machine, known))
 
 
 def _decide_verdict(

@@ -36,7 +36,7 @@ def experiments(search: Search, unseen: Sequence[Candidate] = ()) -> Iterator[Ex
     for pair in in_doubt(search):
         yield from separating(pair)
     if unseen and not search.best.found:
-        yield from revealing(search.null, unseen)
+        yield from revealing(search.screened.before, unseen)
 
 
 def separating(pair: Pair) -> Iterator[Experiment]:
