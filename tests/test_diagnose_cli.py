@@ -214,7 +214,8 @@ def words_in(path: Path) -> set[str]:
 
 def test_no_kind_is_named_where_physics_is_found_and_told() -> None:
     open_rooms()
-    named = {kind for section in sections() for kind in kinds(section)} - {*MEANING, UNKNOWN}
+    told = "lumping"  # what finer lumps would change is told beside every figure, whatever the physics
+    named = {kind for section in sections() for kind in kinds(section)} - {*MEANING, UNKNOWN, told}
     assert len(named) > 25 and len(blind_files()) > 20
     for path in blind_files():
         assert not words_in(path) & named, path.name

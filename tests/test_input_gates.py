@@ -212,8 +212,8 @@ def reads_by_default(cls: type[Effect]) -> InputField | None:
 READERS = [cls for cls in TYPES if not issubclass(cls, Suspect) and reads_by_default(cls)]
 
 
-def test_speed_feed_and_cutting_power_are_read_by_default() -> None:
-    assert {reads_by_default(cls).default for cls in READERS} == {"speed", "feed", "cutting_power"}
+def test_speed_feed_cutting_power_and_current_are_read_by_default() -> None:
+    assert {reads_by_default(cls).default for cls in READERS} == {"speed", "feed", "cutting_power", "current"}
     assert len(READERS) > 10
 
 

@@ -90,12 +90,14 @@ def _fit_beginning(
         return None
 
 
-def settle_starts(at: Linearised, steps: int = MOST) -> Linearised:
+def settle_starts(at: Linearised, steps: int = MOST, is_late: Callable[[], bool] = lambda: False) -> Linearised:
     """A minimum about the starts that it finds, as often as that lowers J: what switches hangs on where a part began,
-    and not along a straight line. The same of a machine without relays."""
+    and not along a straight line. The same of a machine without relays; once it is late, what there is."""
     if not has_relays(at.problem.model.machine):
         return at
     for _ in range(ROUNDS):
+        if is_late():
+            return at
         other = minimise(at.problem.about(move_starts(at)), at.theta, steps)
         if not other.cost < at.cost - CLOSE:
             return at

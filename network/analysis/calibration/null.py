@@ -66,13 +66,13 @@ def estimate_null(
     if begin is not None:
         alone, theta = alone.about(begin.starts), begin.theta
     found = best_start(alone, np.random.default_rng(seed), Stage(tell, 0.0, 0.6), is_late, theta)
-    found = replace(found, at=settle_starts(found.at))
+    found = replace(found, at=settle_starts(found.at, is_late=is_late))
     given = compare(at_prior_centres(machine, parameters), [d.recording for d in data], start=start)
     complaints = Complaints([*misread(found.at, given)])
     complaints.raise_if_any()
     tell(0.6)
     say(tell, f"{chi_of(found.at):.3g} σ left; weighing readings, finding their noise")
-    fit = fit_robustly(problem.offsets, found.at)
+    fit = fit_robustly(problem.offsets, found.at, is_late)
     tell(0.9)
     say(tell, f"{chi_of(fit.at):.3g} σ left; how well each number is known")
     known = uncertainty(fit.at)

@@ -6,8 +6,9 @@ priors, which count the more the farther off the machine is.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy.linalg import LinAlgError
@@ -40,10 +41,14 @@ class Fit(Brief):
     weighted: int
 
 
-def fit_robustly(offsets: tuple[Nuisance, ...], at: Linearised) -> Fit:
-    """offsets: of sensors; at: the minimum without them."""
-    fit = _with_offsets(offsets, _with_sensor_colours(Fit(at, Noise(), False, False, 0)))
-    return _weigh_readings(fit)
+def fit_robustly(
+    offsets: tuple[Nuisance, ...], at: Linearised, is_late: Callable[[], bool] = lambda: False
+) -> Fit:  # fmt: skip
+    """offsets: of sensors; at: the minimum without them; is_late: whether what there is has to do."""
+    fit = Fit(at, Noise(), False, False, 0)
+    for refine in (_with_sensor_colours, partial(_with_offsets, offsets), _weigh_readings):
+        fit = fit if is_late() else refine(fit)
+    return fit
 
 
 def _with_sensor_colours(fit: Fit) -> Fit:

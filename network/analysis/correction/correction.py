@@ -114,7 +114,7 @@ def make_correction(
 
 
 def _refuse_long_step(filter_: FilterModel) -> None:
-    if filter_.growth > LASTING:
+    if not filter_.growth <= LASTING:
         wrong = f"{filter_.step:g} s is too long for conductances that inputs drive: what they let pass is held so long"
         raise refuse(Spot("--step"), wrong, f"take a shorter one, like --step '{filter_.step / 5:g} s'")
 
