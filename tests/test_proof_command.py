@@ -87,7 +87,7 @@ def test_it_makes_diagnoses_simulates_and_scores(where: Path) -> None:
     assert said[0].startswith("1/3 case-001: answered after") and "no answer in time" in said[1]
     diagnosed, compared = asked(where, "case-001")
     assert diagnosed == ("diagnose machine.yaml a.csv b.yaml --holdout last.csv -o out --no-plots --jobs 1 --seed 5")
-    assert compared == "compare out/machine.diagnosed.yaml last.csv --start estimated --json out/held_out.json"
+    assert compared == "compare out/machine.diagnosed.yaml last.csv --held-out --json out/held_out.json"
 
 
 def test_a_resumed_proof_runs_only_what_is_left_and_may_grow(where: Path) -> None:
