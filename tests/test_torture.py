@@ -17,7 +17,7 @@ from torture.minimise import minimise
 from torture.mutants import PAIRS, ROOT, SMALL, Mutant, mutant, recorded, shipped
 from torture.networks import KINDS, draw_network
 from torture.oracle import Outcome, judge
-from torture.survivors import ROOMS, tests_of
+from torture.survivors import ROOMS, files_testing
 
 from network import Machine, Scenario, simulate
 from network.analysis.sweep.lumping_error import cut_finely, estimate_lumping
@@ -129,9 +129,9 @@ def test_a_mutant_is_made_as_small_as_it_stays_the_same_fault() -> None:
 
 def test_a_change_is_looked_for_by_the_tests_that_name_its_module() -> None:
     room, sizes = "network/engine/solvers", "tests/test_sizes.py"
-    assert tests_of(room, Path("network/engine/solvers/switch_count.py"))[0] == sizes
-    assert tests_of(room, Path("network/engine/solvers/no_such.py")) == [f"tests/test_{n}.py" for n in ROOMS[room]]
-    assert all((ROOT / name).is_file() for each in ROOMS for name in tests_of(each, Path("no_such.py")))
+    assert files_testing(room, Path("network/engine/solvers/switch_count.py"))[0] == sizes
+    assert files_testing(room, Path("network/engine/solvers/no_such.py")) == [f"tests/test_{n}.py" for n in ROOMS[room]]
+    assert all((ROOT / name).is_file() for each in ROOMS for name in files_testing(each, Path("no_such.py")))
 
 
 def test_the_table_counts() -> None:

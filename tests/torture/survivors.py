@@ -69,7 +69,7 @@ def _place(mutation: Any) -> tuple[str, tuple[int, int], str, int]:
     return str(mutation.module_path), mutation.start_pos, mutation.operator_name, mutation.occurrence
 
 
-def tests_of(room: str, module: Path) -> list[str]:
+def files_testing(room: str, module: Path) -> list[str]:
     """The test files that name a module, then those of its room: a change that is seen is seen soon."""
     dotted = ".".join(module.with_suffix("").parts)
     named = {str(path.relative_to(ROOT)): path.read_text(encoding="utf-8").count(dotted)
@@ -79,7 +79,7 @@ def tests_of(room: str, module: Path) -> list[str]:
 
 
 def command_of(room: str, module: Path) -> str:
-    tests = " ".join(tests_of(room, module))
+    tests = " ".join(files_testing(room, module))
     return f"{sys.executable} -m pytest -x -q -p no:cacheprovider -m 'not speed' {tests}"
 
 
