@@ -43,8 +43,8 @@ class Numbers:
 
     @classmethod
     def of(cls, machine: Machine, start: Start | None = None) -> Numbers:
-        """A machine as it is, with what its file says of a calibration."""
-        return cls(machine, machine, (), np.empty(0), start, stated_misfits(machine.calibrated))
+        """A machine as it is."""
+        return cls(machine, machine, (), np.empty(0), start)
 
 
 def estimate_constants(of: Numbers, recording: Recording, held_out: bool = False) -> RunConstants:
@@ -169,8 +169,9 @@ def compare_all_estimated(of: Numbers, recordings: Iterable[Recording], held_out
 
 
 def compare_estimating(machine: Machine, recordings: Iterable[Recording], held_out: bool = False) -> Comparison:
-    """Residuals of recordings of a machine as it is, the constants of each estimated from the whole of it; held_out:
-    from its beginning, which is then not scored."""
+    """Residuals of recordings of a machine as it is, the constants of each estimated from the whole of it, which tells
+    itself how far each channel is off; held_out: from its beginning, which is then not scored, and by what the file
+    says of that."""
     runs = share_start_rule(machine, runs_of(machine, recordings))
-    of = Numbers.of(machine)
+    of = replace(Numbers.of(machine), misfit=stated_misfits(machine.calibrated) if held_out else None)
     return Comparison(machine, tuple(compare_estimated(of, r, held_out) for r in runs))
