@@ -12,8 +12,7 @@ import numpy as np
 from bench.bent_cases import bent_machine, relay_machine, run_bent, run_relay
 from bench.cases import RPM, chain_machine, speed_steps
 from bench.peers import expm_reference, run_split
-from bench.solver_rows import own_seconds, shown
-from rich.console import Console
+from bench.solver_rows import own_seconds, print_rows, shown
 from rich.table import Table
 
 from network.engine.simulation import simulate
@@ -83,12 +82,8 @@ def second_rows(table: Table) -> None:
 
 
 def main() -> None:
-    table = Table(title="8 h, 28 801 samples, not linear or switching; simulate() on one core, own time of the process")
-    for heading in ("case", "by", "time", "error", "beside it"):
-        table.add_column(heading, justify="left" if heading in ("case", "by") else "right")
-    for rows in (relay_rows, bent_rows, second_rows):
-        rows(table)
-    Console(width=140).print(table)
+    title = "8 h, 28 801 samples, not linear or switching; simulate() on one core, own time of the process"
+    print_rows(title, relay_rows, bent_rows, second_rows)
 
 
 if __name__ == "__main__":

@@ -192,16 +192,22 @@ def _one(method: str, machine: Machine, schedule: Schedule) -> float:
         lambda: solve_schedule(network, schedule, T0, method, outputs=outputs).courses.all()), 3)  # fmt: skip
 
 
+def print_rows(title: str, *groups: Callable[[Table], None]) -> None:
+    """A table of all that some groups of rows measure."""
+    table = Table(title=title)
+    for heading in ("case", "by", "time", "error", "beside it"):
+        table.add_column(heading, justify="left" if heading in ("case", "by") else "right")
+    for rows in groups:
+        rows(table)
+    Console(width=140).print(table)
+
+
 def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--pictures", type=Path)
     folder = parser.parse_args(arguments).pictures
-    table = Table(title="8 h, 60 unequal speed steps, 28 801 samples; one core, own time of the process, medians")
-    for heading in ("case", "by", "time", "error", "beside it"):
-        table.add_column(heading, justify="left" if heading in ("case", "by") else "right")
-    for rows in (linear_rows, whole_rows, sample_rows):
-        rows(table)
-    Console(width=140).print(table)
+    title = "8 h, 60 unequal speed steps, 28 801 samples; one core, own time of the process, medians"
+    print_rows(title, linear_rows, whole_rows, sample_rows)
     if folder is not None:
         print("Drawn:", *draw_pictures(folder))
 

@@ -27,6 +27,7 @@ from network.recordings.scenario import Scenario
 
 Begins = Literal["in equilibrium", "at the reference", "as stated", "as read"]
 
+
 @dataclass(frozen=True, eq=False, repr=False)
 class ThermalTest(Result):
     """A test, evaluated. axes: measured, or simulated where `is_measured` is False; simulated: beside what was

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from network.analysis.calibration.gauss_newton import Problem, linearise, make_problem
+from network.analysis.calibration.growing_horizon import move_starts
 from network.analysis.calibration.linearised import Linearised
 from network.analysis.calibration.measured_means import OFFSET_LIMIT, START_ANYWHERE, Measured, weigh_recording
 from network.analysis.calibration.misfit import ChannelMisfit, channel_misfits, stated_misfits
@@ -118,11 +119,11 @@ def _settle(
     return best
 
 
-def _constants_of(fit: Linearised) -> tuple[dict[str, float], dict[str, float], dict[str, float]]:
+def _constants_of(fit: Linearised) -> tuple[Mapping[str, float], dict[str, float], dict[str, float]]:
     """Temperatures at the start, inputs and offsets of a run that a fit finds."""
     (data,), offsets = fit.problem.data, fit.problem.offsets
     own = fit.eta[len(offsets) :]
-    start = data.move_start(own[: len(data.starts)])
+    (start,) = move_starts(fit)
     inputs = data.move_inputs(own[len(own) - len(data.inputs) :])
     pairs = zip(offsets, fit.eta, strict=False)
     within = [(n.name, np.clip(x, -OFFSET_LIMIT * n.spread, OFFSET_LIMIT * n.spread)) for n, x in pairs]

@@ -22,6 +22,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
+from network.analysis.calibration.calibrated_patch import with_fitted_numbers, with_validity
 from network.analysis.calibration.linearised import Linearised
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.misfit import channel_misfits, correlate_neighbours
@@ -77,6 +78,14 @@ def estimate_left(known: Uncertainty) -> dict[str, float]:
                 counts = data.counts[data.known][rows]
                 pooled.setdefault(axis, []).append(Unseen(left[rows], counts, due[rows] + noise))
     return {axis: _pool(several) for axis, several in pooled.items()}
+
+
+def with_numbers(machine: Machine, known: Uncertainty) -> Machine:
+    """A machine with what a fit tells of its numbers: value ± standard error, at most that of the prior, and how far
+    this holds."""
+    parameters = known.at.problem.parameters
+    std = np.minimum(known.std, [p.spread for p in parameters])
+    return with_validity(with_fitted_numbers(machine, parameters, known.at.theta, std), state_validity(machine, known))
 
 
 def state_validity(machine: Machine, known: Uncertainty) -> Validity:

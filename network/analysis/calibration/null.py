@@ -10,10 +10,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from network.analysis.calibration.calibrated_patch import with_fitted_numbers, with_validity
 from network.analysis.calibration.estimated_constants import Numbers
 from network.analysis.calibration.gauss_newton import make_problem
-from network.analysis.calibration.generalisation import state_validity
+from network.analysis.calibration.generalisation import with_numbers
 from network.analysis.calibration.growing_horizon import begin_in_step, settle_starts
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.misfit import channel_misfits, chi_of
@@ -76,6 +75,4 @@ def estimate_null(
     tell(0.9)
     say(tell, f"{chi_of(fit.at):.3g} σ left; how well each number is known")
     known = uncertainty(fit.at)
-    std = np.minimum(known.std, [p.spread for p in parameters])
-    result = with_validity(with_fitted_numbers(machine, parameters, fit.at.theta, std), state_validity(machine, known))
-    return Null(result, machine, parameters, found, fit, known)
+    return Null(with_numbers(machine, known), machine, parameters, found, fit, known)

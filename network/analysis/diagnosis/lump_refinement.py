@@ -89,7 +89,8 @@ def _fit_finer(case: Case, machine: Machine, start: Mapping[str, float] | None) 
 def choose_lumps(h: Hypothesis) -> Machine | None:
     """The machine of a hypothesis without what was found, with the lumps that it takes; None where it has them, or they
     would be more than FINEST."""
-    written = counts = {name: n for name, n in bars_of(h.machine).items() if name in bars_of(h.root)}
+    own = bars_of(h.root)
+    written = counts = {name: n for name, n in bars_of(h.machine).items() if name in own}
     allowed = float(np.sqrt(2 * SETTINGS.alike)) * lasting_misfit(h.linearised) / max(len(counts), 1)
     for _ in range(ROUNDS):
         left = _leave_each(h, counts)

@@ -76,10 +76,12 @@ def score_candidates(
 ) -> list[Score]:
     """The same of candidates as they are: all at their usual sizes, then the likely ones at others too."""
     able = _able(candidates)
-    first = score_variants(fit, [(c, *variant) for c in able for variant in _variants(c, (1.0,))], values, jobs)
+    usual = [(c, *variant) for c in able for variant in _variants(c, (1.0,))]
+    first = score_variants(fit, usual, values, jobs)
     least = max(SHOWS, LIKELY * first[0].gain) if first else 0.0
     sized = [s.candidate for s in first if s.gain >= least and _brings_states(s.candidate)][:RESIZED]
-    more = score_variants(fit, [(c, *variant) for c in sized for variant in _variants(c, SCALES)], values, jobs)
+    other = [(c, *v) for c in sized for v in _variants(c, SCALES) if v not in [*_variants(c, (1.0,))]]
+    more = score_variants(fit, other, values, jobs)
     best = {s.candidate.key: s for s in sorted([*first, *more], key=lambda s: s.gain)}
     return sorted(best.values(), key=lambda s: -s.gain)
 

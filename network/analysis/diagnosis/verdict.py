@@ -7,12 +7,9 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from network.analysis.calibration.calibrated_patch import with_fitted_numbers, with_validity
 from network.analysis.calibration.estimated_constants import Numbers, compare_estimated
 from network.analysis.calibration.gauss_newton import chi_of
-from network.analysis.calibration.generalisation import state_validity
+from network.analysis.calibration.generalisation import with_numbers
 from network.analysis.calibration.misfit import channel_misfits
 from network.analysis.calibration.uncertainty import uncertainty_by_curvature
 from network.analysis.comparison.compare import Comparison, RecordingResidual
@@ -120,9 +117,7 @@ def _is_finer(search: Search) -> bool:
 
 def numbers_in(h: Hypothesis) -> Machine:
     """The machine of a hypothesis with its numbers ± their standard errors, and how far it holds."""
-    known, parameters = uncertainty_by_curvature(expand(h).linearised), h.fit.problem.parameters
-    std = np.minimum(known.std, [p.spread for p in parameters])
-    return with_validity(with_fitted_numbers(h.machine, parameters, h.fit.theta, std), state_validity(h.machine, known))
+    return with_numbers(h.machine, uncertainty_by_curvature(expand(h).linearised))
 
 
 def _decide_verdict(

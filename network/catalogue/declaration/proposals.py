@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import count
+from typing import Any
 
 from network.catalogue.declaration.number_fields import Amount
 
@@ -19,6 +20,13 @@ class Runs:
     longest: float = math.inf
     powers: Mapping[str, Amount] = field(default_factory=dict)
     drivers: Mapping[str, Amount] = field(default_factory=dict)
+
+
+def set_in_each(patches: Iterable[Mapping[str, Any]], **settings: Any) -> Iterator[Mapping[str, Any]]:
+    """Proposals with settings in every entry that typical sizes do not give."""
+    for patch in patches:
+        yield {section: {name: {**body, **settings} for name, body in entries.items()}
+               for section, entries in patch.items()}  # fmt: skip
 
 
 def fresh(name: str, taken: Container[str]) -> str:

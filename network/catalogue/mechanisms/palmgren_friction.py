@@ -8,6 +8,7 @@ import numpy as np
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import nested, param, place
 from network.catalogue.declaration.machine_protocol import MachineLike
+from network.catalogue.declaration.proposals import set_in_each
 from network.catalogue.fluids import find_viscosity
 from network.catalogue.lubricant import Lubricant
 from network.catalogue.mechanisms.base import Inputs
@@ -53,8 +54,7 @@ class PalmgrenFriction(Rubbing, kind="palmgren_friction"):
     @classmethod
     def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """Into what turns, with an oil of VG 32."""
-        for patch in super().besides(machine):
-            yield {"sources": {name: {**body, "oil": {"grade": 32}} for name, body in patch["sources"].items()}}
+        return set_in_each(super().besides(machine), oil={"grade": 32})
 
     @classmethod
     def hosts(cls, machine: MachineLike) -> Iterator[str]:

@@ -8,6 +8,7 @@ import numpy as np
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import channel, param, place, word
 from network.catalogue.declaration.machine_protocol import MachineLike
+from network.catalogue.declaration.proposals import set_in_each
 from network.catalogue.mechanisms.base import ZERO_CELSIUS, Inputs, Source
 
 
@@ -44,5 +45,4 @@ class Thermoelectric(Source, kind="thermoelectric"):
     @classmethod
     def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """The cold side, on every part."""
-        for patch in super().besides(machine):
-            yield {"sources": {name: {**body, "side": "cold"} for name, body in patch["sources"].items()}}
+        return set_in_each(super().besides(machine), side="cold")
