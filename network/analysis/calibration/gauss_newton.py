@@ -20,9 +20,8 @@ from network.platform.refusal import Failed
 
 __all__ = ["Linearised", "Problem", "chi_of", "linearise", "make_problem", "minimise", "residual_cost"]
 
-STEPS = 80
-"""At most; nearly all fits end within 25. Numbers far beyond their priors lie along narrow bent valleys, which took
-70."""
+STEPS = 60
+"""At most; nearly all fits end within 25, those of numbers far beyond their priors, along bent valleys, within 50."""
 CLOSE, CLOSE_SHARE, CLOSE_SHARE_FAR = 1e-2, 1e-5, 1e-4
 """Decrease of J that no longer matters (J counts in squared σ), and as a share of J, also where the run is far off."""
 FAR = 3.0
@@ -32,6 +31,8 @@ NEAR = 0.02
 REACH = 0.5
 """Prior σ that a number may move by in one step: slopes hold for some tens of per cent, and what leaps over several σ
 lands beyond the ridge, in another minimum."""
+NEAR_ETA = 0.2
+"""The same of slopes by η, once they were found anew."""
 SETTLED = 1.0
 """Decrease of J, in squares of the misfit, below which slopes by η found anew change nothing: a numbers moves by less
 than its standard error."""
@@ -58,11 +59,13 @@ def minimise(
         at = _temper_priors(at)
         is_far, was_far = (x.problem.firm_theta > 1 for x in (at, before))
         if gain >= max(CLOSE, (CLOSE_SHARE_FAR if is_far else CLOSE_SHARE) * at.cost) or is_far != was_far:
+            if settled < np.inf and not _lies_within(at, at.eta_made_at, NEAR_ETA):
+                at = _temper_priors(_complete_slopes(at))
             continue
         done, at = at, _temper_priors(_complete_slopes(at))
         if at is done or settled - at.cost < SETTLED * max(1.0, chi_of(at)) ** 2:
             break
-        settled = at.cost
+        settled = min(settled, at.cost)
     return _complete_slopes(_temper_priors(at, free=True))
 
 
@@ -109,8 +112,12 @@ def _try_step(at: Linearised, theta: Array, refused: bool) -> Linearised | None:
 
 def _is_near(at: Linearised) -> bool:
     """Whether slopes that were found elsewhere are good here."""
+    return _lies_within(at, at.made_at, NEAR)
+
+
+def _lies_within(at: Linearised, made_at: Array | None, reach: float) -> bool:
     spreads = np.array([1.0 if p.is_log else p.spread for p in at.problem.parameters])
-    return at.made_at is None or bool((np.abs(at.theta - at.made_at) < NEAR * spreads).all())
+    return made_at is None or bool((np.abs(at.theta - made_at) < reach * spreads).all())
 
 
 def _complete_slopes(at: Linearised) -> Linearised:

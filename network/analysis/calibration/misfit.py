@@ -30,6 +30,16 @@ def chi_of(at: Linearised) -> float:
     return float(np.sqrt(at.misfit / len(at.residual))) if len(at.residual) else 0.0
 
 
+def implausibility(at: Linearised) -> float:
+    """−2 log of the posterior of (θ, η), but for a constant, where noise is s ≥ 1 times as large as stated: n log s² +
+    |left|²/s² + priors, s = max(1, χ) its most probable. Minima that leave different misfits are compared by it: J in
+    stated noise lets readings bend numbers however far from their priors for what no minimum fits."""
+    s, n = max(1.0, chi_of(at)), len(at.residual)
+    mean, spread = at.stated_prior
+    here = np.concatenate([at.theta, at.eta])
+    return 2 * n * float(np.log(s)) + at.misfit / s**2 + float(np.sum(((here - mean) / spread) ** 2))
+
+
 def lasting_misfit(at: Linearised) -> float:
     """χ √((1 + ρ)/(1 − ρ)), at least 1: the factor that the noise of the readings counts with."""
     return max(1.0, chi_of(at) * float(np.sqrt((1 + (rho := persistence(at))) / (1 - rho))))

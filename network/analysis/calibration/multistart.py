@@ -2,18 +2,24 @@
 
 A relay's own numbers move its switchings, and a fit that begins a cycle off never finds back: where that has happened
 they are searched for (`cycling`). Wide priors, a number at its bound and a bad first fit are answered by further
-beginnings drawn from the priors.
+beginnings drawn from the priors, each number's by its path, so that the order of a file's entries does not matter.
+
+After n searches that ended in w minima the expected share of beginnings that lead to a minimum not yet seen is
+w (w + 1)/(n (n − 1)); no further ones are drawn once that is UNSEEN. Source: Boender & Rinnooy Kan, Math. Programming
+37 (1987) 59; unverified.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from zlib import crc32
 
 import numpy as np
 
-from network.analysis.calibration.gauss_newton import Linearised, Problem, linearise, minimise, residual_cost
+from network.analysis.calibration.gauss_newton import Linearised, Problem, minimise
 from network.analysis.calibration.limit_cycle_matching import cycling, is_loose, relay_numbers
+from network.analysis.calibration.misfit import chi_of, implausibility
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import Parameter, centres
 from network.platform.refusal import Failed
@@ -25,12 +31,16 @@ ADEQUATE = 1.5
 """rms of whitened residuals up to which a fit is taken for good."""
 BAD = 3.0
 """rms of a first fit that asks for further beginnings."""
-DRAWN, KEPT, STEPS = 16, 3, 12
-"""Beginnings drawn, those that are fitted, and steps of each but the best."""
+DRAWN, SEARCHES, UNSEEN = 16, 6, 0.2
+"""Beginnings drawn at most, searches that come to an end at most, and the share at which they do: four searches that
+end alike, six that end in two minima."""
+STEPS = 12
+"""Of a search from where relays cycle alike."""
 CYCLING = 2
 """Times that relays' own numbers are searched for: beside the priors' centres, then beside the best minimum."""
 ALIKE, APART = 6.0, 3.0
-"""Two minima fit alike if their J differ by less; they are two if a number differs by so many standard errors."""
+"""Two minima fit alike if J in units of the misfit differ by less; they are two if a number differs by so many standard
+errors."""
 AT_BOUND = 1e-3
 """Prior σ from a bound that count as being there."""
 
@@ -55,7 +65,7 @@ def at_bound(parameters: Sequence[Parameter], theta: Array) -> list[int]:
 
 
 def best_start(
-    problem: Problem, rng: np.random.Generator, tell: Callable[[float], None], is_late: Callable[[], bool],
+    problem: Problem, seed: int, tell: Callable[[float], None], is_late: Callable[[], bool],
     first: Array | None = None,
 ) -> Found:  # fmt: skip
     """The most probable θ from as many beginnings as the problem asks for; once it is late, from those that came to an
@@ -65,34 +75,31 @@ def best_start(
     say(tell, f"fitting {len(begin)} numbers")
     seeds, minima = [begin], _minima(problem, [begin], None, is_late)
     for _ in range(CYCLING if relay_numbers(problem) and (first is None or is_loose(problem)) else 0):
-        about = min(minima, key=_cost) if minima else None
+        about = min(minima, key=implausibility) if minima else None
         if (about is not None and rms(about.left) <= ADEQUATE) or is_late():
             break
         say(tell, f"{_tell_best(minima)}what switches: numbers of relays that cycle alike")
         more = cycling(problem, begin if about is None or len(seeds) == 1 else about.theta, is_late)
         minima, seeds = minima + _minima(problem, more, STEPS, is_late), seeds + more
-    is_alone = first is None and minima and needs_more(problem, min(minima, key=_cost))
+    is_alone = first is None and minima and needs_more(problem, min(minima, key=implausibility))
     if not minima or (is_alone and not is_late()):
         say(tell, f"{_tell_best(minima)}other beginnings")
-        drawn = np.array([draw_from(problem.parameters, rng) for _ in range(DRAWN)])
-        tell(0.3)
-        more = _best_of(problem, drawn, KEPT)
-        minima += _minima(problem, more, STEPS, is_late)
-        seeds += more
+        for drawn in draw_beginnings(problem.parameters, seed):
+            tell(0.7 * len(minima) / SEARCHES)
+            minima += _minima(problem, [drawn], None, lambda: False)
+            seeds.append(drawn)
+            if has_seen_enough(minima) or is_late():
+                break
     if not minima:
         raise Failed("the machine runs away wherever its uncertain numbers lie; check heat that grows with temperature")
     tell(0.7)
-    best = min(minima, key=_cost)
+    best = min(minima, key=implausibility)
     best = minimise(problem, best.theta) if len(seeds) > 1 and not is_late() else best
     return Found(best, len(seeds), tuple(r for r in minima if _is_rival(r, best)))
 
 
 def _tell_best(minima: Sequence[Linearised]) -> str:
-    return f"{rms(min(minima, key=_cost).left):.3g} σ left; " if minima else ""
-
-
-def _cost(at: Linearised) -> float:
-    return at.cost
+    return f"{rms(min(minima, key=implausibility).left):.3g} σ left; " if minima else ""
 
 
 def _minima(
@@ -117,41 +124,29 @@ def needs_more(problem: Problem, at: Linearised) -> bool:
     return wide or bool(at_bound(problem.parameters, at.theta)) or rms(at.left) > BAD
 
 
-def draw_from(parameters: Sequence[Parameter], rng: np.random.Generator) -> Array:
-    """One draw from the priors; a flat one is drawn over its whole range."""
-    values = []
-    for p in parameters:
-        x = rng.uniform(p.low, p.high) if p.is_unknown else p.centre + p.spread * rng.standard_normal()
-        values.append(float(np.clip(x, p.low, p.high)))
-    return np.array(values)
+def draw_beginnings(parameters: Sequence[Parameter], seed: int) -> Iterator[Array]:
+    """Draws from the priors; flat ones are drawn over their whole range. Each number is drawn by its own path."""
+    rngs = [np.random.default_rng([seed, crc32(p.path.encode())]) for p in parameters]
+    for _ in range(DRAWN):
+        drawn = [r.uniform(p.low, p.high) if p.is_unknown else p.centre + p.spread * r.standard_normal()
+                 for p, r in zip(parameters, rngs, strict=True)]  # fmt: skip
+        yield np.array([float(np.clip(x, p.low, p.high)) for x, p in zip(drawn, parameters, strict=True)])
 
 
-def _best_of(problem: Problem, thetas: Array, count: int) -> list[Array]:
-    """The most probable of many, far enough apart to be worth a fit each."""
-    about = None
-    for theta in [centres(problem.parameters), *thetas]:
-        try:
-            about = linearise(problem, np.asarray(theta))
-            break
-        except Failed:
-            continue
-    if about is None:
-        return []
-    costs = np.array([residual_cost(about, theta) for theta in thetas])
-    order = [k for k in np.argsort(costs) if np.isfinite(costs[k])]
-    spread = np.array([p.spread for p in problem.parameters])
-    chosen: list[Array] = []
-    for k in order:
-        if all(np.abs((thetas[k] - other) / spread).max() > 0.3 for other in chosen):
-            chosen.append(thetas[k])
-        if len(chosen) == count:
-            break
-    return chosen
+def has_seen_enough(minima: Sequence[Linearised]) -> bool:
+    """Whether further searches would hardly end elsewhere, or there were as many as are made."""
+    n, w = len(minima), 0
+    for k, at in enumerate(minima):
+        w += all(_are_apart(at, other) for other in minima[:k])
+    return n >= SEARCHES or (n > 1 and w * (w + 1) <= UNSEEN * n * (n - 1))
 
 
 def _is_rival(other: Linearised, best: Linearised) -> bool:
-    n = best.free
-    scale = max(1.0, rms(best.left)) ** 2
-    std = np.sqrt(np.diag(best.covariance)[:n] * scale)
-    far = np.abs(other.theta - best.theta) > APART * std + 1e-9
-    return bool((other.cost - best.cost) / scale < ALIKE and far.any())
+    return implausibility(other) - implausibility(best) < ALIKE and _are_apart(other, best)
+
+
+def _are_apart(one: Linearised, other: Linearised) -> bool:
+    """Whether a number differs by APART standard errors, the misfit counted as noise."""
+    chi = max(1.0, chi_of(other))
+    std = chi * np.sqrt(np.diag(other.temper(chi, chi).covariance)[: other.free])
+    return bool((np.abs(one.theta - other.theta) > APART * std + 1e-9).any())

@@ -8,8 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from network.analysis.calibration.estimated_constants import Numbers
 from network.analysis.calibration.gauss_newton import make_problem
 from network.analysis.calibration.generalisation import with_numbers
@@ -64,7 +62,7 @@ def estimate_null(
     alone, theta = replace(problem, offsets=()), None
     if begin is not None:
         alone, theta = alone.about(begin.starts), begin.theta
-    found = best_start(alone, np.random.default_rng(seed), Stage(tell, 0.0, 0.6), is_late, theta)
+    found = best_start(alone, seed, Stage(tell, 0.0, 0.6), is_late, theta)
     found = replace(found, at=settle_starts(found.at, is_late=is_late))
     given = compare(at_prior_centres(machine, parameters), [d.recording for d in data], start=start)
     complaints = Complaints([*misread(found.at, given)])

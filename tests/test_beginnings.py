@@ -1,0 +1,79 @@
+"""Where a fit ends hangs neither on where it began nor on the order of a file's entries."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+import yaml
+from bench.rigs.splits import RECORDINGS, ROOT
+from measured import BLOCKS, blocks, recorded, steps
+
+from network import Machine, Recording, calibrate
+from network.analysis.calibration import multistart
+from network.analysis.calibration.gauss_newton import make_problem, minimise
+from network.analysis.calibration.linearised import Linearised
+from network.analysis.calibration.measured_means import weigh_recording
+from network.analysis.calibration.misfit import implausibility
+from network.analysis.calibration.multistart import draw_beginnings, has_seen_enough
+from network.engine.response.parameters import free_parameters
+from network.platform.refusal import Spot
+from network.platform.yaml.document import Branch, tree_of
+
+WIDE = {"joint": {"conductance": "unknown 0.1..50 W/K"}, "cold skin": {"conductance": "0.5 W/K ± 100 %"}}
+
+
+def blocks_backwards() -> Machine:
+    given: dict[str, Any] = {k: dict(reversed(v.items())) if isinstance(v, dict) else v for k, v in BLOCKS.items()}
+    tree = tree_of(given, Spot("blocks"))
+    assert isinstance(tree, Branch)
+    return Machine.read(tree, "blocks")
+
+
+def test_draws_go_by_path_and_not_by_order() -> None:
+    forwards, backwards = ([*free_parameters(m)] for m in (blocks(), blocks_backwards()))
+    paths = [p.path for p in forwards]
+    again = [[p.path for p in backwards].index(path) for path in paths]
+    assert again != sorted(again)
+    for one, other in zip(draw_beginnings(forwards, 3), draw_beginnings(backwards, 3), strict=True):
+        np.testing.assert_array_equal(one, other[again])
+    first, second = (next(draw_beginnings(forwards, seed)) for seed in (3, 4))
+    assert not np.any(first == second) and len(set(first.tolist())) == len(first)
+
+
+def test_the_order_of_entries_leads_to_the_same_minimum() -> None:
+    patch = {f"links.{name}.{key}": value for name, keys in WIDE.items() for key, value in keys.items()}
+    recording = recorded(blocks().patched({"links.joint.conductance": "2.4 W/K"}), steps())
+    one, other = (calibrate(m.patched(patch), recording) for m in (blocks(), blocks_backwards()))
+    assert one.tried > 1 and one.tried == other.tried
+    told = {p.path: x for p, x in zip(other.parameters, other.theta, strict=True)}
+    for p, x, std in zip(one.parameters, one.theta, one.std, strict=True):
+        assert told[p.path] == pytest.approx(x, abs=0.05 * std)
+
+
+@pytest.mark.parametrize(("ends", "enough"), [([0], False), ([0, 0, 0], False), ([0, 0, 0, 0], True),
+    ([0, 0, 1, 0, 0], False), ([0, 0, 1, 0, 0, 1], True), ([0, 1, 2, 3, 4, 5], True)])  # fmt: skip
+def test_as_many_searches_as_minima_that_were_found_ask_for(
+    ends: list[int], enough: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """w (w + 1)/(n (n − 1)) ≤ 0.2: 2/12 after four that ended alike, 6/30 after six that ended in two minima."""
+    monkeypatch.setattr(multistart, "_are_apart", lambda one, other: one.end != other.end)
+    assert has_seen_enough(cast(list[Linearised], [SimpleNamespace(end=e) for e in ends])) is enough
+
+
+@pytest.mark.skipif(not RECORDINGS.is_dir(), reason="the recordings in ../shared/recordings are not here")
+def test_a_real_gantry_ends_alike_wherever_it_begins(tmp_path: Path) -> None:
+    """Starts of parts are told by their slopes: by those of where a fit began, it ended up to 170 apart."""
+    mapping = ROOT / "tests" / "recordings" / "voron_2021_06_05.yaml"
+    text = yaml.safe_load(mapping.read_text())
+    text["file"] = str((mapping.parent / text["file"]).resolve())
+    (tmp_path / "run.yaml").write_text(yaml.safe_dump(text))
+    machine = Machine.load(ROOT / "machines" / "heated_gantry.yaml")
+    parameters = free_parameters(machine)
+    problem = make_problem(machine, parameters, [weigh_recording(machine, Recording.load(tmp_path / "run.yaml"), None)])
+    drawn = [theta for theta, _ in zip(draw_beginnings(parameters, 0), range(4), strict=False)]
+    left = [implausibility(minimise(problem, theta)) for theta in drawn]
+    assert np.ptp(left) < 2.0
