@@ -156,7 +156,7 @@ def _calibrate(
     findings = [*describe_holdout(before_holdout, after_holdout, after), *sentences(null.found, fit, known)]
     findings += describe_constants(after, stated[0])
     doubts = doubt_starts(machine, (*train, *held_out), start)
-    apart = find_disagreements(null, let_in.data)
+    apart = find_disagreements(null)
     findings += describe_disagreements(apart)
     return Calibration(
         result, machine, parameters, fit, known, before, after, before_holdout, after_holdout, *stated,

@@ -2,7 +2,8 @@
 
 Of run r alone a number is θ_r ± σ_r, of the others together their mean weighed by 1/σ²; the difference in its own
 standard errors is beyond z only once in LEVEL for a whole machine where all runs are of one (Bonferroni over runs and
-numbers). Every σ counts with the misfit and how long it lasts.
+numbers). Every σ counts with the misfit and how long it lasts. Where relays switch, a run by itself begins in
+step, at the start that all runs together found for it: out of step it would want other numbers for want of cycles.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from network.analysis.calibration.gauss_newton import make_problem, minimise
+from network.analysis.calibration.growing_horizon import has_relays, move_starts, settle_starts
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.misfit import lasting_misfit
 from network.analysis.calibration.null import Null
@@ -44,8 +46,10 @@ class Disagreement:
         return {"path": p.path, "unit": p.field.unit, "values": values, "sigma": self.sigma}
 
 
-def find_disagreements(null: Null, data: Sequence[Measured]) -> tuple[Disagreement, ...]:
+def find_disagreements(null: Null) -> tuple[Disagreement, ...]:
     """Numbers of a null that its runs want differently, the gravest first; none with a single run."""
+    problem = null.fit.at.problem
+    data = (problem.about(move_starts(null.fit.at)) if has_relays(null.original) else problem).data
     if len(data) < 2 or not null.parameters:
         return ()
     alone = [(d.recording.file, *found) for d in data if (found := _fit_alone(null, d)) is not None]
@@ -68,7 +72,7 @@ def _fit_alone(null: Null, data: Measured) -> tuple[Array, Array] | None:
     """θ and its 1σ by one run alone; None where it runs away."""
     problem = make_problem(null.original, null.parameters, [data], null.fit.noise)
     try:
-        at = minimise(problem, null.fit.at.theta, STEPS)
+        at = settle_starts(minimise(problem, null.fit.at.theta, STEPS), STEPS)
     except Failed:
         return None
     return at.theta, np.sqrt(np.diag(covariance(at, lasting_misfit(at))))[: at.free]
