@@ -75,13 +75,14 @@ def test_a_held_out_run_tells_its_constants_at_its_beginning(fitted: Calibration
 
 
 def test_the_file_that_is_written_tells_a_held_out_run_as_was_claimed(fitted: Calibration, tmp_path: Path) -> None:
+    """But for its digits: numbers rounded by 4e-6 move it by 2e-4, as numbers moved by 1e-6 at random do by 4e-5."""
     written = tmp_path / "machine.yaml"
     written.write_text(dump(fitted.machine.to_plain()), encoding="utf-8")
     told = compare_estimating(Machine.load(written), [run_in(21.0, seed=3)], held_out=True)
     assert fitted.after_holdout is not None
-    assert told.rmse_in_noise == pytest.approx(fitted.after_holdout.rmse_in_noise, rel=1e-4)
+    assert told.rmse_in_noise == pytest.approx(fitted.after_holdout.rmse_in_noise, rel=5e-4)
     whole = compare_estimating(Machine.load(written), [run_in(21.0, seed=3)])
-    assert whole.rmse_in_noise != pytest.approx(told.rmse_in_noise, rel=1e-4)
+    assert whole.rmse_in_noise != pytest.approx(told.rmse_in_noise, rel=5e-4)
 
 
 def test_what_constants_take_upon_themselves_is_told(fitted: Calibration) -> None:
