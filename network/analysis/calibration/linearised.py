@@ -167,6 +167,19 @@ def with_slopes(
     return Linearised(problem, theta, predictions, rows, None, made_at)
 
 
+def with_nuisance_slopes(at: Linearised) -> Linearised:
+    """The same with slopes by η from here, those by θ as they are."""
+    problem, before = at.problem, at.rows.slopes
+    by_inputs = input_slopes(at.predictions, [{n.name: n.spread for n in d.inputs} for d in problem.data])
+    runs = zip(problem.data, problem.whiteners, at.predictions, by_inputs, before.parts, strict=True)
+    parts = []
+    for data, whiten, prediction, others, part in runs:
+        own = whiten(np.concatenate([prediction.respond_to(data.pushes(prediction.course)), others]))
+        parts.append(Part(part.by_theta, OwnPart(whiten(_offset_columns(problem, data)), own)))
+    rows = replace(at.rows, slopes=Slopes(tuple(parts), before.free, before.shared, before.count))
+    return Linearised(problem, at.theta, at.predictions, rows, at.made_at)
+
+
 def _offset_columns(problem: Problem, data: Measured) -> Array:
     may = data.recording.offsets
     names = np.repeat([n if may else "" for n in data.run.channels], data.run.knots.cells)
