@@ -6,7 +6,7 @@ answer to a small further heat is exact as well; what is approximate is the stra
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -35,6 +35,16 @@ def kick(course: LinearRun, *kicks: tuple[int, Array]) -> Push:
     """Nothing but jumps of the states."""
     empty = np.empty((len(course.problem.plan.steps), 0))
     return Push(np.empty(0, int), empty, empty, kicks)
+
+
+@dataclass(frozen=True, eq=False)
+class ModalEnds:
+    """Modes of a stretch just after and just before the edges of its intervals, and what drives them there (k, n)."""
+
+    m0: Array
+    m1: Array
+    p0: Array
+    p1: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +120,11 @@ class LinearRun:
     def segments(self) -> tuple[Segment, ...]:
         return tuple(segments(self.problem, self.modes))
 
+    def modal_ends(self, s: Segment) -> ModalEnds:
+        """Its own modes in a stretch."""
+        here, W = slice(s.first, s.last), s.modes.W.T
+        return ModalEnds(*(v[here] @ W for v in (self.x0, self.x1, self.problem.f0, self.problem.f1)))
+
     @cached_property
     def output_map(self) -> OutputMap:
         """The base readings."""
@@ -157,24 +172,40 @@ class LinearRun:
 
 def solve(problem: LinearProblem, known: dict[bytes, Modes] | None = None) -> LinearRun:
     """The course of a reduced problem; `known`: modes found before, by the matrix of their regime."""
-    known = {} if known is None else known
+    modes, (K, n) = modes_by_regime(problem, {} if known is None else known), problem.f0.shape
+    course = LinearRun(problem, modes, np.empty((K, n)), np.empty((K, n)))
+    course.x0[:], course.x1[:], _ = follow(problem, course.segments, {0: problem.x0})
+    return course
+
+
+def modes_by_regime(problem: LinearProblem, known: dict[bytes, Modes]) -> tuple[Modes, ...]:
+    """The modes of every regime."""
     modes = []
     for regime in problem.regimes:
         key = regime.A.tobytes()
         if key not in known:
             known[key] = separate_modes(regime, problem.scale)
         modes.append(known[key])
-    K, n = problem.f0.shape
-    course = LinearRun(problem, tuple(modes), np.empty((K, n)), np.empty((K, n)))
-    x = problem.x0
-    for s in course.segments:
+    return tuple(modes)
+
+
+def follow(
+    problem: LinearProblem, stretches: Sequence[Segment], starts: Mapping[int, Array]
+) -> tuple[Array, Array, tuple[ModalEnds, ...]]:
+    """States at the beginnings and ends of all intervals, (K, n) each, and their modes, stretch by stretch; starts:
+    states that are set at the beginnings of some intervals."""
+    x0, x1, x, found = np.empty(problem.f0.shape), np.empty(problem.f0.shape), problem.x0, []
+    for s in stretches:
         here, W, V = slice(s.first, s.last), s.modes.W, s.modes.V
-        push = s.c0 * (problem.f0[here] @ W.T) + s.c1 * (problem.f1[here] @ W.T)
-        m, end = _march(s, push, W @ x)
-        course.x0[here] = np.real(m @ V.T)
-        x = np.real(V @ end)
-        course.x1[s.first : s.last - 1], course.x1[s.last - 1] = course.x0[s.first + 1 : s.last], x
-    return course
+        fresh = {k: W @ state for k, state in starts.items() if s.first < k < s.last}
+        ends = _march(s, problem.f0[here] @ W.T, problem.f1[here] @ W.T, W @ starts.get(s.first, x), fresh)
+        x0[here], x = np.real(ends.m0 @ V.T), np.real(V @ ends.m1[-1])
+        x1[s.first : s.last - 1], x1[s.last - 1] = x0[s.first + 1 : s.last], x
+        if fresh:
+            before = np.array([*fresh]) - 1
+            x1[before] = np.real(ends.m1[before - s.first] @ V.T)
+        found.append(ends)
+    return x0, x1, tuple(found)
 
 
 def separate_modes(regime: Regime, scale: Array) -> Modes:
@@ -186,8 +217,19 @@ def separate_modes(regime: Regime, scale: Array) -> Modes:
     return modes_of(replace(regime, A=regime.A + NUDGE * np.abs(np.diag(regime.A))[:, None] * signs), scale)
 
 
-def _march(s: Segment, push: Array, start: Array) -> tuple[Array, Array]:
+def _march(s: Segment, p0: Array, p1: Array, start: Array, fresh: Mapping[int, Array]) -> ModalEnds:
+    """The modes of a stretch; fresh: modal states that are set at the beginnings of some intervals."""
     from network.engine.response.recursion import recur
 
-    m, end = recur(s.gain, push[:, None].astype(start.dtype, copy=False), start[None])
-    return m[:, 0], end[0]
+    gain, push = s.gain, s.c0 * p0
+    push += s.c1 * p1
+    before = np.array([*fresh], int) - s.first - 1
+    kept = push[before]
+    if fresh:
+        gain = gain.copy()
+        gain[before], push[before] = 0.0, np.array([*fresh.values()])
+    m, end = recur(gain, push[:, None].astype(start.dtype, copy=False), start[None])
+    m0 = m[:, 0]
+    m1 = np.concatenate([m0[1:], end])
+    m1[before] = s.gain[before] * m0[before] + kept
+    return ModalEnds(m0, m1, p0, p1)

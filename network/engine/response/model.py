@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,10 +14,12 @@ from network.engine.channels import Readouts, readouts
 from network.engine.network import Network
 from network.engine.response.heat_sensitivity import Slots, acts_by_heat, push_of
 from network.engine.response.intervals import first_from
+from network.engine.response.joint_course import JointMeans, can_join, solve_together
 from network.engine.response.linear_run import LinearRun, Push, kick
+from network.engine.response.measured_run import Run
 from network.engine.response.output_jacobian import channels_of
 from network.engine.response.parameters import Parameter, at_values, values_at
-from network.engine.response.prediction import Prediction, Run
+from network.engine.response.prediction import Prediction, joint_of
 from network.engine.response.seen_differences import differ_as_seen, is_seen_only
 from network.engine.response.switchings import SwitchedCourse, build_switched_course, check_followed
 from network.engine.response.warm_start import WarmStart
@@ -75,24 +77,33 @@ class Model:
         self, machine: Machine, network: Network, starts: Sequence[Mapping[str, float]]
     ) -> tuple[Prediction, ...]:  # fmt: skip
         outputs = self._readouts if machine is self.machine else readouts(network, parts=False)
+        plans = [self._plan(i, network, start) for i, start in enumerate(starts)]
         known: dict[bytes, Modes] = {}
         regimes: KnownRegimes = {}
-        return tuple(self._predict(i, machine, network, outputs, start, known, regimes)
-                     for i, start in enumerate(starts))  # fmt: skip
+        if not can_join(network, self.runs):
+            return tuple(self._predict(i, machine, self._course(i, plan, outputs, known, regimes), None)
+                         for i, plan in enumerate(plans))  # fmt: skip
+        joint = self.warm.join(self.runs)
+        whole, courses = solve_together(joint, plans, outputs, known, regimes)
+        means = JointMeans(whole, joint)
+        return tuple(self._predict(i, machine, course, (means, i)) for i, course in enumerate(courses))
+
+    def _course(
+        self, i: int, plan: Plan, outputs: Readouts, known: dict[bytes, Modes], regimes: KnownRegimes
+    ) -> LinearRun:  # fmt: skip
+        if plan.network.relays:
+            return build_switched_course(plan, outputs, known)
+        course = course_of(plan, outputs, self.warm.guess.get(i), known, regimes)
+        if not plan.network.is_affine():
+            self.warm.guess[i] = course.T
+        return course
 
     def _predict(
-        self, i: int, machine: Machine, network: Network, outputs: Readouts, start: Mapping[str, float],
-        known: dict[bytes, Modes], regimes: KnownRegimes,
+        self, i: int, machine: Machine, course: LinearRun, joint: tuple[JointMeans, int] | None
     ) -> Prediction:  # fmt: skip
-        run, plan = self.runs[i], self._plan(i, network, start)
-        if network.relays:
-            course: LinearRun = build_switched_course(plan, outputs, known)
-        else:
-            course = course_of(plan, outputs, self.warm.guess.get(i), known, regimes)
-            if not network.is_affine():
-                self.warm.guess[i] = course.T
         slopes = self.warm.slopes.get(i) if machine is self.machine else None
-        made = Prediction(run, machine, course, self.warm.resampling(i, run, course.problem.plan.edges), slopes)
+        resampled = self.warm.resampling(i, self.runs[i], course.problem.plan.edges)
+        made = Prediction(self.runs[i], machine, course, resampled, slopes, joint)
         self._remember(i, made)
         return made
 
@@ -101,7 +112,8 @@ class Model:
         if self.parameters and i not in self.warm.slopes and made.machine is self.machine:
             slopes = made.slopes
             if slopes is not None and slopes.is_straight and slopes.is_constant:
-                self.warm.slopes[i] = slopes
+                known = self.warm.slopes.values()
+                self.warm.slopes[i] = next((other for other in known if slopes.equals(other)), slopes)
 
     def _plan(self, i: int, network: Network, start: Mapping[str, float]) -> Plan:
         """The plan of a run; its edges and inputs are found once for the same edges of laws."""
@@ -120,7 +132,7 @@ class Model:
         out = []
         for r, prediction in enumerate(predictions):
             course = prediction.course
-            by_heat, pushes, guards = self._pushes(theta, prediction)
+            by_heat, pushes, guards = self._pushes(theta, course)
             slopes = np.empty((len(self.parameters), *prediction.values.shape))
             if by_heat:
                 complete = course.complete_pushes(pushes, guards)
@@ -136,25 +148,29 @@ class Model:
         """∂(cells' means)/∂θ of every run, below them its answers to further pushes: (parameters + pushes, ·) each."""
         others = self._others(theta, predictions, cells=True)
         out = []
-        for r, prediction in enumerate(predictions):
-            by_heat, pushes, guards = self._pushes(theta, prediction)
-            further = list(also[r]) if also else []
-            if guards is not None:
-                guards = np.concatenate([guards, np.zeros((len(further), guards.shape[1]))])
-            answers = prediction.respond_to([*pushes, *further], guards)
-            if not others:
-                out.append(answers)
-                continue
-            slopes = np.empty((len(self.parameters) + len(further), answers.shape[1]))
-            slopes[by_heat], slopes[len(self.parameters) :] = answers[: len(pushes)], answers[len(pushes) :]
+        for r, (by_heat, slopes) in enumerate(self._heat_slopes(theta, predictions)):
+            further = predictions[r].respond_to(also[r]) if also else np.empty((0, slopes.shape[1]))
+            if others:
+                own, slopes = slopes, np.empty((len(self.parameters), slopes.shape[1]))
+                slopes[by_heat] = own
             for j, values in others.items():
                 slopes[j] = values[r]
-            out.append(slopes)
+            out.append(np.concatenate([slopes, further]) if len(further) else slopes)
         return out
 
-    def _pushes(self, theta: Array, prediction: Prediction) -> tuple[list[int], list[Push], Array | None]:
+    def _heat_slopes(self, theta: Array, predictions: Sequence[Prediction]) -> Iterator[tuple[list[int], Array]]:
+        """Parameters that act by heat, and what the cells' means of every run answer to them."""
+        joint, slopes = joint_of(predictions)
+        if joint is not None and slopes is not None:
+            by_heat, pushes, _ = self._pushes(theta, joint.course)
+            yield from ((by_heat, answers) for answers in joint.respond_to(pushes, slopes))
+            return
+        for prediction in predictions:
+            by_heat, pushes, guards = self._pushes(theta, prediction.course)
+            yield by_heat, prediction.respond_to(pushes, guards)
+
+    def _pushes(self, theta: Array, course: LinearRun) -> tuple[list[int], list[Push], Array | None]:
         """Parameters that act by heat, their pushes, and how they move the guards of relays."""
-        course = prediction.course
         known = self.slots.stands
         found = [(j, push_of(p, course, float(theta[j]), known.get(p))) for j, p in enumerate(self.parameters)]
         by_heat, pushes = [j for j, p in found if p is not None], [p for _, p in found if p is not None]

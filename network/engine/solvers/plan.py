@@ -30,7 +30,7 @@ HAIR = 1e-6
 BENDS = 1e-9
 """Relative deviation from a straight line that a source on a ramped input may keep."""
 MOST_PIECES = 4096
-OF_INPUTS = ("just_inside", "ramped", "steps")
+OF_INPUTS = ("just_inside", "ramped", "steps", "step_lengths")
 """What a plan works out from its inputs and instants alone."""
 
 
@@ -91,6 +91,12 @@ class Plan:
     @cached_property
     def steps(self) -> Array:
         return np.diff(self.edges)
+
+    @cached_property
+    def step_lengths(self) -> tuple[Array, Indices]:
+        """Their different lengths [s], and which of them each has."""
+        lengths, of_step = np.unique(np.round(self.steps, 9), return_inverse=True)
+        return lengths, of_step
 
     @cached_property
     def bounds(self) -> Indices:
