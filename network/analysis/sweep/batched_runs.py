@@ -118,9 +118,7 @@ class _Blocks:
 class Batch:
     """A machine, a plan, and how its numbers enter."""
 
-    def __init__(
-        self, shared: SampleJob, schedule: Schedule, network: Network, plan: Plan, outputs: Readouts
-    ) -> None:
+    def __init__(self, shared: SampleJob, schedule: Schedule, network: Network, plan: Plan, outputs: Readouts) -> None:
         self.shared, self.network, self.plan = shared, network, plan
         read = {key: at for key, at in outputs.where.items() if key[0] == "reading"}
         used = sorted({row for row, _ in read.values()})
