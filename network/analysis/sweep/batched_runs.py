@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -155,7 +156,8 @@ class Batch:
         p0, p1 = (h @ into_held for h in self.held)
         for q0, q1, into in self._heats(values):
             by = into[free].T @ V
-            p0, p1 = p0 + q0 @ by, p1 + q1 @ by
+            heat = q0 @ by
+            p0, p1 = p0 + heat, p1 + (heat if q1 is q0 else q1 @ by)
         start = np.einsum("sji,sj->si", V, C * self.plan.T0[free])
         return self._movement(values, self._readings(rates, V, p0, (p1 - p0) / self.steps[:, None], start))
 
@@ -186,8 +188,9 @@ class Batch:
             changed = {n: a[:, None] for n, a in self._changed(heats.law, heats.entry, values).items()}
             law: Any = heats.law.replaced(**changed)
             one = np.ones((*shape[:1], heats.into.shape[1]))
-            first, last = (np.asarray(law.let_pass(law.heat(u), u) * one) for u in (begin, end))
-            yield first, last, heats.into
+            first = np.asarray(law.let_pass(law.heat(begin), begin) * one)
+            ramped = self.plan.is_ramped(heats.law)
+            yield first, np.asarray(law.let_pass(law.heat(end), end) * one) if ramped else first, heats.into
 
     def _changed(self, law: Declared, entry: Indices, values: Array) -> dict[str, Array]:
         """Numbers of a stacked law that are drawn: (points, entries) each."""
@@ -207,32 +210,37 @@ class Batch:
         settled = (p - drift) / lam
         away = self._march(lam, settled, drift, m)
         over, at, blocks = self.rows[:, self.network.free] @ V, self.blocks.interval, self.blocks
-        moving = away[:, at] * np.exp(-lam * blocks.since[:, None])
-        left = (over[:, :, None] * moving[:, None]).reshape(len(V), -1, rates.shape[1])
-        y = (left @ np.exp(-rates[:, :, None] * blocks.within)).reshape(len(V), len(over[0]), len(at), -1)
+        moving = away.take(at, axis=1)
+        moving *= np.exp(-lam * blocks.since[:, None])
+        shown = over[..., None] * np.exp(-rates[:, :, None] * blocks.within)[:, None]
+        y = moving[:, None] @ shown
         level = (over @ np.swapaxes(settled, 1, 2))[:, :, at]
         if is_ramped:
             climb = (over @ np.swapaxes(drift, 1, 2))[:, :, at]
             level += climb * blocks.since
             y += climb[..., None] * blocks.within
         y += level[..., None]
-        y = y.reshape(len(V), len(over[0]), -1)[:, :, blocks.at]
-        return np.asarray(y + self._direct(self.rows))
+        y = y.reshape(len(V), len(over[0]), -1).take(blocks.at, axis=2)
+        return y if self.direct is None else np.asarray(y + self.direct)
 
     def _march(self, lam: Array, settled: Array, drift: Array, m: Array) -> Array:
         """How far the modes are from where they settle, just after every edge (points, K, modes)."""
-        decay, grown = np.exp(-lam * self.steps[:, None]), drift * self.steps[:, None]
         away = np.empty_like(settled)
-        for k in range(len(self.steps)):
-            away[:, k] = m - settled[:, k]
-            m = decay[:, k] * away[:, k] + settled[:, k] + grown[:, min(k, grown.shape[1] - 1)]
+        decay, jump = np.exp(-lam * self.steps[:-1, None]), settled[:, :-1] - settled[:, 1:]
+        if drift.any():
+            jump += (drift * self.steps[:, None])[:, :-1]
+        away[:, 0] = m - settled[:, 0]
+        for k in range(len(self.steps) - 1):
+            np.multiply(decay[:, k], away[:, k], out=away[:, k + 1])
+            away[:, k + 1] += jump[:, k]
         return away
 
-    def _direct(self, rows: Array) -> Array:
-        """What readings see of held nodes (rows, t)."""
-        by_held = rows[:, self.network.bound]
+    @cached_property
+    def direct(self) -> Array | None:
+        """What readings see of held nodes (rows, t); None where they see nothing."""
+        by_held = self.rows[:, self.network.bound]
         if not by_held.any():
-            return np.zeros((len(rows), 1))
+            return None
         k = self.plan.interval_of
         share = ((self.plan.t - self.plan.edges[k]) / self.steps[k])[:, None]
         return np.asarray(by_held @ (self.held[0][k] + share * (self.held[1] - self.held[0])[k]).T)
