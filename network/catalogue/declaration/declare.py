@@ -194,6 +194,11 @@ class Declared(ABC):
         }
         return first.replaced(**arrays)
 
+    def some(self, members: Indices) -> Self:
+        """A stacked one with some of its entries."""
+        values = ((name, self.__dict__[name]) for name in (*self.params(), *self.derived))
+        return self.replaced(**{name: v[members] for name, v in values if isinstance(v, np.ndarray) and v.ndim})
+
 
 class Effect(Declared):
     """Base of what has a heat flow, a displacement or a reading: it can be missing, so it can be proposed."""

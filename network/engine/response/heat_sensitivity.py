@@ -23,6 +23,8 @@ from network.engine.response.parameters import Parameter
 from network.engine.solvers.plan import Plan
 
 GROUPS = ("flows", "heats", "relays")
+FEW = 4
+"""So many times as many flows are in a group as one number changes, and these are looked at alone."""
 CAPACITY_KEYS = ("heat_capacity", "extra_heat_capacity")
 
 
@@ -111,9 +113,11 @@ def _is_stacked(law: Declared, attribute: str) -> bool:
 
 
 def _by_parameter(course: LinearRun, g: int, members: Indices, attribute: str) -> Array:
-    """∂heat/∂value of members of a group (2 K, members)."""
+    """∂heat/∂value of members of a group (2 K, members); of a few flows for these alone, else once for all."""
+    group = course.problem.plan.network.groups[g]
+    if isinstance(group, Flows) and len(members) * FEW <= len(group.entry):
+        return _derivatives(course, group.some(members), attribute)
     if (g, attribute) not in course.derived:
-        group = course.problem.plan.network.groups[g]
         course.derived[g, attribute] = _derivatives(course, group, attribute)
     return course.derived[g, attribute][:, members]
 
