@@ -52,18 +52,30 @@ class Means:
 
     def bulge(self, output_map: OutputMap) -> Array:
         """What the run's own means differ by from those of straight lines between its ends: (count, cells)."""
+        return self._average(output_map, self.over.left, self.over.right)
+
+    def follow_states(self, output_map: OutputMap) -> Array:
+        """Means of what is seen of the states: (count, cells)."""
+        none = np.zeros((len(self.over.samples), 1))
+        return self._average(output_map, none, none)
+
+    def _average(self, output_map: OutputMap, left: Array, right: Array) -> Array:
+        """Means over cells of what is seen of the states, less that of weights on both ends of the intervals."""
         out = np.zeros((output_map.count, self.over.cells), complex if self._is_complex else float)
         for s, factors in zip(self.course.segments, self.factors, strict=True):
             here, ends = slice(s.first, s.last), self.course.modal_ends(s)
             cells, starts = self.over.find_touched(s.first, s.last)
             rows = output_map.over[s.index] @ s.modes.V
             for i, channels in self.over.groups():
-                f, left, right = factors[i], self.over.left[i, here, None], self.over.right[i, here, None]
-                bulge = (f.E - left) * ends.m0
-                bulge -= right * ends.m1
-                bulge += f.F0 * ends.p0
-                bulge += f.F1 * ends.p1
-                out[channels, cells] += rows[channels] @ np.add.reduceat(bulge, starts, axis=0).T
+                f = factors[i]
+                mean = f.F0 * ends.p0
+                mean += f.F1 * ends.p1
+                if left.any() or right.any():
+                    mean += (f.E - left[i, here, None]) * ends.m0
+                    mean -= right[i, here, None] * ends.m1
+                else:
+                    mean += f.E * ends.m0
+                out[channels, cells] += rows[channels] @ np.add.reduceat(mean, starts, axis=0).T
         return np.real(out)
 
     @property

@@ -51,6 +51,10 @@ class JointPlan:
         return plan
 
     @cached_property
+    def beside(self) -> dict[int, Array]:
+        return {}
+
+    @cached_property
     def cells(self) -> tuple[int, ...]:
         return tuple(r.averages.cells for r in self.resampled)
 
@@ -127,25 +131,37 @@ def _part_of(whole: LinearProblem, plan: Plan, run: slice) -> LinearProblem:
 
 @dataclass(frozen=True, eq=False)
 class JointMeans:
-    """The cells of all runs of a joint course."""
+    """The cells of all runs of a joint course. beside: by run, what its channels owe to all but the states, as it is
+    found; None where that is not the same for every θ."""
 
     course: JointCourse
     joint: JointPlan
+    beside: dict[int, Array] | None
 
     @cached_property
     def _means(self) -> Means:
         return Means(self.course, self.joint.averages)
 
     @cached_property
-    def _bulges(self) -> dict[bytes, list[Array]]:
+    def _found(self) -> dict[bytes, list[Array]]:
         return {}
 
     def bulge(self, index: int, matrix: Array) -> Array:
         """What the means of a run differ by from those of straight lines, for combinations of what is seen."""
         key = matrix.tobytes()
-        if key not in self._bulges:
-            self._bulges[key] = self._split(self._means.bulge(self.course.output_map.through(matrix)))
-        return self._bulges[key][index]
+        if key not in self._found:
+            self._found[key] = self._split(self._means.bulge(self.course.output_map.through(matrix)))
+        return self._found[key][index]
+
+    def follow_states(self, index: int, slopes: Slopes) -> Array:
+        """What the means of a run's channels owe to its states."""
+        if b"" not in self._found:
+            output_map = self.course.output_map.through(slopes.matrix)
+            self._found[b""] = self._split(self._means.follow_states(output_map))
+            for own, run in zip(self._found[b""], self.joint.runs, strict=True):
+                at = output_map.over[int(self.course.problem.regime_of[run.start])] @ self.course.x0[run.start]
+                own[slopes.zeroed] -= at[slopes.zeroed, None]
+        return self._found[b""][index]
 
     def respond_to(self, pushes: Sequence[Push], slopes: Slopes) -> list[Array]:
         """Changes of the cells' means of every run by pushes: (pushes, channels · cells) each."""

@@ -85,7 +85,8 @@ class Model:
                          for i, plan in enumerate(plans))  # fmt: skip
         joint = self.warm.join(self.runs)
         whole, courses = solve_together(joint, plans, outputs, known, regimes)
-        means = JointMeans(whole, joint)
+        same = machine is self.machine and not len(network.massless)
+        means = JointMeans(whole, joint, joint.beside if same else None)
         return tuple(self._predict(i, machine, course, (means, i)) for i, course in enumerate(courses))
 
     def _course(
@@ -111,7 +112,7 @@ class Model:
         """Slopes that are the same at all instants and readings stay so at other θ."""
         if self.parameters and i not in self.warm.slopes and made.machine is self.machine:
             slopes = made.slopes
-            if slopes is not None and slopes.is_straight and slopes.is_constant:
+            if slopes is not None and slopes.is_same:
                 known = self.warm.slopes.values()
                 self.warm.slopes[i] = next((other for other in known if slopes.equals(other)), slopes)
 

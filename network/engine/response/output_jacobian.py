@@ -38,6 +38,11 @@ class Slopes:
     def is_constant(self) -> bool:
         return self.matrix.ndim == 2
 
+    @property
+    def is_same(self) -> bool:
+        """Whether it is the same at all instants and readings."""
+        return self.is_constant and self.is_straight
+
     def equals(self, other: Slopes) -> bool:
         """Whether both are the same but for the rounding of the differences they come from."""
         if self.matrix.shape != other.matrix.shape or (self.zeroed != other.zeroed).any():

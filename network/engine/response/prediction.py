@@ -48,16 +48,28 @@ class Prediction:
     @cached_property
     def cells(self) -> Array:
         """Means over cells of the channels (channels · cells), with the bend of the run between its knots."""
+        slopes = self.slopes
+        beside = None if self.joint is None else self.joint[0].beside
+        if slopes is None or self.joint is None or beside is None or not slopes.is_same:
+            return self._add_bulge().reshape(-1)
+        means, index = self.joint
+        seen = means.follow_states(index, slopes)
+        if index not in beside:
+            beside[index] = self._add_bulge() - seen
+        return (seen + beside[index]).reshape(-1)
+
+    def _add_bulge(self) -> Array:
+        """The same from the ends of the intervals (channels, cells)."""
         straight = self.averages.of(self.values)
         slopes, course = self.slopes, self.course
         if slopes is None:
-            return np.asarray(straight.reshape(-1))
+            return straight
         if slopes.is_constant:
-            return np.asarray(straight + self._bulge(slopes.matrix)).reshape(-1)
+            return np.asarray(straight + self._bulge(slopes.matrix))
         rows = np.eye(course.output_map.count)[:, None].repeat(len(straight), axis=1)
         bulge = np.stack([self._means.bulge(course.output_map.through(row)) for row in rows])
         mean = self.averages.of(slopes.matrix.transpose(1, 0, 2))
-        return np.asarray(straight + (mean * bulge).sum(axis=0)).reshape(-1)
+        return np.asarray(straight + (mean * bulge).sum(axis=0))
 
     def _bulge(self, matrix: Array) -> Array:
         if self.joint is None:
