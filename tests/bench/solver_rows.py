@@ -33,7 +33,7 @@ from network.engine.assembly import build
 from network.engine.channels import readouts
 from network.engine.simulation import simulate
 from network.engine.solvers.carry_out import solve_schedule
-from network.engine.solvers.plan import make_plan
+from network.engine.solvers.method_choice import make_plan
 from network.engine.start import start_temperatures
 from network.machine.machine import Machine
 from network.platform.threads import on_one_thread

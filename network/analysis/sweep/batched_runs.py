@@ -22,7 +22,8 @@ from network.engine.assembly import build
 from network.engine.channels import Readouts, readouts
 from network.engine.network import Network
 from network.engine.simulation import schedule_for
-from network.engine.solvers.plan import Plan, make_plan
+from network.engine.solvers.method_choice import make_plan
+from network.engine.solvers.plan import Plan
 from network.engine.solvers.regimes import matrix_inputs
 from network.engine.start import start_temperatures
 from network.platform.threads import on_one_thread

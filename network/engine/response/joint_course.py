@@ -18,11 +18,13 @@ from network.engine.channels import Readouts
 from network.engine.network import Network
 from network.engine.response.cell_means import Means, first_seen
 from network.engine.response.cells import Averages, Samples
-from network.engine.response.linear_run import LinearRun, ModalEnds, Push, follow, modes_by_regime
+from network.engine.response.linear_run import LinearRun, Push
 from network.engine.response.measured_run import Resampled, Run
+from network.engine.response.modal_march import ModalEnds, follow, modes_by_regime
 from network.engine.response.output_jacobian import Slopes
 from network.engine.response.segments import Segment, segments
-from network.engine.solvers.linear import KnownRegimes, LinearProblem, reduce
+from network.engine.solvers.elimination import KnownRegimes
+from network.engine.solvers.linear import LinearProblem, reduce
 from network.engine.solvers.modal import Modes
 from network.engine.solvers.plan import Plan
 

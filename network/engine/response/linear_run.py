@@ -6,18 +6,19 @@ answer to a small further heat is exact as well; what is approximate is the stra
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
 from network.engine.channels import Readouts
+from network.engine.response.modal_march import ModalEnds, follow, modes_by_regime
 from network.engine.response.output_map import OutputMap, map_outputs
 from network.engine.response.segments import Push, Segment, segments
-from network.engine.solvers.linear import LinearProblem, Regime
-from network.engine.solvers.modal import Modes, modes_of
+from network.engine.solvers.linear import LinearProblem
+from network.engine.solvers.modal import Modes
 
 __all__ = ["LinearRun", "Push", "kick", "solve"]
 
@@ -27,24 +28,11 @@ AT_ONCE = 400_000
 SETTLE = ("P", "P_held", "P_heat")
 """What the temperatures of massless junctions follow, by regime."""
 
-TOO_ALIKE, NUDGE = 1e8, 1e-7
-"""Condition of the modes from which rounding would be felt, and the relative change of rates that separates them."""
-
 
 def kick(course: LinearRun, *kicks: tuple[int, Array]) -> Push:
     """Nothing but jumps of the states."""
     empty = np.empty((len(course.problem.plan.steps), 0))
     return Push(np.empty(0, int), empty, empty, kicks)
-
-
-@dataclass(frozen=True, eq=False)
-class ModalEnds:
-    """Modes of a stretch just after and just before the edges of its intervals, and what drives them there (k, n)."""
-
-    m0: Array
-    m1: Array
-    p0: Array
-    p1: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,60 +164,3 @@ def solve(problem: LinearProblem, known: dict[bytes, Modes] | None = None) -> Li
     course = LinearRun(problem, modes, np.empty((K, n)), np.empty((K, n)))
     course.x0[:], course.x1[:], _ = follow(problem, course.segments, {0: problem.x0})
     return course
-
-
-def modes_by_regime(problem: LinearProblem, known: dict[bytes, Modes]) -> tuple[Modes, ...]:
-    """The modes of every regime."""
-    modes = []
-    for regime in problem.regimes:
-        key = regime.A.tobytes()
-        if key not in known:
-            known[key] = separate_modes(regime, problem.scale)
-        modes.append(known[key])
-    return tuple(modes)
-
-
-def follow(
-    problem: LinearProblem, stretches: Sequence[Segment], starts: Mapping[int, Array]
-) -> tuple[Array, Array, tuple[ModalEnds, ...]]:
-    """States at the beginnings and ends of all intervals, (K, n) each, and their modes, stretch by stretch; starts:
-    states that are set at the beginnings of some intervals."""
-    x0, x1, x, found = np.empty(problem.f0.shape), np.empty(problem.f0.shape), problem.x0, []
-    for s in stretches:
-        here, W, V = slice(s.first, s.last), s.modes.W, s.modes.V
-        fresh = {k: W @ state for k, state in starts.items() if s.first < k < s.last}
-        ends = _march(s, problem.f0[here] @ W.T, problem.f1[here] @ W.T, W @ starts.get(s.first, x), fresh)
-        x0[here], x = np.real(ends.m0 @ V.T), np.real(V @ ends.m1[-1])
-        x1[s.first : s.last - 1], x1[s.last - 1] = x0[s.first + 1 : s.last], x
-        if fresh:
-            before = np.array([*fresh]) - 1
-            x1[before] = np.real(ends.m1[before - s.first] @ V.T)
-        found.append(ends)
-    return x0, x1, tuple(found)
-
-
-def separate_modes(regime: Regime, scale: Array) -> Modes:
-    """The modes of a regime; where some are too much alike (equal cells of a stream), of one that differs by NUDGE."""
-    modes = modes_of(regime, scale)
-    if modes.condition < TOO_ALIKE:
-        return modes
-    signs = np.random.default_rng(0).choice([-1.0, 1.0], regime.A.shape)
-    return modes_of(replace(regime, A=regime.A + NUDGE * np.abs(np.diag(regime.A))[:, None] * signs), scale)
-
-
-def _march(s: Segment, p0: Array, p1: Array, start: Array, fresh: Mapping[int, Array]) -> ModalEnds:
-    """The modes of a stretch; fresh: modal states that are set at the beginnings of some intervals."""
-    from network.engine.response.recursion import recur
-
-    gain, push = s.gain, s.c0 * p0
-    push += s.c1 * p1
-    before = np.array([*fresh], int) - s.first - 1
-    kept = push[before]
-    if fresh:
-        gain = gain.copy()
-        gain[before], push[before] = 0.0, np.array([*fresh.values()])
-    m, end = recur(gain, push[:, None].astype(start.dtype, copy=False), start[None])
-    m0 = m[:, 0]
-    m1 = np.concatenate([m0[1:], end])
-    m1[before] = s.gain[before] * m0[before] + kept
-    return ModalEnds(m0, m1, p0, p1)

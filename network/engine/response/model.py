@@ -20,21 +20,20 @@ from network.engine.response.measured_run import Run
 from network.engine.response.output_jacobian import channels_of
 from network.engine.response.parameters import Parameter, at_values, values_at
 from network.engine.response.prediction import Prediction, joint_of
+from network.engine.response.run_plan import plan_of, start_of
 from network.engine.response.seen_differences import differ_as_seen, is_seen_only
 from network.engine.response.switchings import SwitchedCourse, build_switched_course, check_followed
 from network.engine.response.warm_start import WarmStart
 from network.engine.response.waveform import course_of
-from network.engine.solvers.linear import KnownRegimes
+from network.engine.solvers.elimination import KnownRegimes
 from network.engine.solvers.modal import Modes
-from network.engine.solvers.plan import Plan, interval_edges, list_own_edges, merge_instants, spans
+from network.engine.solvers.plan import Plan, list_own_edges
 from network.machine.machine import Machine
 
-__all__ = ["Model", "Prediction", "Run", "channels_of", "edge_pushes", "plan_of", "start_pushes"]
+__all__ = ["Model", "Prediction", "Run", "channels_of", "edge_pushes", "start_pushes"]
 
 DIFFERENCE = 1e-4
 """Step in θ for parameters that act otherwise than by heat."""
-PIECES = 4
-"""Of the distance between knots where a part melts: its heat capacity changes manifold while it warms by a kelvin."""
 SHOWN = (TCP, "sensors")
 """Sections of entries whose numbers only change what is seen of a run, or a state that sees it."""
 
@@ -216,28 +215,6 @@ def _onto(moved: Prediction, at: Prediction) -> Array:
     out[:, :L] = v0[:, k] + left * (v1 - v0)[:, k]
     out[:, L:] = v0[:, k] + right * (v1 - v0)[:, k]
     return out
-
-
-def plan_of(network: Network, run: Run, start: Mapping[str, float]) -> Plan:
-    """The plan of a run: restarts at every knot and wherever a law says so; PIECES between them where a part melts."""
-    edges = merge_instants(interval_edges(network, run.schedule), run.knots.t)
-    if network.melting:
-        shares = np.arange(len(edges) * PIECES - PIECES + 1) / PIECES
-        edges = np.interp(shares, np.arange(len(edges)), edges)
-    left, right = spans(run.schedule, edges)
-    T0 = start_of(network, start, left)
-    return Plan(network, run.schedule.t, edges, left, right, T0, "modal", "on the knots of a fit")
-
-
-def start_of(network: Network, start: Mapping[str, float], inputs: Mapping[str, Array]) -> Array:
-    """Temperatures of all lumps at the start."""
-    T0 = np.full(network.size, network.machine.reference)
-    for name, part in network.parts.items():
-        T0[part] = start.get(name, network.machine.reference)
-    first = {name: values[0] for name, values in inputs.items()}
-    for i, held in network.held.items():
-        T0[i] = held.at(first)
-    return T0
 
 
 def start_pushes(course: LinearRun, parts: Sequence[str]) -> list[Push]:

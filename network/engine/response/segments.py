@@ -13,7 +13,8 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
 from network.engine.response.recursion import recur
-from network.engine.solvers.linear import LinearProblem, Regime
+from network.engine.solvers.elimination import Regime
+from network.engine.solvers.linear import LinearProblem
 from network.engine.solvers.modal import Modes, phi
 
 
