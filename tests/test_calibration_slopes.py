@@ -80,14 +80,17 @@ def test_runs_found_as_one_are_those_found_alone(name):
     for theta in (centre, centre + 0.01):  # what is known from the first point on is used at the second
         together = model.predict(theta)
         assert all((p.joint is not None) == affine for p in together)
-        slopes = model.mean_slopes(theta, together)
+        slopes = model.mean_slopes(
+            theta, together, [d.pushes(p.course) for d, p in zip(problem.data, together, strict=True)]
+        )
         for i, run in enumerate(model.runs if affine else ()):
             alone = Model(machine, model.parameters, [run])
             (own,) = alone.predict(theta)
             close = max(1e-10, 100 * EPS * max(m.condition for m in own.course.modes))  # 25 degC, some ways to add up
             assert np.abs(own.cells - together[i].cells).max() < close
-            (answers,) = alone.mean_slopes(theta, [own])
+            (answers,) = alone.mean_slopes(theta, [own], [problem.data[i].pushes(own.course)])
             assert np.abs(answers - slopes[i]).max() < 1e-6 * np.abs(answers).max()
+            assert len(answers) > len(theta)
             assert np.abs(own.course.x1 - together[i].course.x1).max() < close
 
 

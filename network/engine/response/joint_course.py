@@ -18,7 +18,7 @@ from network.engine.channels import Readouts
 from network.engine.network import Network
 from network.engine.response.cell_means import Means, first_seen
 from network.engine.response.cells import Averages, Samples
-from network.engine.response.linear_run import LinearRun, Push
+from network.engine.response.linear_run import LinearRun, Push, kick
 from network.engine.response.measured_run import Resampled, Run
 from network.engine.response.modal_march import ModalEnds, follow, modes_by_regime
 from network.engine.response.output_jacobian import Slopes
@@ -82,10 +82,16 @@ def _join_samples(samples: Sequence[Samples], runs: Sequence[slice], count: int)
 
 @dataclass(frozen=True, eq=False)
 class JointCourse(LinearRun):
-    """A course of several runs. stretches: as they answer, forgetting at the ends of runs; own: modes of each."""
+    """A course of several runs. stretches: as they answer, forgetting at the ends of runs; own: modes of each; runs:
+    the intervals of each run."""
 
     stretches: tuple[Segment, ...] = ()
     own: tuple[ModalEnds, ...] = ()
+    runs: tuple[slice, ...] = ()
+
+    @property
+    def restarts(self) -> tuple[int, ...]:
+        return tuple(run.start for run in self.runs)
 
     @cached_property
     def segments(self) -> tuple[Segment, ...]:
@@ -108,7 +114,7 @@ def solve_together(
     courses = [LinearRun(p, modes, x0[run], x1[run]) for p, run in zip(problems, joint.runs, strict=True)]
     for s in stretches:
         _forget(s, [run.stop - 1 - s.first for run in joint.runs if s.first < run.stop <= s.last])
-    return JointCourse(whole, modes, x0, x1, stretches, own), courses
+    return JointCourse(whole, modes, x0, x1, stretches, own, joint.runs), courses
 
 
 def _forget(s: Segment, ends: list[int]) -> None:
@@ -176,6 +182,12 @@ class JointMeans:
             own[:, slopes.zeroed] -= seen[:, slopes.zeroed, None]
         return [own.reshape(len(pushes), -1) for own in means]
 
+    def respond_to_starts(self, pushes: Sequence[Push], slopes: Slopes) -> list[Array]:
+        """The same by jumps at the beginning of a run, which are those of every run."""
+        jumps = (push.kicks[0][1] for push in pushes)
+        everywhere = [kick(self.course, *((k, jump) for k in self.course.restarts)) for jump in jumps]
+        return self.respond_to(everywhere, slopes)
+
     def _split(self, values: Array) -> list[Array]:
         return np.split(values, np.cumsum(self.joint.cells)[:-1], axis=-1)
 
@@ -184,3 +196,14 @@ def can_join(network: Network, runs: Sequence[Run]) -> bool:
     """Whether runs of a network can be followed as one."""
     same = all(run.channels == runs[0].channels for run in runs[1:])
     return len(runs) > 1 and same and network.is_affine() and not network.relays
+
+
+def common_starts(pushes: Sequence[Sequence[Push]]) -> int:
+    """How many pushes that the runs begin with are the same jump at the beginning of each run."""
+    count = 0
+    for each in zip(*pushes, strict=False):
+        jumps = [push.kicks[0][1] for push in each if not push.is_heat and [k for k, _ in push.kicks] == [0]]
+        if len(jumps) < len(each) or any(not np.array_equal(jumps[0], jump) for jump in jumps[1:]):
+            break
+        count += 1
+    return count

@@ -48,6 +48,11 @@ class LinearRun:
     def readouts(self) -> Readouts:
         return self.problem.readouts
 
+    @property
+    def restarts(self) -> tuple[int, ...]:
+        """Intervals at which nothing is left of what was before."""
+        return ()
+
     @cached_property
     def T(self) -> tuple[Array, Array]:
         """Temperatures of all lumps just after and just before the edges (K, N)."""

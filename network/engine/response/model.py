@@ -14,7 +14,7 @@ from network.engine.channels import Readouts, readouts
 from network.engine.network import Network
 from network.engine.response.heat_sensitivity import Slots, acts_by_heat, push_of
 from network.engine.response.intervals import first_from
-from network.engine.response.joint_course import JointMeans, can_join, solve_together
+from network.engine.response.joint_course import JointMeans, can_join, common_starts, solve_together
 from network.engine.response.linear_run import LinearRun, Push, kick
 from network.engine.response.measured_run import Run
 from network.engine.response.output_jacobian import channels_of
@@ -147,15 +147,15 @@ class Model:
     ) -> list[Array]:
         """∂(cells' means)/∂θ of every run, below them its answers to further pushes: (parameters + pushes, ·) each."""
         others = self._others(theta, predictions, cells=True)
+        further = _answer_together(predictions, also) if also else None
         out = []
         for r, (by_heat, slopes) in enumerate(self._heat_slopes(theta, predictions)):
-            further = predictions[r].respond_to(also[r]) if also else np.empty((0, slopes.shape[1]))
             if others:
                 own, slopes = slopes, np.empty((len(self.parameters), slopes.shape[1]))
                 slopes[by_heat] = own
             for j, values in others.items():
                 slopes[j] = values[r]
-            out.append(np.concatenate([slopes, further]) if len(further) else slopes)
+            out.append(slopes if further is None else np.concatenate([slopes, further[r]]))
         return out
 
     def _heat_slopes(self, theta: Array, predictions: Sequence[Prediction]) -> Iterator[tuple[list[int], Array]]:
@@ -200,6 +200,17 @@ class Model:
         if cells:
             return [(m.cells - q.cells) / step for m, q in zip(moved, predictions, strict=True)]
         return [(_onto(m, q) - q.values) / step for m, q in zip(moved, predictions, strict=True)]
+
+
+def _answer_together(predictions: Sequence[Prediction], pushes: Sequence[Sequence[Push]]) -> list[Array]:
+    """Answers of every run to its pushes; where runs were found as one, to jumps of their starts at once."""
+    joint, slopes = joint_of(predictions)
+    count = common_starts(pushes) if joint is not None else 0
+    if joint is None or slopes is None or not count:
+        return [prediction.respond_to(own) for prediction, own in zip(predictions, pushes, strict=True)]
+    starts = joint.respond_to_starts(pushes[0][:count], slopes)
+    others = (prediction.respond_to(own[count:]) for prediction, own in zip(predictions, pushes, strict=True))
+    return [np.concatenate(both) for both in zip(starts, others, strict=True)]
 
 
 def _onto(moved: Prediction, at: Prediction) -> Array:
