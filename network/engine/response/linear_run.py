@@ -80,8 +80,8 @@ class LinearRun:
         return {name: np.concatenate([begin[name], end[name]]) for name in begin}
 
     @cached_property
-    def derived(self) -> dict[tuple[int, str], Array]:
-        """Derivatives of heats by their numbers along this run, as they are found: by group and number."""
+    def derived(self) -> dict[tuple[object, ...], Array]:
+        """Derivatives of heats by their numbers along this run, as they are found: by group, number and members."""
         return {}
 
     @cached_property
