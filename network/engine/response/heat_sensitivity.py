@@ -89,11 +89,10 @@ def _build_push(stand: Stand, slope: float, heat: Array) -> Push:
     return Push(stand.lumps, heat[:K], heat[K:])
 
 
-def acts_by_heat(p: Parameter, network: Network) -> bool:
-    """Whether a number stands in some law, or is a heat capacity."""
-    if p.entry.section == "nodes":
-        return p.attribute in CAPACITY_KEYS and not p.entry.inner and p.entry.name in network.parts
-    return p.entry.section in ("links", "sources") and bool(place_of(network, p))
+def is_capacity(p: Parameter, network: Network) -> bool:
+    """Whether a number is the heat capacity of a part."""
+    own = p.entry.section == "nodes" and p.attribute in CAPACITY_KEYS
+    return own and not p.entry.inner and p.entry.name in network.parts
 
 
 def place_of(network: Network, p: Parameter) -> Found:
@@ -168,7 +167,12 @@ class Slots:
     @cached_property
     def suffice(self) -> bool:
         """Whether every parameter is a number of some law, or a heat capacity."""
-        return all(acts_by_heat(p, self.network) for p in self.parameters)
+        return len(self.acting) == len(self.parameters)
+
+    @cached_property
+    def acting(self) -> frozenset[Parameter]:
+        """Those that stand in some law, or are a heat capacity."""
+        return frozenset(p for p, found in self.places if found or is_capacity(p, self.network))
 
     def at(self, values: dict[str, float]) -> Network:
         """The network with other values (of all parameters)."""
@@ -191,7 +195,8 @@ class Slots:
     @cached_property
     def places(self) -> tuple[tuple[Parameter, Found], ...]:
         """Every parameter with where it stands."""
-        return tuple((p, place_of(self.network, p)) for p in self.parameters)
+        laws = ("links", "sources")
+        return tuple((p, place_of(self.network, p) if p.entry.section in laws else ()) for p in self.parameters)
 
     @cached_property
     def stands(self) -> dict[Parameter, Stand]:

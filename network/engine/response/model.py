@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -12,12 +13,12 @@ from network.catalogue.declaration.sections import TCP
 from network.engine.assembly import build
 from network.engine.channels import Readouts, readouts
 from network.engine.network import Network
-from network.engine.response.heat_sensitivity import Slots, acts_by_heat, push_of
+from network.engine.response.heat_sensitivity import Slots, push_of
 from network.engine.response.intervals import first_from
 from network.engine.response.joint_course import JointMeans, can_join, common_starts, solve_together
 from network.engine.response.linear_run import LinearRun, Push, kick
 from network.engine.response.measured_run import Run
-from network.engine.response.output_jacobian import channels_of
+from network.engine.response.output_jacobian import Slopes, channels_of, see_readings_alone
 from network.engine.response.parameters import Parameter, at_values, values_at
 from network.engine.response.prediction import Prediction, joint_of
 from network.engine.response.run_plan import plan_of, start_of
@@ -47,7 +48,8 @@ class Model:
         check_followed(network)
         self.slots = Slots(network, tuple(p for p in self.parameters if p.entry.section not in SHOWN))
         self.shown = tuple(p for p in self.parameters if p.entry.section in SHOWN)
-        self._otherwise = [j for j, p in enumerate(self.parameters) if not acts_by_heat(p, network)]
+        acting = self.slots.acting
+        self._otherwise = [j for j, p in enumerate(self.parameters) if p not in acting]
         self._readouts = readouts(network, parts=False)
         self.warm = WarmStart()
 
@@ -101,11 +103,22 @@ class Model:
     def _predict(
         self, i: int, machine: Machine, course: LinearRun, joint: tuple[JointMeans, int] | None
     ) -> Prediction:  # fmt: skip
-        slopes = self.warm.slopes.get(i) if machine is self.machine else None
+        slopes = self._known_slopes(i) if machine is self.machine else None
         resampled = self.warm.resampling(i, self.runs[i], course.problem.plan.edges)
         made = Prediction(self.runs[i], machine, course, resampled, slopes, joint)
         self._remember(i, made)
         return made
+
+    def _known_slopes(self, i: int) -> Slopes | None:
+        """Of a run before, or of the first where all runs are seen by the same law."""
+        known = self.warm.slopes
+        if i not in known and 0 in known and self.runs[i].channels == self.runs[0].channels and self._seen_alike:
+            known[i] = known[0]
+        return known.get(i)
+
+    @cached_property
+    def _seen_alike(self) -> bool:
+        return see_readings_alone(self.machine, self.runs[0].channels)
 
     def _remember(self, i: int, made: Prediction) -> None:
         """Slopes that are the same at all instants and readings stay so at other θ."""

@@ -89,6 +89,13 @@ def slopes_of(
     return Slopes(here.mean(axis=2) if constant else here, zeroed, straight)
 
 
+def see_readings_alone(machine: Machine, names: Sequence[str]) -> bool:
+    """Whether channels follow the readings by the same law at every instant of every run, whatever drives it."""
+    sensors = [machine.sensors[n] for n in names]
+    entries = [entry for axis in machine.tcp.values() for entry in axis.values()]
+    return not any(s.effects for s in sensors) and not any(e.needs() for e in (*sensors, *entries))
+
+
 def _differentiate(
     machine: Machine, outputs: Readouts, readings: Array, u: Mapping[str, Array], names: Sequence[str]
 ) -> Array:  # fmt: skip
