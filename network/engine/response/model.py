@@ -15,7 +15,8 @@ from network.engine.channels import Readouts, readouts
 from network.engine.network import Network
 from network.engine.response.heat_sensitivity import Slots, push_of
 from network.engine.response.intervals import first_from
-from network.engine.response.joint_course import JointMeans, can_join, common_starts, solve_together
+from network.engine.response.joint_course import can_join, solve_together
+from network.engine.response.joint_means import JointMeans, common_starts
 from network.engine.response.linear_run import LinearRun, Push, kick
 from network.engine.response.measured_run import Run
 from network.engine.response.output_jacobian import Slopes, channels_of, see_readings_alone

@@ -11,7 +11,7 @@ import numpy as np
 from network.catalogue.declaration.declare import Array
 from network.engine.response.cell_means import Means, first_seen
 from network.engine.response.cells import Averages
-from network.engine.response.joint_course import JointMeans
+from network.engine.response.joint_means import JointMeans
 from network.engine.response.linear_run import LinearRun, Push
 from network.engine.response.measured_run import Resampled, Run
 from network.engine.response.output_jacobian import SMALL, Slopes, channels_of, slopes_of
