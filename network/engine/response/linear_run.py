@@ -31,8 +31,7 @@ SETTLE = ("P", "P_held", "P_heat")
 
 def kick(course: LinearRun, *kicks: tuple[int, Array]) -> Push:
     """Nothing but jumps of the states."""
-    empty = np.empty((len(course.problem.plan.steps), 0))
-    return Push(np.empty(0, int), empty, empty, kicks)
+    return Push(*course.no_heat, kicks)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +77,12 @@ class LinearRun:
         """Inputs just after, then just before the edges: (2 K, 1)."""
         begin, end = self.problem.plan.just_inside
         return {name: np.concatenate([begin[name], end[name]]) for name in begin}
+
+    @cached_property
+    def no_heat(self) -> tuple[Indices, Array, Array]:
+        """Into no lump."""
+        none = np.empty((len(self.problem.plan.steps), 0))
+        return np.empty(0, int), none, none
 
     @cached_property
     def derived(self) -> dict[tuple[object, ...], Array]:

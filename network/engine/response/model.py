@@ -245,13 +245,12 @@ def _onto(moved: Prediction, at: Prediction) -> Array:
 def start_pushes(course: LinearRun, parts: Sequence[str]) -> list[Push]:
     """One kelvin more in a part at the start, for each part."""
     network = course.problem.plan.network
-    pushes = []
-    for name in parts:
+    jumps = np.zeros((len(parts), course.problem.order))
+    for jump, name in zip(jumps, parts, strict=True):
         part = network.parts[name]
-        jump = np.zeros(course.problem.order)
-        jump[: len(network.free)] = (network.free >= part.start) & (network.free < part.stop)
-        pushes.append(kick(course, (0, jump)))
-    return pushes
+        first, last = network.free.searchsorted((part.start, part.stop))
+        jump[first:last] = 1.0
+    return [kick(course, (0, jump)) for jump in jumps]
 
 
 def edge_pushes(course: LinearRun, instants: Array) -> list[Push]:
