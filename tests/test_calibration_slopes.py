@@ -12,7 +12,8 @@ from fits import ANOTHER, USUAL, problem_of, recorded, speeds, two_blocks
 from network.analysis.calibration.gauss_newton import linearise, minimise
 from network.analysis.calibration.projector import Projector
 from network.engine.assembly import build
-from network.engine.response.model import Model, edge_pushes, start_pushes
+from network.engine.response.model import Model
+from network.engine.response.nuisance_pushes import edge_pushes, start_pushes
 from network.engine.response.parameters import centres
 
 EPS = float(np.finfo(float).eps)

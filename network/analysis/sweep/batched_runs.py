@@ -8,12 +8,12 @@ one by one too, and where they differ by more than rounding, all are.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from network.analysis.sweep.sample_blocks import SampleBlocks
 from network.analysis.sweep.sample_runs import SampleJob, run_one
 from network.catalogue.declaration.declare import Array, Declared, Indices
 from network.catalogue.mechanisms.base import Inputs
@@ -93,30 +93,6 @@ def _is_own(drawn: Any) -> bool:
     return section in ("links", "sources", "tcp") or (section == "nodes" and attribute in CAPACITIES)
 
 
-@dataclass(frozen=True)
-class _Blocks:
-    """Instants of output by blocks of equal length: the interval of each, when it begins after the interval's edge, and
-    where every instant lies among all blocks."""
-
-    interval: Indices
-    since: Array
-    within: Array
-    at: Indices
-
-    @classmethod
-    def of(cls, plan: Plan) -> _Blocks:
-        first, last = plan.bounds[:-1], plan.bounds[1:]
-        length = int(np.clip(np.median((last - first)[last > first]) // 2, 8, 64))
-        count = -(-(last - first) // length)
-        begin = np.cumsum(count) - count
-        nth = np.arange(count.sum()) - np.repeat(begin, count)
-        since = np.where(last > first, plan.t[np.minimum(first, len(plan.t) - 1)] - plan.edges[:-1], 0.0)
-        at = [b * length + np.arange(n) for b, n in zip(begin.tolist(), (last - first).tolist(), strict=True)]
-        tau = np.repeat(since, count) + nth * length * plan.spacing
-        within = np.asarray(np.arange(length) * plan.spacing, float)
-        return cls(np.repeat(np.arange(len(count)), count), tau, within, np.concatenate(at))
-
-
 class Batch:
     """A machine, a plan, and how its numbers enter."""
 
@@ -126,7 +102,7 @@ class Batch:
         used = sorted({row for row, _ in read.values()})
         self.rows = outputs.rows[used]
         self.where = {key: (used.index(row), shift) for key, (row, shift) in read.items()}
-        self.blocks, self.steps = _Blocks.of(plan), plan.steps
+        self.blocks, self.steps = SampleBlocks.of(plan), plan.steps
         self.u = plan.inputs_at_samples()
         for name, signal in schedule.signals.items():
             self.u[name][-1] = signal.at(plan.t[-1:])[0]

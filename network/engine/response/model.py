@@ -14,10 +14,9 @@ from network.engine.assembly import build
 from network.engine.channels import Readouts, readouts
 from network.engine.network import Network
 from network.engine.response.heat_sensitivity import Slots, push_of
-from network.engine.response.intervals import first_from
 from network.engine.response.joint_course import can_join, solve_together
 from network.engine.response.joint_means import JointMeans, common_starts
-from network.engine.response.linear_run import LinearRun, Push, kick
+from network.engine.response.linear_run import LinearRun, Push
 from network.engine.response.measured_run import Run
 from network.engine.response.output_jacobian import Slopes, channels_of, see_readings_alone
 from network.engine.response.parameters import Parameter, at_values, values_at
@@ -32,7 +31,7 @@ from network.engine.solvers.modal import Modes
 from network.engine.solvers.plan import Plan, list_own_edges
 from network.machine.machine import Machine
 
-__all__ = ["Model", "Prediction", "Run", "channels_of", "edge_pushes", "start_pushes"]
+__all__ = ["Model", "Prediction", "Run", "channels_of"]
 
 DIFFERENCE = 1e-4
 """Step in θ for parameters that act otherwise than by heat."""
@@ -240,25 +239,3 @@ def _onto(moved: Prediction, at: Prediction) -> Array:
     out[:, :L] = v0[:, k] + left * (v1 - v0)[:, k]
     out[:, L:] = v0[:, k] + right * (v1 - v0)[:, k]
     return out
-
-
-def start_pushes(course: LinearRun, parts: Sequence[str]) -> list[Push]:
-    """One kelvin more in a part at the start, for each part."""
-    network = course.problem.plan.network
-    jumps = np.zeros((len(parts), course.problem.order))
-    for jump, name in zip(jumps, parts, strict=True):
-        part = network.parts[name]
-        first, last = network.free.searchsorted((part.start, part.stop))
-        jump[first:last] = 1.0
-    return [kick(course, (0, jump)) for jump in jumps]
-
-
-def edge_pushes(course: LinearRun, instants: Array) -> list[Push]:
-    """A jump of the inputs that comes a second later, for each instant."""
-    plan = course.problem.plan
-    dx0, dx1 = course.rates
-    pushes = []
-    for t in instants:
-        k = int(first_from(plan.edges, t))
-        pushes.append(kick(course, (k, dx1[k - 1] - dx0[k])))
-    return pushes
