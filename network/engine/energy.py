@@ -10,7 +10,8 @@ import numpy as np
 from network.catalogue.declaration.declare import Array, Indices
 from network.engine.balance import heat_balance, inward
 from network.engine.network import Network
-from network.engine.solvers.linear import LinearProblem, LinearSolution, Regime
+from network.engine.solvers.elimination import Regime
+from network.engine.solvers.linear import LinearProblem, LinearSolution
 from network.engine.solvers.plan import Plan
 from network.platform.printing import Brief
 

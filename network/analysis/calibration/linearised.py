@@ -115,7 +115,9 @@ class Linearised(Brief):
 
     def temper(self, firm_theta: float, firm_eta: float) -> Linearised:
         """The same with the widths of the priors narrowed by other factors."""
-        return replace(self, problem=replace(self.problem, firm_theta=firm_theta, firm_eta=firm_eta))
+        if (firm_theta, firm_eta) == (self.problem.firm_theta, self.problem.firm_eta):
+            return self
+        return replace(self, problem=self.problem.temper(firm_theta, firm_eta))
 
     def beside(self, theta: Array, residual: Array, predictions: tuple[Prediction, ...]) -> Linearised:
         """The same slopes at another θ."""
@@ -126,7 +128,7 @@ class Linearised(Brief):
     @property
     def stated_prior(self) -> tuple[Array, Array]:
         """Prior means and 1σ of (θ, η) as stated, not narrowed as while a fit is under way."""
-        return replace(self.problem, firm_theta=1.0, firm_eta=1.0).prior
+        return self.problem.stated_prior
 
     @property
     def log_evidence(self) -> float:
