@@ -7,8 +7,7 @@ values as tell what the machine leaves beyond noise. Of entries that explain nea
 those that stay as likely are told.
 Where something switches, what it does hangs on where its parts began, and not along a straight line: each set stands
 about the starts with which it stays in step.
-Range: changes that hold over all runs of a set; numbers without ± do not change; a machine that switches keeps the
-lumps of its file, and where these are too few little is told.
+Range: changes that hold over all runs of a set; numbers without ± do not change.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from dataclasses import dataclass, replace
 from scipy.special import stdtrit
 
 from network.analysis.calibration.gauss_newton import Linearised, Problem, chi_of, make_problem, minimise
-from network.analysis.calibration.growing_horizon import begin_in_step, has_relays, move_starts
+from network.analysis.calibration.growing_horizon import InStep, begin_in_step, has_relays, move_starts, settle_starts
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.null import estimate_null
 from network.analysis.calibration.robust_fit import fit_robustly
@@ -28,7 +27,6 @@ from network.analysis.change.paired_fit import PairedFit, Sets, fit_sets, weigh_
 from network.analysis.change.run_information import find_scale
 from network.analysis.diagnosis.lump_refinement import FINEST, list_finer_machines
 from network.analysis.diagnosis.settings import SETTINGS
-from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import free_parameters
 from network.machine.machine import Machine
 from network.recordings.inputs import Start
@@ -94,39 +92,44 @@ def _make_sets(
     """Both problems with the lumps that the first set asks for and the noise that it shows, about the numbers that fit
     it."""
     null = estimate_null(machine, free_parameters(machine), then, start, seed, lambda share: tell(0.8 * share))
+    at, noise = _refine(null.fit.at, then, start), null.fit.noise
+    fine = at.problem.model.machine
+    if fine is not machine:
+        noise = fit_robustly(make_problem(fine, at.problem.parameters, then).offsets, at).noise
     if has_relays(machine):
-        then, now = _stand_at(then, move_starts(null.fit.at)), _in_step(machine, now, start)
-    at, noise = _refine(machine, then, null.fit.at.theta), null.fit.noise
-    if at.problem.model.machine is not machine:
-        noise = fit_robustly(make_problem(at.problem.model.machine, at.problem.parameters, then).offsets, at).noise
-    problems = [replace(make_problem(at.problem.model.machine, at.problem.parameters, data, noise), offsets=())
-                for data in (then, now)]  # fmt: skip
-    return Sets(at.problem.model.machine, (problems[0], problems[1]), begin=at.theta)
+        then, now = _stand_at(then, move_starts(at)), _stand_at(now, _begin(at, fine, now, start).starts)
+    problems = [replace(make_problem(fine, at.problem.parameters, data, noise), offsets=()) for data in (then, now)]
+    return Sets(fine, (problems[0], problems[1]), begin=at.theta)
 
 
-def _in_step(machine: Machine, data: Sequence[Measured], start: Start | None) -> Sequence[Measured]:
-    """Runs about the starts with which what switches stays in step, the numbers their own; as they are where none
-    does."""
-    begin = begin_in_step(machine, free_parameters(machine), data, start, lambda: False)
-    return data if begin is None else _stand_at(data, begin.starts)
-
-
-def _stand_at(data: Sequence[Measured], starts: Sequence[Mapping[str, float]]) -> Sequence[Measured]:
-    return [d.with_start(s) for d, s in zip(data, starts, strict=True)]
-
-
-def _refine(machine: Machine, data: Sequence[Measured], theta: Array) -> Linearised:
-    """The fit of the machine on as many lumps as it takes: on finer ones while they take a share of the misfit away. A
-    machine that switches stays as it is, for there every run on finer lumps takes minutes."""
-    best = minimise(_problem_of(machine, data), theta)
+def _refine(null: Linearised, data: Sequence[Measured], start: Start | None) -> Linearised:
+    """The fit of the machine on as many lumps as it takes: on finer ones while they take a share of the misfit away."""
+    machine = null.problem.model.machine
+    best = _fit_about(machine, data, InStep(null.theta, move_starts(null)))
     for finer in list_finer_machines(machine, FINEST):
-        if chi_of(best) < SETTINGS.noise or has_relays(machine):
+        if chi_of(best) < SETTINGS.noise:
             break
-        other = minimise(_problem_of(finer, data), best.theta)
+        other = _fit_about(finer, data, _begin(best, finer, data, start))
         if chi_of(other) > (1 - SETTINGS.worth) * chi_of(best):
             break
         best = other
     return best
+
+
+def _begin(near: Linearised, machine: Machine, data: Sequence[Measured], start: Start | None) -> InStep:
+    """Where a fit begins: where what switches stays in step, else where another ended."""
+    found = begin_in_step(machine, free_parameters(machine), data, start, lambda: False)
+    return found or InStep(near.theta, tuple(d.run.start for d in data))
+
+
+def _fit_about(machine: Machine, data: Sequence[Measured], begin: InStep) -> Linearised:
+    """The minimum, where something switches about the starts that it finds."""
+    given = _stand_at(data, begin.starts) if has_relays(machine) else data
+    return settle_starts(minimise(_problem_of(machine, given), begin.theta))
+
+
+def _stand_at(data: Sequence[Measured], starts: Sequence[Mapping[str, float]]) -> Sequence[Measured]:
+    return [d.with_start(s) for d, s in zip(data, starts, strict=True)]
 
 
 def _problem_of(machine: Machine, data: Sequence[Measured]) -> Problem:
