@@ -21,7 +21,7 @@ WARM, COLD = np.array(60.0), np.array(20.0)
 
 # -- a heat pipe ----------------------------------------------------------------------------------------------------
 def pipe(**own: float | None) -> HeatPipe:
-    return HeatPipe("it", **{"conductance": 12.0, "limit": 150.0, "back": 1.0, "opens": None, "over": 5.0, **own})
+    return HeatPipe("it", **{"conductance": 12.0, "limit": 150.0, "back": 1.0, "opens": None, "within": 5.0, **own})
 
 
 def carried(entry: HeatPipe, T_a: float, T_b: float) -> float:
@@ -45,7 +45,7 @@ def test_a_thermosiphon_carries_one_way() -> None:
     ("T", "share"), [(30.0, 0.5), (25.0, 1 / (1 + np.exp(4))), (35.0, 1 / (1 + np.exp(-4))), (-90, 0), (400, 1)]
 )
 def test_a_pipe_opens_with_its_warmer_end(T: float, share: float) -> None:
-    """Half at `opens`, 2 and 98 % one `over` below and above, whichever end is the warmer; far off all or nothing."""
+    """Half at `opens`, 2 and 98 % one `within` below and above, whichever end is the warmer; far off all or nothing."""
     opening = pipe(opens=30.0, limit=1e9)
     for there, way in (((T, T - 1), 1), ((T - 1, T), -1)):
         assert carried(opening, *there) == pytest.approx(way * share * 12, rel=1e-6, abs=1e-12)
@@ -81,7 +81,7 @@ def test_a_pipe_that_opens_holds_its_end_steady() -> None:
     less than half of itself."""
     t = np.arange(0.0, 6 * HOUR + 1, 60.0)
     still = small.schedule(t, constant("sink", "degC", 20.0))
-    opening = {"kind": "heat_pipe", "limit": "10 kW", "opens": "40 degC", "over": "10 K"}
+    opening = {"kind": "heat_pipe", "limit": "10 kW", "opens": "40 degC", "within": "10 K"}
     low, high = (simulate(drive(opening, power), still).shown("T")[-1] - 20 for power in (40, 160))
     assert 1 < high / low < 1.5
 

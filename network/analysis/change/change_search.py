@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 
 from scipy.special import stdtrit
 
+from network.analysis.calibration.calibrated_patch import with_fitted_numbers
 from network.analysis.calibration.gauss_newton import Linearised, Problem, chi_of, make_problem, minimise
 from network.analysis.calibration.growing_horizon import InStep, begin_in_step, has_relays, move_starts, settle_starts
 from network.analysis.calibration.measured_means import Measured
@@ -24,6 +25,7 @@ from network.analysis.calibration.null import estimate_null
 from network.analysis.calibration.robust_fit import fit_robustly
 from network.analysis.change.change_screening import Difference, list_testable, measure_difference, test_entries
 from network.analysis.change.paired_fit import PairedFit, Sets, fit_sets, weigh_again
+from network.analysis.change.paired_starts import settle_sets
 from network.analysis.change.run_information import find_scale
 from network.analysis.diagnosis.lump_refinement import FINEST, list_finer_machines
 from network.analysis.diagnosis.settings import SETTINGS
@@ -97,7 +99,8 @@ def _make_sets(
     if fine is not machine:
         noise = fit_robustly(make_problem(fine, at.problem.parameters, then).offsets, at).noise
     if has_relays(machine):
-        then, now = _stand_at(then, move_starts(at)), _stand_at(now, _begin(at, fine, now, start).starts)
+        alike = with_fitted_numbers(fine, at.problem.parameters, at.theta, [p.spread for p in at.problem.parameters])
+        then, now = _stand_at(then, move_starts(at)), _stand_at(now, _begin(at, alike, now, start).starts)
     problems = [replace(make_problem(fine, at.problem.parameters, data, noise), offsets=()) for data in (then, now)]
     return Sets(fine, (problems[0], problems[1]), begin=at.theta)
 
@@ -137,12 +140,13 @@ def _problem_of(machine: Machine, data: Sequence[Measured]) -> Problem:
 
 
 def _with_noise(sets: Sets) -> tuple[Sets, float]:
-    """The sets weighed by what they leave where all may differ, and how many independent values tell that."""
-    at, freedom = fit_sets(replace(sets, loose=ALL_FREE), range(len(sets.prior[0]))), 0.0
+    """The sets, what switches about the starts found where all may differ, weighed by what they leave there, and how
+    many independent values tell that."""
+    at, freedom = settle_sets(fit_sets(replace(sets, loose=ALL_FREE), range(len(sets.prior[0])))), 0.0
     for _ in range(2):
         (then, n), (now, m) = (find_scale(runs, scale) for runs, scale in zip(at.runs, at.sets.scales, strict=True))
         at, freedom = weigh_again(at, (then, now)), min(n, m)
-    return replace(sets, scales=at.sets.scales, begin=at.p[: len(sets.parameters)]), freedom
+    return replace(at.sets, loose=sets.loose, begin=at.p[: len(sets.parameters)]), freedom
 
 
 def _list_candidates(at: PairedFit) -> Iterator[int]:

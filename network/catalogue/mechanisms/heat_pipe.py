@@ -16,7 +16,7 @@ class HeatPipe(Link, kind="heat_pipe"):
     For small differences a conductance s G, for large ones it nears Q_max, the capillary limit; in between a smooth
     transition, which no pipe follows to the per cent. s is the share that is at work: `back` of it where b is the
     warmer end (1 with a wick in any position, 0 where gravity brings the liquid back and a lies below: a thermosiphon,
-    a diode of heat), and with `opens` 1/(1 + e^(−4 (T − opens)/over)) of it, T the warmer end's: gas that leaves the
+    a diode of heat), and with `opens` 1/(1 + e^(−4 (T − opens)/within)) of it, T the warmer end's: gas that leaves the
     condenser as the vapour's pressure rises, or a fluid that thaws; the form is made to be smooth, its width to be
     measured. What the wall conducts is a conduction beside it. Ends count as isothermal, and the vapour follows at
     once. Source: Faghri, Heat Pipe Science and Technology; Reay & Kew, Heat Pipes (both unverified).
@@ -28,7 +28,7 @@ class HeatPipe(Link, kind="heat_pipe"):
     limit = param("W", 0, 1e5, "the most heat it carries", positive=True, typical=200)
     back = param("1", 0, 1, "share of the conductance while its second place is the warmer", default=1)
     opens = param("degC", -100, 500, "the warmer end's temperature at which half of it works", typical=30, default=None)
-    over = param(
+    within = param(
         "K", 0, 100, "how far the temperature rises while it opens, where `opens` is given", positive=True, default=5
     )
     affine = False
@@ -48,7 +48,7 @@ class HeatPipe(Link, kind="heat_pipe"):
         if self.opens is None:
             return share
         warmer = np.where(is_forward, T_a, T_b)
-        beyond = 4 * (warmer - self.opens) / self.over
+        beyond = 4 * (warmer - self.opens) / self.within
         beyond = np.where(np.abs(np.real(beyond)) < STEEPEST, beyond, np.sign(np.real(beyond)) * STEEPEST)
         return np.asarray(share / (1 + np.exp(-beyond)))
 
