@@ -166,7 +166,9 @@ def many(count: int, tcp: bool) -> Any:
     bar = {"material": "steel", "length": "100 mm", "area": "1 cm^2"}
     return machine(
         nodes | {"bar": bar, "room": {"temperature": "20 degC"}},
-        links={name: {"kind": "convection", "between": [name, "room"], "conductance": "1 W/K"} for name in (*nodes, "bar")},
+        links={
+            name: {"kind": "convection", "between": [name, "room"], "conductance": "1 W/K"} for name in (*nodes, "bar")
+        },
         sources={name: {"kind": "heat_source", "into": {name: 1}, "power": "1 W"} for name in nodes},
         sensors={name: {"measures": name, "noise": "0.1 K"} for name in nodes},
         tcp=moves,
