@@ -76,7 +76,7 @@ class Entries(ABC):
     @cached_property
     def exchanged_by(self) -> Mapping[str, str]:
         """Sensor → the first one that says to be exchanged with it."""
-        return {sensor.exchanged: name for name, sensor in reversed(self.sensors.items()) if sensor.exchanged}
+        return {sensor.exchanged: name for name, sensor in reversed([*self.sensors.items()]) if sensor.exchanged}
 
     def entries(self) -> Iterator[tuple[EntryPath, Declared]]:
         """Every entry with its path in the file, behind each entry those that it holds."""
