@@ -198,3 +198,25 @@ def test_sensors_are_looked_up_once_however_many_there_are(monkeypatch: pytest.M
     monkeypatch.setattr(Sensor, "exchanged", property(counted))
     many(200, False)
     assert asked[0] <= 10 * 200
+
+
+def test_parts_of_less_than_a_digit_each_are_not_named() -> None:
+    """One source through eight bars of 0.3 µm each, beside another one of 100 µm."""
+    bar = {"material": "steel", "length": "100 mm", "area": "1 cm^2"}
+    small = [f"b{i}" for i in range(8)]
+    run = simulate(
+        machine(
+            dict.fromkeys(("large", *small), bar) | {"room": {"temperature": "20 degC"}},
+            links={
+                n: {"kind": "convection", "between": [n, "room"], "conductance": "1 W/K"} for n in ("large", *small)
+            },
+            sources={
+                "strong": {"kind": "heat_source", "into": {"large": 1}, "power": "100 W"},
+                "weak": {"kind": "heat_source", "into": dict.fromkeys(small, 0.125), "power": "2.4 W"},
+            },
+            tcp={"z": {name: {"kind": "stretching", "of": name, "direction": 1} for name in ("large", *small)}},
+        ),
+        Scenario.of("a run", "10 min", {}, output="1 min", start="20 degC"),
+    )
+    told = str(superpose(run))
+    assert " from strong through large" in told and re.search(r" from weak[,.]", told), told

@@ -30,7 +30,7 @@ class Forked:
 
     def __init__(self, arguments: Sequence[str], where: Path) -> None:
         self.returncode: int | None = None
-        self.told = tempfile.TemporaryFile()  # noqa: SIM115: closed when it has been read
+        self.told = tempfile.TemporaryFile()  # noqa: SIM115 (closed when it has been read)
         self.pid = os.fork()
         if not self.pid:
             self._run(arguments, where)
