@@ -14,6 +14,8 @@ from pathlib import Path
 
 from network.cli import main
 
+HEARD = (signal.SIGINT, signal.SIGTERM)
+
 
 def warm_up(arguments: Sequence[str], where: Path) -> None:
     """Does it here once, so that it is loaded. Raises RuntimeError where it does not end well."""
@@ -31,19 +33,24 @@ class Forked:
     def __init__(self, arguments: Sequence[str], where: Path) -> None:
         self.returncode: int | None = None
         self.told = tempfile.TemporaryFile()  # noqa: SIM115 (closed when it has been read)
+        signal.pthread_sigmask(signal.SIG_BLOCK, HEARD)  # a stop that comes before a copy has begun must wait for it
         self.pid = os.fork()
         if not self.pid:
             self._run(arguments, where)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, HEARD)
 
     def _run(self, arguments: Sequence[str], where: Path) -> None:
         code = 70
         try:
             os.setsid()
-            signal.signal(signal.SIGINT, signal.default_int_handler)
             nowhere = os.open(os.devnull, os.O_RDWR)
             for file, number in ((nowhere, 0), (nowhere, 1), (self.told.fileno(), 2)):
                 os.dup2(file, number)
             os.chdir(where)
+            for number in HEARD:
+                signal.signal(number, signal.SIG_DFL)  # ends it without a word until it is heard
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, HEARD)
+            signal.signal(signal.SIGINT, signal.default_int_handler)
             main(arguments)
             code = 0
         except SystemExit as end:
