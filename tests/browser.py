@@ -80,6 +80,8 @@ class Browser:
             self.said.append(f"{told['type']}: {[each.get('value', each.get('description')) for each in told['args']]}")
         elif method == "Runtime.exceptionThrown":
             self.said.append(str(told["exceptionDetails"].get("exception", {}).get("description", told)))
+        elif method == "Page.javascriptDialogOpening":
+            self.said.append(f"dialog: {told['message']}")
         elif method == "Log.entryAdded":
             self.said.append(f"{told['entry']['level']}: {told['entry']['text']}")
 

@@ -59,6 +59,7 @@ links:
   skin: {{kind: convection, between: [housing, air], coefficient: 5 W/(m^2 K) ± 20 %, area: 0.5 m^2}}
   wall: {{kind: convection, between: [column, air], geometry: vertical_plate, length: 0.5 m, area: 0.5 m^2}}
   jacket: {{kind: convection, between: [housing, coolant], conductance: 20 W/K}}
+  rinse: {{kind: advection, through: [coolant, column], capacity_flow: 8 W/K}}
 sources:
   friction: {{kind: bearing_friction, into: {{shaft: 0.5, housing: 0.5}}, torque: 520 N mm ± 40 %}}
   motor: {{kind: motor_loss, into: {{shaft: 1}}, copper: 100 W ± 40 %, iron: 250 W, reference_speed: 8000 rpm}}

@@ -19,7 +19,7 @@ from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.noise import Noise
 from network.catalogue.declaration.declare import Array, Indices, Mask
 from network.engine.response.intervals import first_from
-from network.engine.response.model import start_pushes
+from network.engine.response.nuisance_pushes import start_pushes
 from network.engine.response.prediction import Prediction
 
 

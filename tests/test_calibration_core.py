@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,8 +10,8 @@ from fit_networks import machines, ramped
 from fits import USUAL, problem_of, recorded, speeds, two_blocks
 from scipy.optimize import minimize
 
-from network.analysis.calibration.gauss_newton import _step
 from network.analysis.calibration.measured_means import weigh_recording
+from network.analysis.calibration.trust_region import bounded_step, length_of
 from network.engine.channels import readouts
 from network.engine.response import knots as knots_module
 from network.engine.response import recursion, series
@@ -49,13 +48,25 @@ def test_means_over_cells_are_those_of_the_exact_run_at_all_samples(name, every)
 def test_a_step_within_bounds_is_the_best_there_is(seed):
     draw = np.random.default_rng(seed)
     root, gradient = draw.standard_normal((6, 9)), 5 * draw.standard_normal(6)
-    at = SimpleNamespace(reduced=(root @ root.T, gradient), theta=np.zeros(6))
     low, high = -draw.uniform(0, 0.3, 6), draw.uniform(0.01, 0.3, 6)
     bounds = list(zip(low, high, strict=True))
     best = minimize(lambda s: s @ root @ root.T @ s / 2 - gradient @ s, np.zeros(6), bounds=bounds)
-    step = _step(at, 0.0, low, high)
+    step = bounded_step(root @ root.T, gradient, np.ones(6), np.inf, (low, high))
     np.testing.assert_allclose(step, best.x, atol=1e-4)
     assert ((step >= low) & (step <= high)).all()
+
+
+@pytest.mark.parametrize("radius", [1e-6, 0.01, 0.3])
+def test_a_step_within_a_radius_is_the_best_there_is(radius):
+    draw = np.random.default_rng(3)
+    root, gradient, units = draw.standard_normal((4, 9)), 5 * draw.standard_normal(4), draw.uniform(0.2, 5, 4)
+    P, free = root @ root.T, (np.full(4, -np.inf), np.full(4, np.inf))
+    step = bounded_step(P, gradient, units, radius, free)
+    assert length_of(step, units) == pytest.approx(radius, rel=0.02)
+    worth = 2 * step @ gradient - step @ P @ step
+    others = draw.standard_normal((2000, 4)) * units
+    others *= (radius * 0.98 / np.linalg.norm(others / units, axis=1))[:, None]
+    assert worth >= (2 * others @ gradient - np.einsum("ni,ij,nj->n", others, P, others)).max()
 
 
 @pytest.mark.parametrize("name", ["linear", "bent", "relay"])

@@ -11,9 +11,12 @@ from fits import ANOTHER, USUAL, problem_of, recorded, speeds, two_blocks
 
 from network.analysis.calibration.gauss_newton import linearise, minimise
 from network.analysis.calibration.projector import Projector
-from network.engine.response.model import edge_pushes, start_pushes
+from network.engine.assembly import build
+from network.engine.response.model import Model
+from network.engine.response.nuisance_pushes import edge_pushes, start_pushes
 from network.engine.response.parameters import centres
 
+EPS = float(np.finfo(float).eps)
 SHARE = 5e-3
 """How far slopes may lie from differences: heats run straight between knots."""
 
@@ -67,6 +70,29 @@ def test_slopes_by_every_parameter_are_those_of_differences(name):
         size = max(np.linalg.norm(difference), 1.0)
         assert np.linalg.norm(slopes[j] * weight - difference) < SHARE * size, p.path
         assert np.linalg.norm(whole[j] * weight - difference) < 0.02 * size, p.path
+
+
+@pytest.mark.parametrize("name", list(MACHINES))
+def test_runs_found_as_one_are_those_found_alone(name):
+    machine = MACHINES[name]
+    problem = problem_of(machine, *(recorded(machine, speeds(*steps), None) for steps in (USUAL, ANOTHER, USUAL[:2])))
+    model, centre = problem.model, centres(problem.parameters)
+    affine = build(machine).is_affine() and not build(machine).relays
+    for theta in (centre, centre + 0.01):  # what is known from the first point on is used at the second
+        together = model.predict(theta)
+        assert all((p.joint is not None) == affine for p in together)
+        slopes = model.mean_slopes(
+            theta, together, [d.pushes(p.course) for d, p in zip(problem.data, together, strict=True)]
+        )
+        for i, run in enumerate(model.runs if affine else ()):
+            alone = Model(machine, model.parameters, [run])
+            (own,) = alone.predict(theta)
+            close = max(1e-10, 100 * EPS * max(m.condition for m in own.course.modes))  # 25 degC, some ways to add up
+            assert np.abs(own.cells - together[i].cells).max() < close
+            (answers,) = alone.mean_slopes(theta, [own], [problem.data[i].pushes(own.course)])
+            assert np.abs(answers - slopes[i]).max() < 1e-6 * np.abs(answers).max()
+            assert len(answers) > len(theta)
+            assert np.abs(own.course.x1 - together[i].course.x1).max() < close
 
 
 @pytest.mark.parametrize("name", ["linear", "massless", "bent", "relay", "zeroed"])

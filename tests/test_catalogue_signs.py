@@ -29,7 +29,7 @@ from catalogue import (
 from network import Recording, Refused, simulate
 from network.catalogue.declaration.declare import Effect
 from network.catalogue.expansions.base import Expansion
-from network.catalogue.mechanisms.base import Link, Relay, Source
+from network.catalogue.mechanisms.base import Link, Relay, Source, Stream
 from network.recordings.inputs import Schedule, Start, constant
 
 LADDER = np.array([0.0, 0.25, 0.5, 1.0, 2.0])
@@ -46,7 +46,14 @@ def ladder(entry: Any, seed: int) -> np.ndarray:
     field = type(entry).params()[name]
     full = float(np.clip(field.proposal(), field.low, field.high / LADDER[-1]))
     u, x = surroundings(seed), arguments(entry, seed)
-    return np.array([float(evaluated(entry.replaced(**{name: np.array(s * full)}), u, *x)) for s in LADDER])
+    return np.array([given_by(entry.replaced(**{name: np.array(s * full)}), u, *x) for s in LADDER])
+
+
+def given_by(entry: Any, u: Any, *x: Any) -> float:
+    """Heat, movement or reading; of a stream whose strength is its delay, the delay."""
+    if isinstance(entry, Stream) and type(entry).strength == "delay":
+        return entry.transport()[0]
+    return float(evaluated(entry, u, *x))
 
 
 @pytest.mark.parametrize("cls", STRONG, ids=names)

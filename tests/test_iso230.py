@@ -18,6 +18,7 @@ from network.recordings.inputs import Start
 ROOT = Path(__file__).parents[1]
 MACHINES, PROGRAMS = ROOT / "machines", ROOT / "scenarios"
 GANTRY = str(MACHINES / "gantry_spindle.yaml")
+NEW = str(MACHINES / "new_machine.yaml")
 
 
 def evaluate_on(machine: str, program: str, tool_length: float | None = None) -> ThermalTest:
@@ -100,6 +101,21 @@ def test_a_moving_axis_is_told_at_both_ends_of_its_travel() -> None:
     near, far = x.targets.values()
     assert list(x.targets) == pytest.approx([0.0, 0.6]) and x.drift == far.drift > 2 * near.drift
     assert x.stable_after is not None and x.first > 0.8 * x.drift
+
+
+def test_an_axis_is_named_as_the_machine_calls_it(capsys: pytest.CaptureFixture[str]) -> None:
+    """Each of three axes along the program shipped: its own drifts alone, scaled before it is renamed."""
+    told = {}
+    for axis in "xz":
+        words = ("--input", f"feed=feed_{axis}", "--top", "feed=20 m/min")
+        assert status("iso230", NEW, "linear_axis", *words, "--json") == 0
+        told[axis] = json.loads(capsys.readouterr().out)
+        assert told[axis]["test"] == "linear_axis"
+        assert status("iso230", NEW, "linear_axis", *words) == 0
+        shown = capsys.readouterr().out
+        assert f"feed_{axis} from 10 to 250 min" in shown and "x up to 0.0019" not in shown
+    drifts = {axis: test["axes"]["x"]["drift"]["value"] for axis, test in told.items()}
+    assert drifts["x"] > 1 > 1e-2 > drifts["z"]
 
 
 def test_a_longer_tool_is_carried_by_the_rotation() -> None:
@@ -206,6 +222,10 @@ def test_the_readme_shows_what_comes_out(capsys: pytest.CaptureFixture[str]) -> 
     ("words", "says"),
     [
         ((GANTRY, "rotary_axis"), "rotary_speed, which this machine does not read; give a program that moves speed"),
+        ((NEW, "linear_axis"), "say which one it is, as in `--input feed=feed_x`, give a program"),
+        ((NEW, "linear_axis", "--input", "fed=feed_x"), "names the input 'fed', which is not there; did you"),
+        ((NEW, "linear_axis", "--input", "feed"), "does not say what feed is; write PROGRAM's name, ="),
+        ((NEW, "linear_axis", "--input", "feed=position"), "calls feed 'position', which is there already"),
         ((str(MACHINES / "specimen_bar.yaml"), "etve"), "needs the input `heater`"),
         ((str(MACHINES / "toaster_oven.yaml"), "etve"), "moves no tool centre point"),
         ((GANTRY, "spindel_constant"), "no program that comes with lptn; did you mean 'spindle_constant'?"),

@@ -1,5 +1,5 @@
 """A floor as a half space, a stream that comes late, a Peltier module, sensors in steps and with outliers: against
-answers from outside, and concealed."""
+answers from outside, and concealed; of what a diagnosis does not look for, what it tells in its stead."""
 
 from __future__ import annotations
 
@@ -12,12 +12,14 @@ import yaml
 from fits import recorded, speeds, two_blocks
 from scipy.special import erfc
 from scipy.stats import gamma
-from test_concealed_kinds import MORE, conceal, levels
+from test_concealed_kinds import MORE, conceal, levels, own, proposed
 
 from network import Machine, simulate
+from network.analysis.diagnosis.candidates import lay_over
 from network.analysis.diagnosis.hypothesis import Case, fit_hypothesis
 from network.catalogue.mechanisms.advection import Advection
 from network.catalogue.mechanisms.half_space import LAYERS, RATES, HalfSpace
+from network.catalogue.mechanisms.plug_flow import PlugFlow
 from network.catalogue.mechanisms.thermoelectric import Thermoelectric
 from network.catalogue.sensors.sensor_outliers import SensorOutliers
 from network.catalogue.sensors.sensor_resolution import SensorResolution
@@ -93,6 +95,14 @@ def test_a_floor_that_the_file_does_not_know() -> None:
     assert found.values["sources.floor.conductivity"] == pytest.approx(CONDUCTIVITY, rel=0.1)
 
 
+def test_a_hidden_mass_stands_for_a_floor_over_hours() -> None:
+    """What a diagnosis tells of it: of more than ten times the noise less than half of the noise is left."""
+    plain = two_blocks()
+    case = conceal(plain, plain.patched({"sources": {"floor": FLOOR}}))
+    c = proposed(case, "suspects", "hidden_mass", "body")
+    assert fit_hypothesis(case, plain).chi > 10 > 1.5 > fit_hypothesis(case, c.machine, (c,), c.own).chi
+
+
 # -- a stream that comes late ---------------------------------------------------------------------------------------
 W, DELAY = 400.0, 120.0
 
@@ -138,8 +148,8 @@ def test_as_many_cells_as_advection_has_are_advection() -> None:
     assert np.abs(runs[0] - runs[1]).max() < 1e-12
 
 
-def test_a_delay_that_the_file_does_not_know() -> None:
-    """A stream without delay leaves more than noise; the delay comes back."""
+def late_stream() -> Case:
+    """Recordings of a stream that comes 240 s late, and a file whose stream comes at once."""
     supplied = levels("chiller", "degC", 20, 14, 25, 16, 22, 12, 24, 18)
     nodes = {"chilled": {"temperature": "chiller"}}
     stream = {"through": ["chilled", "body"], "capacity_flow": "30 W/K ± 20 %"}
@@ -147,11 +157,28 @@ def test_a_delay_that_the_file_does_not_know() -> None:
     truth = plain.patched({"links": {"feed": {"kind": "plug_flow", "delay": "240 s", **stream}}})
     more = {**MORE, "chiller": supplied}
     runs = tuple(recorded(truth, speeds((0.0, 6000), (1.5, 0), **more), seed) for seed in (1, 2))
-    case = Case(plain, runs)
-    late = plain.patched({"links": {"feed": {"kind": "plug_flow", "delay": "120 s ± 60 %", **stream}}})
-    found = fit_hypothesis(case, late)
-    assert fit_hypothesis(case, plain).chi > 1.3 and found.chi < 1.1
-    assert found.values["links.feed.delay"] == pytest.approx(240, rel=0.1)
+    return Case(plain, runs)
+
+
+def test_a_delay_that_the_file_does_not_know() -> None:
+    """A stream without delay leaves more than noise; as it is proposed the delay comes back, and with as many cells as
+    the stream has nothing is left."""
+    case = late_stream()
+    c = proposed(case, "links", "plug_flow", "chilled", "body")
+    found = fit_hypothesis(case, c.machine, (c,), c.own)
+    assert fit_hypothesis(case, case.machine).chi > 10 > 1.3 > found.chi
+    assert own(found) == {"delay": pytest.approx(240, rel=0.05)}
+    sharp = case.machine.patched({"links": {"feed": {**c.patch.to_plain()["links"]["feed"], "cells": 64,
+                                                     "delay": "120 s ± 60 %"}}})  # fmt: skip
+    known = fit_hypothesis(case, sharp)
+    assert known.chi < 1.1 and known.values["links.feed.delay"] == pytest.approx(240, rel=0.03)
+
+
+def test_a_delay_is_looked_for_in_streams_alone_and_once() -> None:
+    """Where no stream is, nothing is tried; where one is late already, not either."""
+    late = late_stream().machine.patched({"links.feed.delay": "30 s"})
+    assert not [*PlugFlow.proposes(two_blocks())] and not [*PlugFlow.proposes(late)]
+    assert len([*PlugFlow.proposes(late_stream().machine)]) == 1
 
 
 # -- a Peltier module -----------------------------------------------------------------------------------------------
@@ -198,6 +225,21 @@ def test_a_module_that_the_file_does_not_know() -> None:
     found = fit_hypothesis(case, known)
     assert fit_hypothesis(case, plain).chi > 1.3 and found.chi < 1.1
     assert found.values["sources.cold side.seebeck"] == pytest.approx(4e-4, rel=0.05)
+
+
+def test_a_recorded_current_tells_of_a_module() -> None:
+    """What a diagnosis finds in its stead: a cooling of N s T I, and a warming of N r/2 I², at 4 A."""
+    plain = two_blocks()
+    case = conceal(plain, plain.patched({"sources": {"cold side": COLD}}))
+    tried = [proposed(case, "sources", "heat_source", "body", has=f"current{how} body") for how in ("", " squared")]
+    laid = lay_over(plain, tried)
+    assert laid is not None
+    machine, found = laid
+    h = fit_hypothesis(case, machine, found, tuple(p for c in found for p in c.own))
+    assert fit_hypothesis(case, plain).chi > 10 > 1.1 > h.chi
+    pumped, lost = (h.values[f"sources.heat_source current{how} body.power"] for how in ("", " squared"))
+    assert pumped == pytest.approx(-127 * 4e-4 * 302 * 4, rel=0.02)
+    assert lost == pytest.approx(127 * 0.015 / 2 * 16, rel=0.05)
 
 
 # -- readings in steps, readings far off ----------------------------------------------------------------------------
@@ -249,23 +291,29 @@ def test_outliers_that_the_file_does_not_know_are_set_aside() -> None:
 
 # -- as the README writes them --------------------------------------------------------------------------------------
 def test_the_snippets_of_the_readme_run() -> None:
-    """Ground, hose, module and sensor on one machine: heat closes, the camera is cooled, the pump's heat leaves."""
+    """All of them on one machine: heat closes, the camera is cooled, the pump's heat leaves, the drive's goes through
+    its pipe, and the column stands in warmer air than the room's."""
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    block = readme.partition("**Ground, hoses, Peltier modules**")[2].split("```")[1].removeprefix("yaml")
+    block = readme.partition("**Ground, hoses, Peltier modules, heat pipes, layered air**")[2]
+    block = block.split("```")[1].removeprefix("yaml")
     line = next(line for line in readme.splitlines() if "sensor_resolution" in line and line.startswith("T5:"))
     given = {**yaml.safe_load(block), "sensors": yaml.safe_load(line)}
     nodes = {
         "tank": {"temperature": "16 degC"}, "air": {"temperature": "ambient"},
         **{name: {"heat_capacity": f"{C} kJ/K"} for name, C in
-           (("jacket", 8), ("camera", 0.5), ("fins", 2), ("bed", 400))},
+           (("jacket", 8), ("camera", 0.5), ("fins", 2), ("bed", 400), ("drive", 1), ("column", 5))},
     }  # fmt: skip
     skins = {f"{part} skin": {"kind": "convection", "between": [part, "air"], "conductance": "5 W/K"}
              for part in ("jacket", "fins", "bed")}  # fmt: skip
+    skins["column skin"] = {"kind": "convection", "between": ["column", "air"], "conductance": "9 W/K"}
+    given["sources"]["drive"] = {"kind": "heat_source", "into": {"drive": 1}, "power": "40 W"}
     machine = small.machine(nodes, **{**given, "links": {**given["links"], **skins}})
     t = np.arange(0.0, 4 * 3600 + 1, 30.0)
     on = constant("current", "A", 2.0)
     run = simulate(machine, small.schedule(t, on, constant("ambient", "degC", 22.0)))
-    assert abs(run.energy.closure) < 1e-9
+    assert abs(run.energy.closure) < 1e-6
     parts = {name: float(T[-1]) for name, T in run.parts.items() if name in nodes}
     assert parts["camera"] < 5 < parts["jacket"] < 22 < parts["fins"]
+    assert parts["column"] == pytest.approx(22 + 0.6 * 1.8 + 40 / 9, abs=0.02)
+    assert parts["drive"] - parts["column"] == pytest.approx(40 / 12 / (1 - 40 / 90), abs=0.02)
     assert len(set(np.round(4 * (run.sensors["T5"] % 8) % 1, 9))) == 1, "quarters of a kelvin"

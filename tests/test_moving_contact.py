@@ -14,7 +14,7 @@ from network import Machine, simulate
 from network.engine.assembly import build
 from network.engine.channels import readouts
 from network.engine.solvers.linear import reduce
-from network.engine.solvers.plan import make_plan
+from network.engine.solvers.method_choice import make_plan
 from network.platform.refusal import Refused
 from network.recordings.inputs import Start, hold, linear
 from network.recordings.recording import Recording

@@ -14,9 +14,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 from browser import NAMES, Browser, find_browser, opened
-from test_pages import EACH, ROOT, hostile_pages, main_quietly, nodes, pages, ramps, text_of, tree_of
+from test_pages import EACH, HOSTILE, ROOT, hostile_pages, main_quietly, nodes, pages, ramps, text_of, tree_of
 
+from network import Machine, Scenario, simulate
+from network.recordings.csv_table import write_csv
 from network.report.pages.chart import Chart, Line, Plot
 from network.report.pages.chart_page import Page, Table, fill_page
 
@@ -268,6 +271,71 @@ def test_hostile_names_are_text(browser: Browser, tmp_path: Path) -> None:
         browser.show(page)
         assert browser.tell("document.querySelectorAll('img').length") == 0 and browser.said == []
         assert browser.tell("document.querySelectorAll('button').length") > 0
+
+
+INPUT = f"in {HOSTILE}"
+ODD = HOSTILE.replace("/", "")
+"""For a file, whose name has no slash."""
+
+
+def hostile_files(where: Path) -> None:
+    """A machine, a scenario and a recording in which everything that has a name has a hostile one."""
+    part = {"material": HOSTILE, "length": "100 mm", "area": "10 cm^2"}
+    steel = {"density": "7800 kg/m^3", "specific_heat": "460 J/(kg K)", "conductivity": "45 W/(m K)"}
+    tree = {
+        "machine": HOSTILE, "reference": "20 degC", "materials": {HOSTILE: steel | {"expansion": "12e-6 1/K"}},
+        "nodes": {HOSTILE: part, f"2 {HOSTILE}": part, "air": {"temperature": "ambient"}},
+        "links": {HOSTILE: {"kind": "convection", "between": [HOSTILE, "air"], "conductance": "4 W/K ± 30 %"},
+                  f"2 {HOSTILE}": {"kind": "conduction", "between": [HOSTILE, f"2 {HOSTILE}"], "conductance": "2 W/K"}},
+        "sources": {HOSTILE: {"kind": "heat_source", "into": {HOSTILE: 1}, "power": "60 W", "with": INPUT, "at": "1"},
+                    "turns": {"kind": "bearing_friction", "into": {HOSTILE: 1}, "torque": "300 N mm"}},
+        "tcp": {"z": {HOSTILE: {"kind": "stretching", "of": HOSTILE, "direction": 1}}},
+        "sensors": {HOSTILE: {"measures": HOSTILE, "noise": "0.05 K"}, f"2 {HOSTILE}": {"measures": f"2 {HOSTILE}",
+                                                                                      "noise": "0.05 K"}},
+    }  # fmt: skip
+    inputs = {INPUT: [{"for": "20 min", "at": "1"}, {"at": "0"}], "speed": "1000 rpm", "ambient": "20 degC"}
+    told = {"scenario": HOSTILE, "duration": "40 min", "output": "20 s", "inputs": inputs}
+    for name, content in ((f"{ODD}.yaml", tree), ("s.yaml", told)):
+        (where / name).write_text(yaml.safe_dump(content, allow_unicode=True, sort_keys=False), encoding="utf-8")
+    run = simulate(Machine.load(where / f"{ODD}.yaml"), Scenario.load(where / "s.yaml"), noise_seed=1)
+    t = run.t
+    columns = {name: ("degC", values + 0.3 * np.sin(t / 400)) for name, values in run.sensors.items()}
+    columns |= {HOSTILE[1:]: ("degC", 20 + np.sin(t / 300)), "speed": ("rpm", run.inputs["speed"]),
+                "ambient": ("degC", np.full(len(t), 20.0)), INPUT: ("1", run.inputs[INPUT])}  # fmt: skip
+    write_csv(where / f"{ODD}.csv", t, columns)
+    mapping = {f"{name} [{unit}]": f"{name} [{unit}]" for name, (unit, _) in columns.items()}
+    mapping["time [s]"] = "time [s]"
+    (where / "map.yaml").write_text(yaml.safe_dump({"recording": HOSTILE, "file": f"{ODD}.csv", "columns": mapping}))
+
+
+CLICKING = """document.querySelectorAll("button, input, summary, figure, [tabindex]").forEach(e => {
+  e.focus();
+  e.dispatchEvent(new MouseEvent("click", {bubbles: true}));
+})"""
+COMMANDS = (
+    ("simulate", "s.yaml", "--page"), ("compare", "map.yaml", "--page"), ("calibrate", f"{ODD}.csv", "--page"),
+    ("diagnose", f"{ODD}.csv", "--budget", "5 s", "--jobs", "1"), ("iso230", "s.yaml"),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("words", COMMANDS, ids=lambda words: str(words[0]))
+def test_hostile_files_make_pages_of_text(
+    browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...]
+) -> None:
+    """Machine, parts, links, sources, sensors, inputs, columns, files: nothing that they hold is made, fetched or run,
+    also when everything on the page is clicked, typed into or focused."""
+    monkeypatch.chdir(tmp_path)
+    hostile_files(tmp_path)
+    assert main_quietly(words[0], f"{ODD}.yaml", *words[1:], "-o", "out") == 0
+    browser.show(tmp_path / "out" / "report.html")
+    assert HOSTILE in browser.tell("document.body.innerText")
+    browser.tell(CLICKING)
+    for key in ("ArrowRight", "End", "Escape"):
+        browser.press(key)
+    made = "[...document.querySelectorAll('img')].filter(e => !e.src.startsWith('data:')).length"
+    assert browser.tell(made) == 0 and browser.said == []
+    scripts = browser.tell("document.querySelectorAll('script:not([type])').length")
+    assert scripts == 1 and "49" not in browser.tell("document.title")
 
 
 def test_a_script_that_is_not_its_own_does_not_run(browser: Browser, tmp_path: Path) -> None:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import errno
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -96,6 +98,36 @@ def test_whatever_fails_on_the_way_the_old_result_is_back(
         if saboteur.left >= 0:
             break
     assert held(where) == NEW and kept >= 8
+
+
+def test_a_stop_on_the_way_leaves_nothing_hidden(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By Ctrl-C at every step, also of those by which the draft is removed."""
+    left, seen, stops = [0], 0, 0
+
+    def stopping(real: Callable[..., object]) -> Callable[..., object]:
+        def act(*a: object, **k: object) -> object:
+            left[0] -= 1
+            if left[0] == -1:
+                signal.raise_signal(signal.SIGINT)
+            return real(*a, **k)
+
+        return act
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        for step in range(60):
+            where, left[0] = with_old(tmp_path / f"out {step}"), step
+            with monkeypatch.context() as patch, suppress(KeyboardInterrupt):
+                for name in ("mkdir", "replace", "rename", "link", "utime", "unlink", "rmdir"):
+                    patch.setattr(os, name, stopping(getattr(os, name)))
+                stops += 1
+                publish(where)
+                stops -= 1
+            assert held(where) in (OLD, NEW), step
+            seen = max(seen, step - left[0])
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert stops == seen >= 12
 
 
 KILLED = """

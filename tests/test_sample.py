@@ -140,7 +140,7 @@ def test_a_stopped_sweep_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytes
         (["--sample", "5", "--vary", "links.housing skin.conductance=3..9 mm"], "give it in a unit like W/K"),
         (["--sample", "5", "--vary", "links.nothing.conductance=3..9 W/K"], "there is no number"),
         (["--sample", "5", "--levels", "1,2"], "--levels: compares levels, and --sample draws"),
-        (["--resume", "x"], "--resume: is for numbers that are drawn; add --sample N"),
+        (["--resume", "x"], "--resume: keeps the runs of a grid, and levels are few; add --vary"),
         (["--sample", "2000000"], "give 2 to 1000000"),
     ],
 )

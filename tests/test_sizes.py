@@ -142,11 +142,16 @@ def test_tables_that_do_not_fit_are_refused_with_their_size() -> None:
 
 
 def test_a_run_of_more_values_than_can_be_held_is_refused_and_without_parts_is_not() -> None:
-    long = Scenario.of("long", "1000000 s", {}, output="0.1 s")
-    with pytest.raises(Refused, match="10000001 samples of 8 courses are 80 million values; at most 32 million"):
+    long = Scenario.of("long", "1200000 s", {}, output="0.1 s")
+    with pytest.raises(Refused, match="12000001 samples of 3 courses are 36 million values; at most 32 million"):
         simulate(joined_bars(1), long)
+    with pytest.raises(Refused, match="12000001 samples of 8 courses are 96 million values; at most 32 million"):
+        simulate(joined_bars(1), long, method="rosenbrock")
     check_length(joined_bars(1), long.schedule, parts=False)
-    check_length(joined_bars(1), Scenario.of("less", "300000 s", {}, output="0.1 s").schedule)
+    less = Scenario.of("less", "800000 s", {}, output="0.1 s").schedule
+    check_length(joined_bars(1), less, lazy=True)
+    with pytest.raises(Refused, match="64 million"):
+        check_length(joined_bars(1), less)
 
 
 @pytest.mark.parametrize("method", ["auto", "solve_ivp:LSODA"])

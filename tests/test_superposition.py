@@ -13,7 +13,8 @@ from build import machine
 from fit_networks import machines
 from test_figures import check_legible
 
-from network import Machine, Recording, Scenario, simulate, superpose
+from network import Machine, Recording, Refused, Scenario, simulate, superpose
+from network.catalogue.sensors.sensor import Sensor
 from network.cli import main
 from network.engine.superposition.superpose import ALONG, AT_ONCE, EXACTLY
 from network.report.figures.all_figures import sources_figure
@@ -157,3 +158,65 @@ def test_the_picture_is_legible(name: str, tmp_path: Path) -> None:
     figure = sources_figure(shares)
     assert len(figure.axes) == 2
     check_legible(figure, tmp_path / "x.png")
+
+
+def many(count: int, tcp: bool) -> Any:
+    nodes: dict[str, Any] = {f"n{i}": {"heat_capacity": "100 J/K"} for i in range(count)}
+    moves = {"z": {"grows": {"kind": "stretching", "of": "bar", "direction": 1}}} if tcp else {}
+    bar = {"material": "steel", "length": "100 mm", "area": "1 cm^2"}
+    return machine(
+        nodes | {"bar": bar, "room": {"temperature": "20 degC"}},
+        links={
+            name: {"kind": "convection", "between": [name, "room"], "conductance": "1 W/K"} for name in (*nodes, "bar")
+        },
+        sources={name: {"kind": "heat_source", "into": {name: 1}, "power": "1 W"} for name in nodes},
+        sensors={name: {"measures": name, "noise": "0.1 K"} for name in nodes},
+        tcp=moves,
+    )
+
+
+def test_more_causes_than_can_be_told_apart_are_refused_and_none_are_computed_where_nothing_moves(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """2900 sources in as many parts: hours, for nothing where no tool centre point is described."""
+    scenario = Scenario.of("a run", "10 min", {}, output="1 min", start="20 degC")
+    monkeypatch.setattr("network.engine.superposition.superpose.MOST_PRODUCTS", 7 * 6**2)
+    assert {share.cause for share in superpose(simulate(many(5, True), scenario)).shares} >= {"n0", "n4"}
+    with pytest.raises(Refused, match="8 causes in 7 lumps; at most 5 can be"):
+        superpose(simulate(many(6, True), scenario))
+    still = superpose(simulate(many(6, False), scenario))
+    assert not still.shares and not still.remainder
+
+
+def test_sensors_are_looked_up_once_however_many_there_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked, real = [0], Sensor.exchanged.fget
+
+    def counted(sensor: Sensor) -> str:
+        asked[0] += 1
+        return str(real(sensor))  # type: ignore[misc]
+
+    monkeypatch.setattr(Sensor, "exchanged", property(counted))
+    many(200, False)
+    assert asked[0] <= 10 * 200
+
+
+def test_parts_of_less_than_a_digit_each_are_not_named() -> None:
+    """One source through eight bars of 0.3 µm each, beside another one of 100 µm."""
+    bar = {"material": "steel", "length": "100 mm", "area": "1 cm^2"}
+    small = [f"b{i}" for i in range(8)]
+    run = simulate(
+        machine(
+            dict.fromkeys(("large", *small), bar) | {"room": {"temperature": "20 degC"}},
+            links={
+                n: {"kind": "convection", "between": [n, "room"], "conductance": "1 W/K"} for n in ("large", *small)
+            },
+            sources={
+                "strong": {"kind": "heat_source", "into": {"large": 1}, "power": "100 W"},
+                "weak": {"kind": "heat_source", "into": dict.fromkeys(small, 0.125), "power": "2.4 W"},
+            },
+            tcp={"z": {name: {"kind": "stretching", "of": name, "direction": 1} for name in ("large", *small)}},
+        ),
+        Scenario.of("a run", "10 min", {}, output="1 min", start="20 degC"),
+    )
+    told = str(superpose(run))
+    assert " from strong through large" in told and re.search(r" from weak[,.]", told), told

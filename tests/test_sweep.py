@@ -21,6 +21,7 @@ from build import machine
 
 from network import Machine, Recording, Refused, Scenario, simulate, sweep
 from network.analysis.comparison.compare import compare
+from network.analysis.sweep.grid_runs import GridJob, VariedRun, run_varied
 from network.analysis.sweep.sweep import Sweep
 from network.analysis.sweep.variations import parse_variation
 from network.cli import main
@@ -309,3 +310,25 @@ def test_command_exits_with_two(capsys: pytest.CaptureFixture[str]) -> None:
         main(["sweep", str(GANTRY), str(WARM_UP), "--levels", "1,fin", "--tolerance", "1 um"])
     assert left.value.code == 2
     assert capsys.readouterr().err == "--levels: there is no level 'fin'; did you mean 'fine'?\n"
+
+
+def test_a_stopped_grid_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    vary, kept, done = ["links.skin.conductance=10..30 W/K:5", "sources.heater.power=20,50 W"], tmp_path / "kept", []
+    scenario = Scenario.of("half an hour", "30 min")
+    whole = sweep(heated_bar(), scenario, vary=vary, resume=kept)
+    lines = kept.read_text().split("\n")
+    kept.write_text("\n".join([*lines[:5], lines[5][:9]]))
+
+    def count(shared: GridJob, values: tuple[float, ...]) -> VariedRun:
+        done.append(values)
+        return run_varied(shared, values)
+
+    monkeypatch.setattr("network.analysis.sweep.grid_runs.run_varied", count)
+    again = sweep(heated_bar(), scenario, vary=vary, resume=kept)
+    assert done == [run.values for run in whole.runs[4:]]
+    assert [(run.values, run.tcp) for run in again.runs] == [(run.values, run.tcp) for run in whole.runs]
+    assert again.runs[0].tcp == sweep(heated_bar(), scenario, vary=vary).runs[0].tcp
+    with pytest.raises(Refused, match="belongs to another sweep"):
+        sweep(heated_bar(), scenario, vary=[vary[0], "sources.heater.power=20,60 W"], resume=kept)
+    with pytest.raises(Refused, match="keeps the runs of a grid"):
+        sweep(heated_bar(), scenario, levels=[1, 2], resume=kept)

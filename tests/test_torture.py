@@ -13,10 +13,12 @@ from torture.agreement import compare_ways
 from torture.deeds import Bench
 from torture.faults import FAULTS as DISTURBANCES
 from torture.faults import can_mount
+from torture.log import go_on
 from torture.minimise import minimise
 from torture.mutants import PAIRS, ROOT, SMALL, Mutant, mutant, recorded, shipped
 from torture.networks import KINDS, draw_network
 from torture.oracle import Outcome, judge
+from torture.stops import stop_once
 from torture.survivors import ROOMS, files_testing
 
 from network import Machine, Scenario, simulate
@@ -85,7 +87,7 @@ def links(machine: Machine) -> list[Link]:
 def test_ways_of_solving_agree_on_some_networks() -> None:
     drawn = [draw_network(1, number) for number in range(24)]
     assert {each.kind for each in drawn} == {*KINDS}
-    told = [(n, each) for n, network in enumerate(drawn) for each in compare_ways(network, random.Random(n))]
+    told = [(n, each) for n, network in enumerate(drawn) for each in compare_ways(network, random.Random(n), slow=3.0)]
     assert [(n, each) for n, each in told if not each.furthest <= 1.0] == []
 
 
@@ -94,6 +96,13 @@ def test_a_computer_that_lets_a_simulation_down(name: str, tmp_path: Path) -> No
     if name in ("full disk", "read only") and not can_mount(tmp_path):
         pytest.skip("file systems cannot be mounted here")
     assert DISTURBANCES[name][0]("simulate", random.Random(2), Bench(tmp_path)) == ""
+
+
+def test_a_command_that_is_stopped_and_what_is_tried_goes_on_where_it_was(tmp_path: Path) -> None:
+    assert stop_once("export", signal.SIGTERM, 0.9, fresh=True, bench=Bench(tmp_path)) == ""
+    log, tried = tmp_path / "log" / "tried.jsonl", list[int]()
+    told = [go_on(log, count, lambda number: tried.append(number) or {"what": number}) for count in (2, 5, 3)]  # type: ignore[func-returns-value]
+    assert tried == [0, 1, 2, 3, 4] and [[each["what"] for each in one] for one in told] == [[0, 1], tried, [0, 1, 2]]
 
 
 # -- the oracle -----------------------------------------------------------------------------------------------------

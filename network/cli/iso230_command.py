@@ -36,6 +36,7 @@ PROGRAMS = ("etve", "spindle_constant", "spindle_spectrum", "linear_axis", "rota
 @machine_options
 @click.argument("program", type=click.Path())
 @click.option("--top", "tops", multiple=True, metavar="INPUT=VALUE", help="scale an input of PROGRAM, 'speed=9000 rpm'")
+@click.option("--input", "names", multiple=True, metavar="THEIRS=OURS", help="what PROGRAM moves, 'feed=feed_x'")
 @click.option("--tool-length", metavar="LENGTH", help="also the drift at a tool that is longer by this, like '150 mm'")
 @click.option("--stable", metavar="SHARE", help="an hour that moves less than this share of the first is stable; 15 %")
 @click.option("-o", "--output", type=click.Path(), metavar="DIR", help="report.html, iso230.json and a picture")
@@ -43,22 +44,21 @@ PROGRAMS = ("etve", "spindle_constant", "spindle_spectrum", "linear_axis", "rota
 @start_option
 @json_flag
 def iso230(
-    machine: str, program: str, tops: Sequence[str], tool_length: str | None, output: str | None, page: bool,
-    start: str | None, stable: str | None, level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
+    machine: str, program: str, tops: Sequence[str], names: Sequence[str], tool_length: str | None, output: str | None,
+    page: bool, start: str | None, stable: str | None, level: str | None, lumps: Sequence[str], sets: Sequence[str],
+    as_json: bool,
 ) -> None:  # fmt: skip
     """A thermal test of ISO 230-3 on a MACHINE: simulated along PROGRAM (a scenario, or one of the programs shipped:
     etve, spindle_constant, spindle_spectrum, linear_axis, rotary_axis), or from a recording."""
     check_page(page, output)  # which stands in the folder anyway
     with share_bar(f"testing {Path(machine).name}") as bar:
         results_go_to(output)
-        read = _scaled(program, tops)
+        read = _fitted(program, tops, names)
         loaded = read_machine(machine, level, lumps, sets, read, start)
         from network.analysis.acceptance.thermal_test import evaluate_thermal_test
 
         length, share, (source,) = _read_length(tool_length), _read_share(stable), read()
-        test = evaluate_thermal_test(
-            loaded, source, tool_length=length, start=read_start(start), stable_share=share
-        )
+        test = evaluate_thermal_test(loaded, source, tool_length=length, start=read_start(start), stable_share=share)
         written = []
         if output is not None:
             bar.now("drawing the test", 1.0)
@@ -70,17 +70,17 @@ def iso230(
     tell_result(test, test.summary, written, as_json, loaded.warnings)
 
 
-def _scaled(program: str, tops: Sequence[str]) -> Callable[[], list[Scenario | Recording]]:
-    """What reads the program, with its inputs scaled."""
+def _fitted(program: str, tops: Sequence[str], names: Sequence[str]) -> Callable[[], list[Scenario | Recording]]:
+    """What reads the program, with its inputs scaled and under the machine's names."""
     read = sources_of([_find_program(program)])
 
     @cache
-    def scale() -> list[Scenario | Recording]:
-        from network.recordings.scaled_inputs import scale_inputs
+    def fit() -> list[Scenario | Recording]:
+        from network.recordings.scaled_inputs import rename_inputs, scale_inputs
 
-        return [scale_inputs(source, tops) for source in read()]
+        return [rename_inputs(scale_inputs(source, tops), names) for source in read()]
 
-    return scale
+    return fit
 
 
 def _find_program(program: str) -> Path:

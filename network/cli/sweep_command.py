@@ -38,7 +38,9 @@ if TYPE_CHECKING:
 )
 @click.option("--sample", "count", type=Whole(2), metavar="N", help="N runs, numbers drawn from their ± (or --vary)")
 @click.option("--seed", type=Whole(0), default=0, show_default=True, help="of --sample")
-@click.option("--resume", type=FileName(), metavar="FILE", help="of --sample: keeps what is done, and goes on from it")
+@click.option(
+    "--resume", type=FileName(), metavar="FILE", help="of --sample, --vary: keeps what is done, goes on from it"
+)
 @click.option("--parquet", is_flag=True, help="of --sample: sweep.parquet instead of sweep.csv")
 @click.option("--tolerance", metavar="LENGTH", help="look for the coarsest level that stays within, like '1 um'")
 @click.option("--jobs", type=Whole(1), default=1, show_default=True, metavar="N", help="processes")
@@ -54,7 +56,7 @@ def sweep(
 ) -> None:  # fmt: skip
     """How far a MACHINE may be simplified along SOURCE, how its tool centre point answers to varied numbers, or how
     sure it is with numbers drawn from their ±."""
-    _check(count, levels, tolerance, resume, parquet)
+    _check(count, levels, tolerance, parquet)
     with share_bar(f"sweeping {Path(machine).name}") as bar:
         results_go_to(output)
         read = sources_of([source])
@@ -73,18 +75,17 @@ def sweep(
 
             result = run(
                 loaded, driver, levels=levels.split(",") if levels else (), vary=vary, tolerance=tolerance,
-                start=begin, method=method, jobs=jobs, cluster=cluster, progress=bar,
+                start=begin, method=method, jobs=jobs, cluster=cluster, resume=resume, progress=bar,
             )  # fmt: skip
         written = _write(result, output, parquet, lambda: bar.now("drawing the sweep", 1.0))
     tell_result(result, result.summary, written, as_json, loaded.warnings)
 
 
-def _check(count: int | None, levels: str | None, tolerance: str | None, resume: str | None, parquet: bool) -> None:
+def _check(count: int | None, levels: str | None, tolerance: str | None, parquet: bool) -> None:
     complaints = Complaints()
     if count is None:
-        for option, is_given in (("--resume", resume is not None), ("--parquet", parquet)):
-            if is_given:
-                complaints.refuse(Spot(option), "is for numbers that are drawn", "add --sample N")
+        if parquet:
+            complaints.refuse(Spot("--parquet"), "is for numbers that are drawn", "add --sample N")
     elif levels or tolerance:
         option = "--levels" if levels else "--tolerance"
         complaints.refuse(Spot(option), "compares levels, and --sample draws numbers at one", "leave one of them out")

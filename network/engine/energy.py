@@ -10,13 +10,14 @@ import numpy as np
 from network.catalogue.declaration.declare import Array, Indices
 from network.engine.balance import heat_balance, inward
 from network.engine.network import Network
-from network.engine.solvers.linear import LinearProblem, LinearSolution, Regime
+from network.engine.solvers.elimination import Regime
+from network.engine.solvers.linear import LinearProblem, LinearSolution
 from network.engine.solvers.plan import Plan
 from network.platform.printing import Brief
 
-NO_HEAT = 1e-6
-"""K: what does not warm a machine by more is nothing that an account is closed to, for its temperatures are rounded to
-1e-13 K and more."""
+NO_HEAT = 3e-5
+"""K: what does not warm a machine by more is nothing that an account is closed to, for steps keep its temperatures to
+1e-7 of some 300 K."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import groupby
 from typing import ClassVar, Generic, TypeVar, cast
@@ -44,6 +44,14 @@ class Flows:
         """Slopes of its law by both temperatures and every reading, before its weight."""
         slopes = self.law.slopes(T[..., self.a], T[..., self.b], u, *(T @ R.T for R in self.reads))
         return tuple(self.law.let_pass(slope, u) for slope in slopes)
+
+    def some(self, members: Indices) -> Flows:
+        """Some of them."""
+        return replace(
+            self, law=self.law.some(members), a=self.a[members], b=self.b[members], w=self.w[members],
+            entry=self.entry[members], reads=tuple(R[members] for R in self.reads),
+            relay=None if self.relay is None else self.relay[members],
+        )  # fmt: skip
 
     @cached_property
     def spread(self) -> Array:

@@ -28,6 +28,8 @@ from network.recordings.runs import runs_of
 from network.recordings.scenario import Scenario
 from network.recordings.yaml_values import collecting
 
+BY_STEPS = ("rosenbrock", "solve_ivp")
+"""Methods that find everything that is told as they go."""
 MOST_VALUES = 32_000_000
 """Of 8 B, that a run tells; it takes six times as much while it is made, drawn and written."""
 
@@ -54,8 +56,8 @@ def simulate(
         ]  # fmt: skip
         return join_runs(source, each)
     schedule = schedule_for(machine, source, start)
-    check_length(machine, schedule, parts)
     network = build(machine)
+    check_length(machine, schedule, parts, lazy=network.is_affine() and not method.startswith(BY_STEPS))
     recording = source if isinstance(source, Recording) else None
     T0 = start_temperatures(network, schedule, recording)
     with np.errstate(over="ignore", invalid="ignore"):
@@ -66,11 +68,14 @@ def simulate(
     return observe(network, schedule, outcome, seconds, noise_seed)
 
 
-def check_length(machine: Machine, schedule: Schedule, parts: bool = True) -> None:
-    """Raises Refused where what is told over time does not fit into the memory."""
+def check_length(machine: Machine, schedule: Schedule, parts: bool = True, lazy: bool = False) -> None:
+    """Raises Refused where what is told over time does not fit into the memory; lazy: the courses of parts are worked
+    out as they are asked for, which a picture does for their temperatures."""
     columns = len(machine.inputs) + len(machine.sensors) + len(machine.tcp) + len(machine.states)
     if parts:
-        columns += 2 * len(machine.nodes) + len(machine.expansions) + machine.lumps
+        columns += len(machine.nodes)
+    if parts and not lazy:
+        columns += len(machine.nodes) + len(machine.expansions) + machine.lumps
     samples = len(schedule.t)
     if not samples * columns <= MOST_VALUES:
         wrong = f"{samples} samples of {columns} courses are {samples * columns / 1e6:.0f} million values"

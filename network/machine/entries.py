@@ -73,6 +73,11 @@ class Entries(ABC):
         """(axis, name) → entry."""
         return {(axis, name): entry for axis, entries in self.tcp.items() for name, entry in entries.items()}
 
+    @cached_property
+    def exchanged_by(self) -> Mapping[str, str]:
+        """Sensor → the first one that says to be exchanged with it."""
+        return {sensor.exchanged: name for name, sensor in reversed([*self.sensors.items()]) if sensor.exchanged}
+
     def entries(self) -> Iterator[tuple[EntryPath, Declared]]:
         """Every entry with its path in the file, behind each entry those that it holds."""
         for path, entry in self._by_name():

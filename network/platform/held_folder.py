@@ -16,7 +16,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from secrets import token_hex
 
-from network.platform.stopping import on_stop
+from network.platform.stopping import on_stop, uninterrupted
 
 try:
     import fcntl
@@ -91,7 +91,7 @@ def abandoned(where: Path, kinds: tuple[str, ...]) -> Iterator[Path]:
     """Held folders of these kinds whose process is gone, each locked meanwhile. To be called while sorting."""
     found = sorted(where.iterdir()) if os.access(where, os.R_OK) else []
     for path in found:
-        if kind_of(path) in kinds and (handle := hold(path)) is not None:
+        if kind_of(path.with_suffix("")) in kinds and (handle := hold(path)) is not None:
             try:
                 yield path
             finally:
@@ -102,9 +102,10 @@ def make_held(path: Path) -> int | None:
     """A new folder, held before it has a name that others know as ours: nobody takes it for an abandoned one, also
     where the folder around it is so slow that sorting it was not waited for."""
     unknown = path.with_name(f"{path.name}.new")
-    unknown.mkdir(mode=0o700)
-    handle = hold(unknown)
-    os.rename(unknown, path)
+    with uninterrupted():
+        unknown.mkdir(mode=0o700)
+        handle = hold(unknown)
+        os.rename(unknown, path)
     return handle
 
 
@@ -125,5 +126,6 @@ def passing_folder(where: Path, kind: str) -> Iterator[Path]:
                 handle = make_held(path)
             yield path
     finally:
-        remove()
+        with uninterrupted():
+            remove()
         let_go(handle)

@@ -19,7 +19,7 @@ from pathlib import Path
 from network.platform.folders import folder, not_there, remove_empty
 from network.platform.held_folder import abandoned, kind_of, let_go, make_held, new_name, sorting
 from network.platform.refusal import Refused, Spot, refuse
-from network.platform.stopping import on_stop
+from network.platform.stopping import GRACE, on_stop, uninterrupted
 
 DRAFT, READY = "draft", "ready"
 """Kinds of held folders: one that is being made, and one whose files are on their way to their places."""
@@ -64,9 +64,12 @@ def publication(where: str | Path, kind: Kind = Kind()) -> Iterator[Path]:
         with on_stop(tidy_up), _told_by_place(where):
             draft.begin()
             yield draft.path / NEW
-            draft.publish()
+            with uninterrupted():
+                draft.publish()
+                tidy_up()
     finally:
-        tidy_up()
+        with uninterrupted():
+            tidy_up()
         let_go(draft.handle)
 
 
@@ -154,11 +157,13 @@ class _Draft:
     def remove(self) -> None:
         """Removes the draft, but not while its files are on their way: what is left of it then is brought to its end
         by the next publication."""
-        if self.moving.acquire(blocking=False):
-            shutil.rmtree(self.path, ignore_errors=True)
-            if self.settled:
-                shutil.rmtree(self.ready, ignore_errors=True)
-            self.moving.release()
+        if self.moving.acquire(timeout=GRACE):
+            try:
+                shutil.rmtree(self.path, ignore_errors=True)
+                if self.settled:
+                    shutil.rmtree(self.ready, ignore_errors=True)
+            finally:
+                self.moving.release()
 
 
 def _stamp(paths: Sequence[Path]) -> None:

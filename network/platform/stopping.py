@@ -15,6 +15,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
+from typing import Any
 
 GRACE = 1.0
 """s in which a command may tidy up by itself."""
@@ -46,6 +47,27 @@ def time_to_tell(seconds: float) -> Iterator[None]:
         yield
     finally:
         _time_to_tell.pop()
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """What takes milliseconds and must not be left half done: a stop that comes meanwhile is raised at its end."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    heard: list[tuple[int, FrameType | None]] = []
+    before: dict[int, Any] = {}
+    try:
+        for number in _SIGNALS:
+            if callable(handler := signal.getsignal(number)):
+                before[number] = handler
+                signal.signal(number, lambda *stop: heard.append(stop))
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        for number, frame in heard[:1]:
+            before[number](number, frame)
 
 
 @contextmanager

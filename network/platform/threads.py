@@ -10,6 +10,8 @@ from collections.abc import Callable
 from functools import cache, wraps
 from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
+from network.platform.freed_memory import keep_freed_memory
+
 if TYPE_CHECKING:
     from threadpoolctl import ThreadpoolController
 
@@ -20,13 +22,15 @@ R = TypeVar("R")
 def begin_on_one_thread() -> None:
     """For a program and its processes, before numpy is there; what the environment says comes first."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    keep_freed_memory()
 
 
 def on_one_thread(function: Callable[P, R]) -> Callable[P, R]:
-    """The function with BLAS held to one thread while it runs."""
+    """The function with BLAS held to one thread while it runs, and with memory at hand."""
 
     @wraps(function)
     def run_on_one_thread(*args: P.args, **kwargs: P.kwargs) -> R:
+        keep_freed_memory()
         with _controller().limit(limits=1):
             return function(*args, **kwargs)
 

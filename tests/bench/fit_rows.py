@@ -45,7 +45,7 @@ def off(at: Linearised, truth: dict[str, float]) -> str:
 
 
 def fit_rows(table: Table) -> None:
-    for output, limit in ((10.0, "200 ms, 50 ms with numba"), (60.0, "15 ms with numba")):
+    for output, limit in ((10.0, "100 ms, 50 ms with numba"), (60.0, "15 ms with numba")):
         machine, free, recordings, truth = fit_case(output=output)
         problem = make_problem(machine, free, laid_out(machine, recordings))
         at = minimise(problem)

@@ -10,6 +10,8 @@ from __future__ import annotations
 import argparse
 import os
 import statistics
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -33,7 +35,7 @@ from network.engine.assembly import build
 from network.engine.channels import readouts
 from network.engine.simulation import simulate
 from network.engine.solvers.carry_out import solve_schedule
-from network.engine.solvers.plan import make_plan
+from network.engine.solvers.method_choice import make_plan
 from network.engine.start import start_temperatures
 from network.machine.machine import Machine
 from network.platform.threads import on_one_thread
@@ -139,6 +141,23 @@ def whole_rows(table: Table) -> None:
         table.add_row(f"bars of {lumps} lumps", f"lptn ({small.method})", shown(took), told, "")
 
 
+ALONE = """
+import resource, time
+from bench.cases import bars_machine, speed_steps
+from network import simulate
+machine, began = bars_machine({lumps}, {bars}), time.process_time()
+run = simulate(machine, speed_steps())
+print(time.process_time() - began, run.error, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6)
+"""
+
+
+def largest_row(table: Table, lumps: int = 99_950, bars: int = 50) -> None:
+    """In a process of its own, for the memory that it takes in all."""
+    told = subprocess.run([sys.executable, "-c", ALONE.format(lumps=lumps, bars=bars)], capture_output=True, check=True)
+    took, error, memory = map(float, told.stdout.split())
+    table.add_row(f"bars of {lumps} lumps", "lptn", shown(took), f"{error:.0e} K told", f"{memory:.1f} GB in all")
+
+
 def sample_rows(table: Table) -> None:
     machine, schedule, count = chain_machine(20), speed_steps(output=10.0), 2000
     drawn = choose_drawn(machine, DRAWN)
@@ -207,7 +226,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--pictures", type=Path)
     folder = parser.parse_args(arguments).pictures
     title = "8 h, 60 unequal speed steps, 28 801 samples; one core, own time of the process, medians"
-    print_rows(title, linear_rows, whole_rows, sample_rows)
+    print_rows(title, linear_rows, whole_rows, largest_row, sample_rows)
     if folder is not None:
         print("Drawn:", *draw_pictures(folder))
 

@@ -1,7 +1,7 @@
 """Random networks solved in every way that serves them: the ways agree, energy closes, a file written out is the same
-machine, and numbers hidden in a recording are found again.
+machine; of some, slopes are those of differences, and numbers hidden in a recording are found again.
 
-    python -m torture.agreement --count 10000
+    python -m torture.agreement --count 10000 --log ../.torture/agreement.jsonl
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import argparse
 import random
 import sys
 from collections import Counter
-from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import yaml
@@ -18,7 +18,9 @@ from build import machine
 
 from network import Machine, simulate
 from network.engine.trajectory import Trajectory
+from torture.log import Told, go_on
 from torture.networks import Drawn, draw_network
+from torture.numbers import Compared, compare_numbers
 
 EXACT = 1e-9
 """K per kelvin of rise: ways that are exact."""
@@ -27,20 +29,13 @@ STEPPED = 2e-6
 STEPPERS = ("LSODA", "BDF", "Radau", "RK45")
 LARGE = 40
 """Parts from which the slow ways are left out, as they take minutes."""
-SLOW = 0.3
-"""Of the networks with relays, how many solve_ivp is tried on, which takes ten seconds for each."""
+STEPPED_SHARE, RELAYS_SHARE, NUMBERS_SHARE = 0.05, 0.02, 0.2
+"""Of the networks without and with relays, how many solve_ivp is tried on, which takes half a second and ten seconds
+for each; of those that are linear, of how many the numbers are looked for."""
 
 
-@dataclass(frozen=True)
-class Compared:
-    """way: of two; furthest: apart, in units of what is allowed."""
-
-    way: str
-    furthest: float
-
-
-def compare_ways(drawn: Drawn, chance: random.Random) -> list[Compared]:
-    """Every way that serves the network against the one that `auto` takes."""
+def compare_ways(drawn: Drawn, chance: random.Random, slow: float = 1.0) -> list[Compared]:
+    """Every way that serves the network against the one that `auto` takes; slow: what shares count with."""
     run = simulate(drawn.machine, drawn.schedule)
     small = len(drawn.machine.nodes) <= LARGE
     told = [Compared("energy", abs(run.energy.closure) / (1e-9 if run.method in ("modal", "expm") else 1e-4))]
@@ -49,7 +44,10 @@ def compare_ways(drawn: Drawn, chance: random.Random) -> list[Compared]:
         told.append(_apart("expm", run, simulate(drawn.machine, drawn.schedule, method="expm"), EXACT))
     if drawn.kind == "bent":
         told.append(_apart("rosenbrock", run, simulate(drawn.machine, drawn.schedule, method="rosenbrock"), STEPPED))
-    if small and drawn.kind != "stiff" and (drawn.kind != "relay" or chance.random() < SLOW):
+    if drawn.kind in ("linear", "stream") and small and chance.random() < slow * NUMBERS_SHARE:
+        told.extend(compare_numbers(drawn, chance))
+    share = RELAYS_SHARE if drawn.kind == "relay" else STEPPED_SHARE
+    if small and drawn.kind != "stiff" and chance.random() < slow * share:
         way = chance.choice(STEPPERS if drawn.kind != "relay" else ("LSODA",))
         allowed = STEPPED * max(len(run.switches), 1) ** 0.5  # it begins anew, with an error of its own, at each
         told.append(_apart(way, run, simulate(drawn.machine, drawn.schedule, method=f"solve_ivp:{way}"), allowed))
@@ -74,22 +72,35 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="torture.agreement", description=__doc__)
     parser.add_argument("--count", type=int, default=10_000)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--log", type=Path, help="what is in it is not tried again")
     given = parser.parse_args()
-    tried, broken, furthest = Counter[str](), 0, dict[str, float]()
-    for number in range(given.count):
-        drawn = draw_network(given.seed, number)
-        for each in compare_ways(drawn, random.Random(number)):
-            name = f"{drawn.kind}: {each.way}"
-            tried[name] += 1
-            furthest[name] = max(furthest.get(name, 0.0), each.furthest)
-            if not each.furthest <= 1.0:
-                broken += 1
-                print(f"{number} {name}: {each.furthest:.3g} times what is allowed", file=sys.stderr, flush=True)
-        if number % 500 == 499:
-            print(f"{number + 1}/{given.count}", file=sys.stderr, flush=True)
-    for name, n in sorted(tried.items()):
-        print(f"{n:6} {name:28} furthest {furthest[name]:.2g} of what is allowed")
-    return int(broken > 0)
+    told = go_on(given.log, given.count, lambda number: _compare(given.seed, number))
+    print(table(told))
+    return int(any(furthest > 1 for each in told for furthest in each["apart"].values()))
+
+
+def _compare(seed: int, number: int) -> Told:
+    drawn, apart = draw_network(seed, number), dict[str, float]()
+    for each in compare_ways(drawn, random.Random(number)):
+        apart[each.way] = max(apart.get(each.way, 0.0), each.furthest if each.furthest == each.furthest else np.inf)
+        if not each.furthest <= 1.0:
+            told = f"{number} {drawn.kind}: {each.way}: {each.furthest:.3g} times what is allowed"
+            print(told, file=sys.stderr, flush=True)
+    return {"kind": drawn.kind, "parts": len(drawn.machine.nodes), "apart": apart}
+
+
+def table(told: list[Told]) -> str:
+    """Networks by kind; by way, how many were compared, how far they are apart at most, and how many too far."""
+    kinds = Counter(each["kind"] for each in told)
+    ways = dict[str, list[float]]()
+    for each in told:
+        for way, furthest in each["apart"].items():
+            ways.setdefault(way, []).append(furthest)
+    rows = [", ".join(f"{count} {kind}" for kind, count in kinds.most_common())]
+    for way, found in sorted(ways.items()):
+        broken = sum(furthest > 1 for furthest in found)
+        rows.append(f"{len(found):6} {way:28} furthest {max(found):.2g} of what is allowed, {broken} beyond")
+    return "\n".join(rows)
 
 
 if __name__ == "__main__":

@@ -12,9 +12,11 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+from torture.forked import Forked, warm_up
+from torture.log import Told, go_on
 from torture.mutants import recorded
 
 ROOT = Path(__file__).parents[2]
@@ -32,11 +34,12 @@ DEEDS: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "export": ((MACHINE, SCENARIO, "--as", "c"), (MACHINE, SCENARIO, "--as", "table", *OTHER)),
 }
 """The first run's words, and those of the second, which is the one that is disturbed."""
+Running = subprocess.Popen[bytes] | Forked
 PASSING = ("solve_seconds", "seconds", "command")
 """Of a result, what differs from run to run."""
 
 
-def start(command: str, words: Sequence[str], where: Path, prelude: str = "") -> subprocess.Popen[bytes]:
+def start(command: str, words: Sequence[str], where: Path, prelude: str = "") -> Running:
     """`lptn command words… -o out` in a folder, in a process group of its own; prelude: Python that runs before it."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
     code = f"{prelude}\nfrom network.cli import main\nmain()"
@@ -46,9 +49,14 @@ def start(command: str, words: Sequence[str], where: Path, prelude: str = "") ->
     )
 
 
-def finish(running: subprocess.Popen[bytes]) -> tuple[int, str]:
+def begin(command: str, words: Sequence[str], where: Path) -> Running:
+    """The same in a copy of this process."""
+    return Forked([command, *words, "-o", "out"], where)
+
+
+def finish(running: Running) -> tuple[int, str]:
     told = running.communicate()[1].decode("utf-8", "replace")
-    return running.returncode, told
+    return running.returncode if running.returncode is not None else -1, told
 
 
 def held(where: Path) -> dict[str, object]:
@@ -71,22 +79,31 @@ def _without_passing(value: object) -> object:
 
 
 class Bench:
-    """A folder in which every deed is done once undisturbed, with what it leaves and the time that it takes."""
+    """A folder in which every deed is done undisturbed, with what it leaves and the time that it takes.
 
-    def __init__(self, folder: Path) -> None:
+    forked: done again in copies of this process, which is quicker and has loaded everything before.
+    """
+
+    def __init__(self, folder: Path, forked: bool = False) -> None:
         self.folder, self.count = folder, 0
+        self.begin = begin if forked else start
         recorded(folder)
         self.first: dict[str, Path] = {}
-        self.second: dict[str, tuple[Path, float]] = {}
+        self.second: dict[str, Path] = {}
+        self.times: dict[tuple[str, bool], float] = {}
 
     def results(self, command: str) -> tuple[dict[str, object], dict[str, object]]:
         """What the first run leaves, and what the second one leaves in place of it or beside it."""
         self._prepare(command)
-        return held(self.first[command] / "out"), held(self.second[command][0] / "out")
+        return held(self.first[command] / "out"), held(self.second[command] / "out")
 
-    def seconds(self, command: str) -> float:
-        self._prepare(command)
-        return self.second[command][1]
+    def seconds(self, command: str, fresh: bool = True) -> float:
+        """What it takes, from the first import on where fresh, or all loaded."""
+        if (command, fresh) not in self.times:
+            where, began = self.again(command), time.monotonic()
+            self._run(command, 1, where, start if fresh else begin)
+            self.times[command, fresh] = time.monotonic() - began
+        return self.times[command, fresh]
 
     def again(self, command: str) -> Path:
         """A folder in which the first run has been made and nothing else."""
@@ -97,18 +114,20 @@ class Bench:
         if command not in self.first:
             where = self.folder / command
             where.mkdir()
-            self._run(command, 0, where)
+            if self.begin is begin:
+                warm_up([command, *DEEDS[command][0], "-o", "out"], where)
+            else:
+                self._run(command, 0, where, start)
             self.first[command] = where
-            other, began = self._copy(command), time.monotonic()
-            self._run(command, 1, other)
-            self.second[command] = other, time.monotonic() - began
+            self.second[command] = self._copy(command)
+            self._run(command, 1, self.second[command], self.begin)
 
     def _copy(self, command: str) -> Path:
         self.count += 1
         return shutil.copytree(self.first[command], self.folder / f"{self.count}")
 
-    def _run(self, command: str, which: int, where: Path) -> None:
-        code, told = finish(start(command, DEEDS[command][which], where))
+    def _run(self, command: str, which: int, where: Path, how: Callable[[str, Sequence[str], Path], Running]) -> None:
+        code, told = finish(how(command, DEEDS[command][which], where))
         if code:
             raise RuntimeError(f"{command} undisturbed: {told}")
 
@@ -119,7 +138,7 @@ class Bench:
             return f"mixed: {sorted(found)}"
         if not killed and (hidden := [*(where / "out").glob(".*")]):
             return f"hidden: {hidden}"
-        code, told = finish(start(command, DEEDS[command][1], where))
+        code, told = finish(self.begin(command, DEEDS[command][1], where))
         left = [*(where / "out").glob(".*")]
         if code or left or held(where / "out") != results[1]:
             return f"again: status {code}, hidden {left}, {told.strip()[-200:]}"
@@ -127,24 +146,26 @@ class Bench:
         return ""
 
 
-def tally(tries: Iterator[tuple[str, str]]) -> int:
-    """Tells (what was tried, what went wrong) as they come, then how often each; 1 where anything went wrong."""
-    told = Counter[str]()
-    for what, why in tries:
-        told[f"{what}: {why or 'held'}"] += 1
-        if why:
-            print(f"{what}: {why}", file=sys.stderr, flush=True)
-    print("\n".join(f"{count:5} {what}" for what, count in sorted(told.items())))
-    return int(any(not what.endswith(": held") for what in told))
-
-
-def read_count(name: str, text: str | None, count: int) -> tuple[int, random.Random]:
-    """`--count` and the chance that `--seed` begins, from the command line."""
+def attempt_all(
+    name: str, text: str | None, count: int, attempt: Callable[[random.Random], tuple[str, str]]
+) -> int:  # fmt: skip
+    """Attempts (what was tried, what went wrong) by number, as `--count`, `--seed` and `--log` of the command line say;
+    tells how often each; 1 where anything went wrong."""
     parser = argparse.ArgumentParser(prog=name, description=text)
     parser.add_argument("--count", type=int, default=count)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--log", type=Path, help="what is in it is not tried again")
     given = parser.parse_args()
-    return given.count, random.Random(given.seed)
+
+    def once(number: int) -> Told:
+        what, why = attempt(random.Random(f"{name} {given.seed}/{number}"))
+        if why:
+            print(f"{number} {what}: {why}", file=sys.stderr, flush=True)
+        return {"what": what, "why": why}
+
+    told = Counter(f"{each['what']}: {each['why'] or 'held'}" for each in go_on(given.log, given.count, once))
+    print("\n".join(f"{count:5} {what}" for what, count in sorted(told.items())))
+    return int(any(not what.endswith(": held") for what in told))
 
 
 def is_best_so_far(found: Mapping[str, object]) -> bool:

@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from torture.deeds import DEEDS, Bench, finish, held, read_count, start, tally
+from torture.deeds import DEEDS, Bench, attempt_all, finish, held, start
 
 BACK = """
 import random, time
@@ -51,7 +51,7 @@ def fill_disk(command: str, chance: random.Random, bench: Bench) -> str:
     where = bench.again(command)
     size = sum(-(-path.stat().st_size // 4096) * 4096 for path in (where / "out").iterdir())
     with small_disk(where, size + 65536 + int(chance.uniform(0, 1.2) * size)):
-        code, told = finish(start(command, DEEDS[command][1], where))
+        code, told = finish(bench.begin(command, DEEDS[command][1], where))
     return _check_sentence(code, told) or bench.judge(command, where, killed=False)
 
 
@@ -59,8 +59,8 @@ def close_folder(command: str, chance: random.Random, bench: Bench) -> str:
     """At some instant the folder's file system is mounted to be read only."""
     where = bench.again(command)
     with small_disk(where, 1 << 26):
-        running = start(command, DEEDS[command][1], where)
-        time.sleep(chance.uniform(0, 1.0) * bench.seconds(command))
+        running, seconds = bench.begin(command, DEEDS[command][1], where), bench.seconds(command, bench.begin is start)
+        time.sleep(chance.uniform(0, 1.0) * seconds)
         closed = subprocess.run(["mount", "-o", "remount,ro", where / "out"], capture_output=True, check=False)
         code, told = finish(running)
         if not closed.returncode:
@@ -71,7 +71,7 @@ def close_folder(command: str, chance: random.Random, bench: Bench) -> str:
 def run_two(command: str, chance: random.Random, bench: Bench) -> str:
     """The same command twice at once into one folder."""
     where = bench.again(command)
-    both = [start(command, words, where) for words in DEEDS[command]]
+    both = [bench.begin(command, words, where) for words in DEEDS[command]]
     ends = [finish(each) for each in both]
     wrong = [told for code, told in ends if code]
     return f"one of two: {wrong[0][-200:]}" if wrong else _judge_two(command, where, bench)
@@ -140,13 +140,12 @@ def can_mount(folder: Path) -> bool:
 
 
 def main() -> int:
-    count, chance = read_count("torture.faults", __doc__, 60)
     with tempfile.TemporaryDirectory(prefix="torture-") as folder:
-        bench, names = Bench(Path(folder)), [*FAULTS]
+        bench, names = Bench(Path(folder), forked=True), [*FAULTS]
         if not can_mount(Path(folder)):
             print("file systems cannot be mounted here: full disk and read only are left out", file=sys.stderr)
             names = names[2:]
-        return tally(_let_down(names[k % len(names)], chance, bench) for k in range(count))
+        return attempt_all("torture.faults", __doc__, 60, lambda chance: _let_down(chance.choice(names), chance, bench))
 
 
 def _let_down(name: str, chance: random.Random, bench: Bench) -> tuple[str, str]:

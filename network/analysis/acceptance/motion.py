@@ -55,15 +55,22 @@ def find_motion(machine: Machine, schedule: Schedule) -> Motion:
     moved = {name: s for name, s in schedule.signals.items() if _is_motion(s) and _moves(s, schedule.t)}
     read = {name: signal for name, signal in moved.items() if name in machine.inputs}
     if moved and not read:
-        own = [name for name, text in machine.inputs.items() if text in ("rpm", "m/min")]
-        right = f"give a program that moves {' or '.join(own)}" if own else "give a program of an idle machine (ETVE)"
         wrong = f"the program moves {', '.join(moved)}, which this machine does not read"
-        read_it = f"let an entry read it, as in `input: {next(iter(moved))}`"
-        raise refuse(Spot(schedule.file), wrong, f"{right}, or {read_it}")
+        raise refuse(Spot(schedule.file), wrong, _advise(machine, next(iter(moved.values()))))
     if not read:
         return Motion("etve", float(schedule.t[0]), float(schedule.t[-1]), ())
     begin, end = _span(read, schedule.t)
     return Motion(_name_test(read, schedule.t), begin, end, tuple(read), _find_position(machine, schedule))
+
+
+def _advise(machine: Machine, moved: Signal) -> str:
+    """What to do about a motion that a machine does not read: call it by another name, or take another program."""
+    own = [name for name, text in machine.inputs.items() if text in ("rpm", "m/min")]
+    alike = [name for name in own if unit(machine.inputs[name]).dimension == moved.dimension
+             and _is_spindle(name) is _is_spindle(moved.name)]  # fmt: skip
+    right = f"give a program that moves {' or '.join(own)}" if own else "give a program of an idle machine (ETVE)"
+    named = f"say which one it is, as in `--input {moved.name}={alike[0]}`, " if alike else ""
+    return f"{named}{right}, or let an entry read it, as in `input: {moved.name}`"
 
 
 def _is_motion(signal: Signal) -> bool:
@@ -83,11 +90,15 @@ def _span(moving: Mapping[str, Signal], t: Array) -> tuple[float, float]:
 
 def _name_test(moving: Mapping[str, Signal], t: Array) -> str:
     turning = {n: s for n, s in moving.items() if s.dimension == unit("rpm").dimension}
-    spindles = [signal for name, signal in turning.items() if name.lower().startswith(SPINDLE)]
+    spindles = [signal for name, signal in turning.items() if _is_spindle(name)]
     if spindles:
         levels = [np.unique(np.round(np.abs(speed.at(t)), 6)) for speed in spindles]
         return "spindle_spectrum" if any(np.sum(level > 0) > 1 for level in levels) else "spindle_constant"
     return "rotary_axis" if turning else "linear_axis"
+
+
+def _is_spindle(name: str) -> bool:
+    return name.lower().startswith(SPINDLE)
 
 
 def _find_position(machine: Machine, schedule: Schedule) -> str:

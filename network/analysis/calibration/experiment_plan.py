@@ -22,7 +22,8 @@ from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.entry_path import displacement
 from network.catalogue.declaration.fields import Amount, Place
 from network.catalogue.sensors.sensor import Sensor
-from network.engine.response.model import Model, start_pushes
+from network.engine.response.model import Model
+from network.engine.response.nuisance_pushes import start_pushes
 from network.engine.response.parameters import Parameter, at_prior_centres, centres, free_parameters
 from network.engine.trajectory import axis_unit
 from network.machine.machine import Machine

@@ -1,21 +1,28 @@
-"""The most probable parameters: Gauss–Newton with Levenberg–Marquardt damping on whitened residuals and priors.
+"""The most probable parameters: Gauss–Newton on whitened residuals and priors, each step within a region of trust.
 
-Source: Madsen, Nielsen & Tingleff, Methods for Non-linear Least Squares Problems (2004), algorithm 3.16.
+A refused step is shortened to the least of the parabola through both costs and the slope at the first. Source: Moré,
+The Levenberg–Marquardt algorithm, Lecture Notes in Mathematics 630 (1978) 105, as in MINPACK; unverified.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
-from scipy.linalg import cho_factor, solve_triangular
-from scipy.optimize import lsq_linear
 
-from network.analysis.calibration.linearised import Linearised, linearise, residual_cost, residual_of, with_slopes
+from network.analysis.calibration.linearised import (
+    Linearised,
+    linearise,
+    residual_cost,
+    residual_of,
+    with_nuisance_slopes,
+    with_slopes,
+)
 from network.analysis.calibration.misfit import chi_of
 from network.analysis.calibration.problem import Problem, make_problem
+from network.analysis.calibration.trust_region import bounded_step, length_of
 from network.catalogue.declaration.declare import Array
-from network.engine.response.parameters import centres
+from network.engine.response.parameters import Parameter, centres
 from network.platform.refusal import Failed
 
 __all__ = ["Linearised", "Problem", "chi_of", "linearise", "make_problem", "minimise", "residual_cost"]
@@ -27,16 +34,14 @@ CLOSE, CLOSE_SHARE, CLOSE_SHARE_FAR = 1e-2, 1e-5, 1e-4
 FAR = 3.0
 """Misfit χ from which priors of θ are narrowed."""
 NEAR = 0.02
-"""Distance in θ (logarithms, or prior 1σ) over which slopes count as the same."""
-REACH = 0.5
-"""Prior σ that a number may move by in one step: slopes hold for some tens of per cent, and what leaps over several σ
-lands beyond the ridge, in another minimum."""
+"""Distance in units of θ over which slopes count as the same."""
 NEAR_ETA = 0.2
 """The same of slopes by η, once they were found anew."""
 SETTLED = 1.0
-"""Decrease of J, in squares of the misfit, below which slopes by η found anew change nothing: a numbers moves by less
+"""Decrease of J, in squares of the misfit, below which slopes by η found anew change nothing: a number moves by less
 than its standard error."""
-DAMPING, LEAST_DAMPING, HARDER, SOFTER, HARDEST = 1e-3, 1e-7, 8.0, 0.05, 1e9
+POOR, GOOD, LEAST_SHRINK = 0.25, 0.75, 0.1
+"""Shares of the expected gain below which the region shrinks and from which it grows, and by how much it shrinks."""
 
 
 def minimise(
@@ -46,16 +51,17 @@ def minimise(
 
     While the run is far off all priors are narrowed by the misfit χ, as if the noise were that much larger, which keeps
     the numbers plausible; then those of θ are as they are, and those of η stay narrowed by what misfit is left. Slopes
-    by η are those of the start until no step betters J, then those found there, until that changes nothing.
+    by η are those of the start until no step betters J, then those found there, until that changes nothing. What no
+    slope tells, as instants at which a heat begins, stays where it is, and no prior moves it.
     """
     theta = centres(problem.parameters) if theta is None else theta
     low, high = (np.array([getattr(p, side) for p in problem.parameters]) for side in ("low", "high"))
-    at, damping, settled = _temper_priors(linearise(problem, np.clip(theta, low, high))), DAMPING, np.inf
+    at, radius, settled = _temper_priors(linearise(problem, np.clip(theta, low, high))), np.inf, np.inf
     for k in range(steps):
         if tell:
             tell(k / steps)
         before = at
-        at, damping, gain = _improve(at, damping, low, high)
+        at, radius, gain = _improve(at, radius, low, high)
         at = _temper_priors(at)
         is_far, was_far = (x.problem.firm_theta > 1 for x in (at, before))
         if gain >= max(CLOSE, (CLOSE_SHARE_FAR if is_far else CLOSE_SHARE) * at.cost) or is_far != was_far:
@@ -75,39 +81,58 @@ def _temper_priors(at: Linearised, free: bool = False) -> Linearised:
     return at.temper(chi if chi > FAR and not free else 1.0, chi)
 
 
-def _improve(at: Linearised, damping: float, low: Array, high: Array) -> tuple[Linearised, float, float]:
-    """One accepted step, the damping after it, and what J lost (what it would lose, where that is next to nothing)."""
-    refused = False
-    while damping < HARDEST:
-        step = _shorten(at, _step(at, damping, low, high))
+def _improve(at: Linearised, radius: float, low: Array, high: Array) -> tuple[Linearised, float, float]:
+    """One accepted step, the radius after it, and what J lost (what it would lose, where that is next to nothing)."""
+    while True:
         precision, gradient = at.reduced
+        gradient = gradient * at.rows.slopes.told
+        units = units_of(at.problem.parameters)
+        step = bounded_step(precision, gradient, units, radius, (low - at.theta, high - at.theta))
         expected = float(2 * step @ gradient - step @ precision @ step)
         if expected < CLOSE / 2 or float(np.abs(step).max(initial=0.0)) < 1e-9:
-            return at, damping, max(expected, 0.0)
-        new = _try_step(at, np.clip(at.theta + step, low, high), refused)
-        if new is not None:
-            return new, max(damping * SOFTER, LEAST_DAMPING), at.cost - new.cost
+            return at, radius, max(expected, 0.0)
+        new = _beside(at, np.clip(at.theta + step, low, high))
+        if new is not None and new.cost < at.cost:
+            gain = at.cost - new.cost
+            return _renew_slopes(new, at), _radius_after(radius, length_of(step, units), gain / expected), gain
         if at.made_at is not None:
             at = with_slopes(at.problem, at.theta, at.predictions, at)
         else:
-            refused, damping = True, max(damping * HARDER, DAMPING)
-    return at, damping, 0.0
+            radius = length_of(step, units) * _shrink(at, new, float(step @ gradient))
 
 
-def _try_step(at: Linearised, theta: Array, refused: bool) -> Linearised | None:
-    """The problem about θ, if it is better there. Slopes are found again where θ has moved far since they were, or at
-    once where no step was `refused` before."""
+def _radius_after(radius: float, length: float, ratio: float) -> float:
+    """The region after an accepted step of some length, by what of the expected gain came about."""
+    if ratio < POOR:
+        return length / 2
+    return max(radius, 2 * length) if ratio > GOOD else radius
+
+
+def _shrink(at: Linearised, new: Linearised | None, descent: float) -> float:
+    """By how much a refused step is shortened: to the least of the parabola through both costs and the first slope."""
+    if new is None:
+        return LEAST_SHRINK
+    return float(np.clip(descent / (new.cost - at.cost + 2 * descent), LEAST_SHRINK, 0.5))
+
+
+def _beside(at: Linearised, theta: Array) -> Linearised | None:
+    """The problem at another θ with the slopes from here; None where a run breaks down."""
     try:
         predictions = at.problem.model.predict(theta)
     except Failed:
         return None
     residual = residual_of(at.problem, predictions)
-    if not np.isfinite(residual).all():
-        return None
-    new = at.beside(theta, residual, predictions)
-    if not _is_near(new) and (not refused or new.cost < at.cost):
-        new = with_slopes(at.problem, theta, predictions, at)
-    return new if new.cost < at.cost else None
+    return at.beside(theta, residual, predictions) if np.isfinite(residual).all() else None
+
+
+def _renew_slopes(new: Linearised, at: Linearised) -> Linearised:
+    """With slopes from there, where θ has moved far since they were found."""
+    return new if _is_near(new) else with_slopes(new.problem, new.theta, new.predictions, at)
+
+
+def units_of(parameters: Sequence[Parameter]) -> Array:
+    """In which distances in θ are told: a logarithm, or a prior 1σ."""
+    return np.array([1.0 if p.is_log else p.spread for p in parameters])
 
 
 def _is_near(at: Linearised) -> bool:
@@ -116,30 +141,12 @@ def _is_near(at: Linearised) -> bool:
 
 
 def _lies_within(at: Linearised, made_at: Array | None, reach: float) -> bool:
-    spreads = np.array([1.0 if p.is_log else p.spread for p in at.problem.parameters])
-    return made_at is None or bool((np.abs(at.theta - made_at) < reach * spreads).all())
+    units = units_of(at.problem.parameters)
+    return made_at is None or bool((np.abs(at.theta - made_at) < reach * units).all())
 
 
 def _complete_slopes(at: Linearised) -> Linearised:
     """With slopes by θ that are good here, and slopes by η from here."""
-    if at.eta_made_at is None and _is_near(at):
-        return at
-    return with_slopes(at.problem, at.theta, at.predictions)
-
-
-def _shorten(at: Linearised, step: Array) -> Array:
-    """The step within REACH."""
-    spreads = [p.spread for p in at.problem.parameters]
-    return step / max(1.0, float(np.abs(step / spreads).max(initial=0.0)) / REACH)
-
-
-def _step(at: Linearised, damping: float, low: Array, high: Array) -> Array:
-    """The damped step of θ within its bounds, η following."""
-    precision, gradient = at.reduced
-    root, _ = cho_factor(precision + damping * np.diag(np.diag(precision)), lower=True)
-    toward = solve_triangular(root, gradient, lower=True)
-    step = np.asarray(solve_triangular(root, toward, lower=True, trans="T"))
-    down, up = low - at.theta, high - at.theta
-    if ((step >= down) & (step <= up)).all():
-        return step
-    return np.asarray(np.clip(lsq_linear(np.tril(root).T, toward, (down, up), "bvls").x, down, up))
+    if not _is_near(at):
+        return with_slopes(at.problem, at.theta, at.predictions)
+    return at if at.eta_made_at is None else with_nuisance_slopes(at)

@@ -115,7 +115,9 @@ class Linearised(Brief):
 
     def temper(self, firm_theta: float, firm_eta: float) -> Linearised:
         """The same with the widths of the priors narrowed by other factors."""
-        return replace(self, problem=replace(self.problem, firm_theta=firm_theta, firm_eta=firm_eta))
+        if (firm_theta, firm_eta) == (self.problem.firm_theta, self.problem.firm_eta):
+            return self
+        return replace(self, problem=self.problem.temper(firm_theta, firm_eta))
 
     def beside(self, theta: Array, residual: Array, predictions: tuple[Prediction, ...]) -> Linearised:
         """The same slopes at another θ."""
@@ -126,7 +128,7 @@ class Linearised(Brief):
     @property
     def stated_prior(self) -> tuple[Array, Array]:
         """Prior means and 1σ of (θ, η) as stated, not narrowed as while a fit is under way."""
-        return replace(self.problem, firm_theta=1.0, firm_eta=1.0).prior
+        return self.problem.stated_prior
 
     @property
     def log_evidence(self) -> float:
@@ -165,6 +167,19 @@ def with_slopes(
     whole = Slopes(tuple(parts), n, n + len(problem.offsets), len(mean))
     rows = Rows(whole, residual_of(problem, predictions), mean[n:])
     return Linearised(problem, theta, predictions, rows, None, made_at)
+
+
+def with_nuisance_slopes(at: Linearised) -> Linearised:
+    """The same with slopes by η from here, those by θ as they are."""
+    problem, before = at.problem, at.rows.slopes
+    by_inputs = input_slopes(at.predictions, [{n.name: n.spread for n in d.inputs} for d in problem.data])
+    runs = zip(problem.data, problem.whiteners, at.predictions, by_inputs, before.parts, strict=True)
+    parts = []
+    for data, whiten, prediction, others, part in runs:
+        own = whiten(np.concatenate([prediction.respond_to(data.pushes(prediction.course)), others]))
+        parts.append(Part(part.by_theta, OwnPart(whiten(_offset_columns(problem, data)), own)))
+    rows = replace(at.rows, slopes=Slopes(tuple(parts), before.free, before.shared, before.count))
+    return Linearised(problem, at.theta, at.predictions, rows, at.made_at)
 
 
 def _offset_columns(problem: Problem, data: Measured) -> Array:

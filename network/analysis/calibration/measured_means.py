@@ -14,7 +14,8 @@ from network.engine.assembly import build
 from network.engine.response.intervals import first_from
 from network.engine.response.knots import Knots, make_knots, on_knots
 from network.engine.response.linear_run import LinearRun, Push
-from network.engine.response.model import Run, edge_pushes, start_pushes
+from network.engine.response.model import Run
+from network.engine.response.nuisance_pushes import edge_pushes, start_pushes
 from network.engine.simulation import schedule_for
 from network.engine.start import start_temperatures
 from network.machine.machine import Machine

@@ -45,10 +45,22 @@ class Problem(Brief):
     @cached_property
     def prior(self) -> tuple[Array, Array]:
         """Prior means and 1σ of (θ, η)."""
-        own = [(p.centre, p.spread / self.firm_theta) for p in self.parameters]
-        parts = [*own, *((n.mean, n.spread / self.firm_eta) for n in self.nuisances)]
-        mean, spread = np.array(parts).reshape(-1, 2).T
+        mean, spread = self.stated_prior
+        n = len(self.parameters)
+        return mean, np.concatenate([spread[:n] / self.firm_theta, spread[n:] / self.firm_eta])
+
+    @cached_property
+    def stated_prior(self) -> tuple[Array, Array]:
+        """The same not narrowed."""
+        parts = [*((p.centre, p.spread) for p in self.parameters), *((n.mean, n.spread) for n in self.nuisances)]
+        mean, spread = np.array(parts, float).reshape(-1, 2).T
         return mean, spread
+
+    def temper(self, firm_theta: float, firm_eta: float) -> Problem:
+        """The same with priors narrowed by other factors; what is stated is not gathered again."""
+        other = replace(self, firm_theta=firm_theta, firm_eta=firm_eta)
+        other.__dict__.update({name: getattr(self, name) for name in ("nuisances", "stated_prior")})
+        return other
 
     def about(self, starts: Sequence[Mapping[str, float]]) -> Problem:
         """The same linear about other temperatures of the parts at the start of each run."""

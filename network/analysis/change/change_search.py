@@ -5,28 +5,30 @@ whose difference explains most is split, if it lies further from zero than one i
 would show in any of its entries (Bonferroni), and so on until none does; the limit is Student's for as many independent
 values as tell what the machine leaves beyond noise. Of entries that explain nearly as much each is fitted in full, and
 those that stay as likely are told.
-Range: changes that hold over all runs of a set; numbers without ± do not change; a machine that switches keeps the
-lumps of its file, and where these are too few little is told.
+Where something switches, what it does hangs on where its parts began, and not along a straight line: each set stands
+about the starts with which it stays in step.
+Range: changes that hold over all runs of a set; numbers without ± do not change.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from scipy.special import stdtrit
 
+from network.analysis.calibration.calibrated_patch import with_fitted_numbers
 from network.analysis.calibration.gauss_newton import Linearised, Problem, chi_of, make_problem, minimise
+from network.analysis.calibration.growing_horizon import InStep, begin_in_step, has_relays, move_starts, settle_starts
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.null import estimate_null
 from network.analysis.calibration.robust_fit import fit_robustly
 from network.analysis.change.change_screening import Difference, list_testable, measure_difference, test_entries
 from network.analysis.change.paired_fit import PairedFit, Sets, fit_sets, weigh_again
+from network.analysis.change.paired_starts import settle_sets
 from network.analysis.change.run_information import find_scale
 from network.analysis.diagnosis.lump_refinement import FINEST, list_finer_machines
 from network.analysis.diagnosis.settings import SETTINGS
-from network.catalogue.declaration.declare import Array
-from network.engine.assembly import build
 from network.engine.response.parameters import free_parameters
 from network.machine.machine import Machine
 from network.recordings.inputs import Start
@@ -91,27 +93,46 @@ def _make_sets(
 ) -> Sets:  # fmt: skip
     """Both problems with the lumps that the first set asks for and the noise that it shows, about the numbers that fit
     it."""
-    null = estimate_null(machine, free_parameters(machine), then, start, seed, tell)
-    at, noise = _refine(machine, then, null.fit.at.theta), null.fit.noise
-    if at.problem.model.machine is not machine:
-        noise = fit_robustly(make_problem(at.problem.model.machine, at.problem.parameters, then).offsets, at).noise
-    problems = [replace(make_problem(at.problem.model.machine, at.problem.parameters, data, noise), offsets=())
-                for data in (then, now)]  # fmt: skip
-    return Sets(at.problem.model.machine, (problems[0], problems[1]), begin=at.theta)
+    null = estimate_null(machine, free_parameters(machine), then, start, seed, lambda share: tell(0.8 * share))
+    at, noise = _refine(null.fit.at, then, start), null.fit.noise
+    fine = at.problem.model.machine
+    if fine is not machine:
+        noise = fit_robustly(make_problem(fine, at.problem.parameters, then).offsets, at).noise
+    if has_relays(machine):
+        alike = with_fitted_numbers(fine, at.problem.parameters, at.theta, [p.spread for p in at.problem.parameters])
+        then, now = _stand_at(then, move_starts(at)), _stand_at(now, _begin(at, alike, now, start).starts)
+    problems = [replace(make_problem(fine, at.problem.parameters, data, noise), offsets=()) for data in (then, now)]
+    return Sets(fine, (problems[0], problems[1]), begin=at.theta)
 
 
-def _refine(machine: Machine, data: Sequence[Measured], theta: Array) -> Linearised:
-    """The fit of the machine on as many lumps as it takes: on finer ones while they take a share of the misfit away. A
-    machine that switches stays as it is, for there every run on finer lumps takes minutes."""
-    best = minimise(_problem_of(machine, data), theta)
+def _refine(null: Linearised, data: Sequence[Measured], start: Start | None) -> Linearised:
+    """The fit of the machine on as many lumps as it takes: on finer ones while they take a share of the misfit away."""
+    machine = null.problem.model.machine
+    best = _fit_about(machine, data, InStep(null.theta, move_starts(null)))
     for finer in list_finer_machines(machine, FINEST):
-        if chi_of(best) < SETTINGS.noise or build(machine).relays:
+        if chi_of(best) < SETTINGS.noise:
             break
-        other = minimise(_problem_of(finer, data), best.theta)
+        other = _fit_about(finer, data, _begin(best, finer, data, start))
         if chi_of(other) > (1 - SETTINGS.worth) * chi_of(best):
             break
         best = other
     return best
+
+
+def _begin(near: Linearised, machine: Machine, data: Sequence[Measured], start: Start | None) -> InStep:
+    """Where a fit begins: where what switches stays in step, else where another ended."""
+    found = begin_in_step(machine, free_parameters(machine), data, start, lambda: False)
+    return found or InStep(near.theta, tuple(d.run.start for d in data))
+
+
+def _fit_about(machine: Machine, data: Sequence[Measured], begin: InStep) -> Linearised:
+    """The minimum, where something switches about the starts that it finds."""
+    given = _stand_at(data, begin.starts) if has_relays(machine) else data
+    return settle_starts(minimise(_problem_of(machine, given), begin.theta))
+
+
+def _stand_at(data: Sequence[Measured], starts: Sequence[Mapping[str, float]]) -> Sequence[Measured]:
+    return [d.with_start(s) for d, s in zip(data, starts, strict=True)]
 
 
 def _problem_of(machine: Machine, data: Sequence[Measured]) -> Problem:
@@ -119,12 +140,13 @@ def _problem_of(machine: Machine, data: Sequence[Measured]) -> Problem:
 
 
 def _with_noise(sets: Sets) -> tuple[Sets, float]:
-    """The sets weighed by what they leave where all may differ, and how many independent values tell that."""
-    at, freedom = fit_sets(replace(sets, loose=ALL_FREE), range(len(sets.prior[0]))), 0.0
+    """The sets, what switches about the starts found where all may differ, weighed by what they leave there, and how
+    many independent values tell that."""
+    at, freedom = settle_sets(fit_sets(replace(sets, loose=ALL_FREE), range(len(sets.prior[0])))), 0.0
     for _ in range(2):
         (then, n), (now, m) = (find_scale(runs, scale) for runs, scale in zip(at.runs, at.sets.scales, strict=True))
         at, freedom = weigh_again(at, (then, now)), min(n, m)
-    return replace(sets, scales=at.sets.scales, begin=at.p[: len(sets.parameters)]), freedom
+    return replace(at.sets, loose=sets.loose, begin=at.p[: len(sets.parameters)]), freedom
 
 
 def _list_candidates(at: PairedFit) -> Iterator[int]:

@@ -51,10 +51,15 @@ class WeighedRun:
         return RunInformation(A @ A.T, A @ r, float(r @ r))
 
     @property
+    def moved(self) -> Array:
+        """How far the most probable nuisances lie from their prior means."""
+        own = self.by_own @ self.by_own.T + np.diag(self.spread**-2.0)
+        return np.asarray(np.linalg.solve(own, self.by_own @ self.residual))
+
+    @property
     def left(self) -> Array:
         """Rows that are left with the nuisances at their most probable."""
-        own = self.by_own @ self.by_own.T + np.diag(self.spread**-2.0)
-        return np.asarray(self.residual - np.linalg.solve(own, self.by_own @ self.residual) @ self.by_own)
+        return np.asarray(self.residual - self.moved @ self.by_own)
 
 
 def weigh_runs(at: Linearised, names: Sequence[str], offsets: Array, scale: float) -> list[WeighedRun]:

@@ -20,7 +20,7 @@ from network.engine.assembly import build
 from network.engine.balance import flow_heat, jacobian, source_heat
 from network.engine.channels import plain_readouts
 from network.engine.network import Network
-from network.engine.solvers.linear import regime_from
+from network.engine.solvers.elimination import regime_from
 from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
 from network.platform.printing import Brief

@@ -71,7 +71,7 @@ def select_forward(
     The noise is that of the null all along: evidence under different noises cannot be compared.
     """
     now = Selection(null)
-    while _is_open(now.best) and len(now.best.found) < SETTINGS.findings:
+    while leaves_something(now.best) and len(now.best.found) < SETTINGS.findings:
         current, count = now.best, len(now.steps)
         seen = screen_candidates(current, seed, jobs) if now.steps else first
         if _shows_nothing(seen):
@@ -90,8 +90,8 @@ def select_forward(
     yield check_selection(null, now, jobs)
 
 
-def _is_open(h: Hypothesis) -> bool:
-    """Whether it leaves something, or nothing is found yet and only sensors that are far off keep it from that."""
+def leaves_something(h: Hypothesis) -> bool:
+    """Whether more than noise is left, or nothing is found yet and only sensors that are far off keep it from that."""
     return h.chi > SETTINGS.further if h.found else h.chi > SETTINGS.noise or h.offset_pull > SETTINGS.strained
 
 

@@ -12,7 +12,12 @@ from dataclasses import replace
 
 from network.analysis.calibration.growing_horizon import has_relays
 from network.analysis.calibration.null import Null
-from network.analysis.diagnosis.forward_selection import Screening, screen_candidates, select_forward
+from network.analysis.diagnosis.forward_selection import (
+    Screening,
+    leaves_something,
+    screen_candidates,
+    select_forward,
+)
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, estimate_noise, fit_hypothesis, reweight, state
 from network.analysis.diagnosis.intermittent.intermittent_fault import find_intermittent_fault
 from network.analysis.diagnosis.lump_convergence import refine_until_converged
@@ -50,7 +55,7 @@ def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[f
     null = max(tracks, key=_evidence)
     now = Search(given, case, fault, reweight(case, levels[0]), calibrated, null, Selection(null), Screening(null))
     yield now
-    is_told = null.chi < SETTINGS.noise and null.machine.lumps > MANY
+    is_told = not leaves_something(null) and null.machine.lumps > MANY
     now = replace(now, screened=now.screened if is_told else screen_candidates(null, seed, jobs))
     yield now
     yield from _follow_tracks(now, tracks, seed, jobs, tell)

@@ -8,11 +8,12 @@ one by one too, and where they differ by more than rounding, all are.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from network.analysis.sweep.sample_blocks import SampleBlocks
 from network.analysis.sweep.sample_runs import SampleJob, run_one
 from network.catalogue.declaration.declare import Array, Declared, Indices
 from network.catalogue.mechanisms.base import Inputs
@@ -21,7 +22,8 @@ from network.engine.assembly import build
 from network.engine.channels import Readouts, readouts
 from network.engine.network import Network
 from network.engine.simulation import schedule_for
-from network.engine.solvers.plan import Plan, make_plan
+from network.engine.solvers.method_choice import make_plan
+from network.engine.solvers.plan import Plan
 from network.engine.solvers.regimes import matrix_inputs
 from network.engine.start import start_temperatures
 from network.platform.threads import on_one_thread
@@ -91,42 +93,16 @@ def _is_own(drawn: Any) -> bool:
     return section in ("links", "sources", "tcp") or (section == "nodes" and attribute in CAPACITIES)
 
 
-@dataclass(frozen=True)
-class _Blocks:
-    """Instants of output by blocks of equal length: the interval of each, when it begins after the interval's edge, and
-    where every instant lies among all blocks."""
-
-    interval: Indices
-    since: Array
-    within: Array
-    at: Indices
-
-    @classmethod
-    def of(cls, plan: Plan) -> _Blocks:
-        first, last = plan.bounds[:-1], plan.bounds[1:]
-        length = int(np.clip(np.median((last - first)[last > first]) // 2, 8, 64))
-        count = -(-(last - first) // length)
-        begin = np.cumsum(count) - count
-        nth = np.arange(count.sum()) - np.repeat(begin, count)
-        since = np.where(last > first, plan.t[np.minimum(first, len(plan.t) - 1)] - plan.edges[:-1], 0.0)
-        at = [b * length + np.arange(n) for b, n in zip(begin.tolist(), (last - first).tolist(), strict=True)]
-        tau = np.repeat(since, count) + nth * length * plan.spacing
-        within = np.asarray(np.arange(length) * plan.spacing, float)
-        return cls(np.repeat(np.arange(len(count)), count), tau, within, np.concatenate(at))
-
-
 class Batch:
     """A machine, a plan, and how its numbers enter."""
 
-    def __init__(
-        self, shared: SampleJob, schedule: Schedule, network: Network, plan: Plan, outputs: Readouts
-    ) -> None:
+    def __init__(self, shared: SampleJob, schedule: Schedule, network: Network, plan: Plan, outputs: Readouts) -> None:
         self.shared, self.network, self.plan = shared, network, plan
         read = {key: at for key, at in outputs.where.items() if key[0] == "reading"}
         used = sorted({row for row, _ in read.values()})
         self.rows = outputs.rows[used]
         self.where = {key: (used.index(row), shift) for key, (row, shift) in read.items()}
-        self.blocks, self.steps = _Blocks.of(plan), plan.steps
+        self.blocks, self.steps = SampleBlocks.of(plan), plan.steps
         self.u = plan.inputs_at_samples()
         for name, signal in schedule.signals.items():
             self.u[name][-1] = signal.at(plan.t[-1:])[0]
@@ -157,7 +133,8 @@ class Batch:
         p0, p1 = (h @ into_held for h in self.held)
         for q0, q1, into in self._heats(values):
             by = into[free].T @ V
-            p0, p1 = p0 + q0 @ by, p1 + q1 @ by
+            heat = q0 @ by
+            p0, p1 = p0 + heat, p1 + (heat if q1 is q0 else q1 @ by)
         start = np.einsum("sji,sj->si", V, C * self.plan.T0[free])
         return self._movement(values, self._readings(rates, V, p0, (p1 - p0) / self.steps[:, None], start))
 
@@ -188,8 +165,9 @@ class Batch:
             changed = {n: a[:, None] for n, a in self._changed(heats.law, heats.entry, values).items()}
             law: Any = heats.law.replaced(**changed)
             one = np.ones((*shape[:1], heats.into.shape[1]))
-            first, last = (np.asarray(law.let_pass(law.heat(u), u) * one) for u in (begin, end))
-            yield first, last, heats.into
+            first = np.asarray(law.let_pass(law.heat(begin), begin) * one)
+            ramped = self.plan.is_ramped(heats.law)
+            yield first, np.asarray(law.let_pass(law.heat(end), end) * one) if ramped else first, heats.into
 
     def _changed(self, law: Declared, entry: Indices, values: Array) -> dict[str, Array]:
         """Numbers of a stacked law that are drawn: (points, entries) each."""
@@ -209,32 +187,37 @@ class Batch:
         settled = (p - drift) / lam
         away = self._march(lam, settled, drift, m)
         over, at, blocks = self.rows[:, self.network.free] @ V, self.blocks.interval, self.blocks
-        moving = away[:, at] * np.exp(-lam * blocks.since[:, None])
-        left = (over[:, :, None] * moving[:, None]).reshape(len(V), -1, rates.shape[1])
-        y = (left @ np.exp(-rates[:, :, None] * blocks.within)).reshape(len(V), len(over[0]), len(at), -1)
+        moving = away.take(at, axis=1)
+        moving *= np.exp(-lam * blocks.since[:, None])
+        shown = over[..., None] * np.exp(-rates[:, :, None] * blocks.within)[:, None]
+        y = moving[:, None] @ shown
         level = (over @ np.swapaxes(settled, 1, 2))[:, :, at]
         if is_ramped:
             climb = (over @ np.swapaxes(drift, 1, 2))[:, :, at]
             level += climb * blocks.since
             y += climb[..., None] * blocks.within
         y += level[..., None]
-        y = y.reshape(len(V), len(over[0]), -1)[:, :, blocks.at]
-        return np.asarray(y + self._direct(self.rows))
+        y = y.reshape(len(V), len(over[0]), -1).take(blocks.at, axis=2)
+        return y if self.direct is None else np.asarray(y + self.direct)
 
     def _march(self, lam: Array, settled: Array, drift: Array, m: Array) -> Array:
         """How far the modes are from where they settle, just after every edge (points, K, modes)."""
-        decay, grown = np.exp(-lam * self.steps[:, None]), drift * self.steps[:, None]
         away = np.empty_like(settled)
-        for k in range(len(self.steps)):
-            away[:, k] = m - settled[:, k]
-            m = decay[:, k] * away[:, k] + settled[:, k] + grown[:, min(k, grown.shape[1] - 1)]
+        decay, jump = np.exp(-lam * self.steps[:-1, None]), settled[:, :-1] - settled[:, 1:]
+        if drift.any():
+            jump += (drift * self.steps[:, None])[:, :-1]
+        away[:, 0] = m - settled[:, 0]
+        for k in range(len(self.steps) - 1):
+            np.multiply(decay[:, k], away[:, k], out=away[:, k + 1])
+            away[:, k + 1] += jump[:, k]
         return away
 
-    def _direct(self, rows: Array) -> Array:
-        """What readings see of held nodes (rows, t)."""
-        by_held = rows[:, self.network.bound]
+    @cached_property
+    def direct(self) -> Array | None:
+        """What readings see of held nodes (rows, t); None where they see nothing."""
+        by_held = self.rows[:, self.network.bound]
         if not by_held.any():
-            return np.zeros((len(rows), 1))
+            return None
         k = self.plan.interval_of
         share = ((self.plan.t - self.plan.edges[k]) / self.steps[k])[:, None]
         return np.asarray(by_held @ (self.held[0][k] + share * (self.held[1] - self.held[0])[k]).T)

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import hashlib
 import pickle
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from network.analysis.sweep.sample_runs import SampleJob
+from network.analysis.sweep.level_runs import Job
 from network.catalogue.declaration.declare import Array, Indices
 from network.engine.simulation import schedule_for
+from network.platform.parallel import Told
 from network.platform.publication import cannot_be_written
 from network.platform.refusal import Spot, refuse
 
@@ -26,9 +28,10 @@ class Journal:
     values: Array
 
     @classmethod
-    def open(cls, path: Path, shared: SampleJob, numbers: Array, width: int) -> Journal:
-        """Begun, or read where it is there. Raises Refused for the journal of another sweep."""
-        mark = HEAD + _fingerprint(shared, numbers)
+    def open(cls, path: Path, job: Job, paths: Sequence[str], numbers: Array, width: int) -> Journal:
+        """Begun, or read where it is there; paths, numbers (runs, paths): what differs from run to run. Raises Refused
+        for the journal of another sweep."""
+        mark = HEAD + _fingerprint(job, paths, numbers)
         values = np.full((len(numbers), width), np.nan)
         try:
             if not path.exists():
@@ -59,10 +62,20 @@ class Journal:
         except OSError as error:
             raise cannot_be_written(self.path, error) from None
 
+    def run_missing(self, run: Callable[[Indices], Array], each: int, tell: Told | None) -> Array:
+        """The values of all runs. Those that are not done are run in rounds of about `each`, and written after each
+        round; tell is told the share that is done."""
+        values = self.values.copy()
+        missing = np.flatnonzero(np.isnan(values).any(axis=1))
+        for rows in np.array_split(missing, max(1, len(missing) // each)) if len(missing) else ():
+            values[rows] = run(rows)
+            self.append(rows, values[rows])
+            if tell is not None:
+                tell(1 - float(np.isnan(values).any(axis=1).mean()))
+        return values
 
-def _fingerprint(shared: SampleJob, numbers: Array) -> str:
-    job = shared.job
+
+def _fingerprint(job: Job, paths: Sequence[str], numbers: Array) -> str:
     schedule = schedule_for(job.machine, job.source, job.start)
-    paths = [drawn.path for drawn in shared.drawn]
-    seen = pickle.dumps((str(job.machine.tree), schedule.t, sorted(schedule.signals.items()), job.method, paths), 4)
-    return hashlib.sha256(seen + numbers.tobytes()).hexdigest()[:32]
+    seen = (str(job.machine.tree), schedule.t, sorted(schedule.signals.items()), job.method, list(paths))
+    return hashlib.sha256(pickle.dumps(seen, 4) + numbers.tobytes()).hexdigest()[:32]

@@ -25,6 +25,8 @@ FINE = 16
 lump, so what is seen is 94 % of it or more."""
 QUICK = 10.0
 """s that a run may have taken for it to be run again without being asked."""
+EXACT, MOST_STEPPED = ("modal", "expm", "krylov", "switched"), 2000
+"""Methods that many lumps do not make slow; how many another one may be given: some 20 s."""
 FEW, SHORT = 40, 20_000
 """Bars and samples of a linear machine without switchings up to which the lumps of every bar are looked for unasked."""
 
@@ -67,14 +69,14 @@ def estimate_lumping(
 
     run: as simulated, without noise; asks: where channels are off by more than 2 % of their range and the machine is
     linear, finds the lumps that would be enough, too. None for a machine without bars, one that is cut as finely as can
-    be, a run that took long, or one that breaks down when cut more finely.
+    be, a run that took long or would then, or one that breaks down when cut more finely.
     """
     expect_run(machine, source, start)
     finer = cut_finely(machine)
     if finer is None:
         return None
     run = run or simulate(machine, source, start=start, method=method)
-    if run.solve_seconds > QUICK:
+    if run.solve_seconds > QUICK or _would_take_long(run, finer):
         return None
     try:
         fine = simulate(finer, source, start=start, method=method)
@@ -98,7 +100,8 @@ def estimate_on_recording(
     leave there."""
     finer = cut_finely(machine)
     residual = max(residuals, key=lambda r: r.rmse_in_noise)
-    if finer is None or residual.trajectory.solve_seconds > QUICK:
+    run = residual.trajectory
+    if finer is None or run.solve_seconds > QUICK or _would_take_long(run, finer):
         return None
     try:
         if residual.constants is not None:
@@ -108,6 +111,10 @@ def estimate_on_recording(
         return None
     found = _judge(machine, residual.recording, residual.trajectory, fine.trajectory, start, asks)
     return replace(found, noise=(residual.rmse_in_noise, fine.rmse_in_noise))
+
+
+def _would_take_long(run: Trajectory, finer: Machine) -> bool:
+    return run.method not in EXACT and finer.lumps > MOST_STEPPED
 
 
 def cut_finely(machine: Machine) -> Machine | None:

@@ -16,7 +16,7 @@ from network.analysis.sweep.journal import Journal
 from network.analysis.sweep.level_runs import Job
 from network.analysis.sweep.sample_runs import SampleJob
 from network.analysis.sweep.sampling import MOST_SAMPLES, Drawn, choose_drawn, latin_hypercube
-from network.catalogue.declaration.declare import Array
+from network.catalogue.declaration.declare import Array, Indices
 from network.engine.simulation import schedule_for
 from network.engine.trajectory import axis_unit
 from network.machine.machine import Machine
@@ -29,8 +29,8 @@ from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
 
-PARCEL = 250
-"""Runs that go to a process at a time."""
+PARCEL, ROUND = 250, 16
+"""Runs that go to a process at a time, and such parcels after which a journal is written."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,14 +111,10 @@ def _run(shared: SampleJob, numbers: Array, over: Over, resume: str | Path | Non
     if resume is None:
         parcels = np.array_split(numbers, max(1, len(numbers) // PARCEL))
         return np.concatenate(over(work, parcels, progress))
-    journal = Journal.open(Path(resume), shared, numbers, width)
-    values = journal.values.copy()
-    missing = np.flatnonzero(np.isnan(values).any(axis=1))
-    for rows in np.array_split(missing, max(1, len(missing) // (16 * PARCEL))) if len(missing) else ():
+    journal = Journal.open(Path(resume), shared.job, [d.path for d in shared.drawn], numbers, width)
+
+    def run(rows: Indices) -> Array:
         parcels = np.array_split(rows, max(1, len(rows) // PARCEL))
-        found = np.concatenate(over(work, [numbers[rows] for rows in parcels], None))
-        values[rows] = found
-        journal.append(rows, found)
-        if progress is not None:
-            progress(1 - float(np.isnan(values).any(axis=1).mean()))
-    return values
+        return np.concatenate(over(work, [numbers[some] for some in parcels], None))
+
+    return journal.run_missing(run, ROUND * PARCEL, progress)

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from pathlib import Path
 from typing import Any
 
 from network.analysis.sweep.finer_lumps import bars_of, cut_bars
+from network.analysis.sweep.grid_runs import GridJob, VariedRun, run_grid
 from network.analysis.sweep.level_runs import (
     PAPER,
     Gap,
@@ -21,15 +23,7 @@ from network.analysis.sweep.level_runs import (
     with_written,
 )
 from network.analysis.sweep.tolerance import Tolerance, parse_tolerance
-from network.analysis.sweep.variations import (
-    GridJob,
-    Variation,
-    VariedRun,
-    check_grid,
-    grid,
-    parse_variation,
-    run_varied,
-)
+from network.analysis.sweep.variations import Variation, check_grid, parse_variation
 from network.engine.simulation import check_known, schedule_for
 from network.machine.machine import Machine
 from network.machine.overrides import AUTO
@@ -104,15 +98,16 @@ class Sweep(Tabled):
 def sweep(
     machine: Machine, source: Scenario | Recording, *, levels: Sequence[str | int] = (), vary: Sequence[str] = (),
     tolerance: str | None = None, start: Start | None = None, method: str = "auto", jobs: int = 1,
-    cluster: str | None = None, progress: Told | None = None,
+    cluster: str | None = None, resume: str | Path | None = None, progress: Told | None = None,
 ) -> Sweep:  # fmt: skip
     """Runs a machine at several levels of simplification, or over a grid of values.
 
     levels: 'paper' (the closed form), numbers of lumps for every bar, 'auto' (see `choose_lumps`), names of levels of
     the machine file, which is itself run as written, too; without levels and vary: the usual ones; vary: 'path=lo..hi
     unit:N' or 'path=a,b,c unit', several make a grid; tolerance: like '1 um'; start, method: as in `simulate`; jobs:
-    processes; cluster: address of a dask scheduler; progress: told the share of the runs that are done. Raises Refused,
-    and Failed where a run breaks down.
+    processes; cluster: address of a dask scheduler; resume: a file that keeps what is done of a grid, and from which a
+    stopped sweep goes on; progress: told the share of the runs that are done. Raises Refused, and Failed where a run
+    breaks down.
     """
     expect_run(machine, source, start)
     job = Job(machine, source, start, method)
@@ -120,11 +115,12 @@ def sweep(
     given = levels.split(",") if isinstance(levels, str) else levels
     names = tuple(dict.fromkeys(str(level).strip() for level in given))
     allowed = _check(job, names, variations, tolerance)
+    if resume is not None and not variations:
+        raise refuse(Spot("--resume"), "keeps the runs of a grid, and levels are few", "add --vary, or leave it out")
     result = Sweep(machine, source.name, variations=variations, tolerance=allowed)
     if variations:
         check_grid(machine, variations)
-        runs = run_all(partial(run_varied, GridJob(job, variations)), list(grid(variations)), jobs, progress, cluster)
-        return replace(result, runs=tuple(runs))
+        return replace(result, runs=tuple(run_grid(GridJob(job, variations), jobs, cluster, resume, progress)))
     names = names or usual_levels(machine)
     check_levels(job, names)
     names = with_written(machine, names)

@@ -1,25 +1,22 @@
-"""Numbers of a machine file that a sweep varies: `path=lo..hi unit:N` or `path=a,b,c unit`, and their product grid."""
+"""Numbers of a machine file that a sweep varies: `path=lo..hi unit:N` or `path=a,b,c unit`."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 from math import prod
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
-from network.analysis.sweep.level_runs import Job
 from network.catalogue.declaration.declare import Array
-from network.engine.simulation import simulate
 from network.engine.trajectory import axis_unit
 from network.machine.machine import Machine
 from network.machine.overrides import set_value
 from network.platform.quantities.unit_values import in_difference_unit
 from network.platform.quantities.units import NUMBER
-from network.platform.refusal import Complaints, Failed, Refusal, Refused, Spot, refuse, short
+from network.platform.refusal import Complaints, Refusal, Refused, Spot, refuse, short
 
 MOST_RUNS = 10_000
 MOST_TRIED = 50
@@ -103,6 +100,8 @@ def vary(machine: Machine, variations: Sequence[Variation], values: Sequence[flo
 class Extremes:
     """Of one TCP axis over a run, in its unit."""
 
+    NUMBERS: ClassVar[tuple[str, ...]] = ("highest", "lowest", "final")
+
     highest: float
     lowest: float
     final: float
@@ -118,41 +117,10 @@ class Extremes:
         """The extreme that is further from zero."""
         return max(self.highest, self.lowest, key=abs)
 
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        return tuple(getattr(self, name) for name in self.NUMBERS)
+
     def summary(self) -> dict[str, Any]:
         """As in summary.json."""
         return {"max": self.highest, "min": self.lowest, "final": self.final, "unit": self.unit}
-
-
-@dataclass(frozen=True)
-class VariedRun:
-    """One point of the grid: the values, in the order of the variations, and the extremes of every TCP axis."""
-
-    values: tuple[float, ...]
-    tcp: Mapping[str, Extremes]
-    solve_seconds: float
-
-
-def grid(variations: Sequence[Variation]) -> Iterator[tuple[float, ...]]:
-    """All combinations; the last variation runs fastest."""
-    return product(*(variation.values for variation in variations))
-
-
-@dataclass(frozen=True, eq=False)
-class GridJob:
-    """What all runs of a grid have in common."""
-
-    job: Job
-    variations: tuple[Variation, ...]
-
-
-def run_varied(shared: GridJob, values: tuple[float, ...]) -> VariedRun:
-    """One point of the grid. Raises Refused, or Failed with the point's values."""
-    job = shared.job
-    try:
-        machine = vary(job.machine, shared.variations, values)
-        run = simulate(machine, job.source, start=job.start, method=job.method, parts=False)
-    except Failed as failed:
-        settings = zip(shared.variations, values, strict=True)
-        raise Failed(f"{', '.join(v.setting(value) for v, value in settings)}: {failed}") from None
-    extremes = {axis: Extremes.of(axis, values) for axis, values in run.tcp.items()}
-    return VariedRun(values, extremes, run.solve_seconds)

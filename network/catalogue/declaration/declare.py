@@ -14,6 +14,7 @@ from __future__ import annotations
 import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
 from typing import Any, ClassVar, Self, TypeAlias
 
 import numpy as np
@@ -194,6 +195,17 @@ class Declared(ABC):
         }
         return first.replaced(**arrays)
 
+    def some(self, members: Indices) -> Self:
+        """A stacked one with some of its entries."""
+        values = ((name, self.__dict__[name]) for name in (*self.params(), *self.derived))
+        return self.replaced(**{name: v[members] for name, v in values if isinstance(v, np.ndarray) and v.ndim})
+
+
+@cache
+def input_fields(of: type[Declared]) -> tuple[tuple[str, str], ...]:
+    """The fields of a class that name an input, each with the input's unit."""
+    return tuple((name, field.unit) for name, field in of.fields.items() if isinstance(field, InputField))
+
 
 class Effect(Declared):
     """Base of what has a heat flow, a displacement or a reading: it can be missing, so it can be proposed."""
@@ -202,8 +214,8 @@ class Effect(Declared):
     """s: a recording that is shorter than this cannot tell it from anything that goes up and down once."""
 
     def needs(self) -> Mapping[str, str]:
-        named = ((self.__dict__[name], field) for name, field in self.fields.items())
-        return merge_inputs((name, f.unit) for name, f in named if name is not None and isinstance(f, InputField))
+        named = ((self.__dict__[field], unit) for field, unit in input_fields(type(self)))
+        return merge_inputs((name, unit) for name, unit in named if name is not None)
 
     def remarks(self, u: Mapping[str, Array]) -> Iterator[str]:
         """What is doubtful about it at the inputs of a whole run."""

@@ -90,7 +90,8 @@ class SensorLike(EntryLike, Protocol):
 
 
 class MachineLike(Protocol):
-    """reference [°C]; the entries of each section by name, of `tcp` by axis and name; inputs: channel → its unit;
+    """reference [°C]; the entries of each section by name, of `tcp` by axis and name; exchanged_by: sensor → the first
+    one that says to be exchanged with it; inputs: channel → its unit;
     joined_parts: pairs of parts that a link joins; entries: all, with their paths."""
 
     @property
@@ -105,6 +106,8 @@ class MachineLike(Protocol):
     def tcp(self) -> Mapping[str, Mapping[str, EntryLike]]: ...
     @property
     def sensors(self) -> Mapping[str, SensorLike]: ...
+    @property
+    def exchanged_by(self) -> Mapping[str, str]: ...
     @property
     def inputs(self) -> Mapping[str, str]: ...
     def material(self, name: str) -> EntryLike | None: ...

@@ -24,7 +24,8 @@ class HalfSpace(Source, kind="half_space"):
     Foster network of 14 layers, each four times as slow as the one before: after a step of the temperature the heat
     flow is within 0.6 % of its passing part from 10 s to 10 days, and what is lost for good is told too large by some
     3 % √(S/m²) of it. A run begins with the floor at the temperature of what stands on it, as after days of rest. Not
-    looked for by a diagnosis: foundation, a floor that keeps its temperature, stands for it.
+    looked for by a diagnosis, for each has its 14 layers: over hours hidden_mass stands for what the ground takes up,
+    and foundation, a floor that keeps its temperature, for what is lost for good.
     """
 
     surface = place("the place that stands on it")

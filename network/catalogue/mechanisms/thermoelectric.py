@@ -20,7 +20,8 @@ class Thermoelectric(Source, kind="thermoelectric"):
     the electric power. A current below zero pumps the other way. For s, r and k constant over the temperatures of the
     module, and no losses in leads. Source: Ioffe's equations (Rowe, CRC Handbook of Thermoelectrics; unverified).
     Bismuth telluride has s = 0.4 mV/K, r = 10 to 20 mohm, k = 4 mW/K a couple. Not looked for by a diagnosis: a
-    recorded current is tried as a heat_source.
+    recorded current is tried as a heat_source, in proportion and squared, and T in K hardly changes: both together tell
+    a module to a per cent of its heat.
     """
 
     side = word("which side of the module this is", "cold", "hot")

@@ -21,9 +21,9 @@ from network.engine.channels import Readouts, readouts
 from network.engine.entry_groups import Heats
 from network.engine.network import Network
 from network.engine.response.cells import cell_matrix
+from network.engine.response.measured_run import Run
 from network.engine.response.output_jacobian import channels_of, slopes_of
-from network.engine.response.prediction import Run
-from network.engine.solvers.linear import regime_from
+from network.engine.solvers.elimination import regime_from
 from network.engine.solvers.modal import modes_of, phi
 from network.engine.solvers.plan import Plan, spans
 from network.machine.machine import Machine

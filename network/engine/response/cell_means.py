@@ -52,17 +52,30 @@ class Means:
 
     def bulge(self, output_map: OutputMap) -> Array:
         """What the run's own means differ by from those of straight lines between its ends: (count, cells)."""
+        return self._average(output_map, self.over.left, self.over.right)
+
+    def follow_states(self, output_map: OutputMap) -> Array:
+        """Means of what is seen of the states: (count, cells)."""
+        none = np.zeros((len(self.over.samples), 1))
+        return self._average(output_map, none, none)
+
+    def _average(self, output_map: OutputMap, left: Array, right: Array) -> Array:
+        """Means over cells of what is seen of the states, less that of weights on both ends of the intervals."""
         out = np.zeros((output_map.count, self.over.cells), complex if self._is_complex else float)
-        problem = self.course.problem
         for s, factors in zip(self.course.segments, self.factors, strict=True):
-            here, W = slice(s.first, s.last), s.modes.W.T
-            m0, m1, p0, p1 = (v[here] @ W for v in (self.course.x0, self.course.x1, problem.f0, problem.f1))
+            here, ends = slice(s.first, s.last), self.course.modal_ends(s)
             cells, starts = self.over.find_touched(s.first, s.last)
             rows = output_map.over[s.index] @ s.modes.V
             for i, channels in self.over.groups():
-                f, left, right = factors[i], self.over.left[i, here, None], self.over.right[i, here, None]
-                bulge = (f.E - left) * m0 - right * m1 + f.F0 * p0 + f.F1 * p1
-                out[channels, cells] += rows[channels] @ np.add.reduceat(bulge, starts, axis=0).T
+                f = factors[i]
+                mean = f.F0 * ends.p0
+                mean += f.F1 * ends.p1
+                if left.any() or right.any():
+                    mean += (f.E - left[i, here, None]) * ends.m0
+                    mean -= right[i, here, None] * ends.m1
+                else:
+                    mean += f.E * ends.m0
+                out[channels, cells] += rows[channels] @ np.add.reduceat(mean, starts, axis=0).T
         return np.real(out)
 
     @property
@@ -194,12 +207,12 @@ def _factors(samples: Samples, s: Segment, steps: Array) -> Factors:
     return Factors(E, one - F1, F1)
 
 
-def first_seen(course: LinearRun, pushes: Sequence[Push], output_map: OutputMap) -> Array:
-    """The outputs at the very beginning: (pushes, count)."""
-    s, out = course.segments[0], np.zeros((len(pushes), output_map.count))
+def first_seen(course: LinearRun, pushes: Sequence[Push], output_map: OutputMap, first: int = 0) -> Array:
+    """The outputs at the beginning of a run, whose first interval is given: (pushes, count)."""
+    r, out = int(course.problem.regime_of[first]), np.zeros((len(pushes), output_map.count))
     for i, push in enumerate(pushes):
-        for jump in (jump for k, jump in push.kicks if k == 0):
-            out[i] += output_map.over[s.index] @ jump
+        for jump in (jump for k, jump in push.kicks if k == first):
+            out[i] += output_map.over[r] @ jump
         if push.is_heat:
-            out[i] += push.q0[0] @ push.into(output_map.direct[s.index])
+            out[i] += push.q0[first] @ push.into(output_map.direct[r])
     return out

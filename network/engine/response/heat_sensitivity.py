@@ -7,6 +7,7 @@ materials, sensors) is left to differences of whole runs.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -23,6 +24,8 @@ from network.engine.response.parameters import Parameter
 from network.engine.solvers.plan import Plan
 
 GROUPS = ("flows", "heats", "relays")
+FEW = 4
+"""So many times as many flows are in a group as one number changes, and these are looked at alone."""
 CAPACITY_KEYS = ("heat_capacity", "extra_heat_capacity")
 
 
@@ -39,11 +42,12 @@ Found = tuple[tuple[int, Indices], ...]
 @dataclass(frozen=True, eq=False)
 class Stand:
     """Where a number stands and what its heat reaches: the lumps, and how the heat of each member spreads over these
-    (members, lumps)."""
+    (members, lumps). among: in each group, the members whose same number is looked at with it."""
 
     found: Found
     lumps: Indices
     spread: Array
+    among: tuple[Indices, ...]
 
 
 def push_of(parameter: Parameter, course: LinearRun, theta: float, known: Stand | None = None) -> Push | None:
@@ -58,17 +62,18 @@ def push_of(parameter: Parameter, course: LinearRun, theta: float, known: Stand 
     stand = stand_of(network, place_of(network, parameter)) if known is None else known
     if not stand.found:
         return None
-    parts = [_by_parameter(course, g, members, parameter.attribute) for g, members in stand.found]
+    parts = [_by_parameter(course, g, members, parameter.attribute, among)
+             for (g, members), among in zip(stand.found, stand.among, strict=True)]  # fmt: skip
     return _build_push(stand, slope, parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1))
 
 
-def stand_of(network: Network, found: Found) -> Stand:
-    """What the heat of a number reaches; held lumps take none up."""
+def stand_of(network: Network, found: Found, among: Mapping[int, Indices] | None = None) -> Stand:
+    """What the heat of a number reaches; held lumps take none up. among: by group, members that are looked at too."""
     none = np.zeros((0, network.size))
     spread = np.concatenate([none, *(_spread_of(network.groups[g], members) for g, members in found)])
     spread = np.where(np.isinf(network.capacity), 0.0, spread)
     lumps = np.flatnonzero(spread.any(axis=0))
-    return Stand(found, lumps, spread[:, lumps])
+    return Stand(found, lumps, spread[:, lumps], tuple((among or {}).get(g, members) for g, members in found))
 
 
 def _spread_of(group: Flows | Heats[Mechanism], members: Indices) -> Array:
@@ -84,11 +89,10 @@ def _build_push(stand: Stand, slope: float, heat: Array) -> Push:
     return Push(stand.lumps, heat[:K], heat[K:])
 
 
-def acts_by_heat(p: Parameter, network: Network) -> bool:
-    """Whether a number stands in some law, or is a heat capacity."""
-    if p.entry.section == "nodes":
-        return p.attribute in CAPACITY_KEYS and not p.entry.inner and p.entry.name in network.parts
-    return p.entry.section in ("links", "sources") and bool(place_of(network, p))
+def is_capacity(p: Parameter, network: Network) -> bool:
+    """Whether a number is the heat capacity of a part."""
+    own = p.entry.section == "nodes" and p.attribute in CAPACITY_KEYS
+    return own and not p.entry.inner and p.entry.name in network.parts
 
 
 def place_of(network: Network, p: Parameter) -> Found:
@@ -110,12 +114,18 @@ def _is_stacked(law: Declared, attribute: str) -> bool:
     )
 
 
-def _by_parameter(course: LinearRun, g: int, members: Indices, attribute: str) -> Array:
-    """∂heat/∂value of members of a group (2 K, members)."""
-    if (g, attribute) not in course.derived:
-        group = course.problem.plan.network.groups[g]
-        course.derived[g, attribute] = _derivatives(course, group, attribute)
-    return course.derived[g, attribute][:, members]
+def _by_parameter(course: LinearRun, g: int, members: Indices, attribute: str, among: Indices) -> Array:
+    """∂heat/∂value of members of a group (2 K, members); of a few flows for those `among` them alone, else of all."""
+    group = course.problem.plan.network.groups[g]
+    if isinstance(group, Flows) and len(among) * FEW <= len(group.entry):
+        key, members = (g, attribute, among.tobytes()), among.searchsorted(members)
+        if key not in course.derived:
+            course.derived[key] = _derivatives(course, group.some(among), attribute)
+        return course.derived[key][:, members]
+    key = (g, attribute, b"")
+    if key not in course.derived:
+        course.derived[key] = _derivatives(course, group, attribute)
+    return course.derived[key][:, members]
 
 
 def _derivatives(course: LinearRun, group: Flows | Heats[Mechanism], attribute: str) -> Array:
@@ -157,7 +167,12 @@ class Slots:
     @cached_property
     def suffice(self) -> bool:
         """Whether every parameter is a number of some law, or a heat capacity."""
-        return all(acts_by_heat(p, self.network) for p in self.parameters)
+        return len(self.acting) == len(self.parameters)
+
+    @cached_property
+    def acting(self) -> frozenset[Parameter]:
+        """Those that stand in some law, or are a heat capacity."""
+        return frozenset(p for p, found in self.places if found or is_capacity(p, self.network))
 
     def at(self, values: dict[str, float]) -> Network:
         """The network with other values (of all parameters)."""
@@ -180,9 +195,14 @@ class Slots:
     @cached_property
     def places(self) -> tuple[tuple[Parameter, Found], ...]:
         """Every parameter with where it stands."""
-        return tuple((p, place_of(self.network, p)) for p in self.parameters)
+        laws = ("links", "sources")
+        return tuple((p, place_of(self.network, p) if p.entry.section in laws else ()) for p in self.parameters)
 
     @cached_property
     def stands(self) -> dict[Parameter, Stand]:
         """The same with what the heat of each reaches."""
-        return {p: stand_of(self.network, found) for p, found in self.places}
+        together: dict[str, dict[int, Indices]] = {}
+        for p, found in self.places:
+            mine = together.setdefault(p.attribute, {})
+            mine.update({g: np.union1d(mine.get(g, members), members) for g, members in found})
+        return {p: stand_of(self.network, found, together[p.attribute]) for p, found in self.places}

@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
-from network.engine.response.model import plan_of
-from network.engine.response.prediction import Prediction, Resampled, Run
+from network.engine.response.measured_run import Resampled, Run
+from network.engine.response.prediction import Prediction
+from network.engine.response.run_plan import plan_of
 from network.engine.response.switchings import build_switched_course
 from network.engine.response.waveform import course_of
 from network.engine.solvers.plan import Plan

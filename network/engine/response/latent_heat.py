@@ -17,7 +17,7 @@ from network.catalogue.mechanisms.base import STEP, add_imaginary_step
 from network.engine.channels import Readouts
 from network.engine.network import Network
 from network.engine.response.nonlinear_correction import Bends
-from network.engine.solvers.linear import Regime, regime_from
+from network.engine.solvers.elimination import Regime, regime_from
 
 
 @dataclass(frozen=True, eq=False)

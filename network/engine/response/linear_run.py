@@ -7,17 +7,18 @@ answer to a small further heat is exact as well; what is approximate is the stra
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
 from network.engine.channels import Readouts
+from network.engine.response.modal_march import ModalEnds, follow, modes_by_regime
 from network.engine.response.output_map import OutputMap, map_outputs
 from network.engine.response.segments import Push, Segment, segments
-from network.engine.solvers.linear import LinearProblem, Regime
-from network.engine.solvers.modal import Modes, modes_of
+from network.engine.solvers.linear import LinearProblem
+from network.engine.solvers.modal import Modes
 
 __all__ = ["LinearRun", "Push", "kick", "solve"]
 
@@ -27,14 +28,10 @@ AT_ONCE = 400_000
 SETTLE = ("P", "P_held", "P_heat")
 """What the temperatures of massless junctions follow, by regime."""
 
-TOO_ALIKE, NUDGE = 1e8, 1e-7
-"""Condition of the modes from which rounding would be felt, and the relative change of rates that separates them."""
-
 
 def kick(course: LinearRun, *kicks: tuple[int, Array]) -> Push:
     """Nothing but jumps of the states."""
-    empty = np.empty((len(course.problem.plan.steps), 0))
-    return Push(np.empty(0, int), empty, empty, kicks)
+    return Push(*course.no_heat, kicks)
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +46,11 @@ class LinearRun:
     @property
     def readouts(self) -> Readouts:
         return self.problem.readouts
+
+    @property
+    def restarts(self) -> tuple[int, ...]:
+        """Intervals at which nothing is left of what was before."""
+        return ()
 
     @cached_property
     def T(self) -> tuple[Array, Array]:
@@ -77,8 +79,14 @@ class LinearRun:
         return {name: np.concatenate([begin[name], end[name]]) for name in begin}
 
     @cached_property
-    def derived(self) -> dict[tuple[int, str], Array]:
-        """Derivatives of heats by their numbers along this run, as they are found: by group and number."""
+    def no_heat(self) -> tuple[Indices, Array, Array]:
+        """Into no lump."""
+        none = np.empty((len(self.problem.plan.steps), 0))
+        return np.empty(0, int), none, none
+
+    @cached_property
+    def derived(self) -> dict[tuple[object, ...], Array]:
+        """Derivatives of heats by their numbers along this run, as they are found: by group, number and members."""
         return {}
 
     @cached_property
@@ -109,6 +117,11 @@ class LinearRun:
     @cached_property
     def segments(self) -> tuple[Segment, ...]:
         return tuple(segments(self.problem, self.modes))
+
+    def modal_ends(self, s: Segment) -> ModalEnds:
+        """Its own modes in a stretch."""
+        here, W = slice(s.first, s.last), s.modes.W.T
+        return ModalEnds(*(v[here] @ W for v in (self.x0, self.x1, self.problem.f0, self.problem.f1)))
 
     @cached_property
     def output_map(self) -> OutputMap:
@@ -157,37 +170,7 @@ class LinearRun:
 
 def solve(problem: LinearProblem, known: dict[bytes, Modes] | None = None) -> LinearRun:
     """The course of a reduced problem; `known`: modes found before, by the matrix of their regime."""
-    known = {} if known is None else known
-    modes = []
-    for regime in problem.regimes:
-        key = regime.A.tobytes()
-        if key not in known:
-            known[key] = separate_modes(regime, problem.scale)
-        modes.append(known[key])
-    K, n = problem.f0.shape
-    course = LinearRun(problem, tuple(modes), np.empty((K, n)), np.empty((K, n)))
-    x = problem.x0
-    for s in course.segments:
-        here, W, V = slice(s.first, s.last), s.modes.W, s.modes.V
-        push = s.c0 * (problem.f0[here] @ W.T) + s.c1 * (problem.f1[here] @ W.T)
-        m, end = _march(s, push, W @ x)
-        course.x0[here] = np.real(m @ V.T)
-        x = np.real(V @ end)
-        course.x1[s.first : s.last - 1], course.x1[s.last - 1] = course.x0[s.first + 1 : s.last], x
+    modes, (K, n) = modes_by_regime(problem, {} if known is None else known), problem.f0.shape
+    course = LinearRun(problem, modes, np.empty((K, n)), np.empty((K, n)))
+    course.x0[:], course.x1[:], _ = follow(problem, course.segments, {0: problem.x0})
     return course
-
-
-def separate_modes(regime: Regime, scale: Array) -> Modes:
-    """The modes of a regime; where some are too much alike (equal cells of a stream), of one that differs by NUDGE."""
-    modes = modes_of(regime, scale)
-    if modes.condition < TOO_ALIKE:
-        return modes
-    signs = np.random.default_rng(0).choice([-1.0, 1.0], regime.A.shape)
-    return modes_of(replace(regime, A=regime.A + NUDGE * np.abs(np.diag(regime.A))[:, None] * signs), scale)
-
-
-def _march(s: Segment, push: Array, start: Array) -> tuple[Array, Array]:
-    from network.engine.response.recursion import recur
-
-    m, end = recur(s.gain, push[:, None].astype(start.dtype, copy=False), start[None])
-    return m[:, 0], end[0]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -12,27 +13,28 @@ from network.catalogue.declaration.sections import TCP
 from network.engine.assembly import build
 from network.engine.channels import Readouts, readouts
 from network.engine.network import Network
-from network.engine.response.heat_sensitivity import Slots, acts_by_heat, push_of
-from network.engine.response.intervals import first_from
-from network.engine.response.linear_run import LinearRun, Push, kick
-from network.engine.response.output_jacobian import channels_of
+from network.engine.response.heat_sensitivity import Slots, push_of
+from network.engine.response.joint_course import can_join, solve_together
+from network.engine.response.joint_means import JointMeans, common_starts
+from network.engine.response.linear_run import LinearRun, Push
+from network.engine.response.measured_run import Run
+from network.engine.response.output_jacobian import Slopes, channels_of, see_readings_alone
 from network.engine.response.parameters import Parameter, at_values, values_at
-from network.engine.response.prediction import Prediction, Run
+from network.engine.response.prediction import Prediction, joint_of
+from network.engine.response.run_plan import plan_of, start_of
 from network.engine.response.seen_differences import differ_as_seen, is_seen_only
 from network.engine.response.switchings import SwitchedCourse, build_switched_course, check_followed
 from network.engine.response.warm_start import WarmStart
 from network.engine.response.waveform import course_of
-from network.engine.solvers.linear import KnownRegimes
+from network.engine.solvers.elimination import KnownRegimes
 from network.engine.solvers.modal import Modes
-from network.engine.solvers.plan import Plan, interval_edges, list_own_edges, merge_instants, spans
+from network.engine.solvers.plan import Plan, list_own_edges
 from network.machine.machine import Machine
 
-__all__ = ["Model", "Prediction", "Run", "channels_of", "edge_pushes", "plan_of", "start_pushes"]
+__all__ = ["Model", "Prediction", "Run", "channels_of"]
 
 DIFFERENCE = 1e-4
 """Step in θ for parameters that act otherwise than by heat."""
-PIECES = 4
-"""Of the distance between knots where a part melts: its heat capacity changes manifold while it warms by a kelvin."""
 SHOWN = (TCP, "sensors")
 """Sections of entries whose numbers only change what is seen of a run, or a state that sees it."""
 
@@ -46,7 +48,8 @@ class Model:
         check_followed(network)
         self.slots = Slots(network, tuple(p for p in self.parameters if p.entry.section not in SHOWN))
         self.shown = tuple(p for p in self.parameters if p.entry.section in SHOWN)
-        self._otherwise = [j for j, p in enumerate(self.parameters) if not acts_by_heat(p, network)]
+        acting = self.slots.acting
+        self._otherwise = [j for j, p in enumerate(self.parameters) if p not in acting]
         self._readouts = readouts(network, parts=False)
         self.warm = WarmStart()
 
@@ -75,33 +78,55 @@ class Model:
         self, machine: Machine, network: Network, starts: Sequence[Mapping[str, float]]
     ) -> tuple[Prediction, ...]:  # fmt: skip
         outputs = self._readouts if machine is self.machine else readouts(network, parts=False)
+        plans = [self._plan(i, network, start) for i, start in enumerate(starts)]
         known: dict[bytes, Modes] = {}
         regimes: KnownRegimes = {}
-        return tuple(self._predict(i, machine, network, outputs, start, known, regimes)
-                     for i, start in enumerate(starts))  # fmt: skip
+        if not can_join(network, self.runs):
+            return tuple(self._predict(i, machine, self._course(i, plan, outputs, known, regimes), None)
+                         for i, plan in enumerate(plans))  # fmt: skip
+        joint = self.warm.join(self.runs)
+        whole, courses = solve_together(joint, plans, outputs, known, regimes)
+        same = machine is self.machine and not len(network.massless)
+        means = JointMeans(whole, joint, joint.beside if same else None)
+        return tuple(self._predict(i, machine, course, (means, i)) for i, course in enumerate(courses))
+
+    def _course(
+        self, i: int, plan: Plan, outputs: Readouts, known: dict[bytes, Modes], regimes: KnownRegimes
+    ) -> LinearRun:  # fmt: skip
+        if plan.network.relays:
+            return build_switched_course(plan, outputs, known)
+        course = course_of(plan, outputs, self.warm.guess.get(i), known, regimes)
+        if not plan.network.is_affine():
+            self.warm.guess[i] = course.T
+        return course
 
     def _predict(
-        self, i: int, machine: Machine, network: Network, outputs: Readouts, start: Mapping[str, float],
-        known: dict[bytes, Modes], regimes: KnownRegimes,
+        self, i: int, machine: Machine, course: LinearRun, joint: tuple[JointMeans, int] | None
     ) -> Prediction:  # fmt: skip
-        run, plan = self.runs[i], self._plan(i, network, start)
-        if network.relays:
-            course: LinearRun = build_switched_course(plan, outputs, known)
-        else:
-            course = course_of(plan, outputs, self.warm.guess.get(i), known, regimes)
-            if not network.is_affine():
-                self.warm.guess[i] = course.T
-        slopes = self.warm.slopes.get(i) if machine is self.machine else None
-        made = Prediction(run, machine, course, self.warm.resampling(i, run, course.problem.plan.edges), slopes)
+        slopes = self._known_slopes(i) if machine is self.machine else None
+        resampled = self.warm.resampling(i, self.runs[i], course.problem.plan.edges)
+        made = Prediction(self.runs[i], machine, course, resampled, slopes, joint)
         self._remember(i, made)
         return made
+
+    def _known_slopes(self, i: int) -> Slopes | None:
+        """Of a run before, or of the first where all runs are seen by the same law."""
+        known = self.warm.slopes
+        if i not in known and 0 in known and self.runs[i].channels == self.runs[0].channels and self._seen_alike:
+            known[i] = known[0]
+        return known.get(i)
+
+    @cached_property
+    def _seen_alike(self) -> bool:
+        return see_readings_alone(self.machine, self.runs[0].channels)
 
     def _remember(self, i: int, made: Prediction) -> None:
         """Slopes that are the same at all instants and readings stay so at other θ."""
         if self.parameters and i not in self.warm.slopes and made.machine is self.machine:
             slopes = made.slopes
-            if slopes is not None and slopes.is_straight and slopes.is_constant:
-                self.warm.slopes[i] = slopes
+            if slopes is not None and slopes.is_same:
+                known = self.warm.slopes.values()
+                self.warm.slopes[i] = next((other for other in known if slopes.equals(other)), slopes)
 
     def _plan(self, i: int, network: Network, start: Mapping[str, float]) -> Plan:
         """The plan of a run; its edges and inputs are found once for the same edges of laws."""
@@ -120,7 +145,7 @@ class Model:
         out = []
         for r, prediction in enumerate(predictions):
             course = prediction.course
-            by_heat, pushes, guards = self._pushes(theta, prediction)
+            by_heat, pushes, guards = self._pushes(theta, course)
             slopes = np.empty((len(self.parameters), *prediction.values.shape))
             if by_heat:
                 complete = course.complete_pushes(pushes, guards)
@@ -135,26 +160,30 @@ class Model:
     ) -> list[Array]:
         """∂(cells' means)/∂θ of every run, below them its answers to further pushes: (parameters + pushes, ·) each."""
         others = self._others(theta, predictions, cells=True)
+        further = _answer_together(predictions, also) if also else None
         out = []
-        for r, prediction in enumerate(predictions):
-            by_heat, pushes, guards = self._pushes(theta, prediction)
-            further = list(also[r]) if also else []
-            if guards is not None:
-                guards = np.concatenate([guards, np.zeros((len(further), guards.shape[1]))])
-            answers = prediction.respond_to([*pushes, *further], guards)
-            if not others:
-                out.append(answers)
-                continue
-            slopes = np.empty((len(self.parameters) + len(further), answers.shape[1]))
-            slopes[by_heat], slopes[len(self.parameters) :] = answers[: len(pushes)], answers[len(pushes) :]
+        for r, (by_heat, slopes) in enumerate(self._heat_slopes(theta, predictions)):
+            if others:
+                own, slopes = slopes, np.empty((len(self.parameters), slopes.shape[1]))
+                slopes[by_heat] = own
             for j, values in others.items():
                 slopes[j] = values[r]
-            out.append(slopes)
+            out.append(slopes if further is None else np.concatenate([slopes, further[r]]))
         return out
 
-    def _pushes(self, theta: Array, prediction: Prediction) -> tuple[list[int], list[Push], Array | None]:
+    def _heat_slopes(self, theta: Array, predictions: Sequence[Prediction]) -> Iterator[tuple[list[int], Array]]:
+        """Parameters that act by heat, and what the cells' means of every run answer to them."""
+        joint, slopes = joint_of(predictions)
+        if joint is not None and slopes is not None:
+            by_heat, pushes, _ = self._pushes(theta, joint.course)
+            yield from ((by_heat, answers) for answers in joint.respond_to(pushes, slopes))
+            return
+        for prediction in predictions:
+            by_heat, pushes, guards = self._pushes(theta, prediction.course)
+            yield by_heat, prediction.respond_to(pushes, guards)
+
+    def _pushes(self, theta: Array, course: LinearRun) -> tuple[list[int], list[Push], Array | None]:
         """Parameters that act by heat, their pushes, and how they move the guards of relays."""
-        course = prediction.course
         known = self.slots.stands
         found = [(j, push_of(p, course, float(theta[j]), known.get(p))) for j, p in enumerate(self.parameters)]
         by_heat, pushes = [j for j, p in found if p is not None], [p for _, p in found if p is not None]
@@ -186,6 +215,17 @@ class Model:
         return [(_onto(m, q) - q.values) / step for m, q in zip(moved, predictions, strict=True)]
 
 
+def _answer_together(predictions: Sequence[Prediction], pushes: Sequence[Sequence[Push]]) -> list[Array]:
+    """Answers of every run to its pushes; where runs were found as one, to jumps of their starts at once."""
+    joint, slopes = joint_of(predictions)
+    count = common_starts(pushes) if joint is not None else 0
+    if joint is None or slopes is None or not count:
+        return [prediction.respond_to(own) for prediction, own in zip(predictions, pushes, strict=True)]
+    starts = joint.respond_to_starts(pushes[0][:count], slopes)
+    others = (prediction.respond_to(own[count:]) for prediction, own in zip(predictions, pushes, strict=True))
+    return [np.concatenate(both) for both in zip(starts, others, strict=True)]
+
+
 def _onto(moved: Prediction, at: Prediction) -> Array:
     """Values of one prediction at the edges of another (they differ where relays switch)."""
     there, here = moved.course.problem.plan.edges, at.course.problem.plan.edges
@@ -199,48 +239,3 @@ def _onto(moved: Prediction, at: Prediction) -> Array:
     out[:, :L] = v0[:, k] + left * (v1 - v0)[:, k]
     out[:, L:] = v0[:, k] + right * (v1 - v0)[:, k]
     return out
-
-
-def plan_of(network: Network, run: Run, start: Mapping[str, float]) -> Plan:
-    """The plan of a run: restarts at every knot and wherever a law says so; PIECES between them where a part melts."""
-    edges = merge_instants(interval_edges(network, run.schedule), run.knots.t)
-    if network.melting:
-        shares = np.arange(len(edges) * PIECES - PIECES + 1) / PIECES
-        edges = np.interp(shares, np.arange(len(edges)), edges)
-    left, right = spans(run.schedule, edges)
-    T0 = start_of(network, start, left)
-    return Plan(network, run.schedule.t, edges, left, right, T0, "modal", "on the knots of a fit")
-
-
-def start_of(network: Network, start: Mapping[str, float], inputs: Mapping[str, Array]) -> Array:
-    """Temperatures of all lumps at the start."""
-    T0 = np.full(network.size, network.machine.reference)
-    for name, part in network.parts.items():
-        T0[part] = start.get(name, network.machine.reference)
-    first = {name: values[0] for name, values in inputs.items()}
-    for i, held in network.held.items():
-        T0[i] = held.at(first)
-    return T0
-
-
-def start_pushes(course: LinearRun, parts: Sequence[str]) -> list[Push]:
-    """One kelvin more in a part at the start, for each part."""
-    network = course.problem.plan.network
-    pushes = []
-    for name in parts:
-        part = network.parts[name]
-        jump = np.zeros(course.problem.order)
-        jump[: len(network.free)] = (network.free >= part.start) & (network.free < part.stop)
-        pushes.append(kick(course, (0, jump)))
-    return pushes
-
-
-def edge_pushes(course: LinearRun, instants: Array) -> list[Push]:
-    """A jump of the inputs that comes a second later, for each instant."""
-    plan = course.problem.plan
-    dx0, dx1 = course.rates
-    pushes = []
-    for t in instants:
-        k = int(first_from(plan.edges, t))
-        pushes.append(kick(course, (k, dx1[k - 1] - dx0[k])))
-    return pushes

@@ -19,6 +19,8 @@ from network.machine.machine import Machine
 
 SMALL = 1e-4
 """K: by how much readings are moved."""
+EVEN = 1e-6
+"""Of the largest slope: changes along a run, or from run to run, that are rounding."""
 AT_ONCE = 4_000_000
 """Numbers that are held at a time."""
 
@@ -35,6 +37,19 @@ class Slopes:
     @property
     def is_constant(self) -> bool:
         return self.matrix.ndim == 2
+
+    @property
+    def is_same(self) -> bool:
+        """Whether it is the same at all instants and readings."""
+        return self.is_constant and self.is_straight
+
+    def equals(self, other: Slopes) -> bool:
+        """Whether both are the same but for the rounding of the differences they come from."""
+        if self.matrix.shape != other.matrix.shape or (self.zeroed != other.zeroed).any():
+            return False
+        return bool(
+            np.abs(self.matrix - other.matrix).max(initial=0.0) <= EVEN * np.abs(self.matrix).max(initial=1e-12)
+        )
 
     def __call__(self, answers: Array) -> Array:
         """Changes of channels (pushes, channels, 2 K) from those of base readings (pushes, width, 2 K)."""
@@ -69,9 +84,16 @@ def slopes_of(
     plain = replace(machine, sensors={n: s.replaced(zero=None) for n, s in zip(names, sensors, strict=True)})
     here, there = (_differentiate(plain, outputs, r, u, names) for r in (readings, readings + 1.0))
     straight = bool(np.abs(here - there).max(initial=0.0) <= 1e-5 * np.abs(here).max(initial=1e-12))
-    constant = bool(np.ptp(here, axis=2).max(initial=0.0) <= 1e-6 * np.abs(here).max(initial=1e-12))
+    constant = bool(np.ptp(here, axis=2).max(initial=0.0) <= EVEN * np.abs(here).max(initial=1e-12))
     zeroed = np.array([s.zero == "start" for s in sensors])
     return Slopes(here.mean(axis=2) if constant else here, zeroed, straight)
+
+
+def see_readings_alone(machine: Machine, names: Sequence[str]) -> bool:
+    """Whether channels follow the readings by the same law at every instant of every run, whatever drives it."""
+    sensors = [machine.sensors[n] for n in names]
+    entries = [entry for axis in machine.tcp.values() for entry in axis.values()]
+    return not any(s.effects for s in sensors) and not any(e.needs() for e in (*sensors, *entries))
 
 
 def _differentiate(

@@ -2,60 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from network.catalogue.declaration.declare import Array, Mask
+from network.catalogue.declaration.declare import Array
 from network.engine.response.cell_means import Means, first_seen
-from network.engine.response.cells import Averages, averages
-from network.engine.response.knots import Knots
+from network.engine.response.cells import Averages
+from network.engine.response.joint_means import JointMeans
 from network.engine.response.linear_run import LinearRun, Push
+from network.engine.response.measured_run import Resampled, Run
 from network.engine.response.output_jacobian import SMALL, Slopes, channels_of, slopes_of
 from network.machine.machine import Machine
-from network.recordings.inputs import Schedule
-
-
-@dataclass(frozen=True, eq=False)
-class Run:
-    """A recording made ready for fits. schedule: inputs on the knots; T0: temperatures of all lumps at the start, by
-    part; present: channel → which samples are used."""
-
-    name: str
-    schedule: Schedule
-    knots: Knots
-    start: Mapping[str, float]
-    present: Mapping[str, Mask]
-
-    @property
-    def channels(self) -> tuple[str, ...]:
-        return tuple(self.present)
-
-
-@dataclass(frozen=True, eq=False)
-class Resampled:
-    """The cells of a run over the intervals between some edges, worked out when they are asked for."""
-
-    run: Run
-    edges: Array
-
-    @cached_property
-    def averages(self) -> Averages:
-        return averages(self.run.knots, self.edges, list(self.run.present.values()))
 
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
     """One run of a machine at some values: channels at both ends of the intervals (2 K each). known: how its channels
-    follow the readings, where that is the same for every run and θ."""
+    follow the readings, where that is the same for every run and θ; joint: its place among runs that were found as
+    one."""
 
     run: Run
     machine: Machine
     course: LinearRun
     resampled: Resampled
     known: Slopes | None = None
+    joint: tuple[JointMeans, int] | None = None
 
     @property
     def begun(self) -> dict[str, float]:
@@ -74,16 +48,33 @@ class Prediction:
     @cached_property
     def cells(self) -> Array:
         """Means over cells of the channels (channels · cells), with the bend of the run between its knots."""
+        slopes = self.slopes
+        beside = None if self.joint is None else self.joint[0].beside
+        if slopes is None or self.joint is None or beside is None or not slopes.is_same:
+            return self._add_bulge().reshape(-1)
+        means, index = self.joint
+        seen = means.follow_states(index, slopes)
+        if index not in beside:
+            beside[index] = self._add_bulge() - seen
+        return (seen + beside[index]).reshape(-1)
+
+    def _add_bulge(self) -> Array:
+        """The same from the ends of the intervals (channels, cells)."""
         straight = self.averages.of(self.values)
         slopes, course = self.slopes, self.course
         if slopes is None:
-            return np.asarray(straight.reshape(-1))
+            return straight
         if slopes.is_constant:
-            return np.asarray(straight + self._means.bulge(course.output_map.through(slopes.matrix))).reshape(-1)
+            return np.asarray(straight + self._bulge(slopes.matrix))
         rows = np.eye(course.output_map.count)[:, None].repeat(len(straight), axis=1)
         bulge = np.stack([self._means.bulge(course.output_map.through(row)) for row in rows])
         mean = self.averages.of(slopes.matrix.transpose(1, 0, 2))
-        return np.asarray(straight + (mean * bulge).sum(axis=0)).reshape(-1)
+        return np.asarray(straight + (mean * bulge).sum(axis=0))
+
+    def _bulge(self, matrix: Array) -> Array:
+        if self.joint is None:
+            return self._means.bulge(self.course.output_map.through(matrix))
+        return self.joint[0].bulge(self.joint[1], matrix)
 
     @cached_property
     def inputs(self) -> dict[str, Array]:
@@ -130,3 +121,14 @@ class Prediction:
         if slopes.zeroed.any():
             means[:, slopes.zeroed] -= first_seen(course, pushes, output_map)[:, slopes.zeroed, None]
         return means.reshape(len(pushes), -1)
+
+
+def joint_of(predictions: Sequence[Prediction]) -> tuple[JointMeans | None, Slopes | None]:
+    """What runs were found as one with, and how their channels follow readings, where this is the same for all."""
+    joint = predictions[0].joint if predictions else None
+    if joint is None or any(p.joint != (joint[0], i) for i, p in enumerate(predictions)):
+        return None, None
+    slopes = predictions[0].slopes
+    if slopes is None or not slopes.is_constant or any(p.slopes is not slopes for p in predictions):
+        return None, None
+    return (joint[0], slopes) if len(predictions) == len(joint[0].joint.runs) else (None, None)

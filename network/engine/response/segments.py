@@ -13,7 +13,8 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
 from network.engine.response.recursion import recur
-from network.engine.solvers.linear import LinearProblem, Regime
+from network.engine.solvers.elimination import Regime
+from network.engine.solvers.linear import LinearProblem
 from network.engine.solvers.modal import Modes, phi
 
 
@@ -109,19 +110,22 @@ class Segment:
 
 def segments(problem: LinearProblem, modes: Sequence[Modes]) -> Iterator[Segment]:
     """The segments of a run, in order."""
-    cuts = np.flatnonzero(np.diff(problem.regime_of)) + 1
+    cuts, (lengths, of_step) = np.flatnonzero(np.diff(problem.regime_of)) + 1, problem.plan.step_lengths
     heat = [m.W @ regime.F_heat for m, regime in zip(modes, problem.regimes, strict=True)]
     for first, last in zip([0, *cuts.tolist()], [*cuts.tolist(), len(problem.regime_of)], strict=True):
         r = int(problem.regime_of[first])
-        gain, c0, c1 = _factors(modes[r].rates, problem.plan.steps[first:last])
+        gain, c0, c1 = _factors(modes[r].rates, lengths, of_step[first:last])
         yield Segment(first, last, r, problem.regimes[r], modes[r], heat[r], gain, c0, c1)
 
 
-def _factors(rates: Array, steps: Array) -> tuple[Array, Array, Array]:
+def _factors(rates: Array, lengths: Array, of_step: Indices) -> tuple[Array, Array, Array]:
     """Decay over every step, and what heat at its two ends adds; steps of one length are worked out once."""
-    lengths, at = np.unique(np.round(steps, 9), return_inverse=True)
+    if len(of_step) < len(lengths):
+        mine, of_step = np.unique(of_step, return_inverse=True)
+        lengths = lengths[mine]
     h = lengths[:, None]
     z = -rates * h
     one, two, _ = phi(z)
     c1 = h * two
-    return np.exp(z)[at], (h * one - c1)[at], c1[at]
+    gain, c0, c1 = (factor.take(of_step, axis=0) for factor in (np.exp(z), h * one - c1, c1))
+    return gain, c0, c1

@@ -53,11 +53,11 @@ def cells_of(starts: Indices, gain: Array, c0: Array, c1: Array, E: Array, F0: A
         return None
     place = np.arange(r)
     index = np.where(place < counts[:, None], starts[:, None] + place, K)
-    factors = np.empty((K + 1, 6, n), np.result_type(gain, E))
-    for i, factor in enumerate((gain, c0, c1, E, F0, F1)):
-        factors[:K, i] = factor
-    factors[K], factors[K, 0] = 0.0, 1.0
-    keep, c0, c1, E, F0, F1 = factors.take(index, axis=0).transpose(2, 1, 0, 3)
+    factors = np.zeros((6, K + 1, n), np.result_type(gain, E))
+    for own, factor in zip(factors, (gain, c0, c1, E, F0, F1), strict=True):
+        own[:K] = factor
+    factors[0, K] = 1.0
+    keep, c0, c1, E, F0, F1 = (own.take(index.T, axis=0) for own in factors)
     into = np.empty((len(starts), r, 2, 2, n), factors.dtype)
     later, mean = keep[r - 1], E[r - 1]
     into[:, r - 1, 0, 0], into[:, r - 1, 1, 0] = c0[r - 1], c1[r - 1]

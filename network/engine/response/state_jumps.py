@@ -18,7 +18,7 @@ class Kicks:
     def __init__(self, course: LinearRun, pushes: Sequence[Push]) -> None:
         begins = np.array([min(k for k, _ in push.kicks) for push in pushes])
         self.order = np.argsort(begins, kind="stable")
-        self.course, self.first = course, begins[self.order]
+        self.course, self.first, self.fresh = course, begins[self.order], frozenset(course.restarts)
         at: dict[int, list[tuple[int, Array]]] = {}
         for i, push in enumerate(pushes[j] for j in self.order):
             for k, jump in push.kicks:
@@ -40,6 +40,8 @@ class Kicks:
         active = np.searchsorted(self.first, cuts[:-1], side="right").tolist()
         decays = np.exp(np.multiply.outer(-np.diff(self.edges[cuts]), s.modes.rates))
         for (a, b), count, decay in zip(pairwise(cuts), active, decays, strict=True):
+            if a in self.fresh:
+                x[:] = 0.0
             if a in self.at:
                 pushes, jumps = self.at[a]
                 np.add.at(x, pushes, jumps @ s.modes.W.T)
@@ -49,7 +51,7 @@ class Kicks:
 
     def cuts(self, s: Segment) -> list[int]:
         """Where the pieces of a stretch begin, and its end."""
-        return [s.first, *sorted(k for k in self.at if s.first < k < s.last), s.last]
+        return [s.first, *sorted(k for k in self.fresh.union(self.at) if s.first < k < s.last), s.last]
 
     def decays(self, s: Segment) -> Array:
         """How the modes have decayed since the beginning of their piece, at that of every interval (k, n)."""

@@ -38,7 +38,9 @@ from network.engine.response.nonlinear_laws import (
 from network.engine.response.output_map import map_outputs
 from network.engine.response.segments import Push
 from network.engine.solvers import rosenbrock
-from network.engine.solvers.linear import Forcing, KnownRegimes, LinearProblem, Regime, reduce
+from network.engine.solvers.elimination import KnownRegimes, Regime
+from network.engine.solvers.forcing import Forcing
+from network.engine.solvers.linear import LinearProblem, reduce
 from network.engine.solvers.modal import Modes
 from network.engine.solvers.plan import Plan
 from network.platform.refusal import Failed

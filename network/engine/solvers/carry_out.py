@@ -17,7 +17,8 @@ from network.engine.network import Network
 from network.engine.solvers import expm, modal_run, switched
 from network.engine.solvers.courses import Courses, KnownCourses
 from network.engine.solvers.linear import LinearProblem, LinearSolution, reduce
-from network.engine.solvers.plan import Plan, make_plan, why_not_krylov
+from network.engine.solvers.method_choice import make_plan, why_not_krylov
+from network.engine.solvers.plan import Plan
 from network.platform.refusal import Failed
 from network.recordings.inputs import Schedule
 

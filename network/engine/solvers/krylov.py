@@ -23,8 +23,11 @@ from scipy.sparse.linalg import spsolve
 from network.catalogue.declaration.declare import Array, Indices
 from network.engine.channels import Readouts
 from network.engine.network import Network
-from network.engine.solvers.linear import LinearProblem, Regime, force_sources, force_states
+from network.engine.solvers.elimination import Regime
+from network.engine.solvers.forcing import force_sources
+from network.engine.solvers.linear import LinearProblem, force_states
 from network.engine.solvers.modal_run import solve
+from network.engine.solvers.orthonormal_basis import orthonormalise
 from network.engine.solvers.plan import Plan
 from network.engine.solvers.regimes import regimes as regimes_of
 from network.engine.solvers.sparse_balance import ShiftedMatrix, sparse_matrix
@@ -34,8 +37,6 @@ SHIFTS = (6, 12, 24)
 """So many are tried, one after the other, until little enough is left out."""
 TOLERANCE = 1e-5
 """K: error up to which the reduced balance is taken."""
-KEPT, KEPT_AGAIN = 1e-14, 1e-8
-"""Of the largest eigenvalue of the Gram matrix, in the first and in the second pass: smaller ones are rounding."""
 KEPT_COARSELY = 1e-12
 """Of the largest singular value of the coarser span."""
 LOOKED_AT = 400
@@ -63,7 +64,7 @@ def reduce_by_krylov(plan: Plan, readouts: Readouts) -> Reduction | None:
         span = _span(plan, sides, starts, count)
         if span is None:
             return None
-        V, along = _orthonormalise(span.columns)
+        V, along = orthonormalise(span.columns)
         fine = _galerkin(plan, readouts, sides, V)
         error = _difference(fine, _restrict(fine, along[:, span.is_coarse]))
         if error <= TOLERANCE:
@@ -148,34 +149,6 @@ def _shifts(plan: Plan, side: _Side, count: int) -> Array:
     shortest = float(min(np.diff(plan.t).min(), plan.steps.min()))
     fastest = min(2 * float(side.A.A.diagonal().max()), 10 / shortest)
     return np.geomspace(0.25 / duration, max(fastest, 25 / duration), count)
-
-
-def _orthonormalise(columns: Array) -> tuple[Array, Array]:
-    """An orthonormal basis of the columns, by their Gram matrix, and the columns in it. A second pass finds what the
-    first lost in rounding. The columns are used up, for they are what fills the memory."""
-    first = _directions(columns, KEPT)
-    along = first.T @ columns
-    columns -= first @ along
-    size = np.linalg.norm(columns, axis=0)
-    lost = size > 1e-9
-    if not lost.any():
-        return first, along
-    more = _directions(columns[:, lost] / size[lost], KEPT_AGAIN)
-    more -= first @ (first.T @ more)
-    V = _even_out(np.hstack([first, more]))
-    return V, (V.T @ first) @ along + V.T @ columns
-
-
-def _even_out(V: Array) -> Array:
-    """Columns that are nearly orthonormal, made so (Löwdin); what is no direction of its own is left out."""
-    size, U = np.linalg.eigh(V.T @ V)
-    return np.asarray(V @ (U[:, size > 0.5] / np.sqrt(size[size > 0.5])))
-
-
-def _directions(columns: Array, kept: float) -> Array:
-    size, U = np.linalg.eigh(columns.T @ columns)
-    keep = size > kept * size[-1]
-    return np.asarray(columns @ (U[:, keep] / np.sqrt(size[keep])))
 
 
 def _galerkin(plan: Plan, readouts: Readouts, sides: Sequence[_Side], V: Array) -> LinearProblem:

@@ -8,82 +8,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
-from network.engine.balance import affine_matrix, source_series, with_modes
+from network.engine.balance import affine_matrix
 from network.engine.channels import Readouts
-from network.engine.network import Network
 from network.engine.solvers.courses import Courses
+from network.engine.solvers.elimination import KnownRegimes, Regime, regime_from
+from network.engine.solvers.forcing import Forcing, force_sources
 from network.engine.solvers.plan import Plan
 from network.engine.solvers.regimes import matrix_inputs
 from network.engine.solvers.regimes import regimes as regimes_of
-from network.platform.refusal import Failed
 
 CHUNK = 2_000_000
 """Numbers in one operand, so that long runs of large networks stay in memory."""
-
-
-@dataclass(frozen=True)
-class Regime:
-    """One set of conductances. All lumps: T = P x + P_held T_held + P_heat q."""
-
-    A: Array
-    P: Array
-    P_held: Array
-    P_heat: Array
-    F_held: Array
-    F_heat: Array
-    is_symmetric: bool
-    K: Array
-
-
-KnownRegimes = dict[tuple[float, ...], Regime]
-
-
-@dataclass(frozen=True)
-class Forcing:
-    """Per interval, just after and just before its edges: held temperatures, and heats of the sources group by group.
-
-    into: how the heat of every group spreads over all lumps; lumped: heats of all lumps, where they are given so.
-    """
-
-    held: tuple[Array, Array]
-    lumped: tuple[Array, Array] | None
-    sources: tuple[tuple[Array, Array], ...]
-    into: tuple[Array, ...] = ()
-
-    @cached_property
-    def heat(self) -> tuple[Array, Array]:
-        """Heats of all lumps (K, N)."""
-        return self.lumped or (self.push(0), self.push(1))
-
-    def push(self, side: int, rows: Array | None = None, at: Indices | slice = slice(None)) -> Array:
-        """Heats of all lumps, or rows over them, in some intervals: (intervals, lumps or rows)."""
-        if self.lumped is not None:
-            heat = self.lumped[side][at]
-            return np.asarray(heat if rows is None else heat @ rows.T)
-        size = self.into[0].shape[0] if self.into else 0
-        total = np.zeros((len(self.held[side][at]), size if rows is None else len(rows)))
-        for group, into in zip(self.sources, self.into, strict=True):
-            total += group[side][at] @ (into if rows is None else rows @ into).T
-        return total
-
-    def push_both(self, rows: Array, at: Indices | slice) -> tuple[Array, Array]:
-        """Rows over the heats of all lumps just after and just before the edges of some intervals; heat that holds
-        within all intervals is worked out once."""
-        if self.lumped is not None:
-            return self.push(0, rows, at), self.push(1, rows, at)
-        shape = len(self.held[0][at]), len(rows)
-        first, last = np.zeros(shape), np.zeros(shape)
-        for (begin, end), into in zip(self.sources, self.into, strict=True):
-            by = (rows @ into).T
-            heat = begin[at] @ by
-            first += heat
-            last += heat if end is begin else end[at] @ by
-        return first, last
 
 
 @dataclass(frozen=True)
@@ -223,54 +162,3 @@ def force_states(
             for f, heat in zip((f0, f1), forcing.push_both(regime.F_heat, at), strict=True):
                 f[at] += heat
     return f0, f1
-
-
-def force_sources(plan: Plan) -> Forcing:
-    """What drives a plan, a hair inside its intervals, so that a source that starts with a ramp is on at once."""
-    network, count = plan.network, len(plan.edges) - 1
-    begin, end = plan.just_inside
-    groups = [*network.heats, *network.relays]
-    modes = plan.modes if plan.modes is not None else np.zeros(sum(relays.into.shape[1] for relays in network.relays))
-    first = [source_series(heats, begin, mode, count) for heats, mode in with_modes(network, modes)]
-    last = [
-        source_series(heats, end, mode, count) if plan.is_ramped(heats.law) else same
-        for same, (heats, mode) in zip(first, with_modes(network, modes), strict=True)
-    ]
-    held = plan.evaluate_held(plan.left), plan.evaluate_held(plan.right)
-    none = None if groups else (np.zeros((count, network.size)), np.zeros((count, network.size)))
-    return Forcing(held, none, tuple(zip(first, last, strict=True)), tuple(heats.into for heats in groups))
-
-
-def regime_from(network: Network, K: Array, readouts: Readouts) -> Regime:
-    """Eliminates massless lumps and appends the sensors' states."""
-    free, massless, bound = network.free, network.massless, network.bound
-    N, n, nz = network.size, len(free), readouts.states
-    P, P_held, P_heat = np.zeros((N, n + nz)), np.zeros((N, len(bound))), np.zeros((N, N))
-    P[free, np.arange(n)] = 1.0
-    P_held[bound, np.arange(len(bound))] = 1.0
-    if len(massless):
-        inner = _junction_matrix(network, K)
-        P[massless, :n] = -np.linalg.solve(inner, K[np.ix_(massless, free)])
-        P_held[massless] = -np.linalg.solve(inner, K[np.ix_(massless, bound)])
-        P_heat[np.ix_(massless, massless)] = -np.linalg.inv(inner)
-    per_capacity = 1 / network.capacity[free][:, None]
-    A, F_held, F_heat = np.zeros((n + nz, n + nz)), np.zeros((n + nz, len(bound))), np.zeros((n + nz, N))
-    into = K[free]
-    S = into @ P[:, :n] if len(massless) else into[:, free]
-    A[:n, :n], F_held[:n] = S * per_capacity, into @ P_held * per_capacity
-    if len(massless):
-        F_heat[:n] = into @ P_heat * per_capacity
-    F_heat[np.arange(n), free] += per_capacity[:, 0]
-    if nz:
-        A[n:] = readouts.state_T @ P
-        A[n:, n:] += readouts.state_z
-        F_held[n:], F_heat[n:] = readouts.state_T @ P_held, readouts.state_T @ P_heat
-    is_symmetric = not nz and bool(np.abs(S - S.T).max() <= 1e-12 * np.abs(S).max())
-    return Regime(A, P, P_held, P_heat, F_held, F_heat, is_symmetric, K)
-
-
-def _junction_matrix(network: Network, K: Array) -> Array:
-    inner = K[np.ix_(network.massless, network.massless)]
-    if not np.linalg.cond(inner) <= 1e14:
-        raise Failed("a massless junction has no conductance to the rest; give its links a conductance above zero")
-    return np.asarray(inner)

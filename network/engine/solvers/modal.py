@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
-from network.engine.solvers.linear import Regime
+from network.engine.solvers.elimination import Regime
 
 WORST_CONDITION = 1e6
 """Of the eigenvectors: beyond it the rounding would exceed 1e-9 K and the exponential path takes over."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -10,27 +10,14 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
 from network.catalogue.mechanisms.base import Inputs, Mechanism
-from network.engine.entry_groups import Guards, Heats
 from network.engine.network import Network
-from network.engine.solvers.regimes import matrix_inputs, too_many
-from network.platform.refusal import Spot, likely, refuse
 from network.recordings.inputs import Schedule
 
-IVP_METHODS = ("LSODA", "BDF", "Radau", "RK45")
-METHODS = ("auto", "modal", "krylov", "switched", "rosenbrock", "expm", *(f"solve_ivp:{name}" for name in IVP_METHODS))
-EXACT = ("modal", "switched", "expm")
-LINEAR = (*EXACT, "krylov")
-"""Methods for what is linear in temperature."""
-MANY = 400
-"""Lumps from which a linear network is solved in a subspace."""
 SAME_INSTANT = 1e-9
 """s: input changes closer together than this are one."""
 HAIR = 1e-6
 """s: how far inside an interval the clock is read at its ends."""
-BENDS = 1e-9
-"""Relative deviation from a straight line that a source on a ramped input may keep."""
-MOST_PIECES = 4096
-OF_INPUTS = ("just_inside", "ramped", "steps")
+OF_INPUTS = ("just_inside", "ramped", "steps", "step_lengths")
 """What a plan works out from its inputs and instants alone."""
 
 
@@ -91,6 +78,12 @@ class Plan:
     @cached_property
     def steps(self) -> Array:
         return np.diff(self.edges)
+
+    @cached_property
+    def step_lengths(self) -> tuple[Array, Indices]:
+        """Their different lengths [s], and which of them each has."""
+        lengths, of_step = np.unique(np.round(self.steps, 9), return_inverse=True)
+        return lengths, of_step
 
     @cached_property
     def bounds(self) -> Indices:
@@ -159,115 +152,3 @@ def spans(schedule: Schedule, edges: Array) -> tuple[dict[str, Array], dict[str,
     for name, signal in schedule.signals.items():
         left[name], right[name] = signal.span(edges[:-1], edges[1:])
     return left, right
-
-
-def make_plan(
-    network: Network, schedule: Schedule, T0: Array, method: str = "auto", stop_at_samples: bool = False
-) -> Plan:
-    """The plan of a run; `stop_at_samples` makes every instant of output an edge.
-
-    Raises Refused for a method that does not exist or cannot serve this network.
-    """
-    if method == "solve_ivp":
-        method = "solve_ivp:LSODA"
-    if method not in METHODS:
-        raise refuse(Spot("--method"), f"there is no method '{method}'", likely(method, METHODS))
-    edges = interval_edges(network, schedule)
-    left, right = spans(schedule, edges)
-    obstacle = why_not_exact(network, left, right)
-    if method == "auto" and not (obstacle or network.relays):
-        obstacle = too_many(network, left)
-    asked, (method, why) = method, _choose_method(network, method, obstacle)
-    if method == "modal" and asked == "auto" and not (stop_at_samples or why_not_krylov(network)):
-        method, why = "krylov", f"the network is linear, and its {network.size} lumps follow few of their modes"
-    if method in LINEAR:
-        finer = _straighten_ramps(network, schedule, edges, left, right)
-        if stop_at_samples:
-            finer = merge_instants(finer, schedule.t)
-        if finer is not edges:
-            edges, (left, right) = finer, spans(schedule, finer)
-    return Plan(network, schedule.t, edges, left, right, T0, method, why)
-
-
-def _choose_method(network: Network, method: str, obstacle: str) -> tuple[str, str]:
-    """The method and the reason for it; `obstacle` is what keeps the run from the exact paths."""
-    obstacle = obstacle or (_switches(network) if method in ("modal", "expm", "krylov") else "")
-    if method in LINEAR and obstacle:
-        raise refuse(Spot("--method"), f"{method} is for linear networks, and {obstacle}", "use --method auto")
-    if method == "switched" and not network.relays:
-        raise refuse(Spot("--method"), "switched needs a relay, and this machine has none", "use --method auto")
-    if method != "auto":
-        return method, "as asked"
-    if obstacle:
-        return "rosenbrock", obstacle
-    if network.relays:
-        return "switched", f"linear between switchings: exact in its modes, and {_switches(network)}"
-    return "modal", "the network is linear: exact in its modes"
-
-
-def why_not_krylov(network: Network) -> str:
-    """What keeps a linear network from being reduced to a subspace; empty where nothing does."""
-    if network.size < MANY:
-        return f"{network.size} lumps are few"
-    if any(flows.one_way or flows.reads for flows in network.flows) or any(heats.reads for heats in network.heats):
-        return "its conductances are not symmetric"
-    return ""
-
-
-def _switches(network: Network) -> str:
-    if not network.relays:
-        return ""
-    return f"{network.mechanisms[network.relays[0].entry[0]]} ({network.relays[0].law.kind}) switches"
-
-
-def why_not_exact(network: Network, left: Mapping[str, Array], right: Mapping[str, Array]) -> str:
-    """What keeps this run from the exact paths; empty where nothing does."""
-    if network.melting:
-        return network.tell_melting(network.melting[0])
-    for group in network.groups:
-        if not group.law.is_affine():
-            return f"{network.mechanisms[group.entry[0]]} ({group.law.kind}) is not linear in temperature"
-    for relays in network.relays:
-        u = {name: values[0] for name, values in left.items()}
-        slopes = relays.slopes(u, *(np.zeros(len(R)) for R in relays.reads))
-        if isinstance(relays, Guards) or any(np.any(slope) for slope in slopes):
-            return f"{network.mechanisms[relays.entry[0]]} ({relays.law.kind}) changes a conductance as it switches"
-    for name in matrix_inputs(network):
-        if not np.array_equal(left[name], right[name]):
-            return f"the input '{name}' is ramped and changes a conductance"
-    return ""
-
-
-def _straighten_ramps(
-    network: Network, schedule: Schedule, edges: Array, left: Mapping[str, Array], right: Mapping[str, Array]
-) -> Array:
-    """Edges with ramps cut so finely that every source is straight within each piece, to BENDS of its heat."""
-    pieces = np.ones(len(edges) - 1, int)
-    for heats in (*network.heats, *network.relays):
-        own = ["time"] if heats.law.follows_time else []
-        names = [n for n in (*heats.law.needs(), *own) if not np.array_equal(left[n], right[n])]
-        if names:
-            bend = np.array([_bend(heats, left, right, share) for share in (0.25, 0.5, 0.75)]).max(axis=0)
-            pieces = np.maximum(pieces, np.ceil(np.sqrt(bend / BENDS)).astype(int))
-    pieces = np.clip(pieces, 1, MOST_PIECES)
-    if pieces.max() == 1:
-        return edges
-    cut = [np.linspace(a, b, n + 1)[:-1] for a, b, n in zip(edges[:-1], edges[1:], pieces, strict=True)]
-    zero_crossings = list(_zero_crossings(schedule, edges))
-    return np.unique(np.concatenate([*cut, [edges[-1]], np.array(zero_crossings, float)]))
-
-
-def _bend(heats: Heats[Mechanism], left: Mapping[str, Array], right: Mapping[str, Array], share: float) -> Array:
-    """Distance of the source from the straight line at a share of each interval, relative to its heat there."""
-    at = [{n: ((1 - s) * left[n] + s * right[n])[:, None] for n in left} for s in (1e-9, share, 1 - 1e-9)]
-    zeros = [np.zeros(1) for _ in heats.reads]
-    first, inside, last = (np.asarray(heats.heat(u, *zeros) + 0 * u["time"]) for u in at)
-    size = np.maximum(np.abs(np.stack([first, inside, last])).max(axis=0), 1e-300)
-    return np.asarray((np.abs(inside - (1 - share) * first - share * last) / size).max(axis=1))
-
-
-def _zero_crossings(schedule: Schedule, edges: Array) -> Iterator[float]:
-    for signal in schedule.signals.values():
-        first, last = signal.span(edges[:-1], edges[1:])
-        for k in np.flatnonzero(first * last < 0):
-            yield float(edges[k] + (edges[k + 1] - edges[k]) * first[k] / (first[k] - last[k]))

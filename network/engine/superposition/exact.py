@@ -9,7 +9,8 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array
 from network.engine.solvers import expm
-from network.engine.solvers.linear import Forcing, LinearProblem, force_states
+from network.engine.solvers.forcing import Forcing
+from network.engine.solvers.linear import LinearProblem, force_states
 from network.engine.solvers.modal_run import Propagators, propagators, solve
 from network.engine.superposition.causes import Cause
 

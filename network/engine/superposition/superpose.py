@@ -21,6 +21,7 @@ from network.engine.superposition.exact import answer_exactly
 from network.engine.superposition.frozen_network import STAGES, FrozenRun, answer_frozen
 from network.engine.superposition.superposition import Share, Superposition
 from network.engine.trajectory import Trajectory
+from network.platform.refusal import refuse
 from network.platform.threads import on_one_thread
 from network.recordings.call_arguments import expect
 
@@ -30,6 +31,9 @@ EXACTLY = "exact: the network is linear, so every cause was computed alone"
 ALONG = "conductances and heats as they were along this run, every cause computed alone in them"
 FINEST, MOST_STEPS = 8, 6000
 """Pieces that a step is cut into at most, and steps of a run at most: seconds for a machine of some twenty lumps."""
+
+MOST_PRODUCTS = 250_000_000
+"""Causes times the square of states: some 40 s."""
 
 
 @dataclass(frozen=True)
@@ -51,14 +55,19 @@ def superpose(run: Trajectory) -> Superposition:
     (see `frozen_network`); the steps are halved until less is left than three digits tell, at most to an eighth.
     Rises count from the mean temperature at the start, so that the cause `start` holds what was displaced before the
     run, and how an uneven start evens out; held nodes count with their difference to it.
+
+    Raises Refused for more causes than can each be computed alone.
     """
     expect("run", run, Trajectory)
+    if not run.machine.expansions:
+        return Superposition(run, (), {}, EXACTLY)
     if run.pieces:
         return _join(run, [superpose(piece) for piece in run.pieces])
     readings, causes = list(_readings(run.network)), list_causes(run.network)
     base = mean_start(run.network, run.T_start)
     outputs = plain_readouts(_rows(run.network, readings))
     plain = solve_schedule(run.network, run.schedule, run.T_start, outputs=outputs)
+    _check_size(run, len(causes), plain)
     if plain.problem is not None and not any(heats.reads for heats in run.network.heats):
         answer = answer_exactly(plain.problem, causes, base)
         return _superposition(run, plain, readings, causes, answer, base, EXACTLY)
@@ -67,6 +76,15 @@ def superpose(run: Trajectory) -> Superposition:
         pieces *= 2
         found = _superpose_frozen(run, readings, causes, base, plain, pieces)
     return found
+
+
+def _check_size(run: Trajectory, causes: int, plain: Outcome) -> None:
+    """Each cause takes a product of every state with every other one, and there are as few states as were solved."""
+    states = plain.problem.order if plain.problem is not None else run.network.size
+    if not causes * states**2 <= MOST_PRODUCTS:
+        wrong = f"the movement would be shared among {causes} causes in {states} lumps"
+        right = f"at most {MOST_PRODUCTS // states**2} can be: give fewer sources, held nodes or lumps"
+        raise refuse(run.machine.tree.key_spot("sources"), wrong, right)
 
 
 def _readings(network: Network) -> Iterator[_Reading]:

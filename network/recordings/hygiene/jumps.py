@@ -11,7 +11,6 @@ Source: Hill (1975), "A simple general approach to inference about the tail of a
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import median_filter
 
 from network.catalogue.declaration.declare import Array, Indices, Mask
 from network.recordings.hygiene.data_quality import quantum_of
@@ -53,6 +52,8 @@ def chance_of_steps(t: Array, values: Array) -> Array:
 
 def _beyond_trend(steps: Array) -> Array:
     """Steps less the median of those around them: what relaxes slowly has none."""
+    from scipy.ndimage import median_filter  # slow to load, for what only a recording asks for
+
     return np.asarray(steps - median_filter(steps, AROUND, mode="nearest"))
 
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from network.analysis.sweep.variations import Variation, VariedRun
+from network.analysis.sweep.grid_runs import VariedRun
+from network.analysis.sweep.variations import Variation
 from network.catalogue.declaration.declare import Array
 from network.engine.trajectory import axis_unit
 from network.platform.quantities.number_format import pretty

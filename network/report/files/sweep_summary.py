@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from network.analysis.sweep.grid_runs import VariedRun
 from network.analysis.sweep.level_runs import LevelRun
 from network.analysis.sweep.sweep import Sweep
-from network.analysis.sweep.variations import Extremes, VariedRun
+from network.analysis.sweep.variations import Extremes
 from network.engine.trajectory import axis_unit
 from network.platform.quantities.units import unit
 from network.report.words.sweep_words import tell_tolerance

@@ -54,14 +54,18 @@ def _tell_finer(finer: Mapping[str, int]) -> str:
 
 def _tell_changes(changes: Sequence[Change]) -> str:
     """z would be up to 13.7 µm higher (20 % of its range), y up to 3.3 µm lower (34 %); x would not change."""
-    moved = [change for change in changes if _is_told(change)]
-    still = [change.name for change in changes if not _is_told(change)]
+    most = {u: max(c.range for c in changes if c.unit == u) for u in {c.unit for c in changes}}
+    moved = [change for change in changes if _is_told(change, most[change.unit])]
+    still = [change.name for change in changes if change not in moved]
     told = [_tell_change(change, k == 0) for k, change in enumerate(moved)]
     stays = [f"{join_names(still)} would not change"] if still else []
     return "; ".join([*([join_names(told)] if told else []), *stays])
 
 
-def _is_told(change: Change) -> bool:
+def _is_told(change: Change, most: float) -> bool:
+    """Not where it is nothing to its own range, or to the largest of its kind: what moves by rounding alone."""
+    if abs(change.largest) < TINY * most:
+        return False
     return change.share >= TINY if change.range else change.largest != 0
 
 

@@ -111,6 +111,8 @@ def _through(shares: Superposition, axis: str, cause: str, told: _Digits) -> str
     parts = {p: v for (c, p), v in _at_furthest(shares, axis, "cause", "part").items() if c == cause and told.shows(v)}
     ordered = sorted(parts.items(), key=lambda item: -abs(item[1]))
     size = sum(abs(value) for value in parts.values())
+    if not ordered:  # each less than a digit that is told, together more
+        return ""
     if len(ordered) == 1 or abs(ordered[0][1]) >= NEARLY * size:
         return f" through {ordered[0][0]}"
     named = ordered if len(ordered) <= MOST_PARTS else ordered[: MOST_PARTS - 1]
