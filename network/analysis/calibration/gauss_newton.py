@@ -51,8 +51,8 @@ def minimise(
 
     While the run is far off all priors are narrowed by the misfit χ, as if the noise were that much larger, which keeps
     the numbers plausible; then those of θ are as they are, and those of η stay narrowed by what misfit is left. Slopes
-    by η are those of the start until no step betters J, then those found there, until that changes nothing. What no
-    slope tells, as instants at which a heat begins, stays where it is, and no prior moves it.
+    by η are those of the start until no step betters J, then those found there, until that changes nothing. Instants,
+    which have no slope, stay where they are, and no prior moves them.
     """
     theta = centres(problem.parameters) if theta is None else theta
     low, high = (np.array([getattr(p, side) for p in problem.parameters]) for side in ("low", "high"))
@@ -85,7 +85,7 @@ def _improve(at: Linearised, radius: float, low: Array, high: Array) -> tuple[Li
     """One accepted step, the radius after it, and what J lost (what it would lose, where that is next to nothing)."""
     while True:
         precision, gradient = at.reduced
-        gradient = gradient * at.rows.slopes.told
+        gradient = gradient * [not p.field.is_instant for p in at.problem.parameters]
         units = units_of(at.problem.parameters)
         step = bounded_step(precision, gradient, units, radius, (low - at.theta, high - at.theta))
         expected = float(2 * step @ gradient - step @ precision @ step)

@@ -94,15 +94,8 @@ def best_start(
         raise Failed("the machine runs away wherever its uncertain numbers lie; check heat that grows with temperature")
     tell(0.7)
     best = min(minima, key=implausibility)
-    if len(seeds) > 1 and not is_late():
-        best = min(_minima(problem, _ends(best), None, is_late), key=implausibility)
+    best = minimise(problem, best.theta) if len(seeds) > 1 and not is_late() else best
     return Found(best, len(seeds), tuple(r for r in minima if _is_rival(r, best)))
-
-
-def _ends(at: Linearised) -> list[Array]:
-    """Its θ, and that with what no slope tells at the centres of the priors, from which a draw took it."""
-    centred = np.where(at.rows.slopes.told > 0, at.theta, centres(at.problem.parameters))
-    return [at.theta, centred] if (centred != at.theta).any() else [at.theta]
 
 
 def _tell_best(minima: Sequence[Linearised]) -> str:

@@ -72,11 +72,6 @@ class Slopes:
             total[own, :k], total[:k, own], total[own, own] = part.across, part.across.T, part.by_eta[2]
         return total
 
-    @cached_property
-    def told(self) -> Array:
-        """Of every parameter whether any run tells it by its slope (1 or 0); none tells an instant."""
-        return np.asarray(sum(np.diag(part.shared)[: self.free] for part in self.parts) > 0, float)
-
     def along(self, values: Array) -> Array:
         """S applied to whitened rows: (parameters + nuisances)."""
         n, k, total = self.free, self.shared, np.zeros(self.count)

@@ -111,6 +111,14 @@ def param(
     )
 
 
+def instant(
+    low: float, high: float, meaning: str, *, default: Any = REQUIRED, positive: bool = False, typical: float
+) -> NDArray[np.float64]:
+    """A time, in minutes, that says when something jumps: a run has no slope by it."""
+    told = ("min", low, high, meaning, default, positive, typical)
+    return cast(NDArray[np.float64], ParamField(*told, is_instant=True))
+
+
 def along(meaning: str, *, default: Any = REQUIRED) -> Any:
     """A point along a part: a share of its length, a length, or where an input says (see positions)."""
     return AlongField(meaning, default)

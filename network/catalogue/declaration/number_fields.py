@@ -37,9 +37,11 @@ class ParamField(Field):
         positive: bool = False,
         typical: float | None = None,
         any_power_of: str = "",
+        is_instant: bool = False,
     ) -> None:
         super().__init__(meaning, default)
         self.unit, self.positive, self.any_power_of = unit_text, positive, any_power_of
+        self.is_instant = is_instant
         self._low, self._high, self._typical = low, high, typical
 
     @property

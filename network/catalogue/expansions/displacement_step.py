@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
-from network.catalogue.declaration.fields import param
+from network.catalogue.declaration.fields import instant, param
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.expansions.base import LINEAR_AXES, Expansion, Reading
 from network.catalogue.mechanisms.base import Inputs
@@ -25,7 +25,7 @@ class DisplacementStep(Expansion, kind="displacement_step"):
 
     axes = LINEAR_AXES
     size = param("um", 0, 10_000, "how far it jumps", typical=5)
-    begins = param("min", 0, 1e6, "when it jumps", typical=60)
+    begins = instant(0, 1e6, "when it jumps", typical=60)
     strength = "size"
     sentence = "the tool centre point jumps along {way} by {size} at {begins}"
 

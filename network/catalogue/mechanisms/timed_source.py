@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from network.catalogue.declaration.declare import Advice, Array
-from network.catalogue.declaration.fields import param
+from network.catalogue.declaration.fields import instant, param
 from network.catalogue.mechanisms.base import Inputs, Source
 from network.platform.quantities.units import show
 
@@ -20,11 +20,11 @@ class TimedSource(Source, kind="timed_source"):
     """
 
     power = param("W", -1e6, 1e6, "heat while on", typical=300)
-    period = param("min", 0.01, 1e5, "time from one pulse to the next", default=None, typical=30)
-    duration = param("min", 0, 1e5, "time it is on in each period", positive=True, default=None, typical=5)
-    phase = param("min", -1e5, 1e5, "time of the run at which a pulse begins", default=0, typical=10)
-    begins = param("min", -1e5, 1e5, "time of the run at which a single window begins", default=None, typical=30)
-    ends = param("min", -1e5, 1e5, "time of the run at which it ends", default=None, typical=60)
+    period = instant(0.01, 1e5, "time from one pulse to the next", default=None, typical=30)
+    duration = instant(0, 1e5, "time it is on in each period", positive=True, default=None, typical=5)
+    phase = instant(-1e5, 1e5, "time of the run at which a pulse begins", default=0, typical=10)
+    begins = instant(-1e5, 1e5, "time of the run at which a single window begins", default=None, typical=30)
+    ends = instant(-1e5, 1e5, "time of the run at which it ends", default=None, typical=60)
     one_of = (("period", "duration"), ("begins", "ends"))
     strength = "power"
     shapes = ("period", "duration", "phase")
