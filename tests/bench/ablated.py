@@ -45,7 +45,7 @@ STAGES: Mapping[str, Mapping[str, Stand]] = {
     "as-written": {"lump_refinement.choose_lumps": nothing},
     "seen-runs": {"backward_elimination._keep_what_predicts": all_of_it, "invariants.list_refutations": on_seen_runs},
     "no-switching": {"switching.relay_search.search_relays": none_found},
-    "no-intermittent": {"intermittent.intermittent_fault.find_intermittent_fault": nothing},
+    "no-intermittent": {"intermittent.find_fault.find_reading_fault": nothing},
 }
 """What each does without: noise told from residuals, finer lumps, checks on runs left out or held out, the search for
 relays, faults that come and go. Functions by module and name."""

@@ -42,11 +42,9 @@ def list_findings(search: Search, after: Machine) -> list[Finding]:
 def _faults(search: Search) -> Iterator[Finding]:
     """What was wrong with a channel for some of the time."""
     if (e := search.fault) is not None:
-        c, first = e.candidate, e.candidate.own[0]
-        share = {first.field.key: Quantity(e.loose.share, e.loose.std, first.field.unit)}
-        windows = next(w for w in e.loose.windows if w)
+        windows = next(w for w in e.windows if w)
         yield Finding(
-            c.kind.kind, c.section, (), c.channels, FAULTY, share, sentence(e.told), Patch({}), e.gain,
+            e.kind, e.section, (), (e.channel,), FAULTY, e.quantities, sentence(e.told), Patch({}), e.gain,
             search.threshold, windows,
         )  # fmt: skip
 

@@ -9,9 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import cache, partial
 
 from network.analysis.calibration.growing_horizon import has_relays
 from network.analysis.calibration.null import Null
+from network.analysis.diagnosis.candidates import candidates
 from network.analysis.diagnosis.forward_selection import (
     Screening,
     leaves_something,
@@ -19,14 +21,17 @@ from network.analysis.diagnosis.forward_selection import (
     select_forward,
 )
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, estimate_noise, fit_hypothesis, reweight, state
-from network.analysis.diagnosis.intermittent.intermittent_fault import find_intermittent_fault
+from network.analysis.diagnosis.intermittent.find_fault import find_reading_fault
+from network.analysis.diagnosis.intermittent.reading_fault import ReadingFault
 from network.analysis.diagnosis.lump_convergence import refine_until_converged
 from network.analysis.diagnosis.lump_refinement import refine_lumps
+from network.analysis.diagnosis.screen import screen
 from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.time_budget import BudgetReached, TimeBudget
 from network.platform.parallel import check_each
+from network.recordings.recording import Recording
 
 MANY = 120
 """Lumps from which it is not worked out what would not have shown, where nothing is looked for."""
@@ -34,29 +39,59 @@ MANY = 120
 
 def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[float], None]) -> Iterator[Search]:
     """Ever better states."""
-    given, fault = case, None
+    given = case
     if has_relays(case.machine):
         case = replace(case, began=tuple(d.run.start for d in calibrated.fit.at.problem.data))
     written = state(case, case.machine, calibrated.values)
     yield Search(given, case, None, written, calibrated, written, Selection(written), Screening(written))
     written = fit_hypothesis(case, case.machine, start=calibrated.values)
-    levels = refine_lumps(case, written)
+    fault, written = _set_right(written, jobs)
+    first = Search(given, written.case, fault, written, calibrated, written, Selection(written), Screening(written))
+    now = first
+    for now in _search_from(first, seed, jobs, tell):
+        yield now
+    if now.fault is None and now.best.found and leaves_something(now.best):
+        yield from _search_beside(now, seed, jobs, tell)
+
+
+def _search_beside(found: Search, seed: int, jobs: int, tell: Callable[[float], None]) -> Iterator[Search]:
+    """What a search comes to on readings set right, where a fault of them shows beside what was found."""
+    fault, mended = _set_right(reweight(found.best.case, found.best), jobs)
+    if fault is not None:
+        now = replace(_with_fault(found, fault, mended.case.recordings), screened=Screening(found.written))
+        *_, last = _search_from(now, seed, jobs, tell)
+        yield last
+
+
+def _with_fault(now: Search, fault: ReadingFault, recordings: tuple[Recording, ...]) -> Search:
+    """The machine as written, fitted to readings that were set right."""
+    case = replace(now.written.case, recordings=recordings)
+    written = fit_hypothesis(case, case.machine, start=now.calibrated.values)
+    return replace(now, case=case, fault=fault, written=written, null=written, selection=Selection(written))
+
+
+def _search_from(now: Search, seed: int, jobs: int, tell: Callable[[float], None]) -> Iterator[Search]:
+    """Ever better states from the machine as written."""
+    levels = refine_lumps(now.case, now.written)
     tell(0.1)
-    if levels[-1].chi > SETTINGS.noise and (found := find_intermittent_fault(max(levels, key=_evidence))) is not None:
-        fault, case = found[0], found[1].case
-        levels = refine_lumps(case, fit_hypothesis(case, case.machine, start=calibrated.values))
+    if now.fault is None:
+        fault, finest = _set_right(max(levels, key=_evidence), jobs)
+        if fault is not None:
+            now = _with_fault(now, fault, finest.case.recordings)
+            levels = refine_lumps(now.case, now.written)
     tell(0.15)
     best = max(levels, key=_evidence)
-    case = estimate_noise(case, best)
+    case = estimate_noise(now.case, best)
     if best is not levels[0]:
         best = refine_until_converged(case, reweight(case, best))
         case = estimate_noise(case, best)
     tracks = [reweight(case, h) for h in _list_tracks(levels, best)]
     null = max(tracks, key=_evidence)
-    now = Search(given, case, fault, reweight(case, levels[0]), calibrated, null, Selection(null), Screening(null))
+    written = reweight(case, levels[0])
+    now = replace(now, case=case, written=written, null=null, selection=Selection(null), screened=Screening(null))
     yield now
     is_told = not leaves_something(null) and null.machine.lumps > MANY
-    now = replace(now, screened=now.screened if is_told else screen_candidates(null, seed, jobs))
+    now = now if is_told else replace(now, screened=screen_candidates(null, seed, jobs))
     yield now
     yield from _follow_tracks(now, tracks, seed, jobs, tell)
 
@@ -96,6 +131,19 @@ def last_of(states: Iterator[Search], budget: TimeBudget) -> Search:
         return replace(last, ended="budget" if isinstance(end, BudgetReached) else "stopped")
     assert last is not None
     return last
+
+
+def _set_right(h: Hypothesis, jobs: int) -> tuple[ReadingFault | None, Hypothesis]:
+    """The fault of a reading that explains most, and the fit to the readings set right; the same fit without one."""
+    if h.chi <= SETTINGS.noise:
+        return None, h
+    return find_reading_fault(h, cache(partial(_best_score, h, jobs))) or (None, h)
+
+
+def _best_score(h: Hypothesis, jobs: int) -> float:
+    """What the best of the catalogue scores about a fit [nats]."""
+    proposed = candidates(h.machine, h.case.drivers, runs=h.case.runs)
+    return max((s.gain for s in screen(h.linearised, proposed, h.values, jobs)), default=0.0)
 
 
 def _evidence(h: Hypothesis) -> float:

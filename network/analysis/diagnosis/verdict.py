@@ -172,7 +172,7 @@ def _correct_readings(search: Search, found: Numbers, holdout: Sequence[Recordin
         return holdout
     raw = [compare_estimated(found, r, held_out=True) for r in holdout]
     name = fault.channel
-    return [fault.correct_by_jumps(r.recording, r.channels[name]) if name in r.channels else r.recording for r in raw]
+    return [fault.correct_unseen(r.recording, r.channels[name]) if name in r.channels else r.recording for r in raw]
 
 
 def _compare_run(of: Sequence[Numbers], item: tuple[int, bool, Recording]) -> RecordingResidual:

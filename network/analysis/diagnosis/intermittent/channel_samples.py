@@ -1,0 +1,42 @@
+"""A channel of a run at its samples: what is read, what a fit says, and what an effect of the sensor would add."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from network.analysis.diagnosis.candidates import Candidate
+from network.catalogue.declaration.declare import Array
+from network.catalogue.sensors.base import SensorEffect
+from network.engine.response.model import Prediction
+from network.engine.response.parameters import at_values
+from network.machine.machine import Machine
+from network.recordings.recording import Recording
+
+
+def truth_at_samples(prediction: Prediction, recording: Recording, channel: str) -> Array:
+    """What a fit says of a channel, at the samples."""
+    values = prediction.values[prediction.run.channels.index(channel)]
+    edges, K = prediction.course.problem.plan.edges, values.shape[-1] // 2
+    return np.asarray(np.interp(recording.t, edges, np.append(values[:K], values[-1])))
+
+
+def at_share(c: Candidate, share: float) -> Machine:
+    """The machine with a candidate at a share of full strength."""
+    return at_values(c.machine, {c.own[0].path: share})
+
+
+def effect_of(machine: Machine, c: Candidate) -> SensorEffect:
+    """The effect that a candidate puts on its channel."""
+    return next(e for e in machine.sensors[c.channels[0]].effects if isinstance(e, c.kind))
+
+
+def change_of(full: SensorEffect, recording: Recording, truth: Array) -> Array:
+    """What an effect adds to a reading."""
+    return np.asarray(full.reading(truth, np.zeros_like(truth), list_inputs(full, recording)) - truth)
+
+
+def list_inputs(effect: SensorEffect, recording: Recording) -> Mapping[str, Array]:
+    """What an effect reads beside its channel, at the samples."""
+    return {"time": recording.t, **{name: recording.signal(name).at(recording.t) for name in effect.needs()}}

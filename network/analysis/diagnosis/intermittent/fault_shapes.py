@@ -1,0 +1,131 @@
+"""How a reading fails from an instant on: by an offset, by a drift, towards the air; a displacement by a step.
+
+A fault of size s that began at t0 adds s e(t), e what a fault of unit size adds: 1 (offset, step), t − t0 (drift), or
+what full strength would add, T_air − T (loose). Source: as of the kinds `sensor_fault` and `displacement_step`.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from network.analysis.diagnosis.candidates import candidates
+from network.analysis.diagnosis.hypothesis import Hypothesis
+from network.analysis.diagnosis.intermittent.change_points import SHARES
+from network.analysis.diagnosis.intermittent.channel_samples import at_share, effect_of, list_inputs
+from network.catalogue.declaration.declare import Array
+from network.catalogue.expansions.base import LINEAR_AXES
+from network.catalogue.expansions.displacement_step import DisplacementStep
+from network.catalogue.sensors.base import SensorEffect
+from network.catalogue.sensors.sensor_fault import HOUR, SensorFault
+from network.platform.quantities.number_format import format_amount
+from network.platform.quantities.units import show
+from network.recordings.recording import Recording
+
+
+@dataclass(frozen=True, eq=False)
+class FaultShape(ABC):
+    """A way in which one channel fails. kind, section: of what it is called; may_stay: whether later runs may have it,
+    too; may_jump: whether the reading jumps when it begins; key, unit: of its size."""
+
+    channel: str
+    kind: ClassVar[str] = SensorFault.kind
+    section: ClassVar[str] = "sensors"
+    may_stay: ClassVar[bool] = True
+    may_jump: ClassVar[bool] = True
+    key: ClassVar[str] = "size"
+    unit: ClassVar[str] = "K"
+
+    def full(self, recording: Recording, truth: Array) -> Array:
+        """What full strength adds to the reading at each sample, beside how long it lasts."""
+        return np.ones_like(truth)
+
+    def last(self, t: Array, t0: float, full: Array) -> Array:
+        """What a fault of unit size that begins at t0 [s] adds at instants t [s]."""
+        return np.asarray(full * (t >= t0))
+
+    def set_right(self, recording: Recording, values: Array, t0: float, size: float) -> Array:
+        """The readings without it."""
+        return np.asarray(values - size * self.last(recording.t, t0, self.full(recording, values)))
+
+    def allows(self, size: float) -> bool:
+        """Whether it can be of that size."""
+        return True
+
+    @abstractmethod
+    def tell(self, size: float) -> str:
+        """What the channel does, in words."""
+
+
+@dataclass(frozen=True, eq=False)
+class Offset(FaultShape):
+    """A thermometer that reads so many kelvin more."""
+
+    def tell(self, size: float) -> str:
+        return f"{self.channel} reads {format_amount(abs(size), 'K')} too {'much' if size > 0 else 'little'}"
+
+
+@dataclass(frozen=True, eq=False)
+class Drift(FaultShape):
+    """A thermometer that reads ever more; size: per second."""
+
+    may_jump = False
+    unit = "K/h"
+
+    def last(self, t: Array, t0: float, full: Array) -> Array:
+        return np.asarray(full * np.maximum(t - max(t0, float(t[0])), 0.0))
+
+    def tell(self, size: float) -> str:
+        return f"{self.channel} drifts by {size * HOUR:.3g} K an hour"
+
+
+@dataclass(frozen=True, eq=False)
+class Loose(FaultShape):
+    """A thermometer that reads a share of the way towards the air; contact: that effect, of the whole way."""
+
+    contact: SensorEffect
+    key = "share"
+    unit = "1"
+
+    def full(self, recording: Recording, truth: Array) -> Array:
+        inputs = list_inputs(self.contact, recording)
+        return np.asarray(self.contact.reading(truth, np.zeros_like(truth), inputs) - truth)
+
+    def set_right(self, recording: Recording, values: Array, t0: float, size: float) -> Array:
+        towards = self.full(recording, values) / (1 - size)
+        return np.asarray(values - size * self.last(recording.t, t0, towards))
+
+    def allows(self, size: float) -> bool:
+        return SHARES[0] < size < SHARES[1]
+
+    def tell(self, size: float) -> str:
+        return f"{self.channel} sits loose and reads {size:.2g} of the way from its part to the air"
+
+
+@dataclass(frozen=True, eq=False)
+class Step(FaultShape):
+    """A displacement that jumps and stays."""
+
+    kind = DisplacementStep.kind
+    section = "tcp"
+    may_stay = False
+    unit = "um"
+
+    def tell(self, size: float) -> str:
+        return f"{self.channel} jumps by {show(size, 'um')}"
+
+
+def list_shapes(h: Hypothesis) -> Iterator[FaultShape]:
+    """All ways in which a channel of a machine could fail from an instant on."""
+    loose = {c.channels[0]: c for c in candidates(h.machine, h.case.drivers, among=[SensorFault])}
+    for name, sensor in h.machine.sensors.items():
+        if sensor.quantity == "temperature":
+            yield from (Offset(name), Drift(name))
+            if name in loose:
+                yield Loose(name, effect_of(at_share(loose[name], 1.0), loose[name]))
+        elif sensor.axis in LINEAR_AXES:
+            yield Step(name)

@@ -1,0 +1,140 @@
+"""Faults of a reading from an instant on, scored about a fit: every run, channel, shape and instant in one pass.
+
+A fault of unit size adds w to the whitened readings: of its run from the instant on, of the runs after it all the time
+where it stays. With r the residual of the fit, S its slopes and P its precision, all numbers refitted beside it take up
+Sᵀ P⁻¹ S w; what is left, κ = wᵀw − (Sw)ᵀ P⁻¹ (Sw), tells the size wᵀr/κ with 1σ of κ^-½, and the gain (wᵀr)²/2κ [nats],
+in units of the misfit. Source: the score test with nuisance parameters, as in `screen`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from network.analysis.calibration.gauss_newton import Linearised, chi_of
+from network.analysis.calibration.measured_means import Measured
+from network.analysis.diagnosis.intermittent.channel_samples import truth_at_samples
+from network.analysis.diagnosis.intermittent.fault_shapes import FaultShape
+from network.catalogue.declaration.declare import Array
+from network.recordings.recording import Recording
+
+LEAST_CELLS = 3
+"""Cells before and after an instant, so that there is something to compare."""
+SEEN = 1e-6
+"""κ below which nothing of a fault can be told."""
+
+
+@dataclass(frozen=True, eq=False)
+class Onset:
+    """A fault of a shape from an instant t0 [s] of a run on, and in the later runs where it stays; size and its 1σ;
+    gain [nats]; width: of the cells about t0 [s]."""
+
+    shape: FaultShape
+    run: int
+    t0: float
+    stays: bool
+    size: float
+    std: float
+    gain: float
+    width: float
+
+    def begins_in(self, run: int) -> float:
+        """The instant from which it holds in a run [s]; never is infinite."""
+        if run == self.run:
+            return self.t0
+        return -np.inf if run > self.run and self.stays else np.inf
+
+
+@dataclass(frozen=True, eq=False)
+class _Columns:
+    """Of one run and one shape: whitened unit faults that begin at each of its cells (instants, rows), with what they
+    have in common with residual and slopes."""
+
+    t0: Array
+    whitened: Array
+    along: Array
+    shared: Array
+
+    @cached_property
+    def squares(self) -> Array:
+        return np.asarray(np.einsum("kr,kr->k", self.whitened, self.whitened))
+
+
+class OnsetScan:
+    """All scores about one fit to some recordings."""
+
+    def __init__(self, at: Linearised, shapes: Sequence[FaultShape], recordings: Sequence[Recording]) -> None:
+        self.at, self.shapes, self.recordings = at, shapes, recordings
+        self.chi2 = max(1.0, chi_of(at)) ** 2
+        self.covariance = at.temper(1.0, max(1.0, chi_of(at))).covariance
+
+    def best(self) -> list[Onset]:
+        """The best of every run, channel and shape, the best first."""
+        found = [onset for shape in self.shapes for onset in self._of_shape(shape)]
+        return sorted(found, key=lambda onset: -onset.gain)
+
+    def near(self, known: Onset) -> Onset | None:
+        """The best of the same shape, run and stay, in a fit to readings from which it was taken."""
+        columns = [self._columns(i, known.shape) for i in range(len(self.at.problem.data))]
+        return self._score(known.shape, columns, known.run, known.stays, known)
+
+    def _of_shape(self, shape: FaultShape) -> Iterator[Onset]:
+        columns = [self._columns(i, shape) for i in range(len(self.at.problem.data))]
+        for run in range(len(columns)):
+            lasting = (False, True) if shape.may_stay and run < len(columns) - 1 else (False,)
+            told = [self._score(shape, columns, run, stays) for stays in lasting]
+            known = [each for each in told if each is not None]
+            if known:
+                yield max(known, key=lambda each: each.gain)
+
+    def _columns(self, i: int, shape: FaultShape) -> _Columns | None:
+        """None where the run lacks the channel."""
+        problem, (rows, _) = self.at.problem, self.at.rows.slopes.blocks[i]
+        data, cells = problem.data[i], problem.data[i].run.knots.cells
+        if shape.channel not in data.run.channels or cells <= 2 * LEAST_CELLS:
+            return None
+        truth = truth_at_samples(self.at.predictions[i], self.recordings[i], shape.channel)
+        unit = np.interp(data.centres, self.recordings[i].t, shape.full(self.recordings[i], truth))
+        t0 = np.concatenate([[-np.inf], _begins(data)[LEAST_CELLS : cells - LEAST_CELLS]])
+        full = np.zeros((len(t0), len(data.run.channels), cells))
+        full[:, data.run.channels.index(shape.channel)] = [shape.last(data.centres, t, unit) for t in t0]
+        whitened = problem.whiteners[i](full.reshape(len(t0), -1))
+        slopes = self.at.slopes[:, rows]
+        return _Columns(t0, whitened, whitened @ self.at.left[rows], whitened @ slopes.T)
+
+    def _score(
+        self, shape: FaultShape, columns: Sequence[_Columns | None], run: int, stays: bool, known: Onset | None = None
+    ) -> Onset | None:
+        here = columns[run]
+        if here is None:
+            return None
+        later = [c for c in columns[run + 1 :] if c is not None] if stays else []
+        along = here.along[1:] + sum(float(c.along[0]) for c in later)
+        shared = here.shared[1:] + sum((c.shared[0] for c in later), np.zeros(here.shared.shape[1]))
+        square = here.squares[1:] + sum(float(c.squares[0]) for c in later)
+        taken = shared @ self.covariance
+        kappa = square - np.einsum("kp,kp->k", taken, shared)
+        if known is not None:
+            along = along + known.size * self._across(known, here, shared, taken, later)
+        gain = np.where(kappa > SEEN, along**2 / np.maximum(kappa, SEEN) / 2, 0.0) / self.chi2
+        k = int(gain.argmax())
+        if kappa[k] <= SEEN:
+            return None
+        size, std = float(along[k] / kappa[k]), float(np.sqrt(self.chi2 / kappa[k]))
+        width = float(np.diff(here.t0[1:])[max(k - 1, 0) : k + 1].max(initial=0.0))
+        return Onset(shape, run, float(here.t0[1 + k]), stays, size, std, float(gain[k]), width)
+
+    def _across(self, known: Onset, here: _Columns, shared: Array, taken: Array, later: Sequence[_Columns]) -> Array:
+        """What each instant's fault has in common with the known one, the share of the numbers taken out."""
+        k = 1 + int(np.abs(here.t0[1:] - known.t0).argmin())
+        same = here.whitened[1:] @ here.whitened[k] + sum(float(c.squares[0]) for c in later)
+        return np.asarray(same - taken @ shared[k - 1])
+
+
+def _begins(data: Measured) -> Array:
+    """When each cell begins [s]."""
+    knots = data.run.knots
+    return np.append(knots.t[:1], knots.t[knots.cell_ends])[:-1]
