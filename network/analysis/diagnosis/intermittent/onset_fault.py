@@ -30,8 +30,8 @@ from network.analysis.diagnosis.result import Quantity
 from network.catalogue.declaration.declare import Array
 from network.recordings.recording import Recording
 
-CONFIRMED = 3
-"""Best scores that are confirmed by fits (budget)."""
+CONFIRMED, NEAR = 2, 0.9
+"""Best scores that are confirmed by fits, if they come so near the best of all (budget)."""
 ROUNDS = 3
 """Times that instant and size are found again about the better fit."""
 BLURRED = 0.5
@@ -105,9 +105,10 @@ def find_onset_fault(
     """The fault that explains most, and the hypothesis fitted to the readings set right; None where there is none.
     rival_gain: what the best of the catalogue scores about the same fit [nats]."""
     scores = OnsetScan(h.linearised, tuple(list_shapes(h)), h.case.recordings).best()
-    able = [o for o in scores if o.gain > PER_WINDOW and o.shape.allows(o.size)]
-    faults = [OnsetFault(h.case.recordings, o.gain, o, _is_clear(h, o)) for o in able]
-    likely = [f for f in faults if f.is_clear or _may_mend(h, f.onset)][:CONFIRMED]
+    seen = [o for o in scores if o.gain > PER_WINDOW and o.shape.allows(o.size)]
+    faults = [OnsetFault(h.case.recordings, o.gain, o, _is_clear(h, o)) for o in seen]
+    able = [f for f in faults if f.is_clear or _may_mend(h, f.onset)]
+    likely = [f for f in able if f.gain >= NEAR * able[0].gain][:CONFIRMED]
     tried = [_correct(h, f) for f in likely if f.is_clear or rival_gain() < f.onset.gain]
     told = [_settle(h, best) for best in sorted(tried, key=lambda c: -c.fault.gain)[:1] if best.fault.gain > 0]
     return next(((c.fault, c.after) for c in told if c.is_mended), None)
