@@ -30,8 +30,8 @@ from network.analysis.diagnosis.result import Quantity
 from network.catalogue.declaration.declare import Array
 from network.recordings.recording import Recording
 
-CONFIRMED, NEAR = 2, 0.9
-"""Best scores that are confirmed by fits, if they come so near the best of all (budget)."""
+CONFIRMED = 2
+"""Best scores of clear faults that are confirmed by fits, and one of those that are not (budget)."""
 ROUNDS = 3
 """Times that instant and size are found again about the better fit."""
 BLURRED = 0.5
@@ -107,9 +107,10 @@ def find_onset_fault(
     scores = OnsetScan(h.linearised, tuple(list_shapes(h)), h.case.recordings).best()
     seen = [o for o in scores if o.gain > PER_WINDOW and o.shape.allows(o.size)]
     faults = [OnsetFault(h.case.recordings, o.gain, o, _is_clear(h, o)) for o in seen]
-    able = [f for f in faults if f.is_clear or _may_mend(h, f.onset)]
-    likely = [f for f in able if f.gain >= NEAR * able[0].gain][:CONFIRMED]
-    tried = [_correct(h, f) for f in likely if f.is_clear or rival_gain() < f.onset.gain]
+    clear = [f for f in faults if f.is_clear]
+    other = [f for f in faults if not f.is_clear and _may_mend(h, f.onset)][:1]
+    likely = [*clear[:CONFIRMED], *(f for f in other if rival_gain() < f.gain)]
+    tried = [_correct(h, f) for f in likely]
     told = [_settle(h, best) for best in sorted(tried, key=lambda c: -c.fault.gain)[:1] if best.fault.gain > 0]
     return next(((c.fault, c.after) for c in told if c.is_mended), None)
 
