@@ -32,6 +32,7 @@ from network.platform.wording import sentence
 from network.recordings.recording import Recording
 
 if TYPE_CHECKING:
+    from network.analysis.diagnosis.intermittent.reading_fault import ReadingFault
     from network.analysis.diagnosis.search_record import Search
 
 
@@ -170,9 +171,16 @@ def _correct_readings(search: Search, found: Numbers, holdout: Sequence[Recordin
     fault = search.fault
     if fault is None:
         return holdout
-    raw = [compare_estimated(found, r, held_out=True) for r in holdout]
-    name = fault.channel
-    return [fault.correct_unseen(r.recording, r.channels[name]) if name in r.channels else r.recording for r in raw]
+    return [_correct_run(fault, found, run) for run in holdout]
+
+
+def _correct_run(fault: ReadingFault, found: Numbers, run: Recording) -> Recording:
+    """The run set right in the way that leaves least."""
+    raw = compare_estimated(found, run, held_out=True)
+    if fault.channel not in raw.channels:
+        return run
+    ways = fault.list_corrections(raw.recording, raw.channels[fault.channel])
+    return min(ways, key=lambda way: compare_estimated(found, way, held_out=True).rmse_in_noise) if ways[1:] else ways[0]
 
 
 def _compare_run(of: Sequence[Numbers], item: tuple[int, bool, Recording]) -> RecordingResidual:

@@ -88,12 +88,12 @@ class IntermittentFault(ReadingFault):
         truth = self.effect.truth(values, list_inputs(self.effect, recording))
         return np.where(inside(recording.t, windows), truth, values)
 
-    def correct_unseen(self, recording: Recording, channel: ChannelResidual) -> Recording:
-        """Set right where its residual jumps by the same share."""
+    def list_corrections(self, recording: Recording, channel: ChannelResidual) -> list[Recording]:
+        """Where its residual jumps by the same share."""
         full = effect_of(at_share(self.candidate, 1.0), self.candidate)
         change = change_of(full, recording, channel.simulated)
         steps = find_steps(recording.t, channel.residual, change)
-        return recording if steps is None else self.correct_windows(recording, steps.windows(self.loose.share))
+        return [recording if steps is None else self.correct_windows(recording, steps.windows(self.loose.share))]
 
 
 def find_intermittent_fault(h: Hypothesis) -> tuple[IntermittentFault, Hypothesis] | None:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from network.analysis.calibration.linearised import linearise
 from network.analysis.comparison.channel_residual import ChannelResidual
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import BIN, CLEAR, Windows, find_steps
@@ -32,8 +33,10 @@ from network.recordings.recording import Recording
 
 CONFIRMED = 2
 """Best scores of clear faults that are confirmed by fits, and one of those that are not (budget)."""
-ROUNDS = 3
-"""Times that instant and size are found again about the better fit."""
+ROUNDS = 6
+"""Times at most that instant and size are found again about the better fit."""
+SETTLED = 1.0
+"""Nats by which that has to gain to go on."""
 BLURRED = 0.5
 """Share by which the jump of a residual in bins may differ from the size of the fault."""
 NEARLY = 1.5
@@ -88,15 +91,12 @@ class OnsetFault(ReadingFault):
         t0 = windows[0][0] if windows else np.inf
         return self.onset.shape.set_right(recording, values, t0, self.onset.size)
 
-    def correct_unseen(self, recording: Recording, channel: ChannelResidual) -> Recording:
-        """Set right from its beginning on, where the fault stayed to the last run and that leaves less."""
+    def list_corrections(self, recording: Recording, channel: ChannelResidual) -> list[Recording]:
+        """As it is; and from its beginning on, where the fault stayed to the last run."""
         o, last = self.onset, len(self.recordings) - 1
-        if not o.shape.may_stay or not (o.stays or o.run == last):
-            return recording
-        added = o.size * o.shape.last(recording.t, -np.inf, o.shape.full(recording, channel.simulated))
-        better = np.nanmean((channel.residual - added) ** 2) < np.nanmean(channel.residual**2)
         whole = ((float(recording.t[0]), float(recording.t[-1])),)
-        return self.correct_windows(recording, whole) if better else recording
+        lasts = o.shape.may_stay and (o.stays or o.run == last)
+        return [recording, *([self.correct_windows(recording, whole)] if lasts else [])]
 
 
 def find_onset_fault(
@@ -138,16 +138,19 @@ def _correct(h: Hypothesis, fault: OnsetFault, begin: Hypothesis | None = None) 
 
 
 def _settle(h: Hypothesis, best: _Corrected) -> _Corrected:
-    """The fault with its instant and size found again about the fit to the readings that it sets right."""
+    """The fault with its instant and size found again in the readings as they were, about the numbers that a fit finds
+    once it is set right."""
     for _ in range(ROUNDS):
-        known = best.fault.onset
-        onset = OnsetScan(best.after.linearised, (known.shape,), h.case.recordings).near(known)
+        known, after = best.fault.onset, best.after
+        about = linearise(h.case.problem(h.machine, after.fit.problem.parameters), after.fit.theta)
+        onset = OnsetScan(about, (known.shape,), h.case.recordings, after.chi).again(known)
         if onset is None or not onset.shape.allows(onset.size):
             break
-        again = _correct(h, replace(best.fault, onset=onset), best.after)
-        if again.fault.gain <= best.fault.gain:
+        again = _correct(h, replace(best.fault, onset=onset), after)
+        is_better, is_settled = again.fault.gain > best.fault.gain, again.fault.gain < best.fault.gain + SETTLED
+        best = again if is_better else best
+        if is_settled:
             break
-        best = again
     return best
 
 

@@ -1,9 +1,9 @@
 """Faults of a reading from an instant on, scored about a fit: every run, channel, shape and instant in one pass.
 
 A fault of unit size adds w to the whitened readings: of its run from the instant on, of the runs after it all the time
-where it stays. With r the residual of the fit, S its slopes and P its precision, all numbers refitted beside it take up
-Sᵀ P⁻¹ S w; what is left, κ = wᵀw − (Sw)ᵀ P⁻¹ (Sw), tells the size wᵀr/κ with 1σ of κ^-½, and the gain (wᵀr)²/2κ [nats],
-in units of the misfit. Source: the score test with nuisance parameters, as in `screen`.
+where it stays. With r the residual, S the slopes, P the precision and p = −½ of the gradient of J, all numbers refitted
+beside it take up Sᵀ P⁻¹ S w; what is left, κ = wᵀw − (Sw)ᵀ P⁻¹ (Sw), tells the size a/κ, a = wᵀr − (Sw)ᵀ P⁻¹ p, with 1σ of
+κ^-½, and the gain a²/2κ [nats], in units of the misfit. Source: the score test with nuisance parameters, as in `screen`.
 """
 
 from __future__ import annotations
@@ -64,22 +64,28 @@ class _Columns:
 
 
 class OnsetScan:
-    """All scores about one fit to some recordings."""
+    """All scores about some numbers. chi: misfit that counts as noise, default what is left; pull: what still draws the
+    numbers from where they are, nothing where they were fitted to these readings."""
 
-    def __init__(self, at: Linearised, shapes: Sequence[FaultShape], recordings: Sequence[Recording]) -> None:
-        self.at, self.shapes, self.recordings = at, shapes, recordings
-        self.chi2 = max(1.0, chi_of(at)) ** 2
-        self.covariance = at.temper(1.0, max(1.0, chi_of(at))).covariance
+    def __init__(
+        self, at: Linearised, shapes: Sequence[FaultShape], recordings: Sequence[Recording], chi: float | None = None
+    ) -> None:
+        self.shapes, self.recordings = shapes, recordings
+        self.chi = max(1.0, chi_of(at) if chi is None else chi)
+        self.at = at = at.temper(1.0, self.chi)
+        self.covariance = at.covariance
+        mean, spread = at.problem.prior
+        self.pull = at.slopes @ at.left + (mean - np.concatenate([at.theta, at.eta])) / spread**2
 
     def best(self) -> list[Onset]:
         """The best of every run, channel and shape, the best first."""
         found = [onset for shape in self.shapes for onset in self._of_shape(shape)]
         return sorted(found, key=lambda onset: -onset.gain)
 
-    def near(self, known: Onset) -> Onset | None:
-        """The best of the same shape, run and stay, in a fit to readings from which it was taken."""
+    def again(self, known: Onset) -> Onset | None:
+        """The best of the same shape, run and stay."""
         columns = [self._columns(i, known.shape) for i in range(len(self.at.problem.data))]
-        return self._score(known.shape, columns, known.run, known.stays, known)
+        return self._score(known.shape, columns, known.run, known.stays)
 
     def _of_shape(self, shape: FaultShape) -> Iterator[Onset]:
         columns = [self._columns(i, shape) for i in range(len(self.at.problem.data))]
@@ -105,9 +111,7 @@ class OnsetScan:
         slopes = self.at.slopes[:, rows]
         return _Columns(t0, whitened, whitened @ self.at.left[rows], whitened @ slopes.T)
 
-    def _score(
-        self, shape: FaultShape, columns: Sequence[_Columns | None], run: int, stays: bool, known: Onset | None = None
-    ) -> Onset | None:
+    def _score(self, shape: FaultShape, columns: Sequence[_Columns | None], run: int, stays: bool) -> Onset | None:
         here = columns[run]
         if here is None:
             return None
@@ -116,22 +120,15 @@ class OnsetScan:
         shared = here.shared[1:] + sum((c.shared[0] for c in later), np.zeros(here.shared.shape[1]))
         square = here.squares[1:] + sum(float(c.squares[0]) for c in later)
         taken = shared @ self.covariance
+        along = along - taken @ self.pull
         kappa = square - np.einsum("kp,kp->k", taken, shared)
-        if known is not None:
-            along = along + known.size * self._across(known, here, shared, taken, later)
-        gain = np.where(kappa > SEEN, along**2 / np.maximum(kappa, SEEN) / 2, 0.0) / self.chi2
+        gain = np.where(kappa > SEEN, along**2 / np.maximum(kappa, SEEN) / 2, 0.0) / self.chi**2
         k = int(gain.argmax())
         if kappa[k] <= SEEN:
             return None
-        size, std = float(along[k] / kappa[k]), float(np.sqrt(self.chi2 / kappa[k]))
+        size, std = float(along[k] / kappa[k]), self.chi / float(np.sqrt(kappa[k]))
         width = float(np.diff(here.t0[1:])[max(k - 1, 0) : k + 1].max(initial=0.0))
         return Onset(shape, run, float(here.t0[1 + k]), stays, size, std, float(gain[k]), width)
-
-    def _across(self, known: Onset, here: _Columns, shared: Array, taken: Array, later: Sequence[_Columns]) -> Array:
-        """What each instant's fault has in common with the known one, the share of the numbers taken out."""
-        k = 1 + int(np.abs(here.t0[1:] - known.t0).argmin())
-        same = here.whitened[1:] @ here.whitened[k] + sum(float(c.squares[0]) for c in later)
-        return np.asarray(same - taken @ shared[k - 1])
 
 
 def _begins(data: Measured) -> Array:

@@ -73,8 +73,8 @@ class ReadingFault(ABC):
         """The readings of its channel as they would be without it."""
 
     @abstractmethod
-    def correct_unseen(self, recording: Recording, channel: ChannelResidual) -> Recording:
-        """A recording of which only the residual is known, set right."""
+    def list_corrections(self, recording: Recording, channel: ChannelResidual) -> list[Recording]:
+        """A recording of which only the residual is known, in all ways in which it may have to be set right."""
 
     def correct_windows(self, recording: Recording, windows: Windows, sets_right: bool = True) -> Recording:
         """A recording with the readings of the windows set right, and none about their ends."""

@@ -1,0 +1,105 @@
+"""Sensors that fail from an instant of one run on: found with channel, run, instant and size; heat is no such fault."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_diagnosis import CONCEALED, HELD_OUT, LADDERS, plant, recorded
+
+from network.analysis.diagnosis.candidates import candidates
+from network.analysis.diagnosis.diagnose import diagnose
+from network.analysis.diagnosis.hypothesis import Case, fit_hypothesis
+from network.analysis.diagnosis.intermittent.fault_shapes import list_shapes
+from network.analysis.diagnosis.intermittent.find_fault import find_reading_fault
+from network.analysis.diagnosis.intermittent.onset_scan import OnsetScan
+from network.analysis.diagnosis.screen import screen
+from network.catalogue.declaration.declare import Array
+from network.recordings.recording import Recording
+
+BEGINS = 70 * 60.0
+Wrong = Callable[[Array, Array, Array], Array]
+FAULTS: dict[str, Wrong] = {
+    "offset": lambda since, x, air: x + 0.9 * (since >= 0),
+    "drift": lambda since, x, air: x + 1.2 / 3600 * np.maximum(since, 0),
+    "loose": lambda since, x, air: x + 0.4 * (air - x) * (since >= 0),
+}
+
+
+def fail(run: Recording, wrong: Wrong, channel: str = "T_housing", begins: float = BEGINS) -> Recording:
+    """The run with a channel that is read wrong from an instant on."""
+    column = run.columns[channel]
+    values = wrong(run.t - begins, column.values, run.columns["ambient"].values)
+    return replace(run, columns={**run.columns, channel: replace(column, values=values)})
+
+
+def runs_with(shape: str, stays: bool = False) -> list[Recording]:
+    first, second = (recorded(plant(), x, i) for i, x in enumerate(LADDERS))
+    last = fail(second, FAULTS[shape], begins=-1.0) if stays else second
+    return [fail(first, FAULTS[shape]), last]
+
+
+def case_of(runs: list[Recording]) -> Case:
+    return Case(plant(), tuple(runs))
+
+
+SIZES = [("offset", "size", 0.9), ("drift", "size", 1.2 / 3600), ("loose", "share", 0.4)]
+
+
+@pytest.mark.parametrize(("shape", "key", "size"), SIZES)
+def test_a_fault_is_found_with_channel_run_instant_and_size(shape: str, key: str, size: float) -> None:
+    h = fit_hypothesis(case_of(runs_with(shape)), plant())
+    found = find_reading_fault(h, lambda: 0.0)
+    assert found is not None and found[0].channel == "T_housing" and found[0].kind == "sensor_fault"
+    told = found[0].quantities
+    assert told[key].value == pytest.approx(size, rel=0.15)
+    reach = 1500 if shape == "drift" else 200
+    assert told["begins"].value == pytest.approx(BEGINS, abs=reach)
+    assert found[0].windows[1] == () and found[0].windows[0][0][1] == runs_with(shape)[0].t[-1]
+    assert found[1].chi < 1.1 < h.chi
+
+
+def test_a_fault_that_stays_is_told_so_and_taken_from_a_run_left_out() -> None:
+    held = fail(recorded(plant(), HELD_OUT, 9), FAULTS["offset"], begins=-1.0)
+    d = diagnose(plant(), runs_with("offset", stays=True), [held], seed=1)
+    assert d.verdict == "sensor_fault" and d.findings[0].channels == ("T_housing",)
+    assert (
+        "in run 0 from 7" in d.findings[0].sentence and "min on, and in the later recordings" in d.findings[0].sentence
+    )
+    after = d.fits.holdout_after
+    assert after is not None and after.rmse_in_noise < 1.2
+
+
+def test_what_the_scan_gains_is_what_a_fit_with_it_gains() -> None:
+    """Near the truth all is linear: the score is the fall of J over two, numbers refitted."""
+    slight = fail(recorded(plant(), LADDERS[0], 0), lambda since, x, air: x + 0.05 * (since >= 0))
+    wrong = [slight, recorded(plant(), LADDERS[1], 1)]
+    h = fit_hypothesis(case_of(wrong), plant())
+    shapes = [s for s in list_shapes(h) if s.channel == "T_housing" and type(s).__name__ == "Offset"]
+    onset = max(OnsetScan(h.linearised, shapes, wrong).best(), key=lambda o: o.gain)
+    right = [fail(slight, lambda since, x, air: x - onset.size * (since >= onset.t0 - BEGINS)), wrong[1]]
+    after = fit_hypothesis(case_of(right), plant(), start=h.values)
+    fall = (h.fit.cost - after.fit.cost) / 2
+    assert onset.run == 0 and onset.gain * max(1.0, h.chi) ** 2 == pytest.approx(fall, rel=0.1)
+
+
+def find_beside_catalogue(runs: list[Recording]) -> object:
+    """What is found of a fault where the catalogue may score more."""
+    h = fit_hypothesis(case_of(runs), plant())
+    assert h.chi > 1.5
+    scores = screen(h.linearised, candidates(h.machine, h.case.drivers), h.values)
+    return find_reading_fault(h, lambda: max(s.gain for s in scores))
+
+
+def test_heat_in_one_run_is_no_fault_of_a_sensor() -> None:
+    pump = {"kind": "heat_source", "into": {"housing": 1}, "power": "80 W"}
+    heated = recorded(plant(sources={"pump": pump}), LADDERS[0], 0)
+    assert find_beside_catalogue([heated, recorded(plant(), LADDERS[1], 1)]) is None
+
+
+@pytest.mark.parametrize("name", ["source", "fan", "slow"])
+def test_missing_physics_is_no_fault_from_an_instant_on(name: str) -> None:
+    truth = plant(**CONCEALED[name])
+    assert find_beside_catalogue([recorded(truth, x, i) for i, x in enumerate(LADDERS)]) is None
