@@ -180,7 +180,9 @@ def _correct_run(fault: ReadingFault, found: Numbers, run: Recording) -> Recordi
     if fault.channel not in raw.channels:
         return run
     ways = fault.list_corrections(raw.recording, raw.channels[fault.channel])
-    return min(ways, key=lambda way: compare_estimated(found, way, held_out=True).rmse_in_noise) if ways[1:] else ways[0]
+    if len(ways) == 1:
+        return ways[0]
+    return min(ways, key=lambda way: compare_estimated(found, way, held_out=True).rmse_in_noise)
 
 
 def _compare_run(of: Sequence[Numbers], item: tuple[int, bool, Recording]) -> RecordingResidual:
