@@ -28,10 +28,11 @@ from network.catalogue.mechanisms.conduction import Conduction
 from network.engine.assembly import build
 from network.engine.channels import readouts
 from network.engine.response.batch import draws_of, serves
-from network.engine.response.batch_march import Beginning, means_of
+from network.engine.response.batch_march import means_of
 from network.engine.response.heat_sensitivity import Slots
 from network.engine.response.model import Model
 from network.engine.response.parameters import values_at
+from network.engine.response.run_beginning import Beginning
 from network.machine.machine import Machine
 
 COOLER = {"cooler": {"kind": "thermostat_cooling", "into": {"housing": 1}, "watches": "housing", "set": "24 degC",

@@ -25,9 +25,10 @@ from network.engine.assembly import build
 from network.engine.channels import readouts
 from network.engine.network import Network
 from network.engine.response.batch import draws_of, serves, step_of
-from network.engine.response.batch_march import Beginning, means_of
+from network.engine.response.batch_march import means_of
 from network.engine.response.heat_sensitivity import Slots
 from network.engine.response.parameters import values_at
+from network.engine.response.run_beginning import Beginning
 from network.machine.checks import places_of
 
 FARTHEST = 4.0

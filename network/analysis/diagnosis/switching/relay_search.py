@@ -14,43 +14,20 @@ from network.analysis.diagnosis.compact_fit import compact, fit_with
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight, use_file_noise
 from network.analysis.diagnosis.result import UnknownHeat
 from network.analysis.diagnosis.switching.affine_surrogate import straighten
-from network.analysis.diagnosis.switching.prior_samples import Judge, Space, View, apart, parts_about
-from network.analysis.diagnosis.switching.sample_refinement import refine_samples
+from network.analysis.diagnosis.switching.prior_samples import Space, parts_about
+from network.analysis.diagnosis.switching.relay_samples import Drawn, draw_samples
 from network.catalogue.declaration.declare import Array
-from network.engine.response.parameters import centres, values_at
+from network.engine.response.parameters import centres
 from network.platform.parallel import run_all
-from network.platform.refusal import Failed
 
 MOST = 3
 """Switched candidates that are drawn."""
-DRAWS, BEGUN, APART = 250, 30, 0.3
-"""Draws of a candidate, how many of them are polished, and how far they are apart in prior σ."""
-FIRST = (0.18, 0.12)
-"""Share of each run where draws about the fit begin, and about the numbers of the file: over less a period is not told,
-over more only from near."""
-STEPS = ((1, 12), (2, 12))
-"""Steps of polishing there, and how many draws go on."""
-THEN = ((0.25, 2, 24), (0.35, 2, 12), (0.5, 2, 4))
-"""Shares and steps after these, and how many draws go on there."""
-ALIKE = 0.1
-"""Prior σ within which polished draws are the same."""
-NEAR = 0.85
-"""Misfit of the best draw over that of the null, up to which draws are fitted."""
 LADDER = ((0.5, 5, 3), (0.75, 6, 2), (1.0, 12, 1))
 """Shares of each run over which they are, steps there, and how many go on."""
 ROUNDS = 3
 """Times that an affine machine that stands for another is made anew about the best relay."""
 WELL = 0.9
 """Misfit χ over that of the null from which a relay counts as found."""
-
-
-@dataclass(frozen=True)
-class _Drawn:
-    """A draw that was polished, and what judged it."""
-
-    judge: Judge
-    theta: Array
-    misfit: float
 
 
 @dataclass(frozen=True)
@@ -86,7 +63,7 @@ def _search_about(
     about = [_about(plain, theta) for theta in (plain.fit.theta, _of_file(plain))]
     known = {c.key: c for c in switched}
     laid = [again for c in known.values() if (again := candidate(plain.machine, c.kind, c.patch)) is not None]
-    drawn = [d for d in _draw_samples(about, laid, seed, jobs) if d.judge.space.candidate.key in known]
+    drawn = [d for d in draw_samples(about, laid, seed, jobs) if d.judge.space.candidate.key in known]
     fits = []
     for d in drawn:
         beside = null.values if d.judge.about is about[0] else null.own_values
@@ -123,57 +100,7 @@ def _of_file(null: Hypothesis) -> Array:
     return np.array([fitted if p.path in own else centre for p, fitted, centre in pairs])
 
 
-def _draw_samples(abouts: Sequence[Linearised], switched: Sequence[Candidate], seed: int, jobs: int) -> list[_Drawn]:
-    """The best draws of all, polished over ever more of the runs; none where they stay behind what is there."""
-    spaces = [s for s in map(Space, switched) if s.serves]
-    judges = [Judge(s, a, values_at(a.problem.parameters, a.theta)) for a in abouts for s in spaces]
-    begins = [share for share in FIRST for _ in spaces]
-    drawn = _each(judges, run_all(partial(_first, seed), list(zip(judges, begins, strict=True)), jobs))
-    for share, steps, most in THEN:
-        groups = [[d for d in drawn[:most] if d.judge is judge] for judge in judges]
-        groups = [g for g in groups if g]
-        further = run_all(partial(_further, share, steps), groups, jobs)
-        drawn = _each([g[0].judge for g in groups], further)
-    behind = min((View(a, THEN[-1][0]).misfit for a in abouts), default=0.0)
-    return [d for d in drawn if d.misfit < NEAR * behind]
-
-
-def _first(seed: int, of: tuple[Judge, float]) -> tuple[Array, Array]:
-    """The best draws from the prior, polished over the beginning of the runs, and their misfits over more of it."""
-    (judge, share), theta = of, of[0].space.draw(DRAWS, seed)
-    view, further = View(judge.about, share), View(judge.about, THEN[0][0])
-    try:
-        misfit = judge.misfits(view, theta, judge.residuals(view, theta))
-        theta = theta[apart(theta, misfit, judge.space.prior[1], APART, BEGUN)]
-        for steps, most in STEPS:
-            theta = _distinct(judge, *refine_samples(judge, view, theta, steps))[0][:most]
-        return theta, judge.misfits(further, theta, judge.residuals(further, theta))
-    except (Failed, np.linalg.LinAlgError):
-        return theta[:0], np.empty(0)
-
-
-def _further(share: float, steps: int, drawn: Sequence[_Drawn]) -> tuple[Array, Array]:
-    judge = drawn[0].judge
-    try:
-        theta = np.array([d.theta for d in drawn])
-        return _distinct(judge, *refine_samples(judge, View(judge.about, share), theta, steps))
-    except (Failed, np.linalg.LinAlgError):
-        return np.empty((0, 0)), np.empty(0)
-
-
-def _distinct(judge: Judge, theta: Array, misfit: Array) -> tuple[Array, Array]:
-    chosen = apart(theta, misfit, judge.space.prior[1], ALIKE, len(theta))
-    return theta[chosen], misfit[chosen]
-
-
-def _each(judges: Sequence[Judge], told: Sequence[tuple[Array, Array]]) -> list[_Drawn]:
-    """Draws with what judged them, the best first."""
-    pairs = zip(judges, told, strict=True)
-    drawn = [_Drawn(j, t, float(m)) for j, (theta, misfit) in pairs for t, m in zip(theta, misfit, strict=True)]
-    return sorted(drawn, key=lambda d: d.misfit)
-
-
-def _values(drawn: _Drawn) -> dict[str, float]:
+def _values(drawn: Drawn) -> dict[str, float]:
     return {**drawn.judge.values, **drawn.judge.space.numbers(drawn.theta)}
 
 
