@@ -110,8 +110,17 @@ class View:
         return np.concatenate([early(d, self.share) for d in self.about.problem.data])
 
     @cached_property
+    def _seen(self) -> Mask:
+        return whiten(self.about, self.cells.astype(float)) > 0
+
+    @property
+    def rows(self) -> int:
+        """Residuals of the share."""
+        return int(self._seen.sum())
+
+    @cached_property
     def projector(self) -> Projector:
-        slopes = self.about.slopes * (whiten(self.about, self.cells.astype(float)) > 0)
+        slopes = self.about.slopes * self._seen
         return Projector(slopes, slopes @ slopes.T + np.diag(self.about.problem.prior[1] ** -2.0))
 
     @cached_property

@@ -10,6 +10,7 @@ import numpy as np
 
 from network.analysis.calibration.gauss_newton import Linearised
 from network.analysis.diagnosis.candidates import Candidate
+from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.switching.prior_samples import Judge, Space, View, apart
 from network.analysis.diagnosis.switching.sample_refinement import refine_samples
 from network.catalogue.declaration.declare import Array
@@ -19,9 +20,11 @@ from network.platform.refusal import Failed
 
 DRAWS, BEGUN, APART = 250, 30, 0.3
 """Draws of a candidate, how many of them are polished, and how far they are apart in prior σ."""
+ONSETS = (0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)
+"""Shares of each run until which nothing may be missing."""
 FIRST = (0.18, 0.12)
-"""Share of each run where draws about the fit begin, and about the numbers of the file: over less a period is not told,
-over more only from near."""
+"""Share of each run, from the onset on, where draws about the fit begin, and about the numbers of the file: over less a
+period is not told, over more only from near."""
 STEPS = ((1, 12), (2, 12))
 """Steps of polishing there, and how many draws go on."""
 THEN = ((0.25, 2, 24), (0.35, 2, 12), (0.5, 2, 4))
@@ -41,25 +44,41 @@ class Drawn:
     misfit: float
 
 
-def draw_samples(abouts: Sequence[Linearised], switched: Sequence[Candidate], seed: int, jobs: int) -> list[Drawn]:
+def find_onset(abouts: Sequence[Linearised]) -> float:
+    """Share of the runs until which some fit leaves no more than noise: what would show there has not switched yet."""
+    views = ((share, [View(a, share) for a in abouts]) for share in ONSETS)
+    quiet = (share for share, of in views if any(v.misfit <= SETTINGS.noise**2 * v.rows for v in of))
+    return next(quiet, 0.0)
+
+
+def after(onset: float, share: float) -> float:
+    """A share of what comes after the onset, as a share of the whole."""
+    return onset + (1 - onset) * share
+
+
+def draw_samples(
+    abouts: Sequence[Linearised], switched: Sequence[Candidate], onset: float, seed: int, jobs: int
+) -> list[Drawn]:
     """The best draws of all, polished over ever more of the runs; none where they stay behind what is there."""
     spaces = [s for s in map(Space, switched) if s.serves]
     judges = [Judge(s, a, values_at(a.problem.parameters, a.theta)) for a in abouts for s in spaces]
-    begins = [share for share in FIRST for _ in spaces]
-    drawn = _each(judges, run_all(partial(_first, seed), list(zip(judges, begins, strict=True)), jobs))
+    begins = [after(onset, share) for share in FIRST for _ in spaces]
+    drawn = _each(
+        judges, run_all(partial(_first, seed, after(onset, THEN[0][0])), list(zip(judges, begins, strict=True)), jobs)
+    )
     for share, steps, most in THEN:
         groups = [[d for d in drawn[:most] if d.judge is judge] for judge in judges]
         groups = [g for g in groups if g]
-        further = run_all(partial(_further, share, steps), groups, jobs)
+        further = run_all(partial(_further, after(onset, share), steps), groups, jobs)
         drawn = _each([g[0].judge for g in groups], further)
-    behind = min((View(a, THEN[-1][0]).misfit for a in abouts), default=0.0)
+    behind = min((View(a, after(onset, THEN[-1][0])).misfit for a in abouts), default=0.0)
     return [d for d in drawn if d.misfit < NEAR * behind]
 
 
-def _first(seed: int, of: tuple[Judge, float]) -> tuple[Array, Array]:
+def _first(seed: int, then: float, of: tuple[Judge, float]) -> tuple[Array, Array]:
     """The best draws from the prior, polished over the beginning of the runs, and their misfits over more of it."""
     (judge, share), theta = of, of[0].space.draw(DRAWS, seed)
-    view, further = View(judge.about, share), View(judge.about, THEN[0][0])
+    view, further = View(judge.about, share), View(judge.about, then)
     try:
         misfit = judge.misfits(view, theta, judge.residuals(view, theta))
         theta = theta[apart(theta, misfit, judge.space.prior[1], APART, BEGUN)]

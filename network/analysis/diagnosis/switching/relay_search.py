@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -11,11 +11,11 @@ import numpy as np
 from network.analysis.calibration.gauss_newton import Linearised, linearise
 from network.analysis.diagnosis.candidates import Candidate, candidate
 from network.analysis.diagnosis.compact_fit import compact, fit_with
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight, use_file_noise
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight, theta_of, use_file_noise
 from network.analysis.diagnosis.result import UnknownHeat
 from network.analysis.diagnosis.switching.affine_surrogate import straighten
-from network.analysis.diagnosis.switching.prior_samples import Space, parts_about
-from network.analysis.diagnosis.switching.relay_samples import Drawn, draw_samples
+from network.analysis.diagnosis.switching.prior_samples import Space, View, parts_about
+from network.analysis.diagnosis.switching.relay_samples import ALIKE, NEAR, Drawn, after, draw_samples, find_onset
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import centres
 from network.platform.parallel import run_all
@@ -23,7 +23,7 @@ from network.platform.parallel import run_all
 MOST = 3
 """Switched candidates that are drawn."""
 LADDER = ((0.5, 5, 3), (0.75, 6, 2), (1.0, 12, 1))
-"""Shares of each run over which they are, steps there, and how many go on."""
+"""Shares of each run, from the onset on, over which they are, steps there, and how many go on."""
 ROUNDS = 3
 """Times that an affine machine that stands for another is made anew about the best relay."""
 WELL = 0.9
@@ -61,15 +61,15 @@ def _search_about(
 ) -> Hypothesis | None:
     """The relay that comes nearest of those drawn on a machine that stands for the null's."""
     about = [_about(plain, theta) for theta in (plain.fit.theta, _of_file(plain))]
-    known = {c.key: c for c in switched}
+    known, onset = {c.key: c for c in switched}, find_onset(about)
     laid = [again for c in known.values() if (again := candidate(plain.machine, c.kind, c.patch)) is not None]
-    drawn = [d for d in draw_samples(about, laid, seed, jobs) if d.judge.space.candidate.key in known]
+    drawn = [d for d in draw_samples(about, laid, onset, seed, jobs) if d.judge.space.candidate.key in known]
     fits = []
     for d in drawn:
         beside = null.values if d.judge.about is about[0] else null.own_values
         began = _all(case, d.judge.space.starts(d.theta))
         fits.append(_Start(known[d.judge.space.candidate.key], beside | _values(d), began))
-    return _fit_samples(case, null, fits, jobs) if fits else None
+    return _fit_samples(case, null, fits, partial(_leave, about), onset, jobs) if fits else None
 
 
 def tell_unsearched(null: Hypothesis, switched: Sequence[Candidate]) -> str:
@@ -110,15 +110,43 @@ def _all(case: Case, starts: Mapping[str, float]) -> tuple[Mapping[str, float], 
     return tuple({**run, **starts} for run in before) if starts else case.began
 
 
-def _fit_samples(case: Case, null: Hypothesis, starts: Sequence[_Start], jobs: int) -> Hypothesis | None:
-    """The best fit from some starts over ever more of the runs; None where all run away."""
+def _leave(abouts: Sequence[Linearised], share: float) -> float:
+    """Misfit χ of the null over a share of the runs."""
+    return min(float(np.sqrt(v.misfit / v.rows)) for v in (View(a, share) for a in abouts))
+
+
+def _fit_samples(
+    case: Case, null: Hypothesis, starts: Sequence[_Start], leave: Callable[[float], float], onset: float, jobs: int
+) -> Hypothesis | None:
+    """The best fit from some starts over ever more of the runs; None where all run away or leave about what the null
+    leaves."""
     alive: list[Hypothesis] = []
     for share, steps, most in LADDER:
-        part = case.until(share) if share < 1 else case
-        fits = run_all(partial(_fit, part, null, steps), starts, jobs)
-        alive = sorted((h for h in fits if h is not None), key=lambda h: h.chi)[:most]
+        there = after(onset, share)
+        fits = run_all(partial(_fit, case.until(there) if share < 1 else case, null, steps), starts, jobs)
+        told = sorted((h for h in fits if h is not None), key=lambda h: h.chi)
+        alive = _keep_promising(told, leave(there))[:most]
         starts = [_Start(h.found[-1], h.values, h.case.began) for h in alive]
     return alive[0] if alive else None
+
+
+def _keep_promising(fits: Sequence[Hypothesis], left: float) -> list[Hypothesis]:
+    """Fits over a share, the best first, of which no two are the same: those that come near the best, if that comes as
+    near as the draws had to; left: misfit χ of the null there."""
+    kept: list[Hypothesis] = []
+    if fits and fits[0].chi ** 2 < NEAR * left**2:
+        for h in (h for h in fits if NEAR * h.chi**2 <= fits[0].chi ** 2):
+            if not any(_is_same(h, other) for other in kept):
+                kept.append(h)
+    return kept
+
+
+def _is_same(a: Hypothesis, b: Hypothesis) -> bool:
+    """Whether two fits came to the same relay."""
+    if a.found[-1].key != b.found[-1].key:
+        return False
+    apart = theta_of(a.found[-1].own, a.own_values) - theta_of(b.found[-1].own, b.own_values)
+    return bool(np.abs(apart / [p.spread for p in a.found[-1].own]).max() < ALIKE)
 
 
 def _fit(case: Case, null: Hypothesis, steps: int, start: _Start) -> Hypothesis | None:
