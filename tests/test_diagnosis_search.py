@@ -26,10 +26,13 @@ from network.analysis.diagnosis.switching.prior_samples import Judge, Space, Vie
 from network.analysis.diagnosis.switching.sample_refinement import refine_samples
 from network.catalogue.mechanisms.conduction import Conduction
 from network.engine.assembly import build
-from network.engine.response.batch import draws_of, means_of, serves
+from network.engine.channels import readouts
+from network.engine.response.batch import draws_of, serves
+from network.engine.response.batch_march import means_of
 from network.engine.response.heat_sensitivity import Slots
 from network.engine.response.model import Model
 from network.engine.response.parameters import values_at
+from network.engine.response.run_beginning import Beginning
 from network.machine.machine import Machine
 
 COOLER = {"cooler": {"kind": "thermostat_cooling", "into": {"housing": 1}, "watches": "housing", "set": "24 degC",
@@ -154,7 +157,8 @@ def test_draws_stepped_together_run_like_each_run_by_itself() -> None:
     slots = Slots(network, c.own)
     rows = [[p.centre + 0.1 * k * p.spread for p in c.own] for k in range(3)]
     networks = [slots.at(values_at(c.own, np.array(row))) for row in rows]
-    means, switches = means_of(c.machine, draws_of(networks, data.run), data.run, {})
+    begun = Beginning(c.machine, network, readouts(network, parts=False), data.run, 1.0)
+    (means,), switches = means_of([begun], draws_of(networks, data.run), {})
     for row, together in zip(rows, means, strict=True):
         alone = Model(c.machine, c.own, [data.run]).predict(np.array(row))[0]
         assert np.abs(together - alone.cells).max() < 0.03

@@ -94,7 +94,7 @@ class Model:
         self, i: int, plan: Plan, outputs: Readouts, known: dict[bytes, Modes], regimes: KnownRegimes
     ) -> LinearRun:  # fmt: skip
         if plan.network.relays:
-            return build_switched_course(plan, outputs, known)
+            return build_switched_course(plan, outputs, known, regimes)
         course = course_of(plan, outputs, self.warm.guess.get(i), known, regimes)
         if not plan.network.is_affine():
             self.warm.guess[i] = course.T

@@ -22,10 +22,13 @@ from network.analysis.diagnosis.screen import whiten
 from network.catalogue.declaration.declare import Array, Mask
 from network.catalogue.mechanisms.base import Relay, Source
 from network.engine.assembly import build
+from network.engine.channels import readouts
 from network.engine.network import Network
-from network.engine.response.batch import Draws, draws_of, means_of, serves, step_of
+from network.engine.response.batch import draws_of, serves, step_of
+from network.engine.response.batch_march import means_of
 from network.engine.response.heat_sensitivity import Slots
 from network.engine.response.parameters import values_at
+from network.engine.response.run_beginning import Beginning
 from network.machine.checks import places_of
 
 FARTHEST = 4.0
@@ -48,6 +51,11 @@ class Space:
     def serves(self) -> bool:
         """Whether it can be searched."""
         return serves(self.network)
+
+    @cached_property
+    def beginnings(self) -> dict[float, list[list[tuple[int, Beginning]]]]:
+        """Of the runs, by share, once they are known; those with the same steps together, each with its place."""
+        return {}
 
     @cached_property
     def parts(self) -> tuple[str, ...]:
@@ -102,8 +110,17 @@ class View:
         return np.concatenate([early(d, self.share) for d in self.about.problem.data])
 
     @cached_property
+    def _seen(self) -> Mask:
+        return whiten(self.about, self.cells.astype(float)) > 0
+
+    @property
+    def rows(self) -> int:
+        """Residuals of the share."""
+        return int(self._seen.sum())
+
+    @cached_property
     def projector(self) -> Projector:
-        slopes = self.about.slopes * (whiten(self.about, self.cells.astype(float)) > 0)
+        slopes = self.about.slopes * self._seen
         return Projector(slopes, slopes @ slopes.T + np.diag(self.about.problem.prior[1] ** -2.0))
 
     @cached_property
@@ -142,9 +159,11 @@ class Judge:
 
     @cached_property
     def _slots(self) -> Slots:
-        c = self.space.candidate
-        beside = (p for p in self.about.problem.parameters if p.path in c.machine.uncertain)
-        return Slots(self.space.network, (*beside, *c.own))
+        """The numbers of the candidate in a network with the others."""
+        c, network = self.space.candidate, self.space.network
+        beside = tuple(p for p in self.about.problem.parameters if p.path in c.machine.uncertain)
+        shared = Slots(network, beside).at({p.path: self.values[p.path] for p in beside})
+        return Slots(shared, tuple(p for p in c.own if p not in beside))
 
     def misfits(self, view: View, theta: Array, residual: Array) -> Array:
         """Misfits of draws (draws, numbers) with these residuals, their priors and the adjusted parameters in it."""
@@ -165,16 +184,28 @@ class Judge:
     def _runs(self, theta: Array, share: float) -> tuple[Array, Array]:
         """Cells' means of all runs, one after the other, and switchings in all."""
         space, slots = self.space, self._slots
-        shared = {p.path: self.values[p.path] for p in slots.parameters if p.path in self.values}
-        networks = [slots.at(shared | space.numbers(row)) for row in theta]
+        networks = [slots.at(space.numbers(row)) for row in theta]
         began = dict(zip(space.parts, theta[:, len(space.candidate.own) :].T, strict=True))
-        steps: dict[float, Draws] = {}
-        runs: list[tuple[Array, Array]] = []
-        for d in self.about.problem.data:
-            h = round(step_of(d.run), 6)
-            draws = steps[h] if h in steps else steps.setdefault(h, draws_of(networks, d.run))
-            runs.append(means_of(space.candidate.machine, draws, d.run, began, share))
-        return np.concatenate([m for m, _ in runs], axis=1), np.sum([s for _, s in runs], axis=0)
+        means: dict[int, Array] = {}
+        switches = np.zeros(len(theta))
+        for together in self._beginnings(share):
+            runs = [b for _, b in together]
+            told, switched = means_of(runs, draws_of(networks, runs[0].run), began)
+            means.update(zip((i for i, _ in together), told, strict=True))
+            switches += switched
+        return np.concatenate([means[i] for i in sorted(means)], axis=1), switches
+
+    def _beginnings(self, share: float) -> list[list[tuple[int, Beginning]]]:
+        """The beginnings of the runs, each with its place among them, those with the same steps together."""
+        known = self.space.beginnings
+        if share not in known:
+            machine, network = self.space.candidate.machine, self.space.network
+            groups: dict[float, list[tuple[int, Beginning]]] = {}
+            for i, d in enumerate(self.about.problem.data):
+                begun = Beginning(machine, network, readouts(network, parts=False), d.run, share)
+                groups.setdefault(round(step_of(d.run), 6), []).append((i, begun))
+            known[share] = list(groups.values())
+        return known[share]
 
 
 def apart(theta: Array, misfit: Array, spread: Array, distance: float, most: int) -> list[int]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -11,46 +11,23 @@ import numpy as np
 from network.analysis.calibration.gauss_newton import Linearised, linearise
 from network.analysis.diagnosis.candidates import Candidate, candidate
 from network.analysis.diagnosis.compact_fit import compact, fit_with
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight, use_file_noise
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight, theta_of, use_file_noise
 from network.analysis.diagnosis.result import UnknownHeat
 from network.analysis.diagnosis.switching.affine_surrogate import straighten
-from network.analysis.diagnosis.switching.prior_samples import Judge, Space, View, apart, parts_about
-from network.analysis.diagnosis.switching.sample_refinement import refine_samples
+from network.analysis.diagnosis.switching.prior_samples import Space, View, parts_about
+from network.analysis.diagnosis.switching.relay_samples import ALIKE, NEAR, Drawn, after, draw_samples, find_onset
 from network.catalogue.declaration.declare import Array
-from network.engine.response.parameters import centres, values_at
+from network.engine.response.parameters import centres
 from network.platform.parallel import run_all
-from network.platform.refusal import Failed
 
 MOST = 3
 """Switched candidates that are drawn."""
-DRAWS, BEGUN, APART = 250, 30, 0.3
-"""Draws of a candidate, how many of them are polished, and how far they are apart in prior σ."""
-FIRST = (0.18, 0.12)
-"""Share of each run where draws about the fit begin, and about the numbers of the file: over less a period is not told,
-over more only from near."""
-STEPS = ((1, 12), (2, 12))
-"""Steps of polishing there, and how many draws go on."""
-THEN = ((0.25, 2, 24), (0.35, 2, 12), (0.5, 2, 4))
-"""Shares and steps after these, and how many draws go on there."""
-ALIKE = 0.1
-"""Prior σ within which polished draws are the same."""
-NEAR = 0.85
-"""Misfit of the best draw over that of the null, up to which draws are fitted."""
 LADDER = ((0.5, 5, 3), (0.75, 6, 2), (1.0, 12, 1))
-"""Shares of each run over which they are, steps there, and how many go on."""
+"""Shares of each run, from the onset on, over which they are, steps there, and how many go on."""
 ROUNDS = 3
 """Times that an affine machine that stands for another is made anew about the best relay."""
 WELL = 0.9
 """Misfit χ over that of the null from which a relay counts as found."""
-
-
-@dataclass(frozen=True)
-class _Drawn:
-    """A draw that was polished, and what judged it."""
-
-    judge: Judge
-    theta: Array
-    misfit: float
 
 
 @dataclass(frozen=True)
@@ -84,15 +61,15 @@ def _search_about(
 ) -> Hypothesis | None:
     """The relay that comes nearest of those drawn on a machine that stands for the null's."""
     about = [_about(plain, theta) for theta in (plain.fit.theta, _of_file(plain))]
-    known = {c.key: c for c in switched}
+    known, onset = {c.key: c for c in switched}, find_onset(about)
     laid = [again for c in known.values() if (again := candidate(plain.machine, c.kind, c.patch)) is not None]
-    drawn = [d for d in _draw_samples(about, laid, seed, jobs) if d.judge.space.candidate.key in known]
+    drawn = [d for d in draw_samples(about, laid, onset, seed, jobs) if d.judge.space.candidate.key in known]
     fits = []
     for d in drawn:
         beside = null.values if d.judge.about is about[0] else null.own_values
         began = _all(case, d.judge.space.starts(d.theta))
         fits.append(_Start(known[d.judge.space.candidate.key], beside | _values(d), began))
-    return _fit_samples(case, null, fits, jobs) if fits else None
+    return _fit_samples(case, null, fits, partial(_leave, about), onset, jobs) if fits else None
 
 
 def tell_unsearched(null: Hypothesis, switched: Sequence[Candidate]) -> str:
@@ -123,57 +100,7 @@ def _of_file(null: Hypothesis) -> Array:
     return np.array([fitted if p.path in own else centre for p, fitted, centre in pairs])
 
 
-def _draw_samples(abouts: Sequence[Linearised], switched: Sequence[Candidate], seed: int, jobs: int) -> list[_Drawn]:
-    """The best draws of all, polished over ever more of the runs; none where they stay behind what is there."""
-    spaces = [s for s in map(Space, switched) if s.serves]
-    judges = [Judge(s, a, values_at(a.problem.parameters, a.theta)) for a in abouts for s in spaces]
-    begins = [share for share in FIRST for _ in spaces]
-    drawn = _each(judges, run_all(partial(_first, seed), list(zip(judges, begins, strict=True)), jobs))
-    for share, steps, most in THEN:
-        groups = [[d for d in drawn[:most] if d.judge is judge] for judge in judges]
-        groups = [g for g in groups if g]
-        further = run_all(partial(_further, share, steps), groups, jobs)
-        drawn = _each([g[0].judge for g in groups], further)
-    behind = min((View(a, THEN[-1][0]).misfit for a in abouts), default=0.0)
-    return [d for d in drawn if d.misfit < NEAR * behind]
-
-
-def _first(seed: int, of: tuple[Judge, float]) -> tuple[Array, Array]:
-    """The best draws from the prior, polished over the beginning of the runs, and their misfits over more of it."""
-    (judge, share), theta = of, of[0].space.draw(DRAWS, seed)
-    view, further = View(judge.about, share), View(judge.about, THEN[0][0])
-    try:
-        misfit = judge.misfits(view, theta, judge.residuals(view, theta))
-        theta = theta[apart(theta, misfit, judge.space.prior[1], APART, BEGUN)]
-        for steps, most in STEPS:
-            theta = _distinct(judge, *refine_samples(judge, view, theta, steps))[0][:most]
-        return theta, judge.misfits(further, theta, judge.residuals(further, theta))
-    except (Failed, np.linalg.LinAlgError):
-        return theta[:0], np.empty(0)
-
-
-def _further(share: float, steps: int, drawn: Sequence[_Drawn]) -> tuple[Array, Array]:
-    judge = drawn[0].judge
-    try:
-        theta = np.array([d.theta for d in drawn])
-        return _distinct(judge, *refine_samples(judge, View(judge.about, share), theta, steps))
-    except (Failed, np.linalg.LinAlgError):
-        return np.empty((0, 0)), np.empty(0)
-
-
-def _distinct(judge: Judge, theta: Array, misfit: Array) -> tuple[Array, Array]:
-    chosen = apart(theta, misfit, judge.space.prior[1], ALIKE, len(theta))
-    return theta[chosen], misfit[chosen]
-
-
-def _each(judges: Sequence[Judge], told: Sequence[tuple[Array, Array]]) -> list[_Drawn]:
-    """Draws with what judged them, the best first."""
-    pairs = zip(judges, told, strict=True)
-    drawn = [_Drawn(j, t, float(m)) for j, (theta, misfit) in pairs for t, m in zip(theta, misfit, strict=True)]
-    return sorted(drawn, key=lambda d: d.misfit)
-
-
-def _values(drawn: _Drawn) -> dict[str, float]:
+def _values(drawn: Drawn) -> dict[str, float]:
     return {**drawn.judge.values, **drawn.judge.space.numbers(drawn.theta)}
 
 
@@ -183,15 +110,43 @@ def _all(case: Case, starts: Mapping[str, float]) -> tuple[Mapping[str, float], 
     return tuple({**run, **starts} for run in before) if starts else case.began
 
 
-def _fit_samples(case: Case, null: Hypothesis, starts: Sequence[_Start], jobs: int) -> Hypothesis | None:
-    """The best fit from some starts over ever more of the runs; None where all run away."""
+def _leave(abouts: Sequence[Linearised], share: float) -> float:
+    """Misfit χ of the null over a share of the runs."""
+    return min(float(np.sqrt(v.misfit / v.rows)) for v in (View(a, share) for a in abouts))
+
+
+def _fit_samples(
+    case: Case, null: Hypothesis, starts: Sequence[_Start], leave: Callable[[float], float], onset: float, jobs: int
+) -> Hypothesis | None:
+    """The best fit from some starts over ever more of the runs; None where all run away or leave about what the null
+    leaves."""
     alive: list[Hypothesis] = []
     for share, steps, most in LADDER:
-        part = case.until(share) if share < 1 else case
-        fits = run_all(partial(_fit, part, null, steps), starts, jobs)
-        alive = sorted((h for h in fits if h is not None), key=lambda h: h.chi)[:most]
+        there = after(onset, share)
+        fits = run_all(partial(_fit, case.until(there) if share < 1 else case, null, steps), starts, jobs)
+        told = sorted((h for h in fits if h is not None), key=lambda h: h.chi)
+        alive = _keep_promising(told, leave(there))[:most]
         starts = [_Start(h.found[-1], h.values, h.case.began) for h in alive]
     return alive[0] if alive else None
+
+
+def _keep_promising(fits: Sequence[Hypothesis], left: float) -> list[Hypothesis]:
+    """Fits over a share, the best first, of which no two are the same: those that come near the best, if that comes as
+    near as the draws had to; left: misfit χ of the null there."""
+    kept: list[Hypothesis] = []
+    if fits and fits[0].chi ** 2 < NEAR * left**2:
+        for h in (h for h in fits if NEAR * h.chi**2 <= fits[0].chi ** 2):
+            if not any(_is_same(h, other) for other in kept):
+                kept.append(h)
+    return kept
+
+
+def _is_same(a: Hypothesis, b: Hypothesis) -> bool:
+    """Whether two fits came to the same relay."""
+    if a.found[-1].key != b.found[-1].key:
+        return False
+    apart = theta_of(a.found[-1].own, a.own_values) - theta_of(b.found[-1].own, b.own_values)
+    return bool(np.abs(apart / [p.spread for p in a.found[-1].own]).max() < ALIKE)
 
 
 def _fit(case: Case, null: Hypothesis, steps: int, start: _Start) -> Hypothesis | None:
