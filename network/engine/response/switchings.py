@@ -25,6 +25,7 @@ from network.engine.response.linear_run import LinearRun, Push, kick, solve
 from network.engine.response.parameters import Parameter
 from network.engine.response.state_jumps import states_at
 from network.engine.solvers import switched
+from network.engine.solvers.elimination import KnownRegimes
 from network.engine.solvers.linear import reduce
 from network.engine.solvers.modal import Modes
 from network.engine.solvers.plan import Plan, merge_instants
@@ -59,10 +60,14 @@ class Seen:
     u: Inputs
     readings: tuple[Array, ...]
 
-    def slope(self, law: Relay, readings: Sequence[Array]) -> Array:
-        """Derivative of the guards of the relays that switch by the imaginary step in a law or a reading."""
+    def guards(self, law: Relay, readings: Sequence[Array]) -> Array:
+        """Guards of the relays that switch."""
         g = np.broadcast_to(np.asarray(law.guard(self.mode, self.u, *readings)), self.mode.shape)
-        return np.asarray(np.imag(g[np.arange(len(self.events)), self.relay]) / STEP)
+        return np.asarray(g[np.arange(len(self.events)), self.relay])
+
+    def slope(self, law: Relay, readings: Sequence[Array]) -> Array:
+        """Derivative of the same by the imaginary step in a law or a reading."""
+        return np.asarray(np.imag(self.guards(law, readings)) / STEP)
 
     def by_reading(self, i: int) -> Array:
         """∂guard/∂(reading i) at the events."""
@@ -135,6 +140,14 @@ class SwitchedCourse(LinearRun):
         return tuple(groups)
 
     @cached_property
+    def guards(self) -> Array:
+        """At every event; zero but for rounding, where the run switches by them."""
+        values = np.empty(len(self.events))
+        for seen in self._seen:
+            values[seen.events] = seen.guards(seen.group.law, seen.readings)
+        return values
+
+    @cached_property
     def _gradients(self) -> Array:
         """∂g/∂(states) at every event: (events, n)."""
         problem = self.problem
@@ -186,10 +199,13 @@ def check_followed(network: Network) -> None:
             raise refuse(spot, f"{wrong}, which a fit cannot follow beside a relay", right)
 
 
-def build_switched_course(plan: Plan, readouts: Readouts, known: dict[bytes, Modes] | None = None) -> SwitchedCourse:
-    """The run of a plan with relays; `known`: modes found before. Raises Failed where they are too much alike."""
-    known = {} if known is None else known
-    solution = switched.find(plan, readouts, known=known, most=round(MOST * len(plan.steps)))
+def build_switched_course(
+    plan: Plan, readouts: Readouts, known: dict[bytes, Modes] | None = None, regimes: KnownRegimes | None = None
+) -> SwitchedCourse:
+    """The run of a plan with relays; known: modes, regimes: of the same network, found before. Raises Failed where
+    modes are too much alike."""
+    known, regimes = {} if known is None else known, {} if regimes is None else regimes
+    solution = switched.find(plan, readouts, known=known, most=round(MOST * len(plan.steps)), regimes=regimes)
     if solution is None:
         raise Failed("a network with relays whose modes are too much alike for the closed form cannot be fitted")
     pauses = np.concatenate(
@@ -198,7 +214,7 @@ def build_switched_course(plan: Plan, readouts: Readouts, known: dict[bytes, Mod
     switchings = np.array([t for t, _, _ in solution.switches], float)
     crossings = switchings - pauses[[j for _, j, _ in solution.switches]]
     plan = _with_crossings(solution.plan, crossings)
-    course = solve(reduce(plan, readouts), known)
+    course = solve(reduce(plan, readouts, regimes), known)
     begins, crossed = (np.abs(plan.edges - t[:, None]).argmin(axis=1).tolist() for t in (switchings, crossings))
     events = tuple(Event(k, c, j, mode) for k, c, (_, j, mode) in zip(begins, crossed, solution.switches, strict=True)
                    if 0 < k < len(plan.steps) and 0 < c <= k)  # fmt: skip

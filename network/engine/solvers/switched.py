@@ -17,6 +17,7 @@ from network.catalogue.declaration.declare import Array
 from network.engine.channels import Readouts
 from network.engine.solvers.ahead import Ahead, Window
 from network.engine.solvers.crossing import first_crossing
+from network.engine.solvers.elimination import KnownRegimes
 from network.engine.solvers.guards import Watch, Within
 from network.engine.solvers.linear import LinearProblem, reduce
 from network.engine.solvers.modal import WORST_CONDITION, Modes, modes_of
@@ -37,13 +38,14 @@ class Switching:
 
 def find(
     plan: Plan, readouts: Readouts, progress: Callable[[float], None] | None = None,
-    known: dict[bytes, Modes] | None = None, most: int = MOST_SWITCHES,
+    known: dict[bytes, Modes] | None = None, most: int = MOST_SWITCHES, regimes: KnownRegimes | None = None,
 ) -> Switching | None:  # fmt: skip
     """The switchings of a plan; None where its modes are too badly conditioned for the closed form. known: modes found
-    before, by the matrix of their regime; those found here come in. Raises Failed from more than `most` switchings."""
+    before, by the matrix of their regime, regimes: by the inputs that make them; those found here come in. Raises
+    Failed from more than `most` switchings."""
     known = {} if known is None else known
     relays = sum(group.into.shape[1] for group in plan.network.relays)
-    problem = reduce(replace(plan, modes=np.zeros((len(plan.steps), relays))), readouts)
+    problem = reduce(replace(plan, modes=np.zeros((len(plan.steps), relays))), readouts, regimes)
     keys = [regime.A.tobytes() for regime in problem.regimes]
     for key, regime in zip(keys, problem.regimes, strict=True):
         known[key] = known.get(key) or modes_of(regime, problem.scale)
