@@ -89,18 +89,14 @@ class SwitchedCourse(LinearRun):
         smooth = self._guard_changes(pushes)
         right = -(smooth if by_guard is None else smooth + by_guard) / self._guard_rates
         moved = solve_triangular(self._coupling, right.T, lower=True, check_finite=False).T
-        return [replace(p, kicks=(*p.kicks, *((at, jump * dt) for (at, jump), dt in zip(self._kicks, by, strict=True))))
-                for p, by in zip(pushes, moved, strict=True)]  # fmt: skip
-
-    @cached_property
-    def _kicks(self) -> list[tuple[int, Array]]:
-        """Interval and jump of every switching."""
-        return list(zip(self._intervals.tolist(), self._jumps, strict=True))
+        return [replace(p, jumps=(self._intervals, self._jumps * dt[:, None]))
+                for p, dt in zip(pushes, moved, strict=True)]  # fmt: skip
 
     @cached_property
     def _coupling(self) -> Array:
         """What every switching does to later crossings, beside ones: lower triangular (events, events)."""
-        mutual = self._guard_changes([kick(self, jump) for jump in self._kicks])
+        jumps = zip(self._intervals.tolist(), self._jumps, strict=True)
+        mutual = self._guard_changes([kick(self, jump) for jump in jumps])
         rate = self._guard_rates[:, None]
         coupling = np.where(self._intervals <= self._crossings[:, None], mutual.T, 0.0) / rate
         np.fill_diagonal(coupling, 1.0)
