@@ -6,12 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fit_networks import STEEL, machines
+from fit_networks import RADIATES, STEEL, cooler, machines
 from fits import ANOTHER, USUAL, problem_of, recorded, speeds, two_blocks
 
 from network.analysis.calibration.gauss_newton import linearise, minimise
 from network.analysis.calibration.projector import Projector
 from network.engine.assembly import build
+from network.engine.balance import affine_matrix
 from network.engine.response.model import Model
 from network.engine.response.nuisance_pushes import edge_pushes, start_pushes
 from network.engine.response.parameters import centres
@@ -44,7 +45,20 @@ def more_machines():
         sensors={"T_motor": seen, "T_late": {**seen, "effects": [*seen["effects"], late]},
                  "dx": {"measures": "tcp.x", "noise": "0.25 um", "zero": "start"}},
     )  # fmt: skip
-    return machines() | {"sensed": sensed, "gated": gated, "geometry": geometry, "material": made, "chilled": chilled}
+    hose = {"kind": "advection", "through": ["supply", "body"], "capacity_flow": "15 W/K ± 20 %"}
+    cooled = two_blocks(
+        nodes={"supply": {"temperature": "18 degC"}, "body": {**STEEL, "length": "400 mm ± 5 %"}},
+        tcp={"z": {"grows": grows}},
+        links={"hose": hose}, sources={"cooler": cooler("25 s ± 20 %")},
+    )  # fmt: skip
+    return machines() | {
+        "cooled": cooled,
+        "sensed": sensed,
+        "gated": gated,
+        "geometry": geometry,
+        "material": made,
+        "chilled": chilled,
+    }
 
 
 MACHINES = more_machines()
@@ -70,6 +84,17 @@ def test_slopes_by_every_parameter_are_those_of_differences(name):
         size = max(np.linalg.norm(difference), 1.0)
         assert np.linalg.norm(slopes[j] * weight - difference) < SHARE * size, p.path
         assert np.linalg.norm(whole[j] * weight - difference) < 0.02 * size, p.path
+
+
+def test_radiation_beside_a_relay_is_as_strong_as_at_the_reference():
+    """A fit takes it for linear there: 4 ε A σ T³."""
+    own, without = (
+        build(two_blocks(sources={"cooler": cooler("0 s")}, links=links)) for links in ({"glow": RADIATES}, {})
+    )
+    u = {"speed": np.zeros(1), "ambient": np.full(1, 20.0), "time": np.zeros(1)}
+    more = affine_matrix(own, u, np.zeros(1)) - affine_matrix(without, u, np.zeros(1))
+    motor, kelvin = own.parts["motor"].start, own.machine.reference + 273.15
+    assert more[motor, motor] == pytest.approx(-4 * 0.5 * 5.670374419e-8 * kelvin**3, rel=1e-9)
 
 
 @pytest.mark.parametrize("name", list(MACHINES))

@@ -113,8 +113,10 @@ def jacobian(network: Network, T: Array, u: Inputs, modes: Array) -> Array:
 
 
 def affine_matrix(network: Network, u: Inputs, modes: Array) -> Array:
-    """K [W/K] of an affine network: heat into the lumps = K T + q(u)."""
-    return jacobian(network, np.zeros(network.size), u, modes)
+    """K [W/K] of an affine network: heat into the lumps = K T + q(u); of another one (a fit of radiation beside a
+    relay), its slopes at the reference temperature."""
+    about = 0.0 if network.is_affine() else network.machine.reference
+    return jacobian(network, np.full(network.size, about), u, modes)
 
 
 def evaluate_driven_conductances(network: Network, u: Inputs) -> Array:

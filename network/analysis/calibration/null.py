@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from network.analysis.calibration.estimated_constants import Numbers
 from network.analysis.calibration.gauss_newton import make_problem
@@ -64,7 +65,7 @@ def estimate_null(
         alone, theta = alone.about(begin.starts), begin.theta
     found = best_start(alone, seed, Stage(tell, 0.0, 0.6), is_late, theta)
     found = replace(found, at=settle_starts(found.at, is_late=is_late))
-    given = compare(at_prior_centres(machine, parameters), [d.recording for d in data], start=start)
+    given = partial(compare, at_prior_centres(machine, parameters), [d.recording for d in data], start=start)
     complaints = Complaints([*misread(found.at, given)])
     complaints.raise_if_any()
     tell(0.6)

@@ -6,7 +6,7 @@ powers of ten; each channel is compared with its simulation for a factor, and fo
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -28,11 +28,11 @@ ALIKE = 0.95
 ZERO_CELSIUS, NEAR_ZERO = 273.15, 40.0
 
 
-def misread(at: Linearised, before: Comparison) -> Iterator[Refusal]:
-    """What may be in a wrong unit, given the best fit and the machine as written."""
+def misread(at: Linearised, compare: Callable[[], Comparison]) -> Iterator[Refusal]:
+    """What may be in a wrong unit, given the best fit; compare: the machine as written, where that is asked for."""
     if rms(at.left) < HOPELESS:
         return
-    found = [*_channels(before)]
+    found = [*_channels(compare())]
     hardly = at.cost > residual_cost(at, centres(at.problem.parameters)) / HARDLY**2
     yield from found or (_numbers(at) if hardly else ())
 

@@ -91,7 +91,7 @@ class Means:
             for some in self.course.portions(len(heats)):
                 mine = heats[some]
                 out[_as_slice(mine)] = self._by_heat([pushes[i] for i in mine], output_map, modal)
-        kicked = [i for i, push in enumerate(pushes) if push.kicks]
+        kicked = [i for i, push in enumerate(pushes) if push.is_kicked]
         if kicked:
             out[_as_slice(kicked)] += self._by_kicks([pushes[i] for i in kicked], output_map)
         return out
@@ -211,7 +211,7 @@ def first_seen(course: LinearRun, pushes: Sequence[Push], output_map: OutputMap,
     """The outputs at the beginning of a run, whose first interval is given: (pushes, count)."""
     r, out = int(course.problem.regime_of[first]), np.zeros((len(pushes), output_map.count))
     for i, push in enumerate(pushes):
-        for jump in (jump for k, jump in push.kicks if k == first):
+        for jump in (jump for k, jump in push.all_kicks if k == first):
             out[i] += output_map.over[r] @ jump
         if push.is_heat:
             out[i] += push.q0[first] @ push.into(output_map.direct[r])

@@ -13,6 +13,7 @@ from network.catalogue.declaration.sections import TCP
 from network.engine.assembly import build
 from network.engine.channels import Readouts, readouts
 from network.engine.network import Network
+from network.engine.response.fixed_switchings import differ_at_switchings, runs_alike
 from network.engine.response.heat_sensitivity import Slots, push_of
 from network.engine.response.joint_course import can_join, solve_together
 from network.engine.response.joint_means import JointMeans, common_starts
@@ -209,6 +210,10 @@ class Model:
             read = differ_as_seen(p.entry, {p.path: p.value(float(there[j]))}, step, predictions)
             return [q.means(v) for q, v in zip(predictions, read, strict=True)] if cells else read
         machine, network = self.at(there)
+        if all(runs_alike(network, q) for q in predictions):
+            outputs, known, regimes = readouts(network, parts=False), dict[bytes, Modes](), KnownRegimes()
+            return [differ_at_switchings(machine, network, outputs, q, step, cells, known, regimes)
+                    for q in predictions]  # fmt: skip
         moved = self._run(machine, network, [q.begun for q in predictions])
         if cells:
             return [(m.cells - q.cells) / step for m, q in zip(moved, predictions, strict=True)]

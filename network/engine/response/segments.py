@@ -21,7 +21,8 @@ from network.engine.solvers.modal import Modes, phi
 @dataclass(frozen=True, eq=False)
 class Push:
     """A small further heat: q0, q1 [W] into some lumps, just after and before the edges of every interval (K, lumps);
-    kicks: (interval, jump of the states at its beginning).
+    kicks: (interval, jump of the states at its beginning); jumps: more of these, at intervals (E,) that the pushes of a
+    run share, by (E, n).
 
     spread: with it, q0 and q1 are series (K, r) that go into the lumps by spread (r, lumps).
     """
@@ -31,6 +32,18 @@ class Push:
     q1: Array
     kicks: tuple[tuple[int, Array], ...] = ()
     spread: Array | None = None
+    jumps: tuple[Indices, Array] | None = None
+
+    @property
+    def is_kicked(self) -> bool:
+        return bool(self.kicks) or self.jumps is not None
+
+    @property
+    def all_kicks(self) -> Iterator[tuple[int, Array]]:
+        """Kicks and jumps."""
+        yield from self.kicks
+        if self.jumps is not None:
+            yield from zip(self.jumps[0].tolist(), self.jumps[1], strict=True)
 
     @property
     def series(self) -> int:
@@ -103,7 +116,7 @@ class Segment:
     def kicks(self, pushes: Sequence[Push]) -> Iterator[tuple[int, int, Array]]:
         """Kicks within: interval of the stretch, push, jump of the modes."""
         for i, push in enumerate(pushes):
-            for k, jump in push.kicks:
+            for k, jump in push.all_kicks:
                 if self.first <= k < self.last:
                     yield k - self.first, i, self.modes.W @ jump
 

@@ -16,14 +16,17 @@ class Kicks:
     """Some pushes in the order of their first kicks; a piece lies between kicks, in one stretch."""
 
     def __init__(self, course: LinearRun, pushes: Sequence[Push]) -> None:
-        begins = np.array([min(k for k, _ in push.kicks) for push in pushes])
+        begins = np.array([_first_kick(push) for push in pushes])
         self.order = np.argsort(begins, kind="stable")
         self.course, self.first, self.fresh = course, begins[self.order], frozenset(course.restarts)
-        at: dict[int, list[tuple[int, Array]]] = {}
-        for i, push in enumerate(pushes[j] for j in self.order):
+        ordered, at = [pushes[j] for j in self.order], dict[int, list[tuple[list[int], Array]]]()
+        for i, push in enumerate(ordered):
             for k, jump in push.kicks:
-                at.setdefault(k, []).append((i, jump))
-        self.at = {k: (np.array([i for i, _ in own]), np.array([jump for _, jump in own])) for k, own in at.items()}
+                at.setdefault(k, []).append(([i], jump[None]))
+        for k, own in _share_jumps(ordered):
+            at.setdefault(k, []).append(own)
+        self.at = {k: (np.concatenate([i for i, _ in own]), np.concatenate([j for _, j in own]))
+                   for k, own in at.items()}  # fmt: skip
 
     def in_order(self, values: Array) -> Array:
         """Values of the pushes as they were given."""
@@ -78,13 +81,30 @@ class Kicks:
         return self.in_order(out)
 
 
+def _first_kick(push: Push) -> int:
+    first = [k for k, _ in push.kicks]
+    return min(first) if push.jumps is None else min([*first, int(push.jumps[0].min())])
+
+
+def _share_jumps(pushes: Sequence[Push]) -> Iterator[tuple[int, tuple[list[int], Array]]]:
+    """Interval by interval: the pushes that jump there, and by how much (pushes, n)."""
+    together: dict[bytes, list[int]] = {}
+    for i, push in enumerate(pushes):
+        if push.jumps is not None:
+            together.setdefault(push.jumps[0].tobytes(), []).append(i)
+    for mine in together.values():
+        jumps = [push.jumps for push in (pushes[i] for i in mine) if push.jumps is not None]
+        by = np.stack([own for _, own in jumps], axis=1)
+        yield from ((k, (mine, by[e])) for e, k in enumerate(jumps[0][0].tolist()))
+
+
 def states_at(course: LinearRun, pushes: Sequence[Push], intervals: Sequence[int]) -> Array:
     """Changes of the states at the beginnings of some intervals, before the kicks there: (pushes, intervals, n)."""
     out = np.zeros((len(pushes), len(intervals), course.problem.order))
     heats = [i for i, push in enumerate(pushes) if push.is_heat]
     if heats:
         out[heats] += _march_heat(course, [pushes[i] for i in heats], np.asarray(intervals))
-    kicked = [i for i, push in enumerate(pushes) if push.kicks]
+    kicked = [i for i, push in enumerate(pushes) if push.is_kicked]
     if kicked:
         out[kicked] += Kicks(course, [pushes[i] for i in kicked]).states(intervals)
     return out

@@ -60,10 +60,14 @@ class Seen:
     u: Inputs
     readings: tuple[Array, ...]
 
-    def slope(self, law: Relay, readings: Sequence[Array]) -> Array:
-        """Derivative of the guards of the relays that switch by the imaginary step in a law or a reading."""
+    def guards(self, law: Relay, readings: Sequence[Array]) -> Array:
+        """Guards of the relays that switch."""
         g = np.broadcast_to(np.asarray(law.guard(self.mode, self.u, *readings)), self.mode.shape)
-        return np.asarray(np.imag(g[np.arange(len(self.events)), self.relay]) / STEP)
+        return np.asarray(g[np.arange(len(self.events)), self.relay])
+
+    def slope(self, law: Relay, readings: Sequence[Array]) -> Array:
+        """Derivative of the same by the imaginary step in a law or a reading."""
+        return np.asarray(np.imag(self.guards(law, readings)) / STEP)
 
     def by_reading(self, i: int) -> Array:
         """∂guard/∂(reading i) at the events."""
@@ -85,18 +89,14 @@ class SwitchedCourse(LinearRun):
         smooth = self._guard_changes(pushes)
         right = -(smooth if by_guard is None else smooth + by_guard) / self._guard_rates
         moved = solve_triangular(self._coupling, right.T, lower=True, check_finite=False).T
-        return [replace(p, kicks=(*p.kicks, *((at, jump * dt) for (at, jump), dt in zip(self._kicks, by, strict=True))))
-                for p, by in zip(pushes, moved, strict=True)]  # fmt: skip
-
-    @cached_property
-    def _kicks(self) -> list[tuple[int, Array]]:
-        """Interval and jump of every switching."""
-        return list(zip(self._intervals.tolist(), self._jumps, strict=True))
+        return [replace(p, jumps=(self._intervals, self._jumps * dt[:, None]))
+                for p, dt in zip(pushes, moved, strict=True)]  # fmt: skip
 
     @cached_property
     def _coupling(self) -> Array:
         """What every switching does to later crossings, beside ones: lower triangular (events, events)."""
-        mutual = self._guard_changes([kick(self, jump) for jump in self._kicks])
+        jumps = zip(self._intervals.tolist(), self._jumps, strict=True)
+        mutual = self._guard_changes([kick(self, jump) for jump in jumps])
         rate = self._guard_rates[:, None]
         coupling = np.where(self._intervals <= self._crossings[:, None], mutual.T, 0.0) / rate
         np.fill_diagonal(coupling, 1.0)
@@ -134,6 +134,14 @@ class SwitchedCourse(LinearRun):
             u = {name: values[at, None] for name, values in plan.left.items()}
             groups.append(Seen(group, events, relay[events] - part.start, before, u, readings))
         return tuple(groups)
+
+    @cached_property
+    def guards(self) -> Array:
+        """At every event; zero but for rounding, where the run switches by them."""
+        values = np.empty(len(self.events))
+        for seen in self._seen:
+            values[seen.events] = seen.guards(seen.group.law, seen.readings)
+        return values
 
     @cached_property
     def _gradients(self) -> Array:
@@ -190,8 +198,8 @@ def check_followed(network: Network) -> None:
 def build_switched_course(
     plan: Plan, readouts: Readouts, known: dict[bytes, Modes] | None = None, regimes: KnownRegimes | None = None
 ) -> SwitchedCourse:
-    """The run of a plan with relays; known, regimes: found before of the same network. Raises Failed where modes are
-    too much alike."""
+    """The run of a plan with relays; known: modes, regimes: of the same network, found before. Raises Failed where
+    modes are too much alike."""
     known, regimes = {} if known is None else known, {} if regimes is None else regimes
     solution = switched.find(plan, readouts, known=known, most=round(MOST * len(plan.steps)), regimes=regimes)
     if solution is None:

@@ -40,8 +40,9 @@ def find(
     plan: Plan, readouts: Readouts, progress: Callable[[float], None] | None = None,
     known: dict[bytes, Modes] | None = None, most: int = MOST_SWITCHES, regimes: KnownRegimes | None = None,
 ) -> Switching | None:  # fmt: skip
-    """The switchings of a plan; None where its modes are too badly conditioned for the closed form. known, regimes:
-    found before of the same network; those found here come in. Raises Failed from more than `most` switchings."""
+    """The switchings of a plan; None where its modes are too badly conditioned for the closed form. known: modes found
+    before, by the matrix of their regime, regimes: by the inputs that make them; those found here come in. Raises
+    Failed from more than `most` switchings."""
     known = {} if known is None else known
     relays = sum(group.into.shape[1] for group in plan.network.relays)
     problem = reduce(replace(plan, modes=np.zeros((len(plan.steps), relays))), readouts, regimes)

@@ -3,7 +3,8 @@
 A fault of unit size adds w to the whitened readings: of its run from the instant on, of the runs after it all the time
 where it stays. With r the residual, S the slopes, P the precision and p = −½ of the gradient of J, all numbers refitted
 beside it take up Sᵀ P⁻¹ S w. What is left, κ = wᵀw − (Sw)ᵀ P⁻¹ (Sw), tells the size a/κ, a = wᵀr − (Sw)ᵀ P⁻¹ p, with 1σ
-of κ^-½, and the gain a²/2κ [nats], in units of the misfit. Source: the score test with nuisance parameters, as in `screen`.
+of κ^-½, and the gain a²/2κ [nats], in units of the misfit. Source: the score test with nuisance parameters,
+as in `screen`.
 """
 
 from __future__ import annotations
