@@ -38,7 +38,7 @@ def compare_ways(drawn: Drawn, chance: random.Random, slow: float = 1.0) -> list
     """Every way that serves the network against the one that `auto` takes; slow: what shares count with."""
     run = simulate(drawn.machine, drawn.schedule)
     small = len(drawn.machine.nodes) <= LARGE
-    told = [Compared("energy", abs(run.energy.closure) / (1e-9 if run.method in ("modal", "expm") else 1e-4))]
+    told = [Compared("energy", _gap(run))]
     told.append(_apart("written and read", run, simulate(read_again(drawn.machine), drawn.schedule), 0.0))
     if drawn.kind in ("linear", "stream", "stiff"):
         told.append(_apart("expm", run, simulate(drawn.machine, drawn.schedule, method="expm"), EXACT))
@@ -52,6 +52,17 @@ def compare_ways(drawn: Drawn, chance: random.Random, slow: float = 1.0) -> list
         allowed = STEPPED * max(len(run.switches), 1) ** 0.5  # it begins anew, with an error of its own, at each
         told.append(_apart(way, run, simulate(drawn.machine, drawn.schedule, method=f"solve_ivp:{way}"), allowed))
     return told
+
+
+def _gap(run: Trajectory) -> float:
+    """Of the energy account, in units of what is allowed: stepped 1e-4 of the heat; exact 1e-9 of it, or what warms the
+    machine by 1e-11 K, as heat is told from its temperatures, which rounding and modes keep to some 1e-13 K each."""
+    network, account = run.network, run.energy
+    if run.method not in ("modal", "expm"):
+        return abs(account.closure) / 1e-4
+    warmed = float(network.capacity[network.free].sum())
+    size = max(account.in_, account.out, abs(account.total_stored))
+    return abs(account.in_ - account.out - account.total_stored) / (1e-9 * size + 1e-11 * warmed)
 
 
 def read_again(told: Machine) -> Machine:
