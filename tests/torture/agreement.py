@@ -27,6 +27,8 @@ EXACT = 1e-9
 STEPPED = 2e-6
 """K per kelvin of rise, at least of 2.5 K: rosenbrock and solve_ivp, 1e-7 of the temperatures each step."""
 STEPPERS = ("LSODA", "BDF", "Radau", "RK45")
+FINER = 1e-9
+"""Tolerance of what is not linear, computed again: a hundredth of that which it is computed with."""
 LARGE = 40
 """Parts from which the slow ways are left out, as they take minutes."""
 STEPPED_SHARE, RELAYS_SHARE, NUMBERS_SHARE = 0.05, 0.02, 0.2
@@ -41,8 +43,12 @@ def compare_ways(drawn: Drawn, chance: random.Random, slow: float = 1.0) -> list
     told = [Compared("energy", _gap(run))]
     told.append(_apart("written and read", run, simulate(read_again(drawn.machine), drawn.schedule), 0.0))
     if drawn.kind in ("linear", "stream", "stiff"):
-        told.append(_apart("expm", run, simulate(drawn.machine, drawn.schedule, method="expm"), EXACT))
+        exact = simulate(drawn.machine, drawn.schedule, method="expm")
+        told.append(_apart("expm", run, exact, EXACT, run.error if run.method == "krylov" else 0.0))
     if drawn.kind == "bent":
+        finer = simulate(drawn.machine, drawn.schedule, method="rosenbrock", rtol=FINER)
+        told.append(_apart("rosenbrock, finer", run, finer, STEPPED))
+    elif small and drawn.kind != "stiff":
         told.append(_apart("rosenbrock", run, simulate(drawn.machine, drawn.schedule, method="rosenbrock"), STEPPED))
     if drawn.kind in ("linear", "stream") and small and chance.random() < slow * NUMBERS_SHARE:
         told.extend(compare_numbers(drawn, chance))
@@ -72,11 +78,14 @@ def read_again(told: Machine) -> Machine:
     return machine(plain["nodes"], plain["reference"], **sections)
 
 
-def _apart(way: str, run: Trajectory, other: Trajectory, allowed: float) -> Compared:
+def _apart(way: str, run: Trajectory, other: Trajectory, allowed: float, told: float = 0.0) -> Compared:
+    """allowed: per kelvin of rise; told: of the error that a run states of itself [K]."""
     here, there = (np.array([*each.sensors.values()]) for each in (run, other))
     rise = max(float(np.ptp(here)), 1.0)
     floor = 2.5 * STEPPED if allowed >= STEPPED else 0.0
-    return Compared(way, float(np.abs(here - there).max()) / (max(allowed * rise, floor) or np.finfo(float).tiny))
+    return Compared(
+        way, float(np.abs(here - there).max()) / (max(allowed * rise + told, floor) or np.finfo(float).tiny)
+    )
 
 
 def main() -> int:
