@@ -18,8 +18,9 @@ from torture.minimise import minimise
 from torture.mutants import PAIRS, ROOT, SMALL, Mutant, mutant, recorded, shipped
 from torture.networks import KINDS, draw_network
 from torture.oracle import Outcome, judge
+from torture.reach import Reach
 from torture.stops import stop_once
-from torture.survivors import ROOMS, files_testing
+from torture.survivors import TESTS
 
 from network import Machine, Scenario, simulate
 from network.analysis.sweep.lumping_error import cut_finely, estimate_lumping
@@ -136,11 +137,18 @@ def test_a_mutant_is_made_as_small_as_it_stays_the_same_fault() -> None:
     assert small.files["m.yaml"].split("\n") == ["bad"] and small.words == ("check", "m.yaml", "s.yaml")
 
 
-def test_a_change_is_looked_for_by_the_tests_that_name_its_module() -> None:
-    room, sizes = "network/engine/solvers", "tests/test_sizes.py"
-    assert files_testing(room, Path("network/engine/solvers/switch_count.py"))[0] == sizes
-    assert files_testing(room, Path("network/engine/solvers/no_such.py")) == [f"tests/test_{n}.py" for n in ROOMS[room]]
-    assert all((ROOT / name).is_file() for each in ROOMS for name in files_testing(each, Path("no_such.py")))
+def test_a_change_is_looked_for_by_the_quickest_tests_that_run_its_line() -> None:
+    took = "2.50s call tests/test_a.py::test_slow\n0.10s setup tests/test_a.py::test_quick\n"
+    took += "0.20s call     tests/test_a.py::test_quick[1]\n0.20s call     tests/test_a.py::test_quick[2]\n"
+    contexts = {"3": ["", "test_a.test_slow", "test_a.test_quick"], "4": ["test_a.test_slow"], "5": [""]}
+    reach, module = Reach(), Path("network/engine/units.py")
+    reach.add(took, {str(module): {"contexts": contexts}})
+    assert reach.seconds["tests/test_a.py::test_quick"] == pytest.approx(0.5)
+    quick, slow = "tests/test_a.py::test_quick", "tests/test_a.py::test_slow"
+    assert reach.tests_of(module, [3], 9.0) == [quick, slow] and reach.tests_of(module, [3], 2.0) == [quick]
+    assert reach.tests_of(module, [4], 2.0) == [slow] and reach.tests_of(module, [5, 6], 9.0) == []
+    assert reach.tests_of(Path("network/other.py"), [3], 9.0) == []
+    assert all((ROOT / name).is_file() for name in TESTS)
 
 
 def test_the_table_counts() -> None:
