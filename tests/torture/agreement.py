@@ -40,6 +40,7 @@ def compare_ways(drawn: Drawn, chance: random.Random, slow: float = 1.0) -> list
     """Every way that serves the network against the one that `auto` takes; slow: what shares count with."""
     run = simulate(drawn.machine, drawn.schedule)
     small = len(drawn.machine.nodes) <= LARGE
+    stepped = STEPPED * max(len(run.switches), 1) ** 0.5  # steps begin anew, with an error of their own, at each
     told = [Compared("energy", _gap(run))]
     told.append(_apart("written and read", run, simulate(read_again(drawn.machine), drawn.schedule), 0.0))
     if drawn.kind in ("linear", "stream", "stiff"):
@@ -49,14 +50,13 @@ def compare_ways(drawn: Drawn, chance: random.Random, slow: float = 1.0) -> list
         finer = simulate(drawn.machine, drawn.schedule, method="rosenbrock", rtol=FINER)
         told.append(_apart("rosenbrock, finer", run, finer, STEPPED))
     elif small and drawn.kind != "stiff":
-        told.append(_apart("rosenbrock", run, simulate(drawn.machine, drawn.schedule, method="rosenbrock"), STEPPED))
+        told.append(_apart("rosenbrock", run, simulate(drawn.machine, drawn.schedule, method="rosenbrock"), stepped))
     if drawn.kind in ("linear", "stream") and small and chance.random() < slow * NUMBERS_SHARE:
         told.extend(compare_numbers(drawn, chance))
     share = RELAYS_SHARE if drawn.kind == "relay" else STEPPED_SHARE
     if small and drawn.kind != "stiff" and chance.random() < slow * share:
         way = chance.choice(STEPPERS if drawn.kind != "relay" else ("LSODA",))
-        allowed = STEPPED * max(len(run.switches), 1) ** 0.5  # it begins anew, with an error of its own, at each
-        told.append(_apart(way, run, simulate(drawn.machine, drawn.schedule, method=f"solve_ivp:{way}"), allowed))
+        told.append(_apart(way, run, simulate(drawn.machine, drawn.schedule, method=f"solve_ivp:{way}"), stepped))
     return told
 
 
