@@ -111,6 +111,8 @@ FAULTS = {
     "traceback": "raise ZeroDivisionError",
     "hangs": "while True: pass",
     "form": "import sys; print('no', file=sys.stderr); sys.exit(2)",
+    "slow": "import sys, time\nend = time.process_time() + 0.1\nwhile time.process_time() < end: pass\n"
+    "print('m: no; yes', file=sys.stderr); sys.exit(2)",
     "leftover": "import sys, pathlib; pathlib.Path('x').touch(); print('m: no; yes', file=sys.stderr); sys.exit(2)",
     "finite": "import pathlib; pathlib.Path('results.csv').write_text('time [s],T [degC]\\n0,1\\n10,nan\\n')",
     "energy": "import pathlib; pathlib.Path('summary.json').write_text('{\"energy\": {\"closure\": 0.1}}')",
@@ -122,6 +124,7 @@ FAULTS = {
 def test_the_oracle_sees(fault: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("torture.oracle.run", lambda words: exec(FAULTS[fault]))
     monkeypatch.setattr("torture.oracle.QUICK", 0.2)
+    monkeypatch.setattr("torture.oracle.AT_ONCE", 0.05)
     outcome = judge(("check",), tmp_path)
     assert outcome.kind == "fault" and outcome.why.startswith(fault)
     assert commands.run is not None
