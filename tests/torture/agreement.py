@@ -28,7 +28,7 @@ STEPPED = 2e-6
 """K per kelvin of rise, at least of 2.5 K: rosenbrock and solve_ivp, 1e-7 of the temperatures each step."""
 STEPPERS = ("LSODA", "BDF", "Radau", "RK45")
 FINER = 1e-9
-"""Tolerance of what is not linear, computed again: a hundredth of that which it is computed with."""
+"""A hundredth of the tolerance of steps: of what they alone compute, and of what switches, where their errors add up."""
 LARGE = 40
 """Parts from which the slow ways are left out, as they take minutes."""
 STEPPED_SHARE, RELAYS_SHARE, NUMBERS_SHARE = 0.05, 0.02, 0.2
@@ -46,11 +46,10 @@ def compare_ways(drawn: Drawn, chance: random.Random, slow: float = 1.0) -> list
     if drawn.kind in ("linear", "stream", "stiff"):
         exact = simulate(drawn.machine, drawn.schedule, method="expm")
         told.append(_apart("expm", run, exact, EXACT, run.error if run.method == "krylov" else 0.0))
-    if drawn.kind == "bent":
-        finer = simulate(drawn.machine, drawn.schedule, method="rosenbrock", rtol=FINER)
-        told.append(_apart("rosenbrock, finer", run, finer, STEPPED))
-    elif small and drawn.kind != "stiff":
-        told.append(_apart("rosenbrock", run, simulate(drawn.machine, drawn.schedule, method="rosenbrock"), stepped))
+    if drawn.kind == "bent" or (small and drawn.kind != "stiff"):
+        finer = FINER if drawn.kind in ("bent", "relay") else None
+        steps = simulate(drawn.machine, drawn.schedule, method="rosenbrock", rtol=finer)
+        told.append(_apart("rosenbrock, finer" if finer else "rosenbrock", run, steps, stepped))
     if drawn.kind in ("linear", "stream") and small and chance.random() < slow * NUMBERS_SHARE:
         told.extend(compare_numbers(drawn, chance))
     share = RELAYS_SHARE if drawn.kind == "relay" else STEPPED_SHARE
