@@ -20,7 +20,7 @@ from torture.networks import KINDS, draw_network
 from torture.oracle import Outcome, judge
 from torture.reach import Reach
 from torture.stops import stop_once
-from torture.survivors import TESTS, files_naming
+from torture.survivors import TESTS
 
 from network import Machine, Scenario, simulate
 from network.analysis.sweep.lumping_error import cut_finely, estimate_lumping
@@ -152,7 +152,6 @@ def test_a_change_is_looked_for_by_the_quickest_tests_that_run_its_line() -> Non
     assert reach.tests_of(module, [4], 2.0) == [slow] and reach.tests_of(module, [5, 6], 9.0) == []
     assert reach.tests_of(Path("network/other.py"), [3], 9.0) == []
     assert all((ROOT / name).is_file() for name in TESTS)
-    assert "tests/test_sizes.py" in files_naming(Path("network/engine/solvers/switch_count.py"))
 
 
 def test_the_table_counts() -> None:

@@ -76,15 +76,7 @@ def tests_for(reach: Reach, mutation: Any) -> list[str]:
     """Those that run the changed lines; of a line that is run once, when it is imported, those that run the module."""
     module = _inside(mutation)
     lines = range(mutation.start_pos[0], mutation.end_pos[0] + 1)
-    every = reach.lines.get(module.as_posix(), {})
-    return reach.tests_of(module, lines, BUDGET) or reach.tests_of(module, every, BUDGET) or files_naming(module)
-
-
-def files_naming(module: Path) -> list[str]:
-    """Of a module that the tests of its room do not come by: the test files that name it."""
-    dotted = ".".join(module.with_suffix("").parts)
-    files = sorted((ROOT / "tests").glob("test_*.py"))
-    return [str(path.relative_to(ROOT)) for path in files if dotted in path.read_text(encoding="utf-8")]
+    return reach.tests_of(module, lines, BUDGET) or reach.tests_of(module, reach.lines.get(str(module), {}), BUDGET)
 
 
 def command_of(tests: Iterable[str]) -> str:
