@@ -40,7 +40,7 @@ ROOMS = {
 """The rooms whose decisions matter most, and the tests of each."""
 TESTS = tuple(dict.fromkeys(f"tests/test_{name}.py" for names in ROOMS.values() for name in names))
 BLIND = ("ReplaceBinaryOperator_BitOr", "RemoveDecorator", "ExceptionReplacer")
-BUDGET = 20.0
+BUDGET = 8.0
 """s of tests for a change, as long as they take without it."""
 LIMIT = 120.0
 """s after which tests count as having seen the change: most that hang do so for ever."""
