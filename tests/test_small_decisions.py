@@ -1,0 +1,116 @@
+"""Single decisions of a fit and a search, on bare numbers: what mutation testing found no quick test to look at."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from build import machine
+
+from network.analysis.calibration import unit_mistakes
+from network.analysis.calibration.gauss_newton import _step
+from network.analysis.calibration.limit_cycle_matching import along
+from network.analysis.calibration.misfit import correlate_neighbours
+from network.analysis.calibration.recording_admission import _check_length
+from network.analysis.diagnosis.findings import list_rivals, windows_of
+from network.analysis.diagnosis.locate import _posterior
+from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.switching.prior_samples import Judge
+from network.platform.refusal import Complaints
+
+
+def bare(**values: Any) -> Any:
+    return SimpleNamespace(**values)
+
+
+# -- a fit ----------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_step_ends_at_the_bound_that_it_would_pass(sign: float) -> None:
+    """The other number, which hangs together with it, then goes to where it is best beside that bound."""
+    precision, gradient = np.array([[2.0, 1.0], [1.0, 3.0]]), sign * np.array([4.0, 1.0])
+    at, bound = bare(theta=np.zeros(2), reduced=(precision, gradient)), np.array([0.5, 9.0])
+    free = np.linalg.solve(precision, gradient)
+    np.testing.assert_allclose(_step(at, 0.0, -9 * np.ones(2), 9 * np.ones(2)), free)
+    beside = (gradient[1] - precision[1, 0] * sign * 0.5) / precision[1, 1]
+    low, high = (-9 * np.ones(2), bound) if sign > 0 else (-bound, 9 * np.ones(2))
+    np.testing.assert_allclose(_step(at, 0.0, low, high), [sign * 0.5, beside], atol=1e-9)
+
+
+def test_neighbours_are_correlated_by_their_products_less_what_chance_brings() -> None:
+    x = np.repeat([1.0, -1.0, 1.0, -1.0], 100)
+    products = 399 - 2 * 3  # 3 of 399 pairs are opposite
+    assert correlate_neighbours([x]) == pytest.approx(products / 399 - 2 / np.sqrt(399))
+    assert correlate_neighbours([x, x]) == pytest.approx(products / 399 - 2 / np.sqrt(2 * 399))
+    assert correlate_neighbours([np.tile([1.0, -1.0], 50)]) == 0.0
+    assert correlate_neighbours([np.ones(3)]) == 0.0 and correlate_neighbours([np.ones(1)]) == 0.0
+
+
+def test_numbers_are_tried_evenly_on_both_sides_of_what_is_stated() -> None:
+    known = bare(centre=2.0, spread=0.1, is_unknown=False, low=1.9, high=9.0)
+    tried = along(known, 1)
+    assert len(tried) == 7 and tried.min() == 1.9 and tried.max() == pytest.approx(2 + 1.5 * 0.1 * 6 / 7)
+    unknown = along(bare(centre=2.0, spread=7.0, is_unknown=True, low=-99.0, high=99.0), 1)
+    np.testing.assert_allclose(unknown - 2, [-6, -4, -2, 0, 2, 4, 6])
+    assert [len(along(known, together)) for together in (2, 3, 9)] == [7, 4, 2]
+
+
+def test_a_wrong_unit_is_looked_for_where_a_fit_leaves_much(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = list[float]()
+    monkeypatch.setattr(unit_mistakes, "_channels", lambda before: asked.append(before) or ["a channel"])
+    monkeypatch.setattr(unit_mistakes, "residual_cost", lambda at, theta: 1.0)
+    monkeypatch.setattr(unit_mistakes, "centres", lambda parameters: None)
+    for left in (19.9, 20.1, 500.0):
+        at = bare(left=np.full(9, left), cost=1.0, problem=bare(parameters=()))
+        list(unit_mistakes.misread(at, left))  # type: ignore[arg-type]
+    assert asked == [20.1, 500.0]
+
+
+def test_a_recording_lasts_from_its_first_sample_to_its_last() -> None:
+    """Of a part with τ = 100 s; what is before the first sample does not count."""
+    skin = {"kind": "convection", "between": ["a", "air"], "conductance": "10 W/K"}
+    nodes = {"a": {"heat_capacity": "1 kJ/K"}, "air": {"temperature": "20 degC"}}
+    of = machine(nodes, links={"skin": skin}, sensors={"T": {"measures": "a", "noise": "0.1 K"}})
+    for first, last, told in ((0.0, 101.0, 0), (0.0, 99.0, 1), (1000.0, 1099.0, 1), (1000.0, 1101.0, 0)):
+        complaints = Complaints()
+        _check_length(of, [bare(recording=bare(t=np.array([first, last]), file="r"))], complaints)
+        assert len(complaints.refusals) == told
+
+
+# -- a search -------------------------------------------------------------------------------------------------------
+def hypothesis(kind: str, evidence: float) -> Any:
+    found = bare(key=(kind,), kind=bare(kind=kind), places=("bed",), channels=())
+    return bare(found=(found,), evidence=evidence, chi=1.0, shift=np.zeros(1))
+
+
+def test_rivals_are_told_that_stand_less_than_what_cannot_be_told_apart_behind_nothing() -> None:
+    alike = SETTINGS.alike
+    null = bare(evidence=-50.0)
+    ranked = [hypothesis("a", -20.0), hypothesis("b", -50.0 - 0.9 * alike), hypothesis("c", -50.0 - 1.1 * alike)]
+    assert [rival.kind for rival in list_rivals(ranked, null)] == ["a", "b"]
+    assert [rival.kind for rival in list_rivals(ranked, null, ("a",))] == ["b"]
+    assert [rival.gain for rival in list_rivals(ranked, null)] == pytest.approx([30.0, -0.9 * alike])
+
+
+def test_unknown_heat_is_told_from_its_first_knot_to_its_last() -> None:
+    t, heat = np.arange(9.0) * 60, np.array([0, 5, 5, -5, 0, 9, 0, 5, 5.0])
+    unknown = bare(t=[t], heat=[heat], std=[np.full(9, 2.0)])
+    assert windows_of([unknown]) == ((60.0, 180.0), (420.0, 480.0))
+    assert windows_of([]) == ()
+
+
+def test_evidence_of_an_unknown_heat_is_that_of_gaussians() -> None:
+    """Readings y ~ N(0, 1 + 4) beside y ~ N(0, 1), for y = 3: ½ · 9 (1 − 1/5) − ½ log 5; two of them add up."""
+    one = 0.5 * 9 * (1 - 1 / 5) - 0.5 * np.log(5)
+    evidence, mean, std = _posterior(np.eye(1), np.array([3.0]), 4 * np.eye(1))
+    assert evidence == pytest.approx(one) and mean == pytest.approx([3 * 4 / 5]) and std == pytest.approx([0.8**0.5])
+    assert _posterior(np.eye(2), np.array([3.0, 3.0]), 4 * np.eye(2))[0] == pytest.approx(2 * one)
+
+
+def test_draws_far_from_the_prior_count_as_much_worse_as_they_are_unlikely() -> None:
+    judge = bare(space=bare(prior=(np.array([1.0, 2.0]), np.array([0.5, 4.0]), None, None)))
+    view, residual = bare(take_up=lambda residual: (None, np.array([1.0, 0.0]))), np.array([[3.0, 0.0], [1.0, 1.0]])
+    theta = np.array([[1.0, 2.0], [2.0, 10.0]])
+    assert Judge.misfits(judge, view, theta, residual) == pytest.approx([9 - 1, 2 + 4 + 4])
+    assert Judge.misfits(judge, view, theta, residual * np.nan).tolist() == [np.inf, np.inf]
