@@ -28,7 +28,7 @@ STEPPED = 2e-6
 """K per kelvin of rise, at least of 2.5 K: rosenbrock and solve_ivp, 1e-7 of the temperatures each step."""
 STEPPERS = ("LSODA", "BDF", "Radau", "RK45")
 FINER = 1e-9
-"""A hundredth of the tolerance of steps: of what they alone compute, and of what switches, where their errors add up."""
+"""A hundredth of the usual tolerance: of what steps alone compute, and of what switches, where their errors add up."""
 LARGE = 40
 """Parts from which the slow ways are left out, as they take minutes."""
 STEPPED_SHARE, RELAYS_SHARE, NUMBERS_SHARE = 0.05, 0.02, 0.2
