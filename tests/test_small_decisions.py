@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from build import machine
 
-from network.analysis.calibration import unit_mistakes
+from network.analysis.calibration import uncertainty, unit_mistakes
 from network.analysis.calibration.gauss_newton import _step
 from network.analysis.calibration.limit_cycle_matching import along
 from network.analysis.calibration.misfit import correlate_neighbours
@@ -76,6 +76,29 @@ def test_a_recording_lasts_from_its_first_sample_to_its_last() -> None:
         complaints = Complaints()
         _check_length(of, [bare(recording=bare(t=np.array([first, last]), file="r"))], complaints)
         assert len(complaints.refusals) == told
+
+
+def linear_fit(theta: Any) -> Any:
+    """y = Sᵀθ, 1σ of noise 1, θ ~ N(0, 2²), as `profile` sees it."""
+    slopes, read = np.array([[1.0, 2.0, 0.5, 1.0], [1.0, -1.0, 2.0, 0.3]]), np.array([3.0, 1.0, 2.0, 0.5])
+    one = bare(low=-9.0, high=9.0)
+    return bare(theta=np.asarray(theta), eta=np.zeros(0), free=2, slopes=slopes, normal=slopes @ slopes.T, left=read - slopes.T @ theta,
+                stated_prior=(np.zeros(2), np.full(2, 2.0)), problem=bare(parameters=(one, one)))  # fmt: skip
+
+
+@pytest.mark.parametrize("misfit", [1.0, 1.7])
+@pytest.mark.parametrize("along", [[1.0, 0.0], [1.0, -0.8]])
+def test_a_profile_rises_by_the_square_of_the_standard_errors_moved(
+    along: list[float], misfit: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of what is linear, exactly, and whatever the way on which the others were taken along."""
+    monkeypatch.setattr(uncertainty, "linearise", lambda problem, theta: linear_fit(theta))
+    S = linear_fit(np.zeros(2)).slopes
+    precision = S @ S.T / misfit**2 + np.eye(2) / 4
+    best = np.linalg.solve(precision, S @ linear_fit(np.zeros(2)).left / misfit**2)
+    known = bare(at=linear_fit(best), misfit=misfit, covariance=np.array([along, along]).T)
+    moved = 0.7 * np.linalg.inv(precision)[0, 0] ** 0.5
+    assert uncertainty.profile(known, 0, moved) == pytest.approx(0.7**2)
 
 
 # -- a search -------------------------------------------------------------------------------------------------------
