@@ -7,18 +7,20 @@ from typing import Any
 
 import numpy as np
 import pytest
-from build import machine
+from build import RPM, machine
 
-from network.analysis.calibration import uncertainty, unit_mistakes
+from network.analysis.calibration import limit_cycle_matching, uncertainty, unit_mistakes
 from network.analysis.calibration.gauss_newton import _step
 from network.analysis.calibration.limit_cycle_matching import along
 from network.analysis.calibration.misfit import correlate_neighbours
 from network.analysis.calibration.recording_admission import _check_length
+from network.analysis.diagnosis.experiments.programs import Program
 from network.analysis.diagnosis.findings import list_rivals, windows_of
 from network.analysis.diagnosis.locate import _posterior
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.switching.prior_samples import Judge
 from network.platform.refusal import Complaints
+from network.recordings.inputs import constant, hold
 
 
 def bare(**values: Any) -> Any:
@@ -67,6 +69,33 @@ def test_a_wrong_unit_is_looked_for_where_a_fit_leaves_much(monkeypatch: pytest.
     assert asked == [20.1, 500.0]
 
 
+@pytest.mark.parametrize("power, told", [(3, True), (1, False), (5, False)])
+def test_a_number_is_asked_for_its_unit_where_a_power_of_ten_explains_most(
+    power: int, told: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """16 times less cost, a quarter of what is left, is what it takes; five powers of ten are not looked for."""
+    cost = {10.0**3: 9 * 25.0**2 / 17, 10.0**1: 9 * 25.0**2 / 15, 10.0**5: 0.0}
+    monkeypatch.setattr(
+        unit_mistakes, "residual_of", lambda at, j, factor: cost[factor] if factor == 10.0**power else 1e9
+    )
+    p = bare(path="links.fins.conductance", centre=1.0, is_unknown=False, value=lambda x: 2.0 * x,
+             field=bare(unit="W/K"), format_value=lambda x: "2 W/K")  # fmt: skip
+    problem = bare(parameters=(p,), model=bare(machine=bare(file="m.yaml")))
+    found = list(unit_mistakes._numbers(bare(problem=problem, cost=9 * 25.0**2, left=np.full(9, 25.0))))
+    assert len(found) == told
+    if told:
+        assert "is 2 W/K, and with 2000 W/K" in found[0].wrong and "met to 6.06 σ instead of 25 σ" in found[0].wrong
+
+
+def test_a_model_is_read_in_the_middle_of_bins_straight_between_knots() -> None:
+    edges, T = np.array([0.0, 100.0, 400.0, 1000.0]), np.array([20.0, 30.0, 24.0, 60.0])
+    course = bare(problem=bare(plan=bare(edges=edges)))
+    data, values = bare(run=bare(knots=bare(t=edges))), np.concatenate([T[:-1], T[1:]])[None]
+    (read,) = limit_cycle_matching.model_cycle(data, bare(course=course, values=values))
+    middle = np.linspace(0.0, 1000.0, 301)[:-1] + 1000 / 600
+    np.testing.assert_allclose(read, np.interp(middle, edges, T))
+
+
 def test_a_recording_lasts_from_its_first_sample_to_its_last() -> None:
     """Of a part with τ = 100 s; what is before the first sample does not count."""
     skin = {"kind": "convection", "between": ["a", "air"], "conductance": "10 W/K"}
@@ -82,8 +111,9 @@ def linear_fit(theta: Any) -> Any:
     """y = Sᵀθ, 1σ of noise 1, θ ~ N(0, 2²), as `profile` sees it."""
     slopes, read = np.array([[1.0, 2.0, 0.5, 1.0], [1.0, -1.0, 2.0, 0.3]]), np.array([3.0, 1.0, 2.0, 0.5])
     one = bare(low=-9.0, high=9.0)
-    return bare(theta=np.asarray(theta), eta=np.zeros(0), free=2, slopes=slopes, normal=slopes @ slopes.T, left=read - slopes.T @ theta,
-                stated_prior=(np.zeros(2), np.full(2, 2.0)), problem=bare(parameters=(one, one)))  # fmt: skip
+    left, prior = read - slopes.T @ theta, (np.zeros(2), np.full(2, 2.0))
+    return bare(theta=np.asarray(theta), eta=np.zeros(0), free=2, slopes=slopes, normal=slopes @ slopes.T, left=left,
+                stated_prior=prior, problem=bare(parameters=(one, one)))  # fmt: skip
 
 
 @pytest.mark.parametrize("misfit", [1.0, 1.7])
@@ -129,6 +159,15 @@ def test_evidence_of_an_unknown_heat_is_that_of_gaussians() -> None:
     evidence, mean, std = _posterior(np.eye(1), np.array([3.0]), 4 * np.eye(1))
     assert evidence == pytest.approx(one) and mean == pytest.approx([3 * 4 / 5]) and std == pytest.approx([0.8**0.5])
     assert _posterior(np.eye(2), np.array([3.0, 3.0]), 4 * np.eye(2))[0] == pytest.approx(2 * one)
+
+
+def test_a_program_is_told_step_by_step_to_its_end() -> None:
+    speed = hold("speed", "rpm", np.array([0.0, 600.0, 3600.0]), np.array([0.0, 8000.0, 0.0]) * RPM)
+    told = Program("a day", 2.0, {"speed": speed, "air": constant("air", "degC", 21.0)}, 20.0, 10.0).scenario()
+    assert [row["for"] for row in told["phases"]] == ["10 min", "50 min", "60 min"]
+    assert [row["speed"] for row in told["phases"]] == ["0 rpm", "8000 rpm", "0 rpm"] and told["inputs"] == {
+        "air": "21 degC"
+    }
 
 
 def test_draws_far_from_the_prior_count_as_much_worse_as_they_are_unlikely() -> None:
