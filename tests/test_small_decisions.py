@@ -8,15 +8,17 @@ from typing import Any
 import numpy as np
 import pytest
 from build import RPM, machine
+from scipy.special import ndtri
 
-from network.analysis.calibration import limit_cycle_matching, uncertainty, unit_mistakes
-from network.analysis.calibration.gauss_newton import _step
+from network.analysis.calibration import gauss_newton, limit_cycle_matching, one_machine, uncertainty, unit_mistakes
+from network.analysis.calibration.coloured_noise import LOUDEST, bound_by_peers
+from network.analysis.calibration.gauss_newton import FAR, _step
 from network.analysis.calibration.limit_cycle_matching import along
 from network.analysis.calibration.misfit import correlate_neighbours
 from network.analysis.calibration.recording_admission import _check_length
 from network.analysis.diagnosis.experiments.programs import Program
 from network.analysis.diagnosis.findings import list_rivals, windows_of
-from network.analysis.diagnosis.locate import _posterior
+from network.analysis.diagnosis.locate import _block, _posterior
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.switching.prior_samples import Judge
 from network.platform.refusal import Complaints
@@ -131,6 +133,56 @@ def test_a_profile_rises_by_the_square_of_the_standard_errors_moved(
     assert uncertainty.profile(known, 0, moved) == pytest.approx(0.7**2)
 
 
+@pytest.mark.parametrize(
+    "rise, sigma",
+    [(4.0, 1.0), (16.0, 0.5), (1.0, 2.0), (400.0, 1 / 3), (0.26, 3.0), (0.25, 1.0), (-1.0, 1.0), (np.inf, 1.0)],
+)
+def test_a_side_is_where_a_parabola_rises_by_one(rise: float, sigma: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A third to three times what slopes say, and that alone where nothing rises or it breaks down."""
+    monkeypatch.setattr(uncertainty, "profile", lambda known, j, move: rise)
+    assert uncertainty._sides(bare(std=np.array([9.0, 0.1])), 1) == pytest.approx((0.1 * sigma, 0.1 * sigma))
+
+
+def test_a_sensor_is_no_louder_than_what_is_built_alike() -> None:
+    """LOUDEST times the median of its kind; one that is alone, times what its file says or its white noise shows."""
+    units, most = dict.fromkeys("abcdef", "degC") | {"z": "um"}, LOUDEST
+    peers = dict.fromkeys("abcde", (0.1, 0.02, 60.0))
+    told = bound_by_peers({**peers, "f": (0.1, 5.0, 60.0), "z": (0.3, 9.0, 60.0)}, units, {"z": 0.5})
+    assert told["f"] == pytest.approx((0.1, most * 0.02, 60.0)) and told["z"] == pytest.approx((0.3, most * 0.5, 60.0))
+    assert all(told[name] == peers[name] for name in peers)
+    silent = dict.fromkeys("abcde", (0.1, 0.0, 60.0))
+    assert bound_by_peers({**silent, "f": (0.1, 5.0, 60.0)}, units, {})["f"] == (0.1, 0.0, 0.0)
+    unknown = bound_by_peers({"z": (0.3, 9.0, 60.0)}, units, {})
+    assert unknown["z"] == (0.3, 9.0, 60.0)
+
+
+@pytest.mark.parametrize("chi, by", [(0.5, (1.0, 1.0)), (3.0, (1.0, 3.0)), (2 * FAR, (2 * FAR, 2 * FAR))])
+def test_priors_are_narrowed_by_the_misfit_that_is_left(
+    chi: float, by: tuple[float, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(gauss_newton, "chi_of", lambda at: chi)
+    at = bare(temper=lambda firm, loose: (firm, loose))
+    assert gauss_newton._temper_priors(at) == by  # type: ignore[comparison-overlap]
+    assert gauss_newton._temper_priors(at, free=True) == (1.0, by[1])  # type: ignore[comparison-overlap]
+
+
+@pytest.mark.parametrize("factor, names", [(0.999, []), (1.001, ["b"])])
+def test_runs_disagree_beyond_what_one_in_a_hundred_searches_brings(
+    factor: float, names: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of two numbers in three runs: 6 comparisons, 0.01 of all of them by chance is 3.14 σ."""
+    most = float(-ndtri(0.01 / 2 / 6))
+    off = factor * most * (1 + 1 / 2) ** 0.5  # from the mean of two others, known to 1/√2
+    alone = {"1": [0.0, off], "2": [0.5, 0.0], "3": [-0.5, 0.0]}
+    monkeypatch.setattr(one_machine, "_fit_alone", lambda null, d: (np.array(alone[d.recording.file]), np.ones(2)))
+    runs = [bare(recording=bare(file=file)) for file in alone]
+    found = one_machine.find_disagreements(bare(parameters=("a", "b")), runs)
+    assert [d.parameter for d in found] == names
+    if names:
+        assert found[0].sigma == pytest.approx(factor * most) and found[0].theta == {"1": off, "2": 0.0, "3": 0.0}
+    assert one_machine.find_disagreements(bare(parameters=("a", "b")), runs[:1]) == ()
+
+
 # -- a search -------------------------------------------------------------------------------------------------------
 def hypothesis(kind: str, evidence: float) -> Any:
     found = bare(key=(kind,), kind=bare(kind=kind), places=("bed",), channels=())
@@ -144,6 +196,14 @@ def test_rivals_are_told_that_stand_less_than_what_cannot_be_told_apart_behind_n
     assert [rival.kind for rival in list_rivals(ranked, null)] == ["a", "b"]
     assert [rival.kind for rival in list_rivals(ranked, null, ("a",))] == ["b"]
     assert [rival.gain for rival in list_rivals(ranked, null)] == pytest.approx([30.0, -0.9 * alike])
+
+
+def test_answers_of_several_runs_stand_side_by_side() -> None:
+    rows = [np.full((2, 3), 1.0), np.full((1, 2), 2.0), np.full((2, 1), 3.0)]
+    fit = bare(problem=bare(whiteners=[lambda r: r, lambda r: 2 * r, lambda r: r]))
+    expected = np.zeros((5, 6))
+    expected[:2, :3], expected[2, 3:5], expected[3:, 5] = 1.0, 4.0, 3.0
+    np.testing.assert_array_equal(_block(fit, rows), expected)
 
 
 def test_unknown_heat_is_told_from_its_first_knot_to_its_last() -> None:
