@@ -82,12 +82,17 @@ def test_relays_that_see_a_ramped_room_switch_as_an_integrator_says():
 
 
 def test_relays_go_on_where_speed_changes_what_is_conducted():
-    """Every regime from the interval at which it begins: three of the fan in one run, against finer steps."""
-    machine = two_blocks(links={"fan": FAN}, sources={"cooler": cooler("0 s")})
+    """Every regime from the interval at which it begins, and every relay by what it watches itself: three regimes of
+    the fan, two coolers and a heater in one run, against finer steps."""
+    second = {**cooler("0 s"), "into": {"motor": 1}, "watches": "motor", "set": "32 degC", "power": "90 W"}
+    heater = {**cooler("0 s"), "kind": "thermostat_heating", "watches": "motor", "set": "28 degC", "power": "80 W"}
+    relays = {"cooler": {**cooler("0 s"), "set": "23 degC"}, "heater": heater, "second": second}
+    machine = two_blocks(links={"fan": FAN}, sources=relays)
     schedule = speeds((0.0, 8000), (0.4, 3000), (0.6, 8000), (1.1, 5000), hours=1.6)
     exact, stepped = (
         simulate(machine, schedule, method=m, rtol=r) for m, r in (("switched", None), ("rosenbrock", 1e-9))
     )
-    assert len(exact.switches) > 10
+    assert {name for _, name, _ in exact.switches} == {*relays}
+    assert [s[1:] for s in exact.switches] == [s[1:] for s in stepped.switches]
     np.testing.assert_allclose([s[0] for s in exact.switches], [s[0] for s in stepped.switches], atol=1e-3)
     np.testing.assert_allclose(exact.sensors["T_motor"], stepped.sensors["T_motor"], atol=1e-5)
