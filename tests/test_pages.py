@@ -314,6 +314,13 @@ def test_long_lines_are_thinned_and_keep_their_peaks() -> None:
     assert None in line["v"] and told["clock"] == "h" and told["end"] == pytest.approx(99_999 / 3600)
 
 
+def test_a_line_of_nothing_is_a_line_of_nothing() -> None:
+    t = np.arange(0.0, 60.0)
+    for values, shown in ((np.full(60, np.nan), None), (np.zeros(60), 0), (np.full(60, 21.5), 21.5)):
+        told = json.loads(tell_chart(Chart("long", [Plot("it", "1", [Line("a", "a", t, values, "#000000")])])))
+        assert {*told["plots"][0]["lines"][0]["v"]} == {shown}
+
+
 def test_many_runs_of_many_channels_stay_a_page() -> None:
     t = np.arange(0.0, 36_000.0, 10.0)
     noisy = np.random.default_rng(1).standard_normal(len(t))

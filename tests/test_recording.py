@@ -182,6 +182,8 @@ def test_files_that_are_none(tmp_path: Path) -> None:
     os.truncate(tmp_path / "big.csv", 501_000_000)
     with pytest.raises(Refused, match=r"big.csv: has 501 MB, more than 500 MB; split it, or take fewer samples"):
         Recording.load(tmp_path / "big.csv")
+    with pytest.raises(Refused, match=r"ggg.csv: there is no such file; give the path of a recording"):
+        Recording.load(tmp_path / f"{'g' * 300}.csv")
 
 
 SWITCH = "only a switch (0 or 1) goes without"
@@ -230,6 +232,10 @@ def test_the_file_behind_a_mapping_is_refused_with_its_own_lines(tmp_path: Path)
     assert str(refused.value) == text
     with pytest.raises(Refused, match=r"m.yaml:2: file: there is no file '.*g.csv'; give its path relative to the map"):
         load(tmp_path, f"recording: x\nfile: g.csv\n{TIMED}", "m.yaml")
+    with pytest.raises(
+        Refused, match=r"m.yaml:2: file: there is no file '.*g{300}.csv'; give its path relative to the"
+    ):
+        load(tmp_path, f"recording: x\nfile: {'g' * 300}.csv\n{TIMED}", "m.yaml")
     (tmp_path / "g.csv").write_text("T_amb,T_amb\n1,2\n2,3\n")
     with pytest.raises(Refused, match=r"m.yaml:3: the column 'T_amb' is there 2 times; keep or map one of them"):
         load(tmp_path, f"recording: x\nfile: g.csv\n{TIMED}", "m.yaml")

@@ -139,6 +139,10 @@ ONE_INPUT = [
     ("{rmp: {}}", "is a mapping of no known form; did you mean 'ramp'?"),
     ("{sine: 3}", "`sine` is not a mapping; write {sine: {mean: 22 degC, amplitude: 2 K, period: 24 h}}"),
     ("{csv: no.csv, column: a}", "there is no file 'no.csv'; give its path relative to the scenario file"),
+    (
+        f"{{csv: {'n' * 300}, column: a}}",
+        f"there is no file '{'n' * 300}'; give its path relative to the scenario file",
+    ),
 ]
 PARTS = [
     ("[5]", f", step 1 is not a mapping; {STEPS}"),
@@ -227,14 +231,26 @@ def test_phases_say_what_the_same_steps_by_input_say(tmp_path: Path) -> None:
         ("phases:\n  - 3 h\n", 3, "phases, row 1 is not a mapping", "write it like"),
         ("phases:\n  - {speed: 2 rpm}\n", 3, "phases, row 1 has no `for`", "for: 30 min"),
         ("phases:\n  - {for: 1 h, speed: 200}\n", 3, "phases, row 1, speed: '200' has no unit", "200 rpm"),
-        ("phases:\n  - {for: 1 h, speed: 1 rpm}\n  - {for: 1 h, sped: 0 rpm}\n", 4, "sped: is named here first",
-         "did you mean 'speed'? Else name it in row 1 as well, as in `sped: 0 rpm`"),
+        (
+            "phases:\n  - {for: 1 h, speed: 1 rpm}\n  - {for: 1 h, sped: 0 rpm}\n",
+            4,
+            "sped: is named here first",
+            "did you mean 'speed'? Else name it in row 1 as well, as in `sped: 0 rpm`",
+        ),
         ("phases:\n  - {for: 1 h}\n  - {fro: 1 h}\n", 4, "row 2 has no `for`, but `fro`", "did you mean 'for'?"),
         ("phases:\n  - {for: 1 h, speed: 1 rmp}\n", 3, "speed: '1 rmp' has an unknown unit 'rmp'", "mean 'rpm'?"),
-        ("phases:\n  - {for: 1 h, ambient: 20 degC}\n  - {for: 1 h, ambient: 30}\n", 4, "ambient: '30' has no unit",
-         "write `30 degC`"),
-        ("phases:\n  - {for: 1 h, speed: 1 rpm}\n  - {for: 1 h, speed: 10 degC}\n", 4,
-         "'10 degC' is in another kind of unit than above", "that was rpm, write all so"),
+        (
+            "phases:\n  - {for: 1 h, ambient: 20 degC}\n  - {for: 1 h, ambient: 30}\n",
+            4,
+            "ambient: '30' has no unit",
+            "write `30 degC`",
+        ),
+        (
+            "phases:\n  - {for: 1 h, speed: 1 rpm}\n  - {for: 1 h, speed: 10 degC}\n",
+            4,
+            "'10 degC' is in another kind of unit than above",
+            "that was rpm, write all so",
+        ),
         ("phases:\n  - {for: 1 h}\n  - {for: 1 h, feed: 2 m/min}\n", 4, "feed: is named here first", "`feed: 0 m/min`"),
         ("phases:\n  - {for: 1 h, n: 1 rpm}\n  - {for: 1 h, n: 2 W}\n", 4, "another kind of unit", "was rpm"),
         ("duration: 1 h\nphases:\n  - {for: 1 h, n: 1 rpm}\n  - {n: 2 rpm}\n", 5, "begins after 60 min", "drop it"),

@@ -75,6 +75,9 @@ def test_a_stated_start_that_the_readings_deny_is_told() -> None:
     warm = replace(recorded([28.0, 28.1, 27.9, 28.0]), start=Start(others=20.0))
     assert [*doubt_starts(chain(), [warm])] == ["r.csv: A is stated to begin at 20.00 degC, and reads 28.00 degC first"]
     assert not [*doubt_starts(chain(), [replace(warm, start=Start(others=27.8))])]
+    slow = Column("A", "degC", np.array([20.1, 23.1, 26.1, 28.7]))  # three in the first minute are too few for a line
+    rises = Recording("r", "r.csv", np.arange(4) * 26.7, {"A": slow}, start=Start(others=20.0))
+    assert not [*doubt_starts(chain(), [rises])]
 
 
 def test_gaps_in_the_first_readings_are_passed_over() -> None:

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from bench.bent_cases import bent_machine, run_bent
 from bench.cases import chain_machine, speed_steps
-from build import machine, schedule
+from build import RPM, machine, schedule
+from fits import two_blocks
 
 from network import Machine, simulate
 from network.catalogue.nodes import Melting
+from network.engine.solvers.plan import Plan
 from network.engine.solvers.relay_modes import RelayModes
 from network.engine.solvers.slope_layout import Banded, Dense, Layout, Sparse, lay_out
+from network.engine.solvers.step_heat import StepHeat
+from network.recordings.inputs import constant, linear
 
 STEPS = speed_steps(8, hours=1, output=20.0)
 
@@ -63,6 +69,50 @@ def test_a_radiating_mesh_agrees_with_solve_ivp_on_bare_arrays() -> None:
     assert run.method == "rosenbrock"
     for i in range(5):
         assert run.sensors[f"T{i}"] == pytest.approx(other[:, i], abs=1e-4)
+
+
+def test_what_bends_along_a_ramp_is_as_exact_in_modes_as_in_fine_steps() -> None:
+    """Motor losses ∝ |n|^1.5 between speeds of both signs, in a network that is linear."""
+    t, rpm = np.array([0.0, 600, 1800, 2400]), np.array([0.0, 8000, -8000, 3000]) * RPM
+    ramps = linear("speed", "rpm", t, rpm), constant("ambient", "degC", 20.0)
+    day = schedule(np.arange(0.0, 3001.0, 60.0), *ramps)
+    exact, stepped = (simulate(two_blocks(), day, method=m, rtol=r) for m, r in (("auto", None), ("rosenbrock", 1e-10)))
+    assert exact.method == "modal"
+    assert exact.sensors["T_motor"] == pytest.approx(stepped.sensors["T_motor"], abs=1e-5)
+
+
+LUMPS = 1500
+
+
+def many_that_glow() -> Machine:
+    nodes = {f"n{i}": {"heat_capacity": "1 kJ/K"} for i in range(LUMPS)} | {"room": {"temperature": "20 degC"}}
+    glow = {"kind": "radiation", "emissivity_area": "1 m^2"}
+    links = {f"g{i}": glow | {"between": [f"n{i}", "room"]} for i in range(LUMPS)}
+    return machine(nodes, links=links, sensors={"T": {"measures": "n0", "noise": "0.1 K"}})
+
+
+def test_large_machines_are_laid_out_without_zeros(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Slopes of what radiates are found in less memory than one matrix of lumps against lumps would take."""
+    peaks = []
+
+    def measured(plan: Plan) -> StepHeat:
+        tracemalloc.start()
+        try:
+            return StepHeat(plan)
+        finally:
+            peaks.append(tracemalloc.get_traced_memory()[1])
+            tracemalloc.stop()
+
+    monkeypatch.setattr("network.engine.solvers.rosenbrock.StepHeat", measured)
+    glows = simulate(many_that_glow(), schedule([0.0, 10.0]))
+    assert glows.method == "rosenbrock" and max(peaks) < 8 * LUMPS**2
+
+
+def test_without_zeros_it_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = simulate(melter(), schedule(np.arange(0, 1801, 10.0)))
+    monkeypatch.setattr("network.engine.solvers.step_heat.FULL", 1)
+    thin = simulate(melter(), schedule(np.arange(0, 1801, 10.0)))
+    assert thin.parts["store"] == pytest.approx(whole.parts["store"], abs=1e-9)
 
 
 def melter() -> Machine:

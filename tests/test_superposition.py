@@ -14,9 +14,12 @@ from fit_networks import machines
 from test_figures import check_legible
 
 from network import Machine, Recording, Refused, Scenario, simulate, superpose
+from network.catalogue.declaration.declare import Array
 from network.catalogue.sensors.sensor import Sensor
 from network.cli import main
-from network.engine.superposition.superpose import ALONG, AT_ONCE, EXACTLY
+from network.engine.superposition.frozen_network import FrozenRun
+from network.engine.superposition.superpose import ALONG, AT_ONCE, EXACTLY, freeze
+from network.engine.trajectory import Trajectory
 from network.report.figures.all_figures import sources_figure
 
 ROOT = Path(__file__).parents[1]
@@ -52,6 +55,36 @@ def test_shares_add_up_to_the_movement(name: str) -> None:
     np.testing.assert_allclose(total, run.tcp["z"], atol=allowed)
     np.testing.assert_allclose(total + shares.remainder["z"], run.tcp["z"], atol=1e-18)
     assert {share.cause for share in shares.shares} >= {"start", "air", *run.machine.sources}
+
+
+def test_a_large_machine_is_told_without_zeros_and_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    run = simulate(machines()["bent"], day({"motor": "25 degC", "others": "21 degC"}))
+    whole = superpose(run)
+    monkeypatch.setattr("network.engine.superposition.frozen_network.FULL", 1)
+    thin = superpose(run)
+    assert whole.how == thin.how == ALONG
+    for one, other in zip(whole.shares, thin.shares, strict=True):
+        np.testing.assert_allclose(other.values, one.values, atol=1e-15)
+
+
+def test_the_larger_a_machine_the_fewer_steps_it_is_told_in(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lumps times steps are bounded, so that it takes no longer; 200 steps are left to the largest."""
+    counts = list[int]()
+
+    def counted(run: Trajectory, edges: Array) -> FrozenRun:
+        counts.append(len(edges) - 1)
+        return freeze(run, edges)
+
+    run = simulate(machines()["bent"], day())
+    assert len(run.t) == 241
+    monkeypatch.setattr("network.engine.superposition.superpose.freeze", counted)
+    monkeypatch.setattr("network.engine.superposition.superpose.MOST_ANSWERS", 210 * run.network.size)
+    superpose(run)
+    monkeypatch.setattr("network.engine.superposition.superpose.MOST_ANSWERS", 1)
+    superpose(run)
+    superpose(run)
+    assert len(counts) == 3 and all(100 <= count <= 210 for count in counts)
+    assert counts[0] >= counts[1] == counts[2]
 
 
 GROWS = {"kind": "stretching", "of": "plate", "length": "400 mm", "expansion": "1.1e-5 1/K", "direction": 1}

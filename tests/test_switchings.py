@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from fit_networks import cooler, ramped
+from fit_networks import FAN, cooler, ramped
 from fits import speeds, two_blocks
 
 from network.engine.simulation import simulate
@@ -79,3 +79,20 @@ def test_relays_that_see_a_ramped_room_switch_as_an_integrator_says():
     runs = [simulate(two_blocks(sources=relays), ramped(), method=m) for m in ("switched", "solve_ivp:LSODA")]
     assert [s[1:] for s in runs[0].switches] == [s[1:] for s in runs[1].switches]
     np.testing.assert_allclose([s[0] for s in runs[0].switches], [s[0] for s in runs[1].switches], atol=0.05)
+
+
+def test_relays_go_on_where_speed_changes_what_is_conducted():
+    """Every regime from the interval at which it begins, and every relay by what it watches itself: three regimes of
+    the fan, two coolers and a heater in one run, against finer steps."""
+    second = {**cooler("0 s"), "into": {"motor": 1}, "watches": "motor", "set": "32 degC", "power": "90 W"}
+    heater = {**cooler("0 s"), "kind": "thermostat_heating", "watches": "motor", "set": "28 degC", "power": "80 W"}
+    relays = {"cooler": {**cooler("0 s"), "set": "23 degC"}, "heater": heater, "second": second}
+    machine = two_blocks(links={"fan": FAN}, sources=relays)
+    schedule = speeds((0.0, 8000), (0.4, 3000), (0.6, 8000), (1.1, 5000), hours=1.6)
+    exact, stepped = (
+        simulate(machine, schedule, method=m, rtol=r) for m, r in (("switched", None), ("rosenbrock", 1e-9))
+    )
+    assert {name for _, name, _ in exact.switches} == {*relays}
+    assert [s[1:] for s in exact.switches] == [s[1:] for s in stepped.switches]
+    np.testing.assert_allclose([s[0] for s in exact.switches], [s[0] for s in stepped.switches], atol=1e-3)
+    np.testing.assert_allclose(exact.sensors["T_motor"], stepped.sensors["T_motor"], atol=1e-5)

@@ -18,8 +18,9 @@ from torture.minimise import minimise
 from torture.mutants import PAIRS, ROOT, SMALL, Mutant, mutant, recorded, shipped
 from torture.networks import KINDS, draw_network
 from torture.oracle import Outcome, judge
+from torture.reach import Reach
 from torture.stops import stop_once
-from torture.survivors import ROOMS, files_testing
+from torture.survivors import TESTS
 
 from network import Machine, Scenario, simulate
 from network.analysis.sweep.lumping_error import cut_finely, estimate_lumping
@@ -110,6 +111,8 @@ FAULTS = {
     "traceback": "raise ZeroDivisionError",
     "hangs": "while True: pass",
     "form": "import sys; print('no', file=sys.stderr); sys.exit(2)",
+    "slow": "import sys, time\nend = time.process_time() + 0.1\nwhile time.process_time() < end: pass\n"
+    "print('m: no; yes', file=sys.stderr); sys.exit(2)",
     "leftover": "import sys, pathlib; pathlib.Path('x').touch(); print('m: no; yes', file=sys.stderr); sys.exit(2)",
     "finite": "import pathlib; pathlib.Path('results.csv').write_text('time [s],T [degC]\\n0,1\\n10,nan\\n')",
     "energy": "import pathlib; pathlib.Path('summary.json').write_text('{\"energy\": {\"closure\": 0.1}}')",
@@ -121,6 +124,7 @@ FAULTS = {
 def test_the_oracle_sees(fault: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("torture.oracle.run", lambda words: exec(FAULTS[fault]))
     monkeypatch.setattr("torture.oracle.QUICK", 0.2)
+    monkeypatch.setattr("torture.oracle.AT_ONCE", 0.05)
     outcome = judge(("check",), tmp_path)
     assert outcome.kind == "fault" and outcome.why.startswith(fault)
     assert commands.run is not None
@@ -136,11 +140,18 @@ def test_a_mutant_is_made_as_small_as_it_stays_the_same_fault() -> None:
     assert small.files["m.yaml"].split("\n") == ["bad"] and small.words == ("check", "m.yaml", "s.yaml")
 
 
-def test_a_change_is_looked_for_by_the_tests_that_name_its_module() -> None:
-    room, sizes = "network/engine/solvers", "tests/test_sizes.py"
-    assert files_testing(room, Path("network/engine/solvers/switch_count.py"))[0] == sizes
-    assert files_testing(room, Path("network/engine/solvers/no_such.py")) == [f"tests/test_{n}.py" for n in ROOMS[room]]
-    assert all((ROOT / name).is_file() for each in ROOMS for name in files_testing(each, Path("no_such.py")))
+def test_a_change_is_looked_for_by_the_quickest_tests_that_run_its_line() -> None:
+    took = "2.50s call tests/test_a.py::test_slow\n0.10s setup tests/test_a.py::test_quick\n"
+    took += "0.20s call     tests/test_a.py::test_quick[1]\n0.20s call     tests/test_a.py::test_quick[2]\n"
+    contexts = {"3": ["", "test_a.test_slow", "test_a.test_quick"], "4": ["test_a.test_slow"], "5": [""]}
+    reach, module = Reach(), Path("network/engine/units.py")
+    reach.add(took, {str(module): {"contexts": contexts}})
+    assert reach.seconds["tests/test_a.py::test_quick"] == pytest.approx(0.5)
+    quick, slow = "tests/test_a.py::test_quick", "tests/test_a.py::test_slow"
+    assert reach.tests_of(module, [3], 9.0) == [quick, slow] and reach.tests_of(module, [3], 2.0) == [quick]
+    assert reach.tests_of(module, [4], 2.0) == [slow] and reach.tests_of(module, [5, 6], 9.0) == []
+    assert reach.tests_of(Path("network/other.py"), [3], 9.0) == []
+    assert all((ROOT / name).is_file() for name in TESTS)
 
 
 def test_the_table_counts() -> None:

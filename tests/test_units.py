@@ -6,7 +6,7 @@ import math
 
 import pint
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from network.catalogue.declaration.discovery import kinds
@@ -271,7 +271,7 @@ FIELDS = {
 }
 
 
-@settings(max_examples=20)
+@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.data())
 @pytest.mark.parametrize("name", FIELDS)
 def test_a_parameter_written_reads_back_the_same(name: str, data: st.DataObject) -> None:

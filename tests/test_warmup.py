@@ -97,6 +97,13 @@ def test_bad_input_is_refused(words: dict[str, str], says: str) -> None:
         find_warm_up(spindle(), work("0 rpm"), "2 um")
 
 
+def test_what_is_too_long_is_refused_before_anything_is_simulated(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("network.engine.simulation.MOST_VALUES", 5000)
+    monkeypatch.delattr("network.analysis.sweep.warm_up.simulate")
+    with pytest.raises(Refused, match=r"1081 samples of 8 courses .* give one sample in 2"):
+        find_warm_up(spindle(), work(), "20 um")
+
+
 def test_the_command_tells_draws_and_writes_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["warmup", str(GANTRY), str(SHIFT), "--tolerance", "6 um", "--speeds", "3000, 4500, 6000 rpm"]
     main([*words, "-o", str(tmp_path)])

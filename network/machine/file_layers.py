@@ -54,7 +54,7 @@ def _chain(path: Path, complaints: Complaints) -> Iterator[Branch]:
 
 def _load_machine(path: Path, complaints: Complaints) -> Branch:
     """One file; where it is no machine at all, that is told instead of everything that it lacks."""
-    if path.suffix.lower() in RECORDED and path.is_file():
+    if path.suffix.lower() in RECORDED and os.path.isfile(path):
         raise refuse(Spot(str(path), 1), "is a recording", RIGHT)
     tree = load(path, "a machine file", complaints)
     for key, what in OTHERS.items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from difflib import get_close_matches
 from pathlib import Path
@@ -29,9 +30,9 @@ def hint(path: Path) -> str:
     found = next((p for folder in FOLDERS if (p := _find(folder, path.name))), None)
     if found:
         return f" (one of that name comes with lptn: {found})"
-    if (path / RESULTS).is_file():
+    if os.path.isfile(path / RESULTS):
         return f" (did you mean {path / RESULTS}?)"
-    beside = [other.name for other in path.parent.iterdir() if other != path] if path.parent.is_dir() else []
+    beside = [other.name for other in path.parent.iterdir() if other != path] if os.path.isdir(path.parent) else []
     near = get_close_matches(path.name, beside, n=1, cutoff=NEAR)
     return f" (did you mean {path.parent / near[0]}?)" if near else ""
 
@@ -45,4 +46,4 @@ def is_shipped(file: str, named: Sequence[str]) -> bool:
 
 def _find(folder: str, name: str) -> Path | None:
     paths = (home / folder / name for home in (_PACKAGE.parent, _PACKAGE))
-    return next((path for path in paths if path.is_file()), None)
+    return next((path for path in paths if os.path.isfile(path)), None)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -107,6 +108,6 @@ def _word(tree: Tree, *words: str) -> str:
 
 def existing(path: Path) -> Path:
     """Raises BadNumber."""
-    if not path.exists():
+    if not os.path.exists(path):  # of a name that is too long, pathlib raises
         raise BadNumber(f"there is no file '{path}'", "give its path relative to the mapping")
     return path

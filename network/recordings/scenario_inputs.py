@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -127,7 +128,7 @@ class _Input:
         """A column of a CSV (or of a mapping of one); before its first and after its last row it holds the ends."""
 
         path, column = (word_of(tree.items[key], f"`{key}: {_CSV[key]}`") for key in _CSV)
-        if not (self.folder / path).exists():
+        if not os.path.exists(self.folder / path):
             raise BadNumber(f"there is no file '{path}'", "give its path relative to the scenario file")
         recording = Recording.load(self.folder / path)
         first, last = recording.t[0], recording.t[-1]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import csv
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -49,8 +50,8 @@ class Layout:
 def find_layout(path: Path, given: Layout) -> Layout:
     """What was not given, from the file. Raises Refused for what is no file or no text."""
     spot = Spot(str(path))
-    if not path.is_file():
-        wrong = "is not a file" if path.exists() else "there is no such file"
+    if not os.path.isfile(path):
+        wrong = "is not a file" if os.path.exists(path) else "there is no such file"
         raise refuse(spot, wrong, f"give the path of a recording{hint(path)}")
     if path.stat().st_size > LARGEST_FILE:
         wrong = f"has {path.stat().st_size / 1e6:.0f} MB, more than {LARGEST_FILE / 1e6:.0f} MB"

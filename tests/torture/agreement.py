@@ -27,6 +27,8 @@ EXACT = 1e-9
 STEPPED = 2e-6
 """K per kelvin of rise, at least of 2.5 K: rosenbrock and solve_ivp, 1e-7 of the temperatures each step."""
 STEPPERS = ("LSODA", "BDF", "Radau", "RK45")
+FINER = 1e-9
+"""A hundredth of the usual tolerance: of what steps alone compute, and of what switches, where their errors add up."""
 LARGE = 40
 """Parts from which the slow ways are left out, as they take minutes."""
 STEPPED_SHARE, RELAYS_SHARE, NUMBERS_SHARE = 0.05, 0.02, 0.2
@@ -38,20 +40,34 @@ def compare_ways(drawn: Drawn, chance: random.Random, slow: float = 1.0) -> list
     """Every way that serves the network against the one that `auto` takes; slow: what shares count with."""
     run = simulate(drawn.machine, drawn.schedule)
     small = len(drawn.machine.nodes) <= LARGE
-    told = [Compared("energy", abs(run.energy.closure) / (1e-9 if run.method in ("modal", "expm") else 1e-4))]
+    stepped = STEPPED * max(len(run.switches), 1) ** 0.5  # steps begin anew, with an error of their own, at each
+    told = [Compared("energy", _gap(run))]
     told.append(_apart("written and read", run, simulate(read_again(drawn.machine), drawn.schedule), 0.0))
     if drawn.kind in ("linear", "stream", "stiff"):
-        told.append(_apart("expm", run, simulate(drawn.machine, drawn.schedule, method="expm"), EXACT))
-    if drawn.kind == "bent":
-        told.append(_apart("rosenbrock", run, simulate(drawn.machine, drawn.schedule, method="rosenbrock"), STEPPED))
+        exact = simulate(drawn.machine, drawn.schedule, method="expm")
+        told.append(_apart("expm", run, exact, EXACT, run.error if run.method == "krylov" else 0.0))
+    if drawn.kind == "bent" or (small and drawn.kind != "stiff"):
+        finer = FINER if drawn.kind in ("bent", "relay") else None
+        steps = simulate(drawn.machine, drawn.schedule, method="rosenbrock", rtol=finer)
+        told.append(_apart("rosenbrock, finer" if finer else "rosenbrock", run, steps, stepped))
     if drawn.kind in ("linear", "stream") and small and chance.random() < slow * NUMBERS_SHARE:
         told.extend(compare_numbers(drawn, chance))
     share = RELAYS_SHARE if drawn.kind == "relay" else STEPPED_SHARE
     if small and drawn.kind != "stiff" and chance.random() < slow * share:
         way = chance.choice(STEPPERS if drawn.kind != "relay" else ("LSODA",))
-        allowed = STEPPED * max(len(run.switches), 1) ** 0.5  # it begins anew, with an error of its own, at each
-        told.append(_apart(way, run, simulate(drawn.machine, drawn.schedule, method=f"solve_ivp:{way}"), allowed))
+        told.append(_apart(way, run, simulate(drawn.machine, drawn.schedule, method=f"solve_ivp:{way}"), stepped))
     return told
+
+
+def _gap(run: Trajectory) -> float:
+    """Of the energy account, in units of what is allowed: stepped 1e-4 of the heat; exact 1e-9 of it, or what warms the
+    machine by 1e-11 K, as heat is told from its temperatures, which rounding and modes keep to some 1e-13 K each."""
+    network, account = run.network, run.energy
+    if run.method not in ("modal", "expm"):
+        return abs(account.closure) / 1e-4
+    warmed = float(network.capacity[network.free].sum())
+    size = max(account.in_, account.out, abs(account.total_stored))
+    return abs(account.in_ - account.out - account.total_stored) / (1e-9 * size + 1e-11 * warmed)
 
 
 def read_again(told: Machine) -> Machine:
@@ -61,11 +77,14 @@ def read_again(told: Machine) -> Machine:
     return machine(plain["nodes"], plain["reference"], **sections)
 
 
-def _apart(way: str, run: Trajectory, other: Trajectory, allowed: float) -> Compared:
+def _apart(way: str, run: Trajectory, other: Trajectory, allowed: float, told: float = 0.0) -> Compared:
+    """allowed: per kelvin of rise; told: of the error that a run states of itself [K]."""
     here, there = (np.array([*each.sensors.values()]) for each in (run, other))
     rise = max(float(np.ptp(here)), 1.0)
     floor = 2.5 * STEPPED if allowed >= STEPPED else 0.0
-    return Compared(way, float(np.abs(here - there).max()) / (max(allowed * rise, floor) or np.finfo(float).tiny))
+    return Compared(
+        way, float(np.abs(here - there).max()) / (max(allowed * rise + told, floor) or np.finfo(float).tiny)
+    )
 
 
 def main() -> int:

@@ -48,9 +48,8 @@ class Forked:
                 os.dup2(file, number)
             os.chdir(where)
             for number in HEARD:
-                signal.signal(number, signal.SIG_DFL)  # ends it without a word until it is heard
+                signal.signal(number, signal.SIG_DFL)  # ends it without a word until it is heard, and afterwards
             signal.pthread_sigmask(signal.SIG_UNBLOCK, HEARD)
-            signal.signal(signal.SIGINT, signal.default_int_handler)
             main(arguments)
             code = 0
         except SystemExit as end:

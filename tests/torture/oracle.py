@@ -23,8 +23,8 @@ from network import Machine, Recording, Refused
 from network.cli.commands import run
 from torture.mutants import PIPED
 
-QUICK, SLOW = 5.0, 60.0
-"""s of a processor that `check` may take, and any other command."""
+QUICK, SLOW, AT_ONCE = 5.0, 60.0, 2.0
+"""s of a processor that `check` may take, and any other command; and either to refuse."""
 CLOSES = 1e-4
 """Gap of an energy account from which something is wrong: rosenbrock and solve_ivp keep 1e-7 of the temperatures, and
 an account is made of differences of these."""
@@ -64,6 +64,7 @@ def judge(words: Sequence[str], where: Path) -> Outcome:
     if code:
         kind, why = ("refused" if code == 2 else "failed"), _check_words(err.getvalue(), code)
         why = why or (f"leftover: {sorted(new)} of what was not accepted" if new else "")
+        why = why or (f"slow: refused after more than {AT_ONCE:g} s" if code == 2 and seconds > AT_ONCE else "")
     else:
         kind, why = "accepted", _check_files(where, new)
     return Outcome("fault", why, seconds) if why else Outcome(kind, "", seconds)

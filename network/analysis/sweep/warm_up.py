@@ -16,7 +16,7 @@ import numpy as np
 from network.analysis.sweep.lumping_error import LumpingError, estimate_lumping
 from network.analysis.sweep.tolerance import Tolerance, parse_tolerance
 from network.catalogue.declaration.declare import Array
-from network.engine.simulation import schedule_for, simulate
+from network.engine.simulation import check_length, schedule_for, simulate
 from network.machine.machine import Machine
 from network.platform.printing import Brief, Result
 from network.platform.quantities.units import BadNumber, in_unit, split_number, unit
@@ -103,6 +103,7 @@ def find_warm_up(
     expect("scenario", scenario, Scenario)
     wanted = parse_tolerance(tolerance, machine)
     schedule = schedule_for(machine, scenario)
+    check_length(machine, schedule)
     name = _find_driven(machine, schedule, driven)
     values = _read_speeds(speeds, schedule.signals[name], machine.inputs[name])
     lengths = np.append(np.arange(STEP, longest, STEP), longest)

@@ -23,6 +23,8 @@ HAIR, BETWEEN, STRAIGHT = 1e-12, (0.25, 0.5), 1e-10
 """Shares of an interval at which a heat is looked at, and how close to straight it has to go (of the largest)."""
 FULL = 100
 """Lumps up to which a matrix is kept with its zeros."""
+Members = tuple[Indices, Indices, Array]
+"""Members of a group, in their order where they are read; lumps, and shares."""
 Entries = tuple[Indices, Indices, Indices, Array]
 """Rows, columns, members of a group, and factors: what the slope of each member adds where."""
 
@@ -114,30 +116,31 @@ class StepHeat:
 
     # -- what slopes there can be -------------------------------------------------------------------------------------
     def _bend(self, group: Flows | Heats[Mechanism], part: slice | None) -> Bent:
-        into = group.spread.T if isinstance(group, Flows) else group.into
-        return Bent(group, _thin(into[self.solved]), part, tuple(self._entries(group)))
+        members, lumps, shares = _list_given(group)
+        count = len(group.a) if isinstance(group, Flows) else group.into.shape[1]
+        here = self.place[lumps] >= 0
+        into = _lay(shares[here], self.place[lumps[here]], members[here], (len(self.solved), count))
+        return Bent(group, into, part, tuple(self._entries(group)))
 
     def _entries(self, group: Flows | Heats[Mechanism]) -> Iterator[Entries]:
-        into = group.spread.T if isinstance(group, Flows) else group.into
+        given = _list_given(group)
         if isinstance(group, Flows):
             members = np.arange(len(group.a))
             for ends in (group.a, group.b):
-                reach = np.zeros((len(members), self.network.size))
-                reach[members, ends] = 1.0
-                yield self._cross(into, reach)
+                yield self._cross(given, (members, ends, np.ones(len(members))))
         for R in group.reads:
-            yield self._cross(into, R)
+            members, lumps = np.nonzero(R)
+            yield self._cross(given, (members, lumps, R[members, lumps]))
 
-    def _cross(self, into: Array, reach: Array) -> Entries:
+    def _cross(self, given: Members, read: Members) -> Entries:
         """∂(heat into lump i)/∂T_j by the members that go into i and read j."""
-        giving, given = into[self.solved].T, reach[:, self.solved]
-        found = []
-        for m in range(len(reach)):
-            i, j = (at.ravel() for at in np.meshgrid(np.flatnonzero(giving[m]), np.flatnonzero(given[m])))
-            found.append((i, j, np.full(len(i), m), giving[m, i] * given[m, j]))
-        none: Indices = np.zeros(0, int)
-        i, j, members = (np.concatenate([none, *(part[n] for part in found)]) for n in range(3))
-        return i, j, members, np.concatenate([np.zeros(0), *(part[3] for part in found)])
+        first, last = (np.searchsorted(read[0], given[0], side) for side in ("left", "right"))
+        count = last - first
+        one = np.repeat(np.arange(len(count)), count)
+        other = np.repeat(first - (np.cumsum(count) - count), count) + np.arange(len(one))
+        i, j = self.place[given[1][one]], self.place[read[1][other]]
+        here = (i >= 0) & (j >= 0)
+        return i[here], j[here], given[0][one][here], (given[2][one] * read[2][other])[here]
 
     def pattern(self) -> tuple[Indices, Indices]:
         """Rows and columns at which a slope may stand, of all laws."""
@@ -208,6 +211,27 @@ class StepHeat:
             for bent in self.bent
             for (_, _, members, factors), slope in zip(bent.entries, bent.slopes(T, u, self.modes), strict=True)
         ]
+
+
+def _list_given(group: Flows | Heats[Mechanism]) -> Members:
+    """What a watt of each member does to lumps: −1 where a flow begins (0 for a stream), +1 where it ends."""
+    if not isinstance(group, Flows):
+        lumps, members = np.nonzero(group.into)
+        return members, lumps, group.into[lumps, members]
+    members, ends = np.arange(len(group.a)), [group.b, *(() if group.one_way else (group.a,))]
+    shares = np.repeat([1.0, -1.0][: len(ends)], len(members))
+    return np.tile(members, len(ends)), np.concatenate(ends), shares
+
+
+def _lay(values: Array, i: Indices, j: Indices, shape: tuple[int, int]) -> Any:
+    """A matrix, a large one without its zeros."""
+    if max(shape) > FULL:
+        from scipy.sparse import csr_matrix
+
+        return csr_matrix((values, (i, j)), shape)
+    matrix = np.zeros(shape)
+    matrix[i, j] = values
+    return matrix
 
 
 def _thin(matrix: Array) -> Any:

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -25,6 +26,8 @@ from network.engine.superposition.causes import Cause
 
 STAGES = 1 / 3, 1.0
 RADAU = np.array([[5 / 12, -1 / 12], [3 / 4, 1 / 4]])
+FULL = 60
+"""Lumps up to which matrices are kept with their zeros."""
 TOO_CLOSE = 1e-6
 """K: temperatures so close tell no conductance; the slope of the law does."""
 
@@ -73,12 +76,16 @@ class FrozenRun:
         G = np.where(near, (by_a - by_b) / 2, Q / np.where(near, 1.0, gap))
         return np.asarray(flows.w * (G if flows.relay is None else G * self.modes[:, flows.relay]))
 
-    def matrix(self, m: int) -> Array:
-        """K [W/K] at an instant: heat into the lumps is K T and what the sources give."""
+    def matrix(self, m: int) -> Any:
+        """K [W/K] at an instant: heat into the lumps is K T and what the sources give. Large: without zeros."""
         G, where = self.conductances
         signs = np.stack([np.ones_like(self.gives), -np.ones_like(self.gives), self.gives, -self.gives])
-        N = self.network.size
-        return np.asarray(np.bincount(where.ravel(), (signs * G[m]).ravel(), N * N).reshape(N, N), np.float64)
+        N, values = self.network.size, (signs * G[m]).ravel()
+        if N > FULL:
+            from scipy.sparse import csr_matrix
+
+            return csr_matrix((values, divmod(where.ravel(), N)), (N, N))
+        return np.asarray(np.bincount(where.ravel(), values, N * N).reshape(N, N), np.float64)
 
     @cached_property
     def heats(self) -> list[Array]:
@@ -115,8 +122,8 @@ def answer_frozen(run: FrozenRun, causes: Sequence[Cause], rows: Array, base: fl
         stages = []
         for m in (2 * k + 1, 2 * k + 2):
             K = run.matrix(m)
-            from_held = K[np.ix_(inner, network.bound)] @ held[m]
-            stages.append((K[np.ix_(inner, inner)], from_held + _source_heat(run, causes, m)[inner]))
+            from_held = K[inner][:, network.bound] @ held[m]
+            stages.append((K[inner][:, inner], from_held + _source_heat(run, causes, m)[inner]))
         rise[inner] = _step(run.capacities[k], h, stages, rise[inner])
         rise[network.bound] = held[2 * k + 2]
         answer[:, :, k + 1] = (rows[k + 1] @ rise).T
@@ -148,18 +155,24 @@ def _settle_junctions(run: FrozenRun, causes: Sequence[Cause], rise: Array) -> N
     massless, K = run.network.massless, run.matrix(0)
     if len(massless):
         others = np.flatnonzero(run.network.capacity > 0)
-        given = K[np.ix_(massless, others)] @ rise[others] + _source_heat(run, causes, 0)[massless]
-        rise[massless] = -np.linalg.solve(K[np.ix_(massless, massless)], given)
+        given = K[massless][:, others] @ rise[others] + _source_heat(run, causes, 0)[massless]
+        inner = K[massless][:, massless]
+        rise[massless] = -np.linalg.solve(inner if isinstance(inner, np.ndarray) else inner.toarray(), given)
 
 
-def _step(capacity: Array, h: float, stages: Sequence[tuple[Array, Array]], rise: Array) -> Array:
+def _step(capacity: Array, h: float, stages: Sequence[tuple[Any, Array]], rise: Array) -> Array:
     """One step of Radau IIA: C (Y_i − x) = h Σ a_ij (K_j Y_j + q_j); the second stage is its end."""
     n = len(capacity)
-    A, right = np.empty((2 * n, 2 * n)), np.empty((2 * n, rise.shape[1]))
-    for i in (0, 1):
-        here = slice(i * n, (i + 1) * n)
-        right[here] = capacity[:, None] * rise + h * sum(RADAU[i, j] * stages[j][1] for j in (0, 1))
-        for j in (0, 1):
-            A[here, j * n : (j + 1) * n] = -h * RADAU[i, j] * stages[j][0]
-        A[here, here] += np.diag(capacity)
-    return np.asarray(np.linalg.solve(A, right)[n:])
+    right = np.concatenate(
+        [capacity[:, None] * rise + h * sum(RADAU[i, j] * stages[j][1] for j in (0, 1)) for i in (0, 1)]
+    )
+    blocks = [[-h * RADAU[i, j] * stages[j][0] for j in (0, 1)] for i in (0, 1)]
+    held = np.concatenate([capacity, capacity])
+    if isinstance(stages[0][0], np.ndarray):
+        A = np.block(blocks)
+        A[np.arange(2 * n), np.arange(2 * n)] += held
+        return np.asarray(np.linalg.solve(A, right)[n:])
+    from scipy.sparse import bmat, diags
+    from scipy.sparse.linalg import splu
+
+    return np.asarray(splu((bmat(blocks) + diags(held)).tocsc()).solve(right)[n:])

@@ -29,8 +29,9 @@ AT_ONCE = "at once"
 """The cause of what moves without any heat, with the speed or in a step."""
 EXACTLY = "exact: the network is linear, so every cause was computed alone"
 ALONG = "conductances and heats as they were along this run, every cause computed alone in them"
-FINEST, MOST_STEPS = 8, 6000
-"""Pieces that a step is cut into at most, and steps of a run at most: seconds for a machine of some twenty lumps."""
+FINEST, MOST_STEPS, MOST_ANSWERS, FEWEST_STEPS = 8, 6000, 600_000, 200
+"""Pieces that a step is cut into at most, and steps of a run at most: as many as make so many temperatures, some 20 s,
+but for a few that the largest machine is given."""
 
 MOST_PRODUCTS = 250_000_000
 """Causes times the square of states: some 40 s."""
@@ -72,7 +73,7 @@ def superpose(run: Trajectory) -> Superposition:
         answer = answer_exactly(plain.problem, causes, base)
         return _superposition(run, plain, readings, causes, answer, base, EXACTLY)
     pieces, found = 1, _superpose_frozen(run, readings, causes, base, plain, 1)
-    while not found.is_told_whole and pieces < FINEST and pieces * len(run.t) < MOST_STEPS:
+    while not found.is_told_whole and pieces < FINEST and pieces * len(run.t) < _most_steps(run.network.size):
         pieces *= 2
         found = _superpose_frozen(run, readings, causes, base, plain, pieces)
     return found
@@ -104,7 +105,7 @@ def _rows(network: Network, readings: Sequence[_Reading]) -> Array:
 def _superpose_frozen(
     run: Trajectory, readings: Sequence[_Reading], causes: Sequence[Cause], base: float, plain: Outcome, pieces: int
 ) -> Superposition:
-    frozen = freeze(run, _cut(plain, run.t, pieces))
+    frozen = freeze(run, _cut(plain, run.t, pieces, _most_steps(run.network.size)))
     answer = answer_frozen(frozen, causes, _rows_over_time(readings, frozen), base)
     return _superposition(run, plain, readings, causes, _sample(answer, frozen.edges, run.t), base, ALONG)
 
@@ -116,12 +117,16 @@ def _sample(answer: Array, edges: Array, t: Array) -> Array:
     return np.asarray(answer[:, :, k - 1] * (1 - share) + answer[:, :, k] * share)
 
 
-def _cut(plain: Outcome, t: Array, pieces: int) -> Array:
+def _most_steps(lumps: int) -> int:
+    return min(MOST_STEPS, max(MOST_ANSWERS // lumps, FEWEST_STEPS))
+
+
+def _cut(plain: Outcome, t: Array, pieces: int, most: int) -> Array:
     """Ends of steps: every instant of output, input change and switching, and so many pieces in between; of more than
-    MOST_STEPS evenly chosen ones, and what that misses is in the remainder."""
+    `most` evenly chosen ones, and what that misses is in the remainder."""
     switched = np.array([instant for instant, *_ in plain.switches])
     coarse = merge_instants(merge_instants(plain.plan.edges, t), switched)
-    coarse = np.append(coarse[: -1 : -(-len(coarse) // MOST_STEPS)], coarse[-1])
+    coarse = np.append(coarse[: -1 : -(-len(coarse) // most)], coarse[-1])
     parts = coarse[:-1, None] + np.diff(coarse)[:, None] * np.arange(pieces) / pieces
     return np.append(parts.ravel(), coarse[-1])
 

@@ -121,7 +121,7 @@ def _describe_line(line: Line, length: float, most: int) -> dict[str, Any]:
 def _shorten(values: Array) -> Iterator[float | None]:
     """Rounded to what shows; None for what is not there."""
     there = values[np.isfinite(values)]
-    size = float(np.ptp(there)) or (float(np.abs(there).max()) if len(there) else 1.0) or 1.0
+    size = (float(np.ptp(there)) or float(np.abs(there).max()) if len(there) else 0.0) or 1.0
     places = DIGITS - int(np.floor(np.log10(size)))
     for value in np.round(values, max(places, 0)).tolist():
         yield None if not np.isfinite(value) else int(value) if value == int(value) else value
