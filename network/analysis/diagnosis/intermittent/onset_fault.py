@@ -2,12 +2,13 @@
 
 A reading that jumps where no input does and no other channel does has failed, whatever else is missing: it counts where
 hardly anything of that channel's own excess in that run is left. A drift, or a jump that noise covers, could be heat,
-too: it counts where hardly anything is left at all, and nothing of the catalogue scores as much.
+too: it counts where hardly anything is left at all, and nothing of the catalogue scores as much. What should be seen to
+jump and does not is none.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,9 +16,9 @@ import numpy as np
 from network.analysis.calibration.linearised import linearise
 from network.analysis.comparison.channel_residual import ChannelResidual
 from network.analysis.diagnosis.hypothesis import Hypothesis
-from network.analysis.diagnosis.intermittent.change_points import BIN, CLEAR, Windows, find_steps
-from network.analysis.diagnosis.intermittent.channel_samples import truth_at_samples
+from network.analysis.diagnosis.intermittent.change_points import Windows
 from network.analysis.diagnosis.intermittent.fault_shapes import list_shapes
+from network.analysis.diagnosis.intermittent.onset_jump import watch_jump
 from network.analysis.diagnosis.intermittent.onset_scan import Onset, OnsetScan
 from network.analysis.diagnosis.intermittent.reading_fault import (
     EDGE,
@@ -28,6 +29,7 @@ from network.analysis.diagnosis.intermittent.reading_fault import (
     is_mended,
 )
 from network.analysis.diagnosis.result import Quantity
+from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.declare import Array
 from network.recordings.recording import Recording
 
@@ -37,8 +39,6 @@ ROUNDS = 6
 """Times at most that instant and size are found again about the better fit."""
 SETTLED = 1.0
 """Nats by which that has to gain to go on."""
-BLURRED = 0.5
-"""Share by which the jump of a residual in bins may differ from the size of the fault."""
 NEARLY = 1.5
 """Times LEFT that a linear score may leave of the excess, for fits to be tried."""
 
@@ -104,15 +104,32 @@ def find_onset_fault(
 ) -> tuple[OnsetFault, Hypothesis] | None:  # fmt: skip
     """The fault that explains most, and the hypothesis fitted to the readings set right; None where there is none.
     rival_gain: what the best of the catalogue scores about the same fit [nats]."""
-    scores = OnsetScan(h.linearised, tuple(list_shapes(h)), h.case.recordings).best()
+    recordings = h.case.recordings
+    scores = OnsetScan(h.linearised, tuple(list_shapes(h)), recordings).best()
     seen = [o for o in scores if o.gain > PER_WINDOW and o.shape.allows(o.size)]
-    faults = [OnsetFault(h.case.recordings, o.gain, o, _is_clear(h, o)) for o in seen]
+    faults = [_make_fault(h, o) for o in seen]
     clear = [f for f in faults if f.is_clear]
     other = [f for f in faults if not f.is_clear and _may_mend(h, f.onset)][:1]
-    likely = [*clear[:CONFIRMED], *(f for f in other if rival_gain() < f.gain)]
-    tried = [_correct(h, f) for f in likely]
-    told = [_settle(h, best) for best in sorted(tried, key=lambda c: -c.fault.gain)[:1] if best.fault.gain > 0]
-    return next(((c.fault, c.after) for c in told if c.is_mended), None)
+    groups = (clear[:CONFIRMED], (f for f in other if rival_gain() < f.gain))
+    return next((pair for group in groups if (pair := _confirm_best(h, group)) is not None), None)
+
+
+def _make_fault(h: Hypothesis, o: Onset) -> OnsetFault:
+    """A fault as it scores; where a clear jump shows it, with the jump's own instant and size."""
+    jump = watch_jump(h, h.case.recordings, o)
+    if jump.is_clear and o.shape.allows(jump.size):
+        o = replace(o, t0=jump.at, size=jump.size, std=jump.std)
+    return OnsetFault(h.case.recordings, o.gain, o, jump.is_clear)
+
+
+def _confirm_best(h: Hypothesis, faults: Iterable[OnsetFault]) -> tuple[OnsetFault, Hypothesis] | None:
+    """The fault that explains most, settled; None where it does not hold."""
+    tried = [_correct(h, f) for f in faults]
+    best = max(tried, key=lambda c: c.fault.gain, default=None)
+    if best is None or best.fault.gain <= 0:
+        return None
+    settled = _settle(h, best)
+    return (settled.fault, settled.after) if settled.holds else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,12 +141,14 @@ class _Corrected:
     after: Hypothesis
 
     @property
-    def is_mended(self) -> bool:
-        """Whether hardly anything is left; where the fault is clear, of that channel in that run."""
-        if is_mended(self.before, self.after):
-            return True
+    def holds(self) -> bool:
+        """Whether it jumps where its size says so, and hardly anything is left: of that channel in that run where a
+        jump shows it that nothing else could be, else of all."""
+        jump = watch_jump(self.after, self.fault.recordings, self.fault.onset)
+        if jump.is_due and not jump.is_seen:
+            return False
         left = [_excess(x, self.fault.onset) for x in (self.before, self.after)]
-        return self.fault.is_clear and left[1] <= LEFT * left[0]
+        return is_mended(self.before, self.after) or (jump.is_clear and left[1] <= LEFT * left[0])
 
 
 def _correct(h: Hypothesis, fault: OnsetFault, begin: Hypothesis | None = None) -> _Corrected:
@@ -139,9 +158,11 @@ def _correct(h: Hypothesis, fault: OnsetFault, begin: Hypothesis | None = None) 
 
 def _settle(h: Hypothesis, best: _Corrected) -> _Corrected:
     """The fault with its instant and size found again in the readings as they were, about the numbers that a fit finds
-    once it is set right."""
+    once it is set right. Where these still leave much, a clear jump tells more than they do."""
     for _ in range(ROUNDS):
         known, after = best.fault.onset, best.after
+        if best.fault.is_clear and after.chi > SETTINGS.adequate:
+            break
         about = linearise(h.case.problem(h.machine, after.fit.problem.parameters), after.fit.theta)
         onset = OnsetScan(about, (known.shape,), h.case.recordings, after.chi).again(known)
         if onset is None or not onset.shape.allows(onset.size):
@@ -167,40 +188,3 @@ def _excess(h: Hypothesis, o: Onset) -> float:
     channels = np.repeat(data.run.channels, data.run.knots.cells)[data.known]
     own = at.left[rows][channels == o.shape.channel]
     return float(np.mean(own**2)) - 1 if len(own) else 0.0
-
-
-def _is_clear(h: Hypothesis, o: Onset) -> bool:
-    """Whether the reading jumps by about that size where it begins, and neither an input nor another channel does."""
-    jumps = h.predictions[o.run].run.knots.jumps
-    reach = max(o.width, 2 * BIN) + BIN
-    if not o.shape.may_jump or bool((np.abs(jumps - o.t0) < reach).any()):
-        return False
-    return _jumps_alike(h, o, reach) and not any(
-        _jumps_at(h, o, name, reach) for name in h.predictions[o.run].run.channels if name != o.shape.channel
-    )
-
-
-def _jumps_alike(h: Hypothesis, o: Onset, reach: float) -> bool:
-    """Whether the channel's own residual jumps so."""
-    recording, truth = _read(h, o, o.shape.channel)
-    full = o.shape.full(recording, truth)
-    steps = find_steps(recording.t, recording.columns[o.shape.channel].values - truth, full)
-    if steps is None:
-        return False
-    near = np.abs(steps.t - o.t0) < reach
-    due = o.size * steps.full[near]
-    is_jump = np.abs(steps.size[near]) > CLEAR * steps.scatter
-    return bool((is_jump & (np.abs(steps.size[near] - due) < BLURRED * np.abs(due))).any())
-
-
-def _jumps_at(h: Hypothesis, o: Onset, channel: str, reach: float) -> bool:
-    """Whether another channel jumps at the same time."""
-    recording, truth = _read(h, o, channel)
-    steps = find_steps(recording.t, recording.columns[channel].values - truth, np.ones_like(truth))
-    near = np.empty(0) if steps is None else np.abs(steps.size[np.abs(steps.t - o.t0) < reach])
-    return steps is not None and bool((near > CLEAR * steps.scatter).any())
-
-
-def _read(h: Hypothesis, o: Onset, channel: str) -> tuple[Recording, Array]:
-    recording = h.case.recordings[o.run]
-    return recording, truth_at_samples(h.predictions[o.run], recording, channel)

@@ -1,0 +1,77 @@
+"""Whether a reading is seen to jump where it is said to fail: a part cannot jump, a reading can."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from network.analysis.diagnosis.hypothesis import Hypothesis
+from network.analysis.diagnosis.intermittent.change_points import BIN, CLEAR, SIDE, Steps, find_steps
+from network.analysis.diagnosis.intermittent.channel_samples import truth_at_samples
+from network.analysis.diagnosis.intermittent.onset_scan import Onset
+from network.recordings.recording import Recording
+
+BLURRED = 0.5
+"""Share by which the jump of a residual in bins may differ from the size of the fault."""
+
+
+@dataclass(frozen=True)
+class Jump:
+    """is_due: it is large enough to be seen; is_seen: it is, of about the size of the fault; is_alone: no input and no
+    other channel jumps at that time; at [s]; size: of the fault by the jump alone, whatever else is missing, and 1σ."""
+
+    is_due: bool = False
+    is_seen: bool = False
+    is_alone: bool = False
+    at: float = 0.0
+    size: float = 0.0
+    std: float = 0.0
+
+    @property
+    def is_clear(self) -> bool:
+        return self.is_seen and self.is_alone
+
+
+def watch_jump(h: Hypothesis, recordings: Sequence[Recording], o: Onset) -> Jump:
+    """What the recordings, as they were, show of a fault beside what a fit says."""
+    own = _list_steps(h, recordings, o, o.shape.channel)
+    if own is None or not o.shape.may_jump:
+        return Jump()
+    due, near = o.size * own.full, np.abs(own.t - o.t0) < max(o.width, SIDE * BIN)
+    is_due = near & (np.abs(due) > CLEAR * own.scatter)
+    is_seen = is_due & (np.abs(own.size - due) < BLURRED * np.abs(due))
+    if not is_seen.any():
+        return Jump(bool(is_due.any()))
+    k = int(np.where(is_seen, np.abs(own.size), 0.0).argmax())
+    at, full = float(own.t[k]), _full_by_readings(recordings[o.run], o, float(own.t[max(k - SIDE - 1, 0)]))
+    is_alone = not (_is_driven(h, o, at) or _is_shared(h, recordings, o, at))
+    return Jump(True, True, is_alone, at, float(own.size[k]) / full, own.scatter / abs(full))
+
+
+def _full_by_readings(recording: Recording, o: Onset, before: float) -> float:
+    """What full strength would add, by the readings before the jump: those are true, what a fit says need not be."""
+    values = recording.columns[o.shape.channel].values
+    good = np.isfinite(values)
+    return float(np.interp(before, recording.t[good], o.shape.full(recording, values)[good]))
+
+
+def _is_driven(h: Hypothesis, o: Onset, at: float) -> bool:
+    """Whether an input jumps at that time."""
+    return bool((np.abs(h.predictions[o.run].run.knots.jumps - at) < SIDE * BIN).any())
+
+
+def _is_shared(h: Hypothesis, recordings: Sequence[Recording], o: Onset, at: float) -> bool:
+    """Whether another channel jumps at that time."""
+    names = [name for name in h.predictions[o.run].run.channels if name != o.shape.channel]
+    others = [s for name in names if (s := _list_steps(h, recordings, o, name)) is not None]
+    return any(bool((np.abs(s.size[np.abs(s.t - at) < SIDE * BIN]) > CLEAR * s.scatter).any()) for s in others)
+
+
+def _list_steps(h: Hypothesis, recordings: Sequence[Recording], o: Onset, channel: str) -> Steps | None:
+    """Of what is left of a channel in the run in which the fault begins."""
+    recording = recordings[o.run]
+    truth = truth_at_samples(h.predictions[o.run], recording, channel)
+    full = o.shape.full(recording, truth) if channel == o.shape.channel else np.ones_like(truth)
+    return find_steps(recording.t, recording.columns[channel].values - truth, full)
