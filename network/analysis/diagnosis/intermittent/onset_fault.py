@@ -159,10 +159,9 @@ def _correct(h: Hypothesis, fault: OnsetFault, begin: Hypothesis | None = None) 
 def _settle(h: Hypothesis, best: _Corrected) -> _Corrected:
     """The fault with its instant and size found again in the readings as they were, about the numbers that a fit finds
     once it is set right. Where these still leave much, a clear jump tells more than they do."""
+    first = best
     for _ in range(ROUNDS):
         known, after = best.fault.onset, best.after
-        if best.fault.is_clear and after.chi > SETTINGS.adequate:
-            break
         about = linearise(h.case.problem(h.machine, after.fit.problem.parameters), after.fit.theta)
         onset = OnsetScan(about, (known.shape,), h.case.recordings, after.chi).again(known)
         if onset is None or not onset.shape.allows(onset.size):
@@ -172,7 +171,7 @@ def _settle(h: Hypothesis, best: _Corrected) -> _Corrected:
         best = again if is_better else best
         if is_settled:
             break
-    return best
+    return first if first.fault.is_clear and best.after.chi > SETTINGS.adequate else best
 
 
 def _may_mend(h: Hypothesis, o: Onset) -> bool:
