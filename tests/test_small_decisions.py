@@ -192,6 +192,9 @@ def test_runs_disagree_beyond_what_one_in_a_hundred_searches_brings(
     if names:
         assert found[0].sigma == pytest.approx(factor * most) and found[0].theta == {"1": off, "2": 0.0, "3": 0.0}
     assert one_machine.find_disagreements(bare(parameters=("a", "b")), runs[:1]) == ()
+    alone = {"1": [9.0, 99.0], "2": [0.0, 0.0], "3": [0.0, 0.0]}
+    gravest = one_machine.find_disagreements(bare(parameters=("a", "b")), runs)
+    assert [d.parameter for d in gravest] == ["b", "a"]
 
 
 # -- a search -------------------------------------------------------------------------------------------------------
