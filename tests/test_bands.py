@@ -114,6 +114,13 @@ def test_what_cannot_be_read_of_it_is_refused(wrong: Calibration) -> None:
         wrong.machine.patched({"calibrated": {"ranges": {"speed": "0..30 degC"}}})
 
 
+def test_a_range_of_what_only_says_when_readings_count_is_in_any_unit(wrong: Calibration) -> None:
+    sensor = {"measures": "motor", "noise": "0.05 K", "while": "pump"}
+    gated = wrong.machine.patched({"sensors": {"T_motor": sensor}})
+    kept = gated.patched({"calibrated": {"ranges": {"pump": "0..2 kW"}}})
+    assert kept.validity is not None and kept.validity.ranges["pump"].unit == "kW"
+
+
 # -- bands ----------------------------------------------------------------------------------------------------------
 SMALL = 0.1
 """Of the posterior's width: where the course is straight in the numbers."""

@@ -158,7 +158,7 @@ def _check_validity(machine: Entries, complaints: Complaints) -> None:
     spot = machine.tree.key_spot(CALIBRATED)
     for name, r in stated.ranges.items():
         wanted = machine.inputs.get(name)
-        if wanted is not None and unit(r.unit).dimension != unit(wanted).dimension:
+        if wanted and unit(r.unit).dimension != unit(wanted).dimension:  # nothing: in any unit
             wrong = f"{CALIBRATED}.ranges.{name} is in {r.unit}, and the machine reads it in {wanted}"
             complaints.refuse(spot, wrong, f"give it in a unit like {wanted}")
     gone = [path for path in stated.root if path not in machine.uncertain]
