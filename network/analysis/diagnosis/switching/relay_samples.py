@@ -11,8 +11,9 @@ import numpy as np
 from network.analysis.calibration.gauss_newton import Linearised
 from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.settings import SETTINGS
-from network.analysis.diagnosis.switching.prior_samples import Judge, Space, View, apart
+from network.analysis.diagnosis.switching.prior_samples import Judge, Space, apart
 from network.analysis.diagnosis.switching.sample_refinement import refine_samples
+from network.analysis.diagnosis.switching.share_view import View
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import values_at
 from network.platform.parallel import run_all
@@ -52,8 +53,8 @@ def find_onset(abouts: Sequence[Linearised]) -> float:
 
 
 def after(onset: float, share: float) -> float:
-    """A share of what comes after the onset, as a share of the whole."""
-    return onset + (1 - onset) * share
+    """The share of the runs that ends a share of their length after the onset."""
+    return min(1.0, onset + share)
 
 
 def draw_samples(

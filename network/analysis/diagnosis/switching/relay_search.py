@@ -14,8 +14,9 @@ from network.analysis.diagnosis.compact_fit import compact, fit_with
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight, theta_of, use_file_noise
 from network.analysis.diagnosis.result import UnknownHeat
 from network.analysis.diagnosis.switching.affine_surrogate import straighten
-from network.analysis.diagnosis.switching.prior_samples import Space, View, parts_about
+from network.analysis.diagnosis.switching.prior_samples import Space, parts_about
 from network.analysis.diagnosis.switching.relay_samples import ALIKE, NEAR, Drawn, after, draw_samples, find_onset
+from network.analysis.diagnosis.switching.share_view import View
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import centres
 from network.platform.parallel import run_all
@@ -123,7 +124,7 @@ def _fit_samples(
     alive: list[Hypothesis] = []
     for share, steps, most in LADDER:
         there = after(onset, share)
-        fits = run_all(partial(_fit, case.until(there) if share < 1 else case, null, steps), starts, jobs)
+        fits = run_all(partial(_fit, case.until(there) if there < 1 else case, null, steps), starts, jobs)
         told = sorted((h for h in fits if h is not None), key=lambda h: h.chi)
         alive = _keep_promising(told, leave(there))[:most]
         starts = [_Start(h.found[-1], h.values, h.case.began) for h in alive]
