@@ -21,8 +21,8 @@ from network.platform.refusal import Failed
 
 DRAWS, BEGUN, APART = 250, 30, 0.3
 """Draws of a candidate, how many of them are polished, and how far they are apart in prior σ."""
-ONSETS = (0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)
-"""Shares of each run until which nothing may be missing."""
+ONSETS = (0.7, 0.6, 0.5, 0.4, 0.3)
+"""Shares of each run until which nothing may be missing; what begins before shows where draws begin and go on."""
 FIRST = (0.18, 0.12)
 """Share of each run, from the onset on, where draws about the fit begin, and about the numbers of the file: over less a
 period is not told, over more only from near."""
