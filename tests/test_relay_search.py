@@ -69,7 +69,7 @@ def test_a_cooler_is_found_that_a_machine_warms_up_to(at: float, power: float) -
     assert found[0].chi < 1.05
 
 
-def test_fits_of_a_relay_that_lag_behind_go_no_further() -> None:
+def test_fits_of_a_relay_that_are_the_same_go_on_once() -> None:
     h = null(plant(), plant(sources={"cooler": COOLER}))
     (c,) = relays(h)
     near, same, away = ({**h.values, **c.usual, c.own[0].path: power} for power in (250.0, 250.1, 400.0))

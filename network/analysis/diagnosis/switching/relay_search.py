@@ -132,11 +132,11 @@ def _fit_samples(
 
 
 def _keep_promising(fits: Sequence[Hypothesis], left: float) -> list[Hypothesis]:
-    """Fits over a share, the best first, of which no two are the same: those that come near the best, if that comes as
-    near as the draws had to; left: misfit χ of the null there."""
+    """Fits over a share, the best first, of which no two are the same; none where the best does not come as near as
+    the draws had to; left: misfit χ of the null there."""
     kept: list[Hypothesis] = []
     if fits and fits[0].chi ** 2 < NEAR * left**2:
-        for h in (h for h in fits if NEAR * h.chi**2 <= fits[0].chi ** 2):
+        for h in fits:
             if not any(_is_same(h, other) for other in kept):
                 kept.append(h)
     return kept
