@@ -22,8 +22,9 @@ from network.analysis.diagnosis.compact_fit import compact
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis, start_from
 from network.analysis.diagnosis.lump_refinement import list_finer_machines
 from network.analysis.diagnosis.placement import _widest, move_stretch, place_best
-from network.analysis.diagnosis.switching.prior_samples import Judge, Space, View, apart
+from network.analysis.diagnosis.switching.prior_samples import Judge, Space, apart
 from network.analysis.diagnosis.switching.sample_refinement import refine_samples
+from network.analysis.diagnosis.switching.share_view import View
 from network.catalogue.mechanisms.conduction import Conduction
 from network.engine.assembly import build
 from network.engine.channels import readouts

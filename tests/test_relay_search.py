@@ -7,12 +7,14 @@ import pytest
 from test_diagnosis import LADDERS, LINKS, plant, recorded
 
 from network.analysis.diagnosis.candidates import Candidate, candidates
+from network.analysis.diagnosis.compact_fit import fit_or_none
 from network.analysis.diagnosis.forward_selection import Screening
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
 from network.analysis.diagnosis.strategies import TIME_UP, list_unsearched, strategy_of
 from network.analysis.diagnosis.switching.affine_surrogate import straighten
 from network.analysis.diagnosis.switching.prior_samples import Space
-from network.analysis.diagnosis.switching.relay_search import search_relays, tell_unsearched
+from network.analysis.diagnosis.switching.relay_samples import find_onset
+from network.analysis.diagnosis.switching.relay_search import _keep_promising, search_relays, tell_unsearched
 from network.machine.machine import Machine
 
 FAN = {"housing skin": {"kind": "forced_convection", "between": ["housing", "air"], "conductance": "6 W/K ± 30 %",
@@ -51,6 +53,31 @@ def test_a_cooler_is_found_beside_laws_that_bend(more: dict[str, object]) -> Non
     assert found and found[0].chi < 0.5 * h.chi and found[0].chi < 1.6
     told = {path.rpartition(".")[2]: value for path, value in found[0].own_values.items()}
     assert told["set"] == pytest.approx(24, abs=0.3) and told["power"] == pytest.approx(250, rel=0.2)
+
+
+@pytest.mark.parametrize(("at", "power"), [(27.0, 250.0), (30.0, 200.0)], ids=["after 49 %", "after 84 %"])
+def test_a_cooler_is_found_that_a_machine_warms_up_to(at: float, power: float) -> None:
+    truth = plant(sources={"cooler": {**COOLER, "set": f"{at} degC", "power": f"{power} W"}})
+    case = Case(plant(), (recorded(truth, (0, 1000, 1000, 8000, 6000, 8000, 5000, 8000), 0),))
+    h = fit_hypothesis(case, plant())
+    housing = case.recordings[0].columns["T_housing"].values
+    started = int(np.argmax(housing > at + 0.6)) / len(housing)
+    assert 0.3 < find_onset([h.linearised]) < started + 0.1
+    found = search_relays(h.case, h, relays(h), seed=1, jobs=1)
+    told = {path.rpartition(".")[2]: value for path, value in found[0].own_values.items()}
+    assert told["set"] == pytest.approx(at, abs=0.1) and told["power"] == pytest.approx(power, rel=0.05)
+    assert found[0].chi < 1.05
+
+
+def test_fits_of_a_relay_that_are_the_same_go_on_once() -> None:
+    h = null(plant(), plant(sources={"cooler": COOLER}))
+    (c,) = relays(h)
+    near, same, away = ({**h.values, **c.usual, c.own[0].path: power} for power in (250.0, 250.1, 400.0))
+    fits = [fit_or_none(h.case, (c,), c.own, start, 0) for start in (near, same, away)]
+    told = sorted((fit for fit in fits if fit is not None), key=lambda fit: fit.chi)
+    assert len(told) == 3 and len(_keep_promising(told, np.inf)) < 3
+    assert _keep_promising(told, np.inf)[0] is told[0]
+    assert not _keep_promising(told, told[0].chi)
 
 
 def test_links_that_are_plain_stay_as_they_are() -> None:

@@ -11,8 +11,9 @@ import numpy as np
 from network.analysis.calibration.gauss_newton import Linearised
 from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.settings import SETTINGS
-from network.analysis.diagnosis.switching.prior_samples import Judge, Space, View, apart
+from network.analysis.diagnosis.switching.prior_samples import Judge, Space, apart
 from network.analysis.diagnosis.switching.sample_refinement import refine_samples
+from network.analysis.diagnosis.switching.share_view import View
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import values_at
 from network.platform.parallel import run_all
@@ -20,8 +21,8 @@ from network.platform.refusal import Failed
 
 DRAWS, BEGUN, APART = 250, 30, 0.3
 """Draws of a candidate, how many of them are polished, and how far they are apart in prior σ."""
-ONSETS = (0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)
-"""Shares of each run until which nothing may be missing."""
+ONSETS = (0.7, 0.6, 0.5, 0.4, 0.3)
+"""Shares of each run until which nothing may be missing; what begins before shows where draws begin and go on."""
 FIRST = (0.18, 0.12)
 """Share of each run, from the onset on, where draws about the fit begin, and about the numbers of the file: over less a
 period is not told, over more only from near."""
@@ -52,8 +53,8 @@ def find_onset(abouts: Sequence[Linearised]) -> float:
 
 
 def after(onset: float, share: float) -> float:
-    """A share of what comes after the onset, as a share of the whole."""
-    return onset + (1 - onset) * share
+    """The share of the runs that ends a share of their length after the onset."""
+    return min(1.0, onset + share)
 
 
 def draw_samples(

@@ -14,8 +14,9 @@ from network.analysis.diagnosis.compact_fit import compact, fit_with
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight, theta_of, use_file_noise
 from network.analysis.diagnosis.result import UnknownHeat
 from network.analysis.diagnosis.switching.affine_surrogate import straighten
-from network.analysis.diagnosis.switching.prior_samples import Space, View, parts_about
+from network.analysis.diagnosis.switching.prior_samples import Space, parts_about
 from network.analysis.diagnosis.switching.relay_samples import ALIKE, NEAR, Drawn, after, draw_samples, find_onset
+from network.analysis.diagnosis.switching.share_view import View
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import centres
 from network.platform.parallel import run_all
@@ -123,7 +124,7 @@ def _fit_samples(
     alive: list[Hypothesis] = []
     for share, steps, most in LADDER:
         there = after(onset, share)
-        fits = run_all(partial(_fit, case.until(there) if share < 1 else case, null, steps), starts, jobs)
+        fits = run_all(partial(_fit, case.until(there) if there < 1 else case, null, steps), starts, jobs)
         told = sorted((h for h in fits if h is not None), key=lambda h: h.chi)
         alive = _keep_promising(told, leave(there))[:most]
         starts = [_Start(h.found[-1], h.values, h.case.began) for h in alive]
@@ -131,11 +132,11 @@ def _fit_samples(
 
 
 def _keep_promising(fits: Sequence[Hypothesis], left: float) -> list[Hypothesis]:
-    """Fits over a share, the best first, of which no two are the same: those that come near the best, if that comes as
-    near as the draws had to; left: misfit χ of the null there."""
+    """Fits over a share, the best first, of which no two are the same; none where the best does not come as near as
+    the draws had to; left: misfit χ of the null there."""
     kept: list[Hypothesis] = []
     if fits and fits[0].chi ** 2 < NEAR * left**2:
-        for h in (h for h in fits if NEAR * h.chi**2 <= fits[0].chi ** 2):
+        for h in fits:
             if not any(_is_same(h, other) for other in kept):
                 kept.append(h)
     return kept

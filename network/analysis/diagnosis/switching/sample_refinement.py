@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from network.analysis.diagnosis.switching.prior_samples import Judge, View
+from network.analysis.diagnosis.switching.prior_samples import Judge
+from network.analysis.diagnosis.switching.share_view import View
 from network.catalogue.declaration.declare import Array
 
 DIFFERENCE = 0.01
