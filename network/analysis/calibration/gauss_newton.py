@@ -63,8 +63,7 @@ def minimise(
         before = at
         at, radius, gain = _improve(at, radius, low, high)
         at = _temper_priors(at)
-        is_far, was_far = (x.problem.firm_theta > 1 for x in (at, before))
-        if gain >= max(CLOSE, (CLOSE_SHARE_FAR if is_far else CLOSE_SHARE) * at.cost) or is_far != was_far:
+        if gain >= _least_gain(at) or (at.problem.firm_theta > 1) != (before.problem.firm_theta > 1):
             if settled < np.inf and not _lies_within(at, at.eta_made_at, NEAR_ETA):
                 at = _temper_priors(_complete_slopes(at))
             continue
@@ -81,15 +80,25 @@ def _temper_priors(at: Linearised, free: bool = False) -> Linearised:
     return at.temper(chi if chi > FAR and not free else 1.0, chi)
 
 
+def _least_gain(at: Linearised) -> float:
+    """Decrease of J that no longer matters there; far off, where J is rough, it would not move a number by its standard
+    error."""
+    is_far = at.problem.firm_theta > 1
+    rough = SETTLED * chi_of(at) ** 2 if is_far and at.problem.model.switches else 0.0
+    return max(CLOSE, (CLOSE_SHARE_FAR if is_far else CLOSE_SHARE) * at.cost, rough)
+
+
 def _improve(at: Linearised, radius: float, low: Array, high: Array) -> tuple[Linearised, float, float]:
-    """One accepted step, the radius after it, and what J lost (what it would lose, where that is next to nothing)."""
+    """One accepted step, the radius after it, and what J lost (what it would lose, where that is next to nothing; after
+    a refused one, where it would not matter: a rough J refuses the more the shorter a step is)."""
+    least = CLOSE / 2
     while True:
         precision, gradient = at.reduced
         gradient = gradient * [not p.field.is_instant for p in at.problem.parameters]
         units = units_of(at.problem.parameters)
         step = bounded_step(precision, gradient, units, radius, (low - at.theta, high - at.theta))
         expected = float(2 * step @ gradient - step @ precision @ step)
-        if expected < CLOSE / 2 or float(np.abs(step).max(initial=0.0)) < 1e-9:
+        if expected < least or float(np.abs(step).max(initial=0.0)) < 1e-9:
             return at, radius, max(expected, 0.0)
         new = _beside(at, np.clip(at.theta + step, low, high))
         if new is not None and new.cost < at.cost:
@@ -98,7 +107,7 @@ def _improve(at: Linearised, radius: float, low: Array, high: Array) -> tuple[Li
         if at.made_at is not None:
             at = with_slopes(at.problem, at.theta, at.predictions, at)
         else:
-            radius = length_of(step, units) * _shrink(at, new, float(step @ gradient))
+            radius, least = length_of(step, units) * _shrink(at, new, float(step @ gradient)), _least_gain(at) / 2
 
 
 def _radius_after(radius: float, length: float, ratio: float) -> float:
