@@ -18,7 +18,7 @@ from network.analysis.calibration.linearised import (
     with_nuisance_slopes,
     with_slopes,
 )
-from network.analysis.calibration.misfit import chi_of
+from network.analysis.calibration.misfit import chi_of, implausibility
 from network.analysis.calibration.problem import Problem, make_problem
 from network.analysis.calibration.trust_region import bounded_step, length_of
 from network.catalogue.declaration.declare import Array
@@ -51,20 +51,21 @@ def minimise(
 
     While the run is far off all priors are narrowed by the misfit χ, as if the noise were that much larger, which keeps
     the numbers plausible; then those of θ are as they are, and those of η stay narrowed by what misfit is left. Slopes
-    by η are those of the start until no step betters J, then those found there, until that changes nothing. Instants,
-    which have no slope, stay where they are, and no prior moves them.
+    by η are those of the start until no step betters J, then those found there, until that changes nothing. Where
+    relays switch, J is rough: slopes by η are found as often as those by θ, and the best that was met is what counts.
+    Instants, which have no slope, stay where they are, and no prior moves them.
     """
     theta = centres(problem.parameters) if theta is None else theta
     low, high = (np.array([getattr(p, side) for p in problem.parameters]) for side in ("low", "high"))
-    at, radius, settled = _temper_priors(linearise(problem, np.clip(theta, low, high))), np.inf, np.inf
+    best = at = _temper_priors(linearise(problem, np.clip(theta, low, high)))
+    radius, settled = np.inf, np.inf
     for k in range(steps):
         if tell:
             tell(k / steps)
-        before = at
+        before, best = at, _better(best, at)
         at, radius, gain = _improve(at, radius, low, high)
         at = _temper_priors(at)
-        is_far, was_far = (x.problem.firm_theta > 1 for x in (at, before))
-        if gain >= max(CLOSE, (CLOSE_SHARE_FAR if is_far else CLOSE_SHARE) * at.cost) or is_far != was_far:
+        if gain >= _least_gain(at) or (at.problem.firm_theta > 1) != (before.problem.firm_theta > 1):
             if settled < np.inf and not _lies_within(at, at.eta_made_at, NEAR_ETA):
                 at = _temper_priors(_complete_slopes(at))
             continue
@@ -72,7 +73,14 @@ def minimise(
         if at is done or settled - at.cost < SETTLED * max(1.0, chi_of(at)) ** 2:
             break
         settled = min(settled, at.cost)
-    return _complete_slopes(_temper_priors(at, free=True))
+    return _complete_slopes(_temper_priors(_better(best, _complete_slopes(at)), free=True))
+
+
+def _better(best: Linearised, at: Linearised) -> Linearised:
+    """Where relays switch, the more plausible, but none whose slopes by η are not from there; else the last."""
+    if not at.problem.model.switches:
+        return at
+    return at if at.eta_made_at is None and implausibility(at) < implausibility(best) else best
 
 
 def _temper_priors(at: Linearised, free: bool = False) -> Linearised:
@@ -81,24 +89,37 @@ def _temper_priors(at: Linearised, free: bool = False) -> Linearised:
     return at.temper(chi if chi > FAR and not free else 1.0, chi)
 
 
+def _least_gain(at: Linearised) -> float:
+    """Decrease of J that no longer matters there; where relays are out of step by what is left beyond the noise, J is
+    as rough as that, and less moves no number by its standard error."""
+    rough = SETTLED * (chi_of(at) ** 2 - 1) if at.problem.model.switches else 0.0
+    return max(CLOSE, (CLOSE_SHARE_FAR if at.problem.firm_theta > 1 else CLOSE_SHARE) * at.cost, rough)
+
+
 def _improve(at: Linearised, radius: float, low: Array, high: Array) -> tuple[Linearised, float, float]:
-    """One accepted step, the radius after it, and what J lost (what it would lose, where that is next to nothing)."""
+    """One accepted step, the radius after it, and what J lost (what it would lose, where that is next to nothing; after
+    a refused one, where it would not matter: a rough J refuses the more the shorter a step is)."""
+    least = CLOSE / 2
     while True:
         precision, gradient = at.reduced
         gradient = gradient * [not p.field.is_instant for p in at.problem.parameters]
         units = units_of(at.problem.parameters)
         step = bounded_step(precision, gradient, units, radius, (low - at.theta, high - at.theta))
         expected = float(2 * step @ gradient - step @ precision @ step)
-        if expected < CLOSE / 2 or float(np.abs(step).max(initial=0.0)) < 1e-9:
+        if expected < least or float(np.abs(step).max(initial=0.0)) < 1e-9:
             return at, radius, max(expected, 0.0)
         new = _beside(at, np.clip(at.theta + step, low, high))
         if new is not None and new.cost < at.cost:
-            gain = at.cost - new.cost
-            return _renew_slopes(new, at), _radius_after(radius, length_of(step, units), gain / expected), gain
+            gain, radius = (
+                at.cost - new.cost,
+                _radius_after(radius, length_of(step, units), (at.cost - new.cost) / expected),
+            )
+            new = _renew_slopes(new, at)
+            return new, radius, at.cost - new.cost if at.problem.model.switches else gain
         if at.made_at is not None:
-            at = with_slopes(at.problem, at.theta, at.predictions, at)
+            at = with_slopes(at.problem, at.theta, at.predictions, _keep_slopes(at))
         else:
-            radius = length_of(step, units) * _shrink(at, new, float(step @ gradient))
+            radius, least = length_of(step, units) * _shrink(at, new, float(step @ gradient)), _least_gain(at) / 2
 
 
 def _radius_after(radius: float, length: float, ratio: float) -> float:
@@ -127,7 +148,12 @@ def _beside(at: Linearised, theta: Array) -> Linearised | None:
 
 def _renew_slopes(new: Linearised, at: Linearised) -> Linearised:
     """With slopes from there, where θ has moved far since they were found."""
-    return new if _is_near(new) else with_slopes(new.problem, new.theta, new.predictions, at)
+    return new if _is_near(new) else with_slopes(new.problem, new.theta, new.predictions, _keep_slopes(at))
+
+
+def _keep_slopes(at: Linearised) -> Linearised | None:
+    """Whose slopes by η are good nearby; none where relays switch, whose instants move with θ."""
+    return None if at.problem.model.switches else at
 
 
 def units_of(parameters: Sequence[Parameter]) -> Array:

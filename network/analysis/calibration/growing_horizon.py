@@ -35,10 +35,12 @@ more than its numbers, and is not waited for."""
 LEAP = 1.25
 """Ratio of misfits χ from one share to the next from which a cycle was slipped: one that slips leaves its whole swing,
 many times the noise, in all that follows."""
-STEPS = 8
-"""Of a fit on the way: the next begins where it ends."""
+STEPS, ROUNDS_ON_THE_WAY, CLOSE_ON_THE_WAY = 3, 8, 0.02
+"""Of a fit on the way: steps before it looks at its starts anew, how often it does, and the least share of J that once
+more must bring: as much moves χ by a hundredth, and a leap is a quarter."""
 ROUNDS, CLOSE = 4, 1.0
-"""How often a fit is repeated about the starts it finds, and the least that another time must better J."""
+"""How often a fit is repeated about the starts it finds, and the least that another time must better J, in squares of
+the misfit: less moves no number by its standard error."""
 
 
 def has_relays(machine: Machine) -> bool:
@@ -68,8 +70,9 @@ def begin_in_step(
         share = min(max(done * growth, FIRST), 1.0)
         say(tell, f"what switches falls into step: the first {100 * share:.2g} % of the recordings")
         some = [weigh_recording(known, d.recording.until(share), start) for d in data]
-        at = _fit_beginning(machine, parameters, some, found or InStep(centres(parameters), starts))
-        if done and is_patient and (at is None or chi_of(at) > LEAP * max(left, 1.0)):
+        most = LEAP * max(left, 1.0) if done and is_patient else np.inf
+        at = _fit_beginning(machine, parameters, some, found or InStep(centres(parameters), starts), most)
+        if most < np.inf and (at is None or chi_of(at) > most):
             growth = float(np.sqrt(growth))
             is_patient = growth > LEAST_GROWTH
             continue
@@ -80,12 +83,20 @@ def begin_in_step(
 
 
 def _fit_beginning(
-    machine: Machine, parameters: Sequence[Parameter], data: Sequence[Measured], about: InStep
+    machine: Machine, parameters: Sequence[Parameter], data: Sequence[Measured], about: InStep, most: float
 ) -> Linearised | None:
-    """A few steps from there, about the starts that these lead to; None where it breaks down."""
+    """A few steps from there, about the starts that these lead to, unless more than a leap lies between the first of
+    them and the `most` that χ may be; None where it breaks down."""
     try:
         problem = replace(make_problem(machine, parameters, data), offsets=()).about(about.starts)
-        return settle_starts(minimise(problem, about.theta, STEPS), STEPS)
+        at = minimise(problem, about.theta, STEPS)
+        if chi_of(at) > LEAP * most:
+            return at
+        for _ in range(ROUNDS_ON_THE_WAY):
+            before, at = at, _fit_about_its_starts(at, STEPS)
+            if not before.cost - at.cost > CLOSE_ON_THE_WAY * before.cost:
+                break
+        return at
     except (Failed, Refused):
         return None
 
@@ -93,16 +104,18 @@ def _fit_beginning(
 def settle_starts(at: Linearised, steps: int = MOST, is_late: Callable[[], bool] = lambda: False) -> Linearised:
     """A minimum about the starts that it finds, as often as that lowers J: what switches hangs on where a part began,
     and not along a straight line. The same of a machine without relays; once it is late, what there is."""
-    if not has_relays(at.problem.model.machine):
-        return at
-    for _ in range(ROUNDS):
+    for _ in range(ROUNDS if has_relays(at.problem.model.machine) else 0):
         if is_late():
-            return at
-        other = minimise(at.problem.about(move_starts(at)), at.theta, steps)
-        if not other.cost < at.cost - CLOSE:
-            return at
-        at = other
+            break
+        before, at = at, _fit_about_its_starts(at, steps)
+        if not before.cost - at.cost > CLOSE * max(1.0, chi_of(at)) ** 2:
+            break
     return at
+
+
+def _fit_about_its_starts(at: Linearised, steps: int) -> Linearised:
+    """The better of a fit and another that begins there, about the starts that it finds."""
+    return min(at, minimise(at.problem.about(move_starts(at)), at.theta, steps), key=lambda fit: fit.cost)
 
 
 def move_starts(at: Linearised | Estimate) -> tuple[Mapping[str, float], ...]:

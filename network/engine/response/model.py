@@ -41,12 +41,14 @@ SHOWN = (TCP, "sensors")
 
 
 class Model:
-    """A machine with free parameters on some runs; warm: what is left of its last predictions."""
+    """A machine with free parameters on some runs; switches: whether it has relays, so that what it predicts is rough;
+    warm: what is left of its last predictions."""
 
     def __init__(self, machine: Machine, parameters: Sequence[Parameter], runs: Sequence[Run]) -> None:
         self.machine, self.parameters, self.runs = machine, tuple(parameters), tuple(runs)
         network = build(machine)
         check_followed(network)
+        self.switches = bool(network.relays)
         self.slots = Slots(network, tuple(p for p in self.parameters if p.entry.section not in SHOWN))
         self.shown = tuple(p for p in self.parameters if p.entry.section in SHOWN)
         acting = self.slots.acting
