@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,10 +13,11 @@ from scipy.special import ndtri
 
 from network.analysis.calibration import gauss_newton, limit_cycle_matching, one_machine, uncertainty, unit_mistakes
 from network.analysis.calibration.coloured_noise import LOUDEST, bound_by_peers
-from network.analysis.calibration.gauss_newton import FAR, _step
+from network.analysis.calibration.gauss_newton import FAR
 from network.analysis.calibration.limit_cycle_matching import along
 from network.analysis.calibration.misfit import correlate_neighbours
 from network.analysis.calibration.recording_admission import _check_length
+from network.analysis.calibration.trust_region import bounded_step
 from network.analysis.calibration.uncertainty import Uncertainty
 from network.analysis.diagnosis.experiments.programs import Program
 from network.analysis.diagnosis.findings import list_rivals, windows_of
@@ -35,12 +37,12 @@ def bare(**values: Any) -> Any:
 def test_a_step_ends_at_the_bound_that_it_would_pass(sign: float) -> None:
     """The other number, which hangs together with it, then goes to where it is best beside that bound."""
     precision, gradient = np.array([[2.0, 1.0], [1.0, 3.0]]), sign * np.array([4.0, 1.0])
-    at, bound = bare(theta=np.zeros(2), reduced=(precision, gradient)), np.array([0.5, 9.0])
-    free = np.linalg.solve(precision, gradient)
-    np.testing.assert_allclose(_step(at, 0.0, -9 * np.ones(2), 9 * np.ones(2)), free)
+    bound, wide = np.array([0.5, 9.0]), (-9 * np.ones(2), 9 * np.ones(2))
+    step = partial(bounded_step, precision, gradient, np.ones(2), np.inf)
+    np.testing.assert_allclose(step(wide), np.linalg.solve(precision, gradient), rtol=1e-6)
     beside = (gradient[1] - precision[1, 0] * sign * 0.5) / precision[1, 1]
     low, high = (-9 * np.ones(2), bound) if sign > 0 else (-bound, 9 * np.ones(2))
-    np.testing.assert_allclose(_step(at, 0.0, low, high), [sign * 0.5, beside], atol=1e-9)
+    np.testing.assert_allclose(step((low, high)), [sign * 0.5, beside], atol=1e-6)
 
 
 def test_neighbours_are_correlated_by_their_products_less_what_chance_brings() -> None:
@@ -68,7 +70,7 @@ def test_a_wrong_unit_is_looked_for_where_a_fit_leaves_much(monkeypatch: pytest.
     monkeypatch.setattr(unit_mistakes, "centres", lambda parameters: None)
     for left in (19.9, 20.1, 500.0):
         at = bare(left=np.full(9, left), cost=1.0, problem=bare(parameters=()))
-        list(unit_mistakes.misread(at, left))  # type: ignore[arg-type]
+        list(unit_mistakes.misread(at, lambda left=left: left))  # type: ignore[arg-type]
     assert asked == [20.1, 500.0]
 
 
@@ -186,14 +188,20 @@ def test_runs_disagree_beyond_what_one_in_a_hundred_searches_brings(
     off = factor * most * (1 + 1 / 2) ** 0.5  # from the mean of two others, known to 1/√2
     alone = {"1": [0.0, off], "2": [0.5, 0.0], "3": [-0.5, 0.0]}
     monkeypatch.setattr(one_machine, "_fit_alone", lambda null, d: (np.array(alone[d.recording.file]), np.ones(2)))
-    runs = [bare(recording=bare(file=file)) for file in alone]
-    found = one_machine.find_disagreements(bare(parameters=("a", "b")), runs)
+    monkeypatch.setattr(one_machine, "has_relays", lambda machine: False)
+
+    def null_of(*files: str) -> Any:
+        runs = tuple(bare(recording=bare(file=file)) for file in files)
+        return bare(parameters=("a", "b"), original=None, fit=bare(at=bare(problem=bare(data=runs))))
+
+    null = null_of(*alone)
+    found = one_machine.find_disagreements(null)
     assert [d.parameter for d in found] == names
     if names:
         assert found[0].sigma == pytest.approx(factor * most) and found[0].theta == {"1": off, "2": 0.0, "3": 0.0}
-    assert one_machine.find_disagreements(bare(parameters=("a", "b")), runs[:1]) == ()
+    assert one_machine.find_disagreements(null_of("1")) == ()
     alone = {"1": [9.0, 99.0], "2": [0.0, 0.0], "3": [0.0, 0.0]}
-    gravest = one_machine.find_disagreements(bare(parameters=("a", "b")), runs)
+    gravest = one_machine.find_disagreements(null)
     assert [d.parameter for d in gravest] == ["b", "a"]
 
 

@@ -1,7 +1,7 @@
 """How a reading fails from an instant on: by an offset, by a drift, towards the air; a displacement by a step.
 
 A fault of size s that began at t0 adds s e(t), e what a fault of unit size adds: 1 (offset, step), t − t0 (drift), or
-what full strength would add, T_air − T (loose). Source: as of the kinds `sensor_fault` and `displacement_step`.
+what full strength would add, T_air − T (loose). Source: as of the kinds that they are called by.
 """
 
 from __future__ import annotations
@@ -85,15 +85,15 @@ class Drift(FaultShape):
 
 @dataclass(frozen=True, eq=False)
 class Loose(FaultShape):
-    """A thermometer that reads a share of the way towards the air; contact: that effect, of the whole way."""
+    """A thermometer that reads a share of the way towards the air; hanging: that effect, of the whole way."""
 
-    contact: SensorEffect
+    hanging: SensorEffect
     key = "share"
     unit = "1"
 
     def full(self, recording: Recording, truth: Array) -> Array:
-        inputs = list_inputs(self.contact, recording)
-        return np.asarray(self.contact.reading(truth, np.zeros_like(truth), inputs) - truth)
+        inputs = list_inputs(self.hanging, recording)
+        return np.asarray(self.hanging.reading(truth, np.zeros_like(truth), inputs) - truth)
 
     def set_right(self, recording: Recording, values: Array, t0: float, size: float) -> Array:
         towards = self.full(recording, values) / (1 - size)

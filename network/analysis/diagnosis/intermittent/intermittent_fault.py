@@ -123,9 +123,9 @@ def _list_faults(h: Hypothesis) -> Iterator[IntermittentFault]:
 def _update_fault(h: Hypothesis, e: IntermittentFault, about: Hypothesis) -> IntermittentFault:
     """A fault with its share told by all readings in its windows, and its windows by that share, about a better fit."""
     runs, windows = _list_residuals(about, e.candidate, h.case.recordings), e.loose.windows
-    inside = [inside(t, spans) for (t, _, _), spans in zip(runs, windows, strict=True)]
-    r = np.concatenate([residual[i] for (_, residual, _), i in zip(runs, inside, strict=True)])
-    full = np.concatenate([change[i] for (_, _, change), i in zip(runs, inside, strict=True)])
+    within = [inside(t, spans) for (t, _, _), spans in zip(runs, windows, strict=True)]
+    r = np.concatenate([residual[i] for (_, residual, _), i in zip(runs, within, strict=True)])
+    full = np.concatenate([change[i] for (_, _, change), i in zip(runs, within, strict=True)])
     good = np.isfinite(r)
     share = float(np.clip(full[good] @ r[good] / (full[good] @ full[good]), *SHARES))
     now = [
