@@ -8,6 +8,7 @@ from bench.rigs.answers import Answer
 from bench.rigs.case import Concealment, Tree, load_table
 from bench.rigs.hiding import (
     another_column,
+    both,
     constant,
     entries,
     first_path,
@@ -28,6 +29,8 @@ EXPANSIONS = frozenset({"stretching", "bending", "tilt", "centrifugal_growth", "
 MASSES = frozenset({"hidden_mass", "interposed_mass"})
 SENSORS = frozenset({"sensor_fault", "sensor_offset", "sensor_swap", "sensor_crosstalk"})
 FOLLOWS = 0.7
+STEADY_PUMP = {"kind": "conduction", "between": ["radiators", "return pipe"], "conductance": "1 kW/K ± 80 %"}
+"""The building's without what says when it runs."""
 
 
 def always(answer: Answer) -> Callable[[Tree], Answer]:
@@ -86,7 +89,8 @@ CONCEALMENTS = (
         "P-heating", "building", "P_heating and its source",
         always(Answer("heat at the radiators in P_heating's course", HEAT, at("radiators"), alike=HEAT,
                       follows=FOLLOWS)),
-        without("sources", "heating"), no_column("P_heating"), heat=sources("heating"),
+        both(without("sources", "heating"), entries("links", pump=STEADY_PUMP)), no_column("P_heating"),
+        heat=sources("heating"),
     ),
     Concealment(
         "P-heating-source", "building", "the source of P_heating, which is recorded",

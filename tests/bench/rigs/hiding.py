@@ -21,6 +21,11 @@ def entries(section: str, **changed: Any) -> Callable[[Tree], Tree]:
     return lambda tree: {section: {name.replace("_", " "): entry for name, entry in changed.items()}}
 
 
+def both(*changes: Callable[[Tree], Tree]) -> Callable[[Tree], Tree]:
+    """Several changes, each of sections of its own."""
+    return lambda tree: {section: entry for change in changes for section, entry in change(tree).items()}
+
+
 def ours(heading: str) -> str:
     """`T1` of `T1 [degC]`."""
     return heading.partition("[")[0].strip()

@@ -137,7 +137,10 @@ def _update_fault(h: Hypothesis, e: IntermittentFault, about: Hypothesis) -> Int
 
 def _confirm_fault(h: Hypothesis, e: IntermittentFault) -> tuple[IntermittentFault, Hypothesis] | None:
     """A fit to the readings set right against one to those around the jumps left out."""
-    before, after, gain = fit_both(h, e)
+    fits = fit_both(h, e)
+    if fits is None:
+        return None
+    before, after, gain = fits
     return (replace(e, gain=gain), after) if gain > 0 and is_mended(before, after) else None
 
 

@@ -124,7 +124,7 @@ def _make_fault(h: Hypothesis, o: Onset) -> OnsetFault:
 
 def _confirm_best(h: Hypothesis, faults: Iterable[OnsetFault]) -> tuple[OnsetFault, Hypothesis] | None:
     """The fault that explains most, settled; None where it does not hold."""
-    tried = [_correct(h, f) for f in faults]
+    tried = [fits for f in faults if (fits := _correct(h, f)) is not None]
     best = max(tried, key=lambda c: c.fault.gain, default=None)
     if best is None or best.fault.gain <= 0:
         return None
@@ -151,9 +151,9 @@ class _Corrected:
         return is_mended(self.before, self.after) or (jump.is_clear and left[1] <= LEFT * left[0])
 
 
-def _correct(h: Hypothesis, fault: OnsetFault, begin: Hypothesis | None = None) -> _Corrected:
-    before, after, gain = fit_both(h, fault, begin)
-    return _Corrected(replace(fault, gain=gain), before, after)
+def _correct(h: Hypothesis, fault: OnsetFault, begin: Hypothesis | None = None) -> _Corrected | None:
+    fits = fit_both(h, fault, begin)
+    return None if fits is None else _Corrected(replace(fault, gain=fits[2]), *fits[:2])
 
 
 def _settle(h: Hypothesis, best: _Corrected) -> _Corrected:
@@ -167,6 +167,8 @@ def _settle(h: Hypothesis, best: _Corrected) -> _Corrected:
         if onset is None or not onset.shape.allows(onset.size):
             break
         again = _correct(h, replace(best.fault, onset=onset), after)
+        if again is None:
+            break
         is_better, is_settled = again.fault.gain > best.fault.gain, again.fault.gain < best.fault.gain + SETTLED
         best = again if is_better else best
         if is_settled:

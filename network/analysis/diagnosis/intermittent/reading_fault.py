@@ -17,6 +17,7 @@ from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothes
 from network.analysis.diagnosis.intermittent.change_points import Windows
 from network.analysis.diagnosis.result import Quantity
 from network.catalogue.declaration.declare import Array, Mask
+from network.platform.refusal import Failed, Refused
 from network.recordings.recording import Recording
 
 EDGE = 100.0
@@ -94,12 +95,16 @@ def inside(t: Array, windows: Iterable[tuple[float, float]]) -> Mask:
 
 def fit_both(
     h: Hypothesis, fault: ReadingFault, begin: Hypothesis | None = None
-) -> tuple[Hypothesis, Hypothesis, float]:
+) -> tuple[Hypothesis, Hypothesis, float] | None:
     """Fits to the readings as they were and set right, those around its jumps left out of both, and what the second
-    explains more than chance does [nats]. begin: a fit from whose numbers the second begins; default are those of the
-    file, for those of a fit to readings that are not true are bent."""
-    before = _fit(h, _with(h.case, fault, False), h.values)
-    after = _fit(h, _with(h.case, fault, True), begin.values if begin else h.own_values)
+    explains more than chance does [nats]; None where what is set right is nothing that a machine could show. begin: a
+    fit from whose numbers the second begins; default are those of the file, for those of a fit to readings that are not
+    true are bent."""
+    try:
+        before = _fit(h, _with(h.case, fault, False), h.values)
+        after = _fit(h, _with(h.case, fault, True), begin.values if begin else h.own_values)
+    except (Failed, Refused, np.linalg.LinAlgError):
+        return None
     return before, after, after.evidence - before.evidence - PER_WINDOW * sum(map(len, fault.windows))
 
 
