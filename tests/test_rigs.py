@@ -190,7 +190,7 @@ HIDDEN = {
     "Q2": ({"sources.heating 2"}, {"Q2"}),
     "heaters-apart": ({"links.film between", "links.glow between"}, set()),
     "swap": (set(), {"T1", "T2"}),
-    "P-heating": ({"sources.heating"}, {"P_heating"}),
+    "P-heating": ({"sources.heating", "links.pump"}, {"P_heating"}),
     "P-heating-source": ({"sources.heating"}, set()),
     "outdoor": (set(), {"outdoor"}),
     "elements": ({"nodes.elements"}, set()),
