@@ -13,7 +13,8 @@ from test_diagnosis import CONCEALED, LADDERS, plant, recorded
 from network.analysis.comparison.compare import Comparison, compare
 from network.analysis.diagnosis.candidates import Candidate, candidates
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
-from network.analysis.diagnosis.invariants import find_worse_runs, list_doubts, list_strains
+from network.analysis.diagnosis.invariants import doubt_unseen, find_worse_runs, list_doubts, list_strains
+from network.analysis.diagnosis.result import Fits
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.strength import strength_in_errors
 
@@ -45,6 +46,14 @@ def test_a_run_is_worse_where_that_is_more_than_the_scatter_of_its_blocks() -> N
     short = slice(0, len(recorded(plant(), LADDERS[0], 0).t) // 12)
     assert find_worse_runs(told(1.0), told(1.5, short)) == []
     assert find_worse_runs(None, told(1.0)) == []
+
+
+@pytest.mark.parametrize(("seen", "unseen", "told_so"), [(1.0, 1.3, False), (1.0, 2.0, True), (2.0, 2.6, False)])
+def test_what_leaves_much_of_the_runs_left_out_is_not_all_of_the_truth(
+    seen: float, unseen: float, told_so: bool
+) -> None:
+    assert ("held out" in doubt_unseen(Fits(told(9.0), told(seen), told(9.0), told(unseen)))) is told_so
+    assert doubt_unseen(Fits(told(9.0), told(1.0), None, None)) == ""
 
 
 def test_a_strength_is_told_in_its_standard_errors() -> None:

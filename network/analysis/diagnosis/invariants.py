@@ -69,6 +69,16 @@ def list_doubts(search: Search, c: Candidate) -> Iterator[str]:
     yield from list_strains(best, c)
 
 
+def doubt_unseen(fits: Fits) -> str:
+    """What runs that were held out say against findings being all of the truth; empty where that is nothing."""
+    if fits.holdout_after is None:
+        return ""
+    seen, unseen = fits.train_after.rmse_in_noise, fits.holdout_after.rmse_in_noise
+    if not unseen > SETTINGS.doubtful * max(seen, 1.0):
+        return ""
+    return f"much is left of what was held out ({unseen:.2g} σ, {seen:.2g} σ of what was fitted)"
+
+
 def list_strains(h: Hypothesis, c: Candidate) -> Iterator[str]:
     """What of a fit speaks against believing one of its findings."""
     index = {p.path: i for i, p in enumerate(h.fit.problem.parameters)}

@@ -17,7 +17,7 @@ from network.analysis.diagnosis.compact_fit import expand
 from network.analysis.diagnosis.experiments.advice import experiments
 from network.analysis.diagnosis.findings import find_unknown, list_findings, list_rivals
 from network.analysis.diagnosis.hypothesis import Hypothesis, fit_findings, reweight
-from network.analysis.diagnosis.invariants import list_refutations
+from network.analysis.diagnosis.invariants import doubt_unseen, list_refutations
 from network.analysis.diagnosis.isolability import isolability
 from network.analysis.diagnosis.locate import trace
 from network.analysis.diagnosis.lumping_finding import find_lumping
@@ -45,6 +45,7 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     is_told = _is_finer(search) and finer_gain > search.threshold
     coarse = find_lumping(search.written, search.best.root, finer_gain, search.threshold) if is_told else None
     findings, verdict = _decide_verdict(search, list_findings(search, after), coarse, bool(refuted))
+    findings = [_doubt_finding(f, doubt_unseen(fits)) for f in findings]
     if search.ended:  # nothing is sure
         findings = [replace(f, confidence=min(f.confidence, SETTINGS.half)) for f in findings]
     known = isolability(search.screened.scores, search.screened.proposed)
@@ -59,6 +60,14 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
         _shifts(search.best), seed, explained=search.selection.explained, ended=search.ended, refuted=tuple(refuted),
         unsearched=tuple(unsearched),
     )  # fmt: skip
+
+
+def _doubt_finding(finding: Finding, doubt: str) -> Finding:
+    """A finding with a further doubt, where there is one."""
+    if not doubt:
+        return finding
+    sure = min(finding.confidence, SETTINGS.barred)
+    return replace(finding, confidence=sure, doubts=(*finding.doubts, doubt))
 
 
 def _trace_first(search: Search) -> tuple[UnknownHeat, ...]:
