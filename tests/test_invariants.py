@@ -8,10 +8,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from test_diagnosis import CONCEALED, LADDERS, plant, recorded
+from test_diagnosis import CONCEALED, HELD_OUT, LADDERS, LINKS, plant, recorded
 
 from network.analysis.comparison.compare import Comparison, compare
 from network.analysis.diagnosis.candidates import Candidate, candidates
+from network.analysis.diagnosis.diagnose import diagnose
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
 from network.analysis.diagnosis.invariants import doubt_unseen, find_worse_runs, list_doubts, list_strains
 from network.analysis.diagnosis.result import Fits
@@ -54,6 +55,13 @@ def test_what_leaves_much_of_the_runs_left_out_is_not_all_of_the_truth(
 ) -> None:
     assert ("held out" in doubt_unseen(Fits(told(9.0), told(seen), told(9.0), told(unseen)))) is told_so
     assert doubt_unseen(Fits(told(9.0), told(1.0), None, None)) == ""
+
+
+def test_that_runs_left_out_are_told_much_worse_is_said_where_nothing_else_is() -> None:
+    warm = {"links": {"flange": {**LINKS["flange"], "conductance": "400 W/K"}}}
+    runs = [recorded(plant(), x, i) for i, x in enumerate(LADDERS)]
+    d = diagnose(plant(), runs, [recorded(plant(**warm), HELD_OUT, 9)], seed=1)
+    assert not d.findings and any("What was held out is left at" in note for note in d.notes)
 
 
 def test_a_strength_is_told_in_its_standard_errors() -> None:

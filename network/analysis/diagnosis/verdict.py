@@ -53,6 +53,7 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     is_looked = search.null.chi > SETTINGS.noise
     unsearched = list_unsearched(search.screened, not search.ended) if is_looked else []
     told = [*map(_as_sentence, refuted), *_notes(search), *(u.sentence for u in unsearched)]
+    told += [] if findings else list(_tell_unseen(fits))
     notes = (*warnings, *told, *([known.sentence] if known.sentence else ()))
     return Diagnosis(
         search.case.machine, before, after, verdict, tuple(findings), _channels(fits), _trace_first(search), fits,
@@ -60,6 +61,16 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
         _shifts(search.best), seed, explained=search.selection.explained, ended=search.ended, refuted=tuple(refuted),
         unsearched=tuple(unsearched),
     )  # fmt: skip
+
+
+def _tell_unseen(fits: Fits) -> Iterator[str]:
+    """That runs held out are told much worse than those fitted, where nothing else is said."""
+    if doubt_unseen(fits) and fits.holdout_after is not None:
+        seen, unseen = fits.train_after.rmse_in_noise, fits.holdout_after.rmse_in_noise
+        yield (
+            f"What was held out is left at {unseen:.2g} σ, what was fitted at {seen:.2g} σ: something differs between "
+            "these runs that the file does not know – a room, a start, or what acts in some of them only."
+        )
 
 
 def _doubt_finding(finding: Finding, doubt: str) -> Finding:
