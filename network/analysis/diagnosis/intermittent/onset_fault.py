@@ -2,8 +2,8 @@
 
 A reading that jumps where no input does and no other channel does has failed, whatever else is missing: it counts where
 hardly anything of that channel's own excess in that run is left. A drift, or a jump that noise covers, could be heat,
-too: it counts where hardly anything is left at all, and nothing of the catalogue scores as much. What should be seen to
-jump and does not is none.
+too: it counts where hardly anything is left at all, and neither the catalogue nor unknown heat anywhere explains as
+much. What should be seen to jump and does not is none.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from network.analysis.diagnosis.intermittent.reading_fault import (
     fit_both,
     is_mended,
 )
+from network.analysis.diagnosis.locate import locate
 from network.analysis.diagnosis.result import Quantity
 from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.declare import Array
@@ -110,8 +111,13 @@ def find_onset_fault(
     faults = [_make_fault(h, o) for o in seen]
     clear = [f for f in faults if f.is_clear]
     other = [f for f in faults if not f.is_clear and _may_mend(h, f.onset)][:1]
-    groups = (clear[:CONFIRMED], (f for f in other if rival_gain() < f.gain))
+    groups = (clear[:CONFIRMED], (f for f in other if rival_gain() < f.gain and _lies_at(h, f.channel)))
     return next((pair for group in groups if (pair := _confirm_best(h, group)) is not None), None)
+
+
+def _lies_at(h: Hypothesis, channel: str) -> bool:
+    """Whether an error of that channel over time explains more than any other, and than heat anywhere."""
+    return locate(h.linearised, h.machine)[0].at.channel == channel
 
 
 def _make_fault(h: Hypothesis, o: Onset) -> OnsetFault:
