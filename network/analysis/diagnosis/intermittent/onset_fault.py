@@ -3,7 +3,7 @@
 A reading that jumps where no input does and no other channel does has failed, whatever else is missing: it counts where
 hardly anything of that channel's own excess in that run is left. A drift, or a jump that noise covers, could be heat,
 too: it counts where hardly anything is left at all, and neither the catalogue nor unknown heat anywhere explains as
-much. What should be seen to jump and does not is none.
+much, and its beginning is told. What should be seen to jump and does not is none.
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ def find_onset_fault(
     seen = [o for o in scores if o.gain > PER_WINDOW and o.shape.allows(o.size)]
     faults = [_make_fault(h, o) for o in seen]
     clear = [f for f in faults if f.is_clear]
-    other = [f for f in faults if not f.is_clear and _may_mend(h, f.onset)][:1]
+    other = [f for f in faults if not f.is_clear and f.onset.since > PER_WINDOW and _may_mend(h, f.onset)][:1]
     groups = (clear[:CONFIRMED], (f for f in other if rival_gain() < f.gain and _lies_at(h, f.channel)))
     return next((pair for group in groups if (pair := _confirm_best(h, group)) is not None), None)
 

@@ -31,7 +31,8 @@ SEEN = 1e-6
 @dataclass(frozen=True, eq=False)
 class Onset:
     """A fault of a shape from an instant t0 [s] of a run on, and in the later runs where it stays; size and its 1σ;
-    gain [nats]; width: of the cells about t0 [s]."""
+    gain [nats]; width: of the cells about t0 [s]; since: what of the gain is due to its beginning there, not with the
+    run [nats]."""
 
     shape: FaultShape
     run: int
@@ -41,6 +42,7 @@ class Onset:
     std: float
     gain: float
     width: float
+    since: float
 
     def begins_in(self, run: int) -> float:
         """The instant from which it holds in a run [s]; never is infinite."""
@@ -117,19 +119,19 @@ class OnsetScan:
         if here is None:
             return None
         later = [c for c in columns[run + 1 :] if c is not None] if stays else []
-        along = here.along[1:] + sum(float(c.along[0]) for c in later)
-        shared = here.shared[1:] + sum((c.shared[0] for c in later), np.zeros(here.shared.shape[1]))
-        square = here.squares[1:] + sum(float(c.squares[0]) for c in later)
+        along = here.along + sum(float(c.along[0]) for c in later)
+        shared = here.shared + sum((c.shared[0] for c in later), np.zeros(here.shared.shape[1]))
+        square = here.squares + sum(float(c.squares[0]) for c in later)
         taken = shared @ self.covariance
         along = along - taken @ self.pull
         kappa = square - np.einsum("kp,kp->k", taken, shared)
         gain = np.where(kappa > SEEN, along**2 / np.maximum(kappa, SEEN) / 2, 0.0) / self.chi**2
-        k = int(gain.argmax())
+        k = 1 + int(gain[1:].argmax())
         if kappa[k] <= SEEN:
             return None
         size, std = float(along[k] / kappa[k]), self.chi / float(np.sqrt(kappa[k]))
-        width = float(np.diff(here.t0[1:])[max(k - 1, 0) : k + 1].max(initial=0.0))
-        return Onset(shape, run, float(here.t0[1 + k]), stays, size, std, float(gain[k]), width)
+        width = float(np.diff(here.t0[1:])[max(k - 2, 0) : k].max(initial=0.0))
+        return Onset(shape, run, float(here.t0[k]), stays, size, std, float(gain[k]), width, float(gain[k] - gain[0]))
 
 
 def _begins(data: Measured) -> Array:
