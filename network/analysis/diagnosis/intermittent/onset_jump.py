@@ -39,14 +39,15 @@ def watch_jump(h: Hypothesis, recordings: Sequence[Recording], o: Onset) -> Jump
     own = _list_steps(h, recordings, o, o.shape.channel)
     if own is None or not o.shape.may_jump:
         return Jump()
-    due, near = o.size * own.full, np.abs(own.t - o.t0) < max(o.width, SIDE * BIN)
+    reach = SIDE * max(BIN, float(np.median(np.diff(own.t))))  # a step spans so much on each side
+    due, near = o.size * own.full, np.abs(own.t - o.t0) < max(o.width, reach)
     is_due = near & (np.abs(due) > CLEAR * own.scatter)
     is_seen = is_due & (np.abs(own.size - due) < BLURRED * np.abs(due))
     if not is_seen.any():
         return Jump(bool(is_due.any()))
     k = int(np.where(is_seen, np.abs(own.size), 0.0).argmax())
     at, full = float(own.t[k]), _full_by_readings(recordings[o.run], o, float(own.t[max(k - SIDE - 1, 0)]))
-    is_alone = not (_is_driven(h, o, at) or _is_shared(h, recordings, o, at))
+    is_alone = not (_is_driven(h, o, at, reach) or _is_shared(h, recordings, o, at, reach))
     return Jump(True, True, is_alone, at, float(own.size[k]) / full, own.scatter / abs(full))
 
 
@@ -57,16 +58,16 @@ def _full_by_readings(recording: Recording, o: Onset, before: float) -> float:
     return float(np.interp(before, recording.t[good], o.shape.full(recording, values)[good]))
 
 
-def _is_driven(h: Hypothesis, o: Onset, at: float) -> bool:
+def _is_driven(h: Hypothesis, o: Onset, at: float, reach: float) -> bool:
     """Whether an input jumps at that time."""
-    return bool((np.abs(h.predictions[o.run].run.knots.jumps - at) < SIDE * BIN).any())
+    return bool((np.abs(h.predictions[o.run].run.knots.jumps - at) < reach).any())
 
 
-def _is_shared(h: Hypothesis, recordings: Sequence[Recording], o: Onset, at: float) -> bool:
+def _is_shared(h: Hypothesis, recordings: Sequence[Recording], o: Onset, at: float, reach: float) -> bool:
     """Whether another channel jumps at that time."""
     names = [name for name in h.predictions[o.run].run.channels if name != o.shape.channel]
     others = [s for name in names if (s := _list_steps(h, recordings, o, name)) is not None]
-    return any(bool((np.abs(s.size[np.abs(s.t - at) < SIDE * BIN]) > CLEAR * s.scatter).any()) for s in others)
+    return any(bool((np.abs(s.size[np.abs(s.t - at) < reach]) > CLEAR * s.scatter).any()) for s in others)
 
 
 def _list_steps(h: Hypothesis, recordings: Sequence[Recording], o: Onset, channel: str) -> Steps | None:
