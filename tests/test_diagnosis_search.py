@@ -308,7 +308,9 @@ def test_what_does_not_hold_at_the_end_goes_and_the_rest_is_judged_again(monkeyp
     evidence = {"": 0.0, "a": 3.0, "b": 30.0, "ab": 35.0, "c": 2.0, "bc": 60.0, "abc": 66.0, "ac": 30.0}
 
     def hypothesis(names: str) -> SimpleNamespace:
-        return SimpleNamespace(found=tuple(names), evidence=evidence[names], values={}, case=None)
+        return SimpleNamespace(
+            found=tuple(names), evidence=evidence[names], values={}, case=None, chi=3.0 if "B" in names else 1.0
+        )
 
     monkeypatch.setattr(backward_elimination, "_refit", lambda current, other: hypothesis("".join(other[0])))
     monkeypatch.setattr(backward_elimination, "_finish_fit", lambda h: h)
@@ -316,8 +318,7 @@ def test_what_does_not_hold_at_the_end_goes_and_the_rest_is_judged_again(monkeyp
     monkeypatch.setattr(backward_elimination, "estimate_noise", lambda case, h: case)
     monkeypatch.setattr(backward_elimination, "run_all", lambda work, items, jobs: [work(x) for x in items])
     expected = {"a": ("", ()), "ab": ("b", (30.0,)), "abc": ("bc", (58.0, 30.0)), "": ("", ()), "B": ("", ())}
-    evidence["B"] = 40.0  # the capital may as well be nothing
-    monkeypatch.setattr(backward_elimination, "strength_in_errors", lambda h, c: 1.0 if c == "B" else 9.0)
+    evidence["B"] = 40.0  # the capital leaves three times the noise: √80/3 is less than three standard errors
     for names, (left, gains) in expected.items():
         held, told = backward_elimination._eliminate_at_end(hypothesis(names), 12.0, 1)  # type: ignore[arg-type]
         assert ("".join(held.found), told) == (left, gains), names  # type: ignore[arg-type]

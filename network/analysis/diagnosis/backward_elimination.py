@@ -15,7 +15,7 @@ from network.analysis.diagnosis.hypothesis import Hypothesis, estimate_noise, fi
 from network.analysis.diagnosis.refit import unseen_misfit
 from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS
-from network.analysis.diagnosis.strength import strength_in_errors
+from network.analysis.diagnosis.strength import errors_from_nothing
 from network.platform.parallel import run_all
 
 RERANKED, REACH = 3, 3.0
@@ -108,8 +108,7 @@ def _eliminate(current: Hypothesis, threshold: float, jobs: int) -> tuple[Hypoth
     while current.found:
         rests = [[c for c in current.found if c is not out] for out in current.found]
         less = run_all(partial(_refit, current), [(rest, current.values) for rest in rests], jobs)
-        each = zip(current.found, less, strict=True)
-        gains = [np.inf if h is None else _gain_of(current, c, h) for c, h in each]
+        gains = [np.inf if h is None else _gain_over(current, h) for h in less]
         k = int(np.argmin(gains))
         other = less[k]
         if other is None or gains[k] >= threshold:
@@ -118,9 +117,10 @@ def _eliminate(current: Hypothesis, threshold: float, jobs: int) -> tuple[Hypoth
     return current, tuple(gains) if current.found else ()
 
 
-def _gain_of(current: Hypothesis, c: Candidate, less: Hypothesis) -> float:
-    """Evidence that a finding adds; none where its size may as well be nothing."""
-    return current.evidence - less.evidence if strength_in_errors(current, c) >= SETTINGS.errors else -np.inf
+def _gain_over(current: Hypothesis, less: Hypothesis) -> float:
+    """Evidence that a finding adds; none where it may as well not be there."""
+    gain = current.evidence - less.evidence
+    return gain if errors_from_nothing(gain, current.chi) >= SETTINGS.errors else -np.inf
 
 
 def _finish_fit(h: Hypothesis) -> Hypothesis:

@@ -14,6 +14,7 @@ from network.analysis.diagnosis.locate import locate, trace
 from network.analysis.diagnosis.ranking import distinct, shares
 from network.analysis.diagnosis.result import UNKNOWN, Finding, Quantity, Rival, UnknownHeat
 from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.strength import standard_errors
 from network.catalogue.declaration.entry_path import axis_of
 from network.catalogue.declaration.patch import Patch
 from network.engine.response.parameters import Parameter
@@ -111,7 +112,7 @@ def _alike(ranked: Sequence[Hypothesis], c: Candidate) -> Iterator[Rival]:
 
 
 def _quantities(h: Hypothesis, c: Candidate) -> dict[str, Quantity]:
-    std = np.sqrt(np.diag(h.fit.covariance)) * max(1.0, h.chi)
+    std = standard_errors(h)
     index = {p.path: i for i, p in enumerate(h.fit.problem.parameters)}
     free = c.own[:1] if c.is_timed else c.own
     return {p.field.key: _quantity(p, float(h.fit.theta[index[p.path]]), float(std[index[p.path]]) * (p in free))
@@ -126,7 +127,7 @@ def _sentence(h: Hypothesis, c: Candidate, after: Machine) -> str:
     """What is missing and how large it is, with its uncertainty."""
     index = {p.path: i for i, p in enumerate(h.fit.problem.parameters)}
     first = c.own[0]
-    spread = float(np.sqrt(np.diag(h.fit.covariance))[index[first.path]]) * max(1.0, h.chi)
+    spread = float(standard_errors(h)[index[first.path]])
     unit = "K" if first.field.unit == "degC" else first.field.unit
     std = format_amount(first.std(float(h.fit.theta[index[first.path]]), spread), unit, 2)
     return f"{sentence(c.kind.told(after, c.patch))} ({first.field.key.replace('_', ' ')} ± {std})."

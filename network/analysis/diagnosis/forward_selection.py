@@ -15,8 +15,8 @@ from network.analysis.diagnosis.initial_state_restarts import restart_from_start
 from network.analysis.diagnosis.locate import locate
 from network.analysis.diagnosis.lump_convergence import refine_until_converged
 from network.analysis.diagnosis.placement import near, place_best, place_ranked
-from network.analysis.diagnosis.ranking import best_first
-from network.analysis.diagnosis.refit import TrialFits, start_trials
+from network.analysis.diagnosis.ranking import best_first, distinct
+from network.analysis.diagnosis.refit import TrialFits, start_trials, unseen_misfit
 from network.analysis.diagnosis.result import UnknownHeat
 from network.analysis.diagnosis.screen import Score, screen
 from network.analysis.diagnosis.selection import Selection
@@ -31,7 +31,7 @@ from network.platform.parallel import run_all
 HOPE = 0.5
 """Linear score of a further candidate over what a name is worth, below which it is not fitted."""
 CARRIED = 3
-"""Rivals that are fitted again on the finer lumps."""
+"""Rivals that are fitted again on the finer lumps, or asked what they tell of runs that they have not seen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,11 +108,13 @@ def _select_next(
         is_told = early is None or bool(early and early[0].chi <= trials.little)
         smooth = _fit_wider(trials, smooth, is_told, jobs)
     ranked = best_first(*(early or ()), *place_ranked(seen.before, smooth, jobs))
-    tried = _contenders(current, seen.before, ranked)
+    tried = _contenders(current, seen.before, ranked, jobs)
     kept = _accept_best(current, seen.before, tried, threshold, jobs)
     switched = sway() if early is None and (kept or current).chi > SETTINGS.adequate else []
+    if not switched:
+        return kept, ranked
     ranked = best_first(*switched, *ranked)
-    again = _contenders(current, seen.before, ranked)
+    again = _contenders(current, seen.before, ranked, jobs)
     other = _accept_best(current, seen.before, again, threshold, jobs) if again != tried else None
     if other is not None and (kept is None or other.evidence > kept.evidence):
         kept = other
@@ -162,9 +164,22 @@ def _keeps(candidate: Candidate, own: Sequence[Parameter]) -> bool:
     return all(p.entry in entries and entries[p.entry].__dict__.get(p.attribute) is not None for p in own)
 
 
-def _contenders(current: Hypothesis, before: Hypothesis, ranked: Sequence[Hypothesis]) -> Sequence[Hypothesis]:
+def _contenders(
+    current: Hypothesis, before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int
+) -> Sequence[Hypothesis]:
     """Those of the rivals that may be kept: the best, and what comes near it if all were fitted on coarser lumps."""
-    return ranked[:1] if before is current else near(before, ranked, CARRIED)
+    able = _skip_misleading(before, ranked, jobs)
+    return able[:1] if before is current else near(before, able, CARRIED)
+
+
+def _skip_misleading(before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int) -> Sequence[Hypothesis]:
+    """Rivals from the first on that tells runs that it has not seen no worse than without it, where much is left: what
+    only bends itself to the runs is no reason to leave out the next. As they are where none of the best does."""
+    if not ranked or ranked[0].chi <= SETTINGS.adequate:
+        return ranked
+    least = unseen_misfit(before, jobs)
+    told = next((h for h in distinct(ranked)[:CARRIED] if unseen_misfit(h, jobs) <= least), ranked[0])
+    return ranked[[*ranked].index(told) :]
 
 
 def _accept_best(

@@ -12,8 +12,9 @@ from network.analysis.comparison.compare import Comparison, RecordingResidual
 from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.result import Fits
+from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS
-from network.analysis.diagnosis.strength import strength_in_errors
+from network.analysis.diagnosis.strength import errors_from_nothing, strength_in_errors
 
 if TYPE_CHECKING:
     from network.analysis.diagnosis.search_record import Search
@@ -42,15 +43,17 @@ def is_worse(before: RecordingResidual, after: RecordingResidual) -> bool:
     return bool(np.mean(blocks) > SETTINGS.paired * error)
 
 
-def list_refutations(h: Hypothesis, fits: Fits) -> list[str]:
-    """Why findings are not told: a size that may as well be nothing, and runs, fitted or held out, that they make worse
+def list_refutations(selection: Selection, fits: Fits) -> list[str]:
+    """Why findings are not told: that one may as well not be there, and runs, fitted or held out, that they make worse
     when simulated. Held-out ones are judged together by what is left: nothing speaks for what mispredicts them."""
-    faint = [c.name for c in h.found if strength_in_errors(h, c) < SETTINGS.errors]
+    best, gains = selection.best, selection.gains
+    sure = [errors_from_nothing(gain, best.chi) >= SETTINGS.errors for gain in gains]
+    faint = [c.name for c, is_sure in zip(best.found, sure, strict=True) if not is_sure]
     before, after = fits.holdout_before, fits.holdout_after
     is_worse_held = before and after and after.rmse_in_noise > SETTINGS.worse * before.rmse_in_noise
     held = [r.recording.name for r in after.recordings] if after and is_worse_held else find_worse_runs(before, after)
     return [
-        *(f"the size of {name} is less than {SETTINGS.errors:.0f} standard errors from not there" for name in faint),
+        *(f"{name} is less than {SETTINGS.errors:.0f} standard errors from not there" for name in faint),
         *(f"with what was found {name} is told worse than without"
           for name in find_worse_runs(fits.train_before, fits.train_after)),
         *(f"with what was found {name}, held out, is told worse than without" for name in held),
@@ -84,7 +87,7 @@ def list_strains(h: Hypothesis, c: Candidate) -> Iterator[str]:
     index = {p.path: i for i, p in enumerate(h.fit.problem.parameters)}
     own = [index[p.path] for p in c.own if p.path in index]
     if own and strength_in_errors(h, c) < SETTINGS.errors:
-        yield f"its size is less than {SETTINGS.errors:.0f} standard errors from not there"
+        yield f"its size is less than {SETTINGS.errors:.0f} of its standard errors"
     bounded = [i for i in at_bound(h.fit.problem.parameters, h.fit.theta) if i in own]
     yield from (f"its {h.fit.problem.parameters[i].field.key.replace('_', ' ')} stands at its bound" for i in bounded)
     if h.is_bent:

@@ -1,4 +1,4 @@
-"""What the recordings of a case bring to proposals: how long they are, and powers that nothing in the machine reads."""
+"""What the recordings of a case bring to proposals: how long they are, and powers that heat nothing in the machine."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ def gather_runs(machine: Machine, recordings: Sequence[Recording], drivers: Iter
     """drivers: columns that all recordings have and no channel of the machine is."""
     usual = {*_list_usual_inputs()}
     found = {n: most for n in drivers if n not in usual and (most := _find_most(n, recordings)) is not None}
-    powers = {n: most for n, most in found.items() if _is(most.unit, "W") and n not in machine.inputs}
+    heating = {n for source in machine.sources.values() for n in source.needs()}
+    powers = {n: most for n, most in found.items() if _is(most.unit, "W") and n not in heating}
     others = {n: most for n, most in found.items() if not any(_is(most.unit, each) for each in RESPONSES)}
     return Runs(max(float(np.ptp(r.t)) for r in recordings), powers, others)
 

@@ -100,13 +100,13 @@ def _withdraw_refuted(
     """The search without the last findings, then without finer lumps, while simulated runs speak against them, and what
     did."""
     after, fits = _simulate_both(search, before, holdout, jobs)
-    refuted = told = list_refutations(search.best, fits) if after is not before else []
+    refuted = told = list_refutations(search.selection, fits) if after is not before else []
     for rest in _list_retreats(search):
         if not told:
             break
         search = rest
         after, fits = _simulate_both(search, before, holdout, jobs)
-        told = list_refutations(search.best, fits) if after is not before else []
+        told = list_refutations(search.selection, fits) if after is not before else []
     return search, after, fits, refuted
 
 

@@ -83,8 +83,8 @@ class HeatSource(Source, kind="heat_source"):
 
     @classmethod
     def proposes_on(cls, machine: MachineLike, runs: Runs) -> Iterator[Mapping[str, Any]]:
-        """Besides, into every part, heat in proportion to a recorded power that nothing reads: all of it; and what goes
-        with another recorded column, in proportion and with its square (a current's loss)."""
+        """Besides, into every part, heat in proportion to a recorded power that no source reads: all of it; and what
+        goes with another recorded column, in proportion and with its square (a current's loss)."""
         yield from super().proposes_on(machine, runs)
         write = cls.fields["power"].write
         powers = ((n, {"with": n, "at": str(m), "power": write(m.value)}) for n, m in runs.powers.items())
