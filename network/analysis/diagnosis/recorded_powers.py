@@ -24,7 +24,8 @@ def gather_runs(machine: Machine, recordings: Sequence[Recording], drivers: Iter
     heating = {n for source in machine.sources.values() for n in source.needs()}
     powers = {n: most for n, most in found.items() if _is(most.unit, "W") and n not in heating}
     others = {n: most for n, most in found.items() if not any(_is(most.unit, each) for each in RESPONSES)}
-    return Runs(max(float(np.ptp(r.t)) for r in recordings), powers, others)
+    longest = max(float(np.ptp(r.t)) for r in recordings)
+    return Runs(longest, min(float(np.median(np.diff(r.t))) for r in recordings), powers, others)
 
 
 def _is(text: str, other: str) -> bool:

@@ -17,6 +17,7 @@ from network.analysis.diagnosis.hypothesis import Hypothesis, parameters_of, the
 from network.analysis.diagnosis.result import UnknownHeat
 from network.analysis.diagnosis.screen import Score, score_variants
 from network.catalogue.declaration.declare import Array
+from network.catalogue.mechanisms.base import Mechanism
 
 PLACES = 3
 """Places at which they are looked for, those where unknown heat explains most (budget)."""
@@ -67,12 +68,21 @@ def _settle(
     for k in range(1 if about else 0, ROUNDS + 1):
         before.case.budget.check()
         drawn = middle + spread * _steps(rng, len(shapes), AGAIN if k else 0, 0 if k else DRAWS)
-        tried = [_at(c, theta) for theta in [middle, *np.clip(drawn, low, high)]]
+        tried = [_at(c, theta) for theta in [middle, *np.clip(drawn, low, high)] if _is_seen(before, c, theta)]
         scores = score_variants(before.linearised, tried, before.values, jobs)
         if scores and (best is None or scores[0].gain > best.gain):
             best = scores[0]
             middle = theta_of(shapes, best.own)
     return best
+
+
+def _is_seen(before: Hypothesis, c: Candidate, theta: Array) -> bool:
+    """Whether it goes on and off no faster than the recordings are sampled: what does looks like what stays."""
+    runs, shapes = before.case.runs, c.own[1:]
+    laws = {p.entry: c.machine.by_path[p.entry] for p in shapes}
+    values = {p.attribute: p.value(float(x)) for p, x in zip(shapes, theta, strict=True)}
+    edges = [law.replaced(**values).edges(runs.longest) for law in laws.values() if isinstance(law, Mechanism)]
+    return all((len(each) - 1) * runs.interval <= runs.longest for each in edges)
 
 
 def _steps(rng: np.random.Generator, shapes: int, near: int, far: int) -> Array:

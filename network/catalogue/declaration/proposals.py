@@ -13,11 +13,13 @@ from network.catalogue.declaration.number_fields import Amount
 
 @dataclass(frozen=True)
 class Runs:
-    """What recordings bring to proposals. longest: length of the longest [s]; powers: recorded powers that no source
-    of the machine reads, each with the most that it reaches; drivers: the same of other recorded columns and inputs
-    that are no temperature and no response, like levels, loads and pumps."""
+    """What recordings bring to proposals. longest: length of the longest [s]; interval: time from one sample to the
+    next of the densest [s]; powers: recorded powers that no source of the machine reads, each with the most that it
+    reaches; drivers: the same of other recorded columns and inputs that are no temperature and no response, like
+    levels, loads and pumps."""
 
     longest: float = math.inf
+    interval: float = 0.0
     powers: Mapping[str, Amount] = field(default_factory=dict)
     drivers: Mapping[str, Amount] = field(default_factory=dict)
 
