@@ -4,15 +4,14 @@ With n lumps in a bar and all others as they are, let d be what the channels hav
 what the numbers take up of it projected out, e(n) = |M W d| [σ]. The error of n lumps falls with n², so that 4/3 e(n)
 is what is left to the limit of a continuous bar. Lumps suffice where these, summed over the B bars, stay within √(2 E)
 times the factor that noise counts with where a misfit lasts (misfit.py), E the evidence within which two explanations
-cannot be told apart: no lump decides then between them. Bars that got more lumps are looked at again, for what one bar
-lacks hardly depends on the lumps of others; where a better fit leaves less, all of them.
+cannot be told apart: no lump decides then between them. Where a better fit leaves less, they are looked at again.
 Range: bars whose profiles their lumps begin to resolve; from coarser ones at most GROWTH times as many are taken at
 once, and it is looked again. Source of the order: Richardson's extrapolation, Phil. Trans. R. Soc. A 210 (1911) 307.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from math import ceil
@@ -93,14 +92,12 @@ def choose_lumps(h: Hypothesis) -> Machine | None:
     own = bars_of(h.root)
     written = counts = {name: n for name, n in bars_of(h.machine).items() if name in own}
     allowed = float(np.sqrt(2 * SETTINGS.alike)) * lasting_misfit(h.linearised) / max(len(counts), 1)
-    left: dict[str, float] = {}
-    changed = [*counts]
     for _ in range(ROUNDS):
-        left |= _leave_each(h, counts, changed)
+        left = _leave_each(h, counts)
         more = {name: _count(counts[name], TO_THE_LIMIT * left[name] / allowed) for name in counts}
         if more == counts or sum(more.values()) > FINEST:
             break
-        counts, changed = more, [name for name in counts if more[name] != counts[name]]
+        counts = more
     return None if counts == written else cut_bars(h.root, counts)
 
 
@@ -109,13 +106,13 @@ def _count(now: int, off: float) -> int:
     return now if off <= 1 else min(ceil(now * np.sqrt(off)), GROWTH * now)
 
 
-def _leave_each(h: Hypothesis, counts: Mapping[str, int], bars: Sequence[str]) -> dict[str, float]:
-    """|M W d| of some bars [σ]; nothing where a run breaks down."""
+def _leave_each(h: Hypothesis, counts: Mapping[str, int]) -> dict[str, float]:
+    """|M W d| of every bar [σ]; nothing where a run breaks down."""
     is_own = counts.items() <= bars_of(h.machine).items()
     here = np.concatenate([p.cells for p in h.predictions]) if is_own else _means_of(h, cut_bars(h.machine, counts))
-    there = {name: _means_of(h, cut_bars(h.machine, {**counts, name: 2 * counts[name]})) for name in bars}
+    there = {name: _means_of(h, cut_bars(h.machine, {**counts, name: 2 * n})) for name, n in counts.items()}
     told = {name: finer - here for name, finer in there.items() if here is not None and finer is not None}
-    return dict.fromkeys(bars, 0.0) | {name: _size(h.linearised, lack) for name, lack in told.items()}
+    return dict.fromkeys(counts, 0.0) | {name: _size(h.linearised, lack) for name, lack in told.items()}
 
 
 def _means_of(h: Hypothesis, machine: Machine) -> Array | None:
