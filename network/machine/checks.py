@@ -7,6 +7,7 @@ consequence of that is told.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -29,14 +30,20 @@ if TYPE_CHECKING:
 
 def places_of(entry: Declared) -> Iterator[tuple[str, Place]]:
     """(field, place) for every place an entry names."""
-    for attribute, field in entry.fields.items():
+    for attribute, has_places, has_shares in _list_fields(type(entry)):
         value = entry.__dict__[attribute]
         if isinstance(value, Place):
             yield attribute, value
-        elif value is not None and isinstance(field, PlacesField):
+        elif value is not None and has_places:
             yield from ((attribute, place) for place in value)
-        elif value is not None and isinstance(field, SharesField):
+        elif value is not None and has_shares:
             yield from ((attribute, place) for place, _ in value)
+
+
+@cache
+def _list_fields(kind: type[Declared]) -> tuple[tuple[str, bool, bool], ...]:
+    """Fields of a kind, and whether they hold several places, or shares of these."""
+    return tuple((name, isinstance(f, PlacesField), isinstance(f, SharesField)) for name, f in kind.fields.items())
 
 
 def check_machine(machine: Entries, complaints: Complaints) -> None:

@@ -110,10 +110,8 @@ def _improve(at: Linearised, radius: float, low: Array, high: Array) -> tuple[Li
             return at, radius, max(expected, 0.0)
         new = _beside(at, np.clip(at.theta + step, low, high))
         if new is not None and new.cost < at.cost:
-            gain, radius = (
-                at.cost - new.cost,
-                _radius_after(radius, length_of(step, units), (at.cost - new.cost) / expected),
-            )
+            gain = at.cost - new.cost
+            radius = _radius_after(radius, length_of(step, units), gain / expected)
             new = _renew_slopes(new, at)
             return new, radius, at.cost - new.cost if at.problem.model.switches else gain
         if at.made_at is not None:

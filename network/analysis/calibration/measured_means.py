@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from network.analysis.comparison.common_start import START
-from network.catalogue.declaration.declare import Array
+from network.catalogue.declaration.declare import Array, Mask
 from network.engine.assembly import build
 from network.engine.response.intervals import first_from
 from network.engine.response.knots import Knots, make_knots, on_knots
@@ -114,6 +114,12 @@ class Measured(Brief):
         knots = self.run.knots
         total = np.bincount(knots.cell_of, knots.samples, knots.cells)
         return np.asarray(total / np.maximum(np.bincount(knots.cell_of, minlength=knots.cells), 1))
+
+    def ends_before(self, share: float) -> Mask:
+        """Which cells of its channels end before a share of its length."""
+        knots = self.run.knots
+        until = knots.t[0] + share * (knots.t[-1] - knots.t[0]) + 1e-6
+        return np.tile(knots.t[knots.cell_ends] <= until, len(self.run.channels))
 
     def pushes(self, course: LinearRun) -> list[Push]:
         """What the starts, then the edges do to a run."""

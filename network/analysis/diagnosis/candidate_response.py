@@ -8,6 +8,7 @@ the whole run is computed again.
 from __future__ import annotations
 
 from collections.abc import Container, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -20,10 +21,14 @@ from network.engine.assembly import build
 from network.engine.balance import heat_balance
 from network.engine.channels import readouts, states_of
 from network.engine.network import Network
+from network.engine.response.heat_sensitivity import Slots
+from network.engine.response.joint_means import JointMeans
 from network.engine.response.linear_run import LinearRun, Push
 from network.engine.response.model import Model, Prediction, channels_of
 from network.engine.response.nonlinear_laws import Group, heat_of, spread_of
+from network.engine.response.output_jacobian import Slopes
 from network.engine.response.parameters import at_values
+from network.engine.response.prediction import joint_of
 from network.machine.machine import Machine
 from network.platform.parallel import run_all
 from network.platform.refusal import Failed
@@ -36,8 +41,60 @@ NOTHING = 1e-9
 """W below which a lump gets no further heat."""
 
 
-Heat = tuple[Push | None, Array]
-"""A further heat on one run, and what is read otherwise beside its answer."""
+@dataclass(frozen=True, eq=False)
+class _Runs:
+    """The runs of a fit. joint: all of them as one, where they were found so; courses: of that, or of each."""
+
+    data: Sequence[Measured]
+    predictions: Sequence[Prediction]
+    joint: JointMeans | None
+    slopes: Slopes | None
+    courses: Sequence[LinearRun]
+
+    @classmethod
+    def of(cls, data: Sequence[Measured], predictions: Sequence[Prediction]) -> _Runs:
+        joint, slopes = joint_of(predictions)
+        return cls(data, predictions, joint, slopes, [joint.course] if joint else [p.course for p in predictions])
+
+    def answer(self, heats: Sequence[_Heat]) -> Array:
+        """Changes of the cells' means of all runs, one after the other (heats, ·)."""
+        out = np.array([h.seen for h in heats]).reshape(len(heats), sum(len(p.cells) for p in self.predictions))
+        ends = np.cumsum([0, *(len(p.cells) for p in self.predictions)])
+        if self.joint is not None and self.slopes is not None:
+            warm = [i for i, h in enumerate(heats) if h.pushes[0] is not None]
+            out[warm] += np.hstack(self.joint.respond_to([p for h in heats for p in h.pushes if p], self.slopes))
+            return out
+        for r, prediction in enumerate(self.predictions):
+            warm = [i for i, h in enumerate(heats) if h.pushes[r] is not None]
+            out[warm, ends[r] : ends[r + 1]] += prediction.respond_to([p for h in heats if (p := h.pushes[r])])
+        return out
+
+
+@dataclass(frozen=True, eq=False)
+class _Heat:
+    """A further heat on every course, and what is read otherwise beside its answer (cells of all runs)."""
+
+    pushes: Sequence[Push | None]
+    seen: Array
+
+
+@dataclass(frozen=True, eq=False)
+class _Entries:
+    """The entries that a candidate changes as a network of their own, at some of its numbers; seen: the machine where
+    it reads otherwise with them; slots: where its numbers stand, if they can be exchanged."""
+
+    changed: tuple[str, ...]
+    network: Network
+    seen: Machine | None
+    slots: Slots | None
+
+    @classmethod
+    def of(cls, c: Candidate, values: Mapping[str, float]) -> _Entries:
+        paths = [path for path, _ in c.patch.entries()]
+        machine, changed = _at(c.machine, values, paths), tuple(str(path) for path in paths)
+        network = build(machine, only=changed)
+        slots, reads = Slots(network, c.own), any(path.section not in UNREAD for path in paths)
+        return cls(changed, network, machine if reads else None, slots if slots.suffice and not reads else None)
 
 
 def respond_to_candidates(
@@ -55,33 +112,27 @@ def _together(
     data: Sequence[Measured], predictions: Sequence[Prediction], tried: Sequence[tuple[Candidate, Mapping[str, float]]]
 ) -> list[Array | None]:  # fmt: skip
     """The same of a few, whose heats are answered at once."""
-    known = [_respond_directly(c, values, data, predictions) for c, values in tried]
-    answers = [_answers([h[r] for h in known if isinstance(h, list)], p) for r, p in enumerate(predictions)]
-    heats = iter(np.hstack(answers))
-    return [next(heats) if isinstance(h, list) else h for h in known]
+    runs, known = _Runs.of(data, predictions), dict[int, _Entries]()
+    found = [_respond_directly(c, values, runs, known) for c, values in tried]
+    heats = iter(runs.answer([h for h in found if isinstance(h, _Heat)]))
+    return [next(heats) if isinstance(h, _Heat) else h for h in found]
 
 
 def _respond_directly(
-    candidate: Candidate, values: Mapping[str, float], data: Sequence[Measured], predictions: Sequence[Prediction]
-) -> list[Heat] | Array | None:
-    """The further heat of every run, where that is all; the change itself, where it is not."""
+    candidate: Candidate, values: Mapping[str, float], runs: _Runs, known: dict[int, _Entries]
+) -> _Heat | Array | None:
+    """The further heat, where that is all; the change itself, where it is not. known: entries of candidates whose
+    numbers can be exchanged."""
     try:
-        heats = _heats(candidate, values, predictions)
-        if heats is not None:
-            return heats
+        heat = _find_heat(candidate, values, runs, known)
+        if heat is not None:
+            return heat
         machine = _at(candidate.machine, values)
-        moved = Model(machine, (), [d.run for d in data]).predict(np.empty(0))
-        return np.concatenate([m.means(m.values) - p.means(p.values) for m, p in zip(moved, predictions, strict=True)])
+        moved = Model(machine, (), [d.run for d in runs.data]).predict(np.empty(0))
+        pairs = zip(moved, runs.predictions, strict=True)
+        return np.concatenate([m.means(m.values) - p.means(p.values) for m, p in pairs])
     except (Failed, np.linalg.LinAlgError, FloatingPointError):
         return None
-
-
-def _answers(heats: Sequence[Heat], prediction: Prediction) -> Array:
-    """Changes of the cells' means of one run (heats, ·)."""
-    out = np.array([seen for _, seen in heats]).reshape(len(heats), len(prediction.cells))
-    warm = [i for i, (push, _) in enumerate(heats) if push is not None]
-    out[warm] += prediction.respond_to([push for push, _ in heats if push is not None])
-    return out
 
 
 def _at(machine: Machine, values: Mapping[str, float], only: Container[EntryPath] | None = None) -> Machine:
@@ -97,35 +148,35 @@ def _has(machine: Machine, number: NumberPath) -> bool:
     return any(f.key == number.key for f in machine.by_path[number.entry].params().values())
 
 
-def _heats(
-    candidate: Candidate, values: Mapping[str, float], predictions: Sequence[Prediction]
-) -> list[Heat] | None:  # fmt: skip
+def _find_heat(
+    candidate: Candidate, values: Mapping[str, float], runs: _Runs, known: dict[int, _Entries]
+) -> _Heat | None:
     """The heat of the entries that are new or other; None where that is not all there is to it."""
     if any(name in candidate.base.nodes for name in candidate.patch.get("nodes", ())):
         return None
-    paths = [path for path, _ in candidate.patch.entries()]
-    changed = [str(path) for path in paths]
-    machine = _at(candidate.machine, values, paths)
-    now = build(machine, only=changed)
+    entries = known.get(id(candidate))
+    if entries is not None and entries.slots is not None:
+        now = entries.slots.at({p.path: values[p.path] for p in candidate.own})
+    else:
+        entries = known[id(candidate)] = _Entries.of(candidate, values)
+        now = entries.network
     states = len(states_of(now))
-    if now.relays or not all(_is_alike(now, p) and states == p.course.readouts.states for p in predictions):
+    if now.relays or not all(_is_alike(now, c) and states == c.readouts.states for c in runs.courses):
         return None
-    reads = any(path.section not in UNREAD for path in paths)
-    seen = machine if reads else None
-    return [(_further(now, changed, p), _change_readings(seen, now, p)) for p in predictions]
+    seen = np.concatenate([_change_readings(entries.seen, now, p) for p in runs.predictions])
+    return _Heat([_further(now, entries.changed, c) for c in runs.courses], seen)
 
 
-def _is_alike(network: Network, prediction: Prediction) -> bool:
+def _is_alike(network: Network, course: LinearRun) -> bool:
     """Whether the lumps are those of the run, but for nodes whose temperature is given."""
-    own = prediction.course.problem.plan.network
+    own = course.problem.plan.network
     lumps = all(network.parts.get(name) == part for name, part in own.parts.items())
     held = all(network.held.get(i) == one for i, one in own.held.items())
     return lumps and held and network.size - own.size == len(network.held) - len(own.held)
 
 
-def _further(now: Network, changed: Sequence[str], prediction: Prediction) -> Push | None:
+def _further(now: Network, changed: Sequence[str], course: LinearRun) -> Push | None:
     """The heat of the changed entries that flows now and did not before; None where that is none."""
-    course = prediction.course
     before, K = course.problem.plan.network, len(course.x0)
     T = np.hstack([course.T_ends, _stack_new_held(now, before, course)])
     into = heat_balance(now, T, course.inputs, np.zeros((2 * K, 0))).into[:, : before.size]

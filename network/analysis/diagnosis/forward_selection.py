@@ -18,7 +18,7 @@ from network.analysis.diagnosis.placement import near, place_best, place_ranked
 from network.analysis.diagnosis.ranking import best_first, distinct
 from network.analysis.diagnosis.refit import TrialFits, start_trials, unseen_misfit
 from network.analysis.diagnosis.result import UnknownHeat
-from network.analysis.diagnosis.screen import Score, screen
+from network.analysis.diagnosis.screen import Score, score_candidates, screen
 from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.significance import null_threshold
@@ -54,7 +54,8 @@ def screen_candidates(current: Hypothesis, seed: int, jobs: int) -> Screening:
     case = current.case
     found = candidates(before.machine, case.drivers, runs=case.runs)
     proposed = tuple(c for c in found if _keeps(c, before.own))
-    scores = screen(before.linearised, proposed, before.values, jobs)
+    look = screen if leaves_something(current) else score_candidates  # nothing is to be placed along bars
+    scores = look(before.linearised, proposed, before.values, jobs)
     seen = Screening(before, proposed, tuple(scores))
     if before.chi < SETTINGS.noise:
         return seen

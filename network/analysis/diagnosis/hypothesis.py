@@ -113,18 +113,6 @@ class Case:
         return problem if offsets else replace(problem, offsets=())
 
 
-def early(data: Measured, horizon: float) -> Array:
-    """Which cells of a run end before a share of its length."""
-    knots = data.run.knots
-    until = knots.t[0] + horizon * (knots.t[-1] - knots.t[0]) + 1e-6
-    return np.tile(knots.t[knots.cell_ends] <= until, len(data.run.channels))
-
-
-def use_file_noise(case: Case) -> Case:
-    """The case under the noise of the file: what a relay does over minutes must not pass for coloured noise."""
-    return replace(case, noise=Noise(), sigma={})
-
-
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
     """A machine with what is supposed to be missing in it, fitted.

@@ -110,7 +110,7 @@ def _block(fit: Linearised, rows: list[Array]) -> Array:
 def _explain_place(fit: Linearised, place: _Place, knots: list[Array]) -> UnknownHeat:
     """The unknown heat of one place at its best size and correlation time."""
     G = place.answers
-    M_G = np.stack([fit.project(row) for row in G])
+    M_G = fit.project(G)
     H, g = M_G @ G.T, M_G @ fit.left
     scale = max(1.0, float(np.mean(fit.left**2)))
     unit = 1 / np.sqrt(max(float(np.diag(H).max()), 1e-300))

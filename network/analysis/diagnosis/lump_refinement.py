@@ -108,7 +108,8 @@ def _count(now: int, off: float) -> int:
 
 def _leave_each(h: Hypothesis, counts: Mapping[str, int]) -> dict[str, float]:
     """|M W d| of every bar [σ]; nothing where a run breaks down."""
-    here = _means_of(h, cut_bars(h.machine, counts))
+    is_own = counts.items() <= bars_of(h.machine).items()
+    here = np.concatenate([p.cells for p in h.predictions]) if is_own else _means_of(h, cut_bars(h.machine, counts))
     there = {name: _means_of(h, cut_bars(h.machine, {**counts, name: 2 * n})) for name, n in counts.items()}
     told = {name: finer - here for name, finer in there.items() if here is not None and finer is not None}
     return dict.fromkeys(counts, 0.0) | {name: _size(h.linearised, lack) for name, lack in told.items()}

@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from network.analysis.calibration.linearised import linearise
+from network.analysis.calibration.linearised import Linearised, linearise
 from network.analysis.diagnosis.candidate_response import respond_to_candidates
 from network.analysis.diagnosis.candidates import STRETCHES, Candidate
 from network.analysis.diagnosis.compact_fit import fit_or_none
@@ -38,12 +38,15 @@ TRIED, FIT_STEPS = 2, 4
 
 def place_best(best: Hypothesis, jobs: int = 1) -> Hypothesis:
     """The hypothesis with the stretches of its last finding where they explain most."""
+    about = None
     for step in (None, *STEPS):
         moved = list(_elsewhere(best.found[-1]) if step is None else _aside(best.found[-1], step))
         least = max(GAIN, LITTLE * float(best.fit.left @ best.fit.left) / 2)
-        promising = [c for gain, c in _promise_of(best, moved)[:TRIED] if gain > least]
+        about = about or (_linearise(best) if moved else None)
+        promising = [c for gain, c in _promise_of(best, about, moved)[:TRIED] if gain > least]
         fits = run_all(partial(_fit_at, best), promising, jobs)
-        best = _widest(best, [h for h in fits if h is not None and h.evidence > best.evidence + GAIN])
+        better = _widest(best, [h for h in fits if h is not None and h.evidence > best.evidence + GAIN])
+        best, about = better, about if better is best else None
     return best
 
 
@@ -62,7 +65,8 @@ def _width(c: Candidate) -> float:
 
 def move_stretch(h: Hypothesis) -> Hypothesis:
     """The hypothesis with its last finding at other stretches where much of what is left would go, and does."""
-    promised = _promise_of(h, list(_elsewhere(h.found[-1])))
+    moved = list(_elsewhere(h.found[-1]))
+    promised = _promise_of(h, _linearise(h) if moved else None, moved)
     if not promised or promised[0][0] < MUCH * (h.fit.left @ h.fit.left) / 2:
         return h
     other = _fit_at(h, promised[0][1])
@@ -111,12 +115,17 @@ def _step_along(first: float, last: float, step: float) -> Iterator[tuple[float,
         yield max(0.0, first + a * step), min(1.0, last + b * step)
 
 
-def _promise_of(best: Hypothesis, moved: Sequence[Candidate]) -> list[tuple[float, Candidate]]:
+def _linearise(h: Hypothesis) -> Linearised:
+    return linearise(h.fit.problem, h.fit.theta)
+
+
+def _promise_of(
+    best: Hypothesis, fit: Linearised | None, moved: Sequence[Candidate]
+) -> list[tuple[float, Candidate]]:  # fmt: skip
     """What the way to others would gain, linearly, about the fit, the best first: as in the screening, and only the
     way, for the strength there may be far from that of where it sits now."""
-    if not moved:
+    if fit is None:
         return []
-    fit = linearise(best.fit.problem, best.fit.theta)
     changes = respond_to_candidates([(c, best.values) for c in moved], fit.problem.data, fit.predictions)
     known = [k for k, d in enumerate(changes) if d is not None]
     if not known:

@@ -12,7 +12,7 @@ from network.analysis.calibration.gauss_newton import Linearised, chi_of, linear
 from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.coarse_surrogate import SMALL
 from network.analysis.diagnosis.compact_fit import compact, fit_with
-from network.analysis.diagnosis.hypothesis import Hypothesis, early, fit_hypothesis, reweight
+from network.analysis.diagnosis.hypothesis import Hypothesis, fit_hypothesis, reweight
 from network.analysis.diagnosis.placement import move_stretch
 from network.analysis.diagnosis.ranking import best_first
 from network.analysis.diagnosis.screen import SHOWS, Score, score_candidates
@@ -211,5 +211,5 @@ def _misfit_of_end(h: Hypothesis) -> tuple[float, int]:
     """Misfit and count of what follows the beginning of the runs, told by a fit to that."""
     fit = fit_hypothesis(h.case.until(BEGINNING), h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS).fit
     seen = linearise(h.case.problem(h.machine, fit.problem.parameters), fit.theta)
-    late = np.concatenate([~early(d, BEGINNING)[d.known] for d in seen.problem.data])
+    late = np.concatenate([~d.ends_before(BEGINNING)[d.known] for d in seen.problem.data])
     return float(seen.left[late] @ seen.left[late]), int(late.sum())

@@ -45,7 +45,8 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     is_told = _is_finer(search) and finer_gain > search.threshold
     coarse = find_lumping(search.written, search.best.root, finer_gain, search.threshold) if is_told else None
     findings, verdict = _decide_verdict(search, list_findings(search, after), coarse, bool(refuted))
-    findings = [_doubt_finding(f, doubt_unseen(fits)) for f in findings]
+    doubt = doubt_unseen(fits)
+    findings = [_doubt_finding(f, doubt) for f in findings]
     if search.ended:  # nothing is sure
         findings = [replace(f, confidence=min(f.confidence, SETTINGS.half)) for f in findings]
     known = isolability(search.screened.scores, search.screened.proposed)
@@ -53,7 +54,7 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     is_looked = search.null.chi > SETTINGS.noise
     unsearched = list_unsearched(search.screened, not search.ended) if is_looked else []
     told = [*map(_as_sentence, refuted), *_notes(search), *(u.sentence for u in unsearched)]
-    told += [] if findings else list(_tell_unseen(fits))
+    told += list(_tell_unseen(fits)) if doubt and not findings else []
     notes = (*warnings, *told, *([known.sentence] if known.sentence else ()))
     return Diagnosis(
         search.case.machine, before, after, verdict, tuple(findings), _channels(fits), _trace_first(search), fits,
@@ -64,8 +65,8 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
 
 
 def _tell_unseen(fits: Fits) -> Iterator[str]:
-    """That runs held out are told much worse than those fitted, where nothing else is said."""
-    if doubt_unseen(fits) and fits.holdout_after is not None:
+    """That runs held out are told much worse than those fitted."""
+    if fits.holdout_after is not None:
         seen, unseen = fits.train_after.rmse_in_noise, fits.holdout_after.rmse_in_noise
         yield (
             f"What was held out is left at {unseen:.2g} σ, what was fitted at {seen:.2g} σ: something differs between "

@@ -168,9 +168,14 @@ class LinearRun:
             answer[i, :, side + s.first : side + s.last] += (q @ push.into(output_map.direct[s.index])).T
 
 
-def solve(problem: LinearProblem, known: dict[bytes, Modes] | None = None) -> LinearRun:
-    """The course of a reduced problem; `known`: modes found before, by the matrix of their regime."""
-    modes, (K, n) = modes_by_regime(problem, {} if known is None else known), problem.f0.shape
+def solve(
+    problem: LinearProblem, known: dict[bytes, Modes] | None = None, like: LinearRun | None = None
+) -> LinearRun:  # fmt: skip
+    """The course of a reduced problem; `known`: modes found before, by the matrix of their regime; like: a course of
+    the same regimes at the same intervals."""
+    modes, (K, n) = like.modes if like else modes_by_regime(problem, {} if known is None else known), problem.f0.shape
     course = LinearRun(problem, modes, np.empty((K, n)), np.empty((K, n)))
+    if like is not None:
+        course.__dict__["segments"] = like.segments
     course.x0[:], course.x1[:], _ = follow(problem, course.segments, {0: problem.x0})
     return course

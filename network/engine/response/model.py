@@ -85,13 +85,24 @@ class Model:
         known: dict[bytes, Modes] = {}
         regimes: KnownRegimes = {}
         if not can_join(network, self.runs):
-            return tuple(self._predict(i, machine, self._course(i, plan, outputs, known, regimes), None)
-                         for i, plan in enumerate(plans))  # fmt: skip
+            courses = [self._course(i, plan, outputs, known, regimes) for i, plan in enumerate(plans)]
+            return self._share_slopes([self._predict(i, machine, course, None) for i, course in enumerate(courses)])
         joint = self.warm.join(self.runs)
-        whole, courses = solve_together(joint, plans, outputs, known, regimes)
+        whole, parts = solve_together(joint, plans, outputs, known, regimes)
         same = machine is self.machine and not len(network.massless)
         means = JointMeans(whole, joint, joint.beside if same else None)
-        return tuple(self._predict(i, machine, course, (means, i)) for i, course in enumerate(courses))
+        return self._share_slopes([self._predict(i, machine, course, (means, i)) for i, course in enumerate(parts)])
+
+    def _share_slopes(self, made: Sequence[Prediction]) -> tuple[Prediction, ...]:
+        """Runs in which channels are seen by other numbers than the file's, but by the same in each: once it is known
+        that these hold at all instants, they are found at a few."""
+        first, channels = made[0], self.runs[0].channels
+        is_alike = self._seen_alike and all(run.channels == channels for run in self.runs)
+        if first.machine is self.machine or not is_alike:
+            return tuple(made)
+        slopes = first.slopes_at_few() if self.warm.is_seen_same else first.slopes
+        self.warm.is_seen_same = slopes is not None and slopes.is_same
+        return tuple(replace(p, known=slopes) for p in made) if self.warm.is_seen_same else tuple(made)
 
     def _course(
         self, i: int, plan: Plan, outputs: Readouts, known: dict[bytes, Modes], regimes: KnownRegimes

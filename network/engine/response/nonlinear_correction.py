@@ -122,40 +122,45 @@ class BentCourse(LinearRun):
 
 
 class _Stepping:
-    """What every interval of a stretch does to readings and to the heat of bends."""
+    """What every interval of a stretch does to readings and to the heat of bends: begin, end: heats by readings there
+    (k, r, series); by_begin, by_end: what these heats make of the modes (k, r, n)."""
 
     def __init__(self, s: Segment, output_map: OutputMap, bends: Bends) -> None:
-        self.s, self.B0, self.B1 = s, *(B[s.first : s.last] for B in bends.matrices)
-        self.read, self.into = (output_map.over[s.index] @ s.modes.V).T, (s.heat @ bends.spread.T).T
+        self.s, (B0, B1) = s, (B[s.first : s.last] for B in bends.matrices)
+        self.read, into = (output_map.over[s.index] @ s.modes.V).T, (s.heat @ bends.spread.T).T
         at_once = output_map.direct[s.index] @ bends.spread.T
         self.output_map, one = output_map, np.eye(output_map.count)
-        G = np.real((self.read.T * s.c1[:, None, :]) @ self.into.T) + at_once
-        self.before = np.linalg.inv(one - at_once @ self.B0) if at_once.any() else None
-        self.after = np.linalg.inv(one - G @ self.B1)
+        G = np.real((self.read.T * s.c1[:, None, :]) @ into.T) + at_once
+        before = np.linalg.inv(one - at_once @ B0) if at_once.any() else one
+        after = np.linalg.inv(one - G @ B1)
+        self.begin, self.end = ((B @ y).transpose(0, 2, 1) for B, y in ((B0, before), (B1, after)))
+        self.by_begin, self.by_end = self.begin @ into * s.c0[:, None], self.end @ into * s.c1[:, None]
 
     def along(self, pushes: Sequence[Push], m: Array, h0: Array, h1: Array) -> Array:
         """Fills the heats just after and before the edges (k, pushes, series); modal states after the last interval."""
-        s, added = self.s, self.s.integrate_forcing(*self.s.force_modes(pushes))
+        s, added, read = self.s, self.s.integrate_forcing(*self.s.force_modes(pushes)), self.read
         kicks: dict[int, list[tuple[int, Array]]] = {}
         for k, i, jump in s.kicks(pushes):
             kicks.setdefault(k, []).append((i, jump))
-        direct = self._direct(pushes)
+        y0, y1 = self._direct(pushes)
         for k in range(len(added)):
             for i, jump in kicks.get(k, ()):
                 m[i] += jump
-            y = np.real(m @ self.read) + direct[0][k]
-            h0[k] = (y if self.before is None else y @ self.before[k].T) @ self.B0[k].T
-            m = s.gain[k] * m + added[k] + s.c0[k] * (h0[k] @ self.into)
-            h1[k] = (np.real(m @ self.read) + direct[1][k]) @ self.after[k].T @ self.B1[k].T
-            m = m + s.c1[k] * (h1[k] @ self.into)
+            y0[k] += (m @ read).real
+            m = s.gain[k] * m
+            m += added[k]
+            m += y0[k] @ self.by_begin[k]
+            y1[k] += (m @ read).real
+            m += y1[k] @ self.by_end[k]
+        h0[:], h1[:] = y0 @ self.begin, y1 @ self.end
         return m
 
     def _direct(self, pushes: Sequence[Push]) -> tuple[Array, Array]:
         """What is seen at once of the pushes themselves (k, pushes, r)."""
         s, by = self.s, self.output_map.direct[self.s.index]
         if not self.output_map.sees_heat:
-            none = np.zeros((s.last - s.first, 1, 1))
-            return none, none
+            none = np.zeros((2, s.last - s.first, len(pushes), self.output_map.count))
+            return none[0], none[1]
         sides = ([(q[s.first : s.last] @ p.into(by)) for p, q in zip(pushes, side, strict=True)]
                  for side in ([p.q0 for p in pushes], [p.q1 for p in pushes]))  # fmt: skip
         first, last = (np.stack(side, axis=1) for side in sides)

@@ -17,6 +17,9 @@ from network.engine.response.measured_run import Resampled, Run
 from network.engine.response.output_jacobian import SMALL, Slopes, channels_of, slopes_of
 from network.machine.machine import Machine
 
+INSTANTS = 4
+"""At which slopes of channels are found that are known to be the same at all."""
+
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
@@ -96,6 +99,12 @@ class Prediction:
             return self.known
         course = self.course
         return slopes_of(self.machine, course.readouts, course.readings, self.inputs, self.run.channels)
+
+    def slopes_at_few(self) -> Slopes | None:
+        """The same from a few instants alone, for channels that are known to follow readings alike at all of them."""
+        course, few = self.course, np.linspace(0, len(self.course.x0) - 1, INSTANTS).astype(int)
+        inputs = {name: values[few] for name, values in self.inputs.items()}
+        return slopes_of(self.machine, course.readouts, course.readings[:, few], inputs, self.run.channels)
 
     def changes(self, answers: Array) -> Array:
         """Changes of the channels (pushes, channels, 2 K) from those of base readings."""

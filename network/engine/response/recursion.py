@@ -52,18 +52,16 @@ def by_blocks(gain: Array, push: Array, start: Array) -> tuple[Array, Array]:
     size = max(1, int(np.sqrt(K)))
     blocks = K // size
     g, f = gain[: blocks * size].reshape(blocks, size, 1, n), push[: blocks * size].reshape(blocks, size, P, n)
-    carried, product = np.zeros((blocks, P, n), push.dtype), np.empty_like(g)
-    running = np.ones((blocks, 1, n), g.dtype)
+    carried, passed = np.zeros((blocks, P, n), push.dtype), np.cumprod(g, axis=1)
     for i in range(size):
-        product[:, i] = running
         now = carried * g[:, i]
         now += f[:, i]
         f[:, i], carried = carried, now
-        running = running * g[:, i]
     x = start.astype(push.dtype)
     for b in range(blocks):
-        f[b] += product[b] * x
-        x = running[b] * x + carried[b]
+        f[b, 0] += x
+        f[b, 1:] += passed[b, :-1] * x
+        x = passed[b, -1] * x + carried[b]
     for k in range(blocks * size, K):
         now = gain[k] * x + push[k]
         push[k], x = x, now

@@ -16,13 +16,15 @@ from network.engine.solvers.plan import Plan
 class WarmStart:
     """Run by run. guess: the course that the search for a bent one begins from; plans: with what they depend on;
     slopes: of the channels, where they stay the same at all instants and θ; resampled: the cells of the intervals
-    between the last edges; joint: the last plan of all runs."""
+    between the last edges; joint: the last plan of all runs; is_seen_same: whether the slopes of channels held at all
+    instants at other numbers than the file's, too."""
 
     guess: dict[int, tuple[Array, Array]] = field(default_factory=dict)
     plans: dict[int, tuple[object, Plan]] = field(default_factory=dict)
     slopes: dict[int, Slopes] = field(default_factory=dict)
     resampled: dict[int, Resampled] = field(default_factory=dict)
     joint: list[JointPlan] = field(default_factory=list)
+    is_seen_same: bool = False
 
     def resampling(self, i: int, run: Run, edges: Array) -> Resampled:
         """Of a run over the intervals between some edges."""

@@ -133,12 +133,12 @@ class _Rounds:
             heat = self._beside(regimes, of)
             course = solve(self._problem(regimes, of, heat), self.known)
             if self._settle(course, reference, heat):
-                course = solve(self._problem(regimes, of, heat), self.known)
+                course = solve(self._problem(regimes, of, heat), like=course)
                 heat += self._bulge(course, reference)
-                bulged = solve(self._problem(regimes, of, heat), self.known)
+                bulged = solve(self._problem(regimes, of, heat), like=course)
                 if not self._settle(bulged, reference, heat):
                     continue
-                course = solve(self._problem(regimes, of, heat), self.known)
+                course = solve(self._problem(regimes, of, heat), like=course)
                 self.T = np.concatenate(course.T)
                 now = (slopes_of_group(g, self.T, self.u) for g in self.bent)
                 off = [(g, tuple(s - r for s, r in zip(own, ref, strict=True)))
@@ -153,7 +153,9 @@ class _Rounds:
             into, both = self._find_heat(), np.concatenate([of, of])
             bends = bends.beside(self.latent.bends(self.T, into, self.stretch, course.problem.regimes, both))
             melts = self.latent.lumps, self.latent.gain(self.T, self.stretch)
-        return BentCourse(course.problem, course.modes, course.x0, course.x1, bends, melts)
+        bent = BentCourse(course.problem, course.modes, course.x0, course.x1, bends, melts)
+        bent.__dict__["segments"] = course.segments
+        return bent
 
     def _find_heat(self) -> Array:
         """Heat into all lumps at the temperatures assumed (2 K, N)."""

@@ -15,7 +15,7 @@ from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.isolability import count_kinds, name_candidate
 from network.analysis.diagnosis.ranking import best_first, distinct, shares
 from network.analysis.diagnosis.result import CLEAR, FAINT, Experiment
-from network.analysis.diagnosis.screen import screen
+from network.analysis.diagnosis.screen import score_candidates
 from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.declare import Effect
 from network.platform.refusal import Failed, Refused
@@ -66,7 +66,7 @@ def revealing(null: Hypothesis, unseen: Sequence[Candidate]) -> Iterator[Experim
     revealed = []
     for program in programs([null.machine, *(c.machine for c in unseen)], null.case.recordings):
         try:
-            scores = screen(about(null, program), unseen, null.values)
+            scores = score_candidates(about(null, program), unseen, null.values)
         except (Failed, Refused, np.linalg.LinAlgError, FloatingPointError):
             continue
         revealed.append((program, [s for s in scores if s.detectable >= CLEAR]))

@@ -9,7 +9,6 @@ import numpy as np
 
 from network.analysis.calibration.gauss_newton import Linearised
 from network.analysis.calibration.projector import Projector
-from network.analysis.diagnosis.hypothesis import early
 from network.analysis.diagnosis.screen import whiten
 from network.catalogue.declaration.declare import Array, Mask
 
@@ -23,7 +22,7 @@ class View:
 
     @cached_property
     def cells(self) -> Mask:
-        return np.concatenate([early(d, self.share) for d in self.about.problem.data])
+        return np.concatenate([d.ends_before(self.share) for d in self.about.problem.data])
 
     @cached_property
     def _seen(self) -> Mask:
