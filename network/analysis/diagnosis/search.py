@@ -23,16 +23,15 @@ from network.analysis.diagnosis.forward_selection import (
 )
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, estimate_noise, fit_hypothesis, reweight, state
 from network.analysis.diagnosis.intermittent.find_fault import find_reading_fault
-from network.analysis.diagnosis.reading_fault import ReadingFault
 from network.analysis.diagnosis.lump_convergence import refine_until_converged
 from network.analysis.diagnosis.lump_refinement import refine_lumps
+from network.analysis.diagnosis.reading_fault import ReadingFault
 from network.analysis.diagnosis.screen import screen
 from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.time_budget import BudgetReached, TimeBudget
 from network.platform.parallel import check_each
-from network.recordings.recording import Recording
 
 MANY = 120
 """Lumps from which it is not worked out what would not have shown, where nothing is looked for."""
@@ -46,11 +45,10 @@ def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[f
     written = state(case, case.machine, calibrated.values)
     yield Search(given, case, None, written, calibrated, written, Selection(written), Screening(written))
     written = fit_hypothesis(case, case.machine, start=calibrated.values)
-    now = Search(given, case, None, written, calibrated, written, Selection(written), Screening(written))
+    first = Search(given, case, None, written, calibrated, written, Selection(written), Screening(written))
     fault, mended = _set_right(written, jobs)
-    if fault is not None:
-        now = _with_fault(now, fault, mended)
-    for now in _search_from(now, seed, jobs, tell):
+    now = first = first if fault is None else _with_fault(first, fault, mended)
+    for now in _search_from(first, seed, jobs, tell):
         yield now
     if now.fault is None and now.best.found and leaves_something(now.best):
         yield from _search_beside(now, seed, jobs, tell)

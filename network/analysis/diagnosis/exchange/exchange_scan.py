@@ -9,7 +9,7 @@ for every choice of runs. Priors count by what the best exchange leaves, as in a
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, reduce
 from operator import add
 
@@ -18,6 +18,7 @@ import numpy as np
 from network.analysis.calibration.gauss_newton import Linearised, chi_of
 from network.analysis.diagnosis.exchange.exchanged_columns import Pair
 from network.analysis.diagnosis.exchange.run_equations import Normal, list_runs
+from network.catalogue.declaration.declare import Array
 
 ROUNDS = 3
 """Times that priors are weighed anew by what the best exchange leaves."""
@@ -98,7 +99,7 @@ class ExchangeScan:
         blocks, k = self.at.rows.slopes.blocks, self.at.rows.slopes.shared
         mean, spread = self.at.problem.temper(firm, firm).prior
         mean = mean - np.concatenate([self.at.theta, np.zeros(len(mean) - self.at.free)])
-        runs = []
+        runs = list[tuple[Normal, Normal | None]]()
         for (_, own), run, raw in zip(blocks, self.runs, self._raw[pair], strict=True):
             folded = run.as_it_is.fold(Normal.prior(mean[own], spread[own]))
             if raw is None:
@@ -108,7 +109,7 @@ class ExchangeScan:
             runs.append((folded, exchanged.fold(Normal.prior(mean[own] + moved, spread[own]))))
         return Ways(tuple(runs), Normal.prior(mean[:k], spread[:k]))
 
-    def _exchange(self, i: int, pair: Pair) -> tuple[Normal, np.ndarray] | None:
+    def _exchange(self, i: int, pair: Pair) -> tuple[Normal, Array] | None:
         """None where the run lacks one of the two."""
         run = self.runs[i]
         return (run.exchange(pair), run.move_starts(pair)) if {*pair} <= {*run.names} else None

@@ -33,7 +33,7 @@ from network.catalogue.sensors.sensor_swap import SensorSwap
 from network.machine.machine import Machine
 from network.platform.refusal import Failed, Refused
 
-CONFIRMED = 2
+CONFIRMED = 3
 """Best scores that are confirmed by fits (budget)."""
 
 
@@ -48,10 +48,10 @@ def find_exchange(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[Excha
     scores = [s for s in ExchangeScan(about, pairs).best() if s.gain > price][:CONFIRMED]
     fitted = [t for s in scores if (t := fit_exchanged(h, s.pair, s.runs)) is not None]
     settled = [t for each in fitted if (t := _settle_runs(each)) is not None and t.worth > price and t.is_mended]
-    best, *others = sorted(settled, key=lambda t: -t.after.evidence) or [None]
-    if best is None or not best.beats_unknown(rival_gain()):
+    if not settled:
         return None
-    return best.tell(others, rival_gain()), best.after
+    best, *others = sorted(settled, key=lambda t: -t.gain)
+    return (best.tell(others, rival_gain()), best.after) if best.beats_unknown(rival_gain()) else None
 
 
 def list_pairs(machine: Machine) -> list[Pair]:
@@ -143,7 +143,9 @@ def fit_exchanged(h: Hypothesis, pair: Pair, runs: Runs) -> Exchanged | None:
 def _settle_runs(tried: Exchanged) -> Exchanged | None:
     """In the runs that say so."""
     runs = tried.clear_runs
-    return tried if runs == tried.runs else runs and fit_exchanged(tried.before, tried.pair, runs)
+    if runs is None or runs == tried.runs:
+        return tried if runs else None
+    return fit_exchanged(tried.before, tried.pair, runs)
 
 
 def _linearise_at_file(h: Hypothesis) -> Linearised | None:

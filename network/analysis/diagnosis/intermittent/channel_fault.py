@@ -100,4 +100,3 @@ def _fit(h: Hypothesis, case: Case, begin: Mapping[str, float]) -> Hypothesis:
 def is_mended(before: Hypothesis, after: Hypothesis) -> bool:
     """Whether hardly anything is left of the excess."""
     return after.chi**2 - 1 <= LEFT * (before.chi**2 - 1)
-

@@ -20,6 +20,7 @@ from network.analysis.diagnosis.intermittent.change_points import (
     find_loose_contact,
     find_steps,
 )
+from network.analysis.diagnosis.intermittent.channel_fault import ChannelFault, fit_both, inside, is_mended
 from network.analysis.diagnosis.intermittent.channel_samples import (
     at_share,
     change_of,
@@ -27,7 +28,6 @@ from network.analysis.diagnosis.intermittent.channel_samples import (
     list_inputs,
     truth_at_samples,
 )
-from network.analysis.diagnosis.intermittent.channel_fault import ChannelFault, fit_both, inside, is_mended
 from network.analysis.diagnosis.result import Quantity
 from network.catalogue.declaration.declare import Array
 from network.catalogue.sensors.base import SensorEffect

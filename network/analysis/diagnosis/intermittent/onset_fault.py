@@ -17,9 +17,6 @@ from network.analysis.calibration.linearised import linearise
 from network.analysis.comparison.compare import RecordingResidual
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import Windows
-from network.analysis.diagnosis.intermittent.fault_shapes import list_shapes
-from network.analysis.diagnosis.intermittent.onset_jump import watch_jump
-from network.analysis.diagnosis.intermittent.onset_scan import Onset, OnsetScan
 from network.analysis.diagnosis.intermittent.channel_fault import (
     EDGE,
     LEFT,
@@ -28,6 +25,9 @@ from network.analysis.diagnosis.intermittent.channel_fault import (
     fit_both,
     is_mended,
 )
+from network.analysis.diagnosis.intermittent.fault_shapes import list_shapes
+from network.analysis.diagnosis.intermittent.onset_jump import watch_jump
+from network.analysis.diagnosis.intermittent.onset_scan import Onset, OnsetScan
 from network.analysis.diagnosis.locate import locate
 from network.analysis.diagnosis.result import Quantity
 from network.analysis.diagnosis.settings import SETTINGS
