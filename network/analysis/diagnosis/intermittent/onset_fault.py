@@ -100,9 +100,7 @@ class OnsetFault(ChannelFault):
         return [recording, *([self.correct_windows(recording, whole)] if lasts else [])]
 
 
-def find_onset_fault(
-    h: Hypothesis, rival_gain: Callable[[], float]
-) -> tuple[OnsetFault, Hypothesis] | None:  # fmt: skip
+def find_onset_fault(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[OnsetFault, Hypothesis] | None:
     """The fault that explains most, and the hypothesis fitted to the readings set right; None where there is none.
     rival_gain: what the best of the catalogue scores about the same fit [nats]."""
     recordings = h.case.recordings
