@@ -150,13 +150,10 @@ def with_slopes(
     problem: Problem, theta: Array, predictions: tuple[Prediction, ...], near: Linearised | None = None
 ) -> Linearised:
     """The problem about θ from its predictions; the slopes by η are those of `near`, if it is given."""
-    pushes = [d.pushes(p.course) for d, p in zip(problem.data, predictions, strict=True)] if near is None else None
-    means = problem.model.mean_slopes(theta, predictions, pushes)
-    steps = [{n.name: n.spread for n in d.inputs} if near is None else {} for d in problem.data]
-    by_inputs = input_slopes(predictions, steps)
     parts, n = [], len(theta)
-    for i, (whiten, slopes, others) in enumerate(zip(problem.whiteners, means, by_inputs, strict=True)):
-        whitened = whiten(np.concatenate([slopes, others]))
+    means = list_mean_slopes(problem, theta, predictions, near is None)
+    for i, (whiten, slopes) in enumerate(zip(problem.whiteners, means, strict=True)):
+        whitened = whiten(slopes)
         if near is None:
             offsets = whiten(_offset_columns(problem, problem.data[i]))
             parts.append(Part(whitened[:n], OwnPart(offsets, whitened[n:])))
@@ -167,6 +164,18 @@ def with_slopes(
     whole = Slopes(tuple(parts), n, n + len(problem.offsets), len(mean))
     rows = Rows(whole, residual_of(problem, predictions), mean[n:])
     return Linearised(problem, theta, predictions, rows, None, made_at)
+
+
+def list_mean_slopes(
+    problem: Problem, theta: Array, predictions: tuple[Prediction, ...], is_whole: bool = True
+) -> list[Array]:
+    """∂(cells' means)/∂(θ, own nuisances) of every run (unknowns, channels · cells), not whitened; by θ alone where it
+    is not whole."""
+    pushes = [d.pushes(p.course) for d, p in zip(problem.data, predictions, strict=True)] if is_whole else None
+    means = problem.model.mean_slopes(theta, predictions, pushes)
+    steps = [{n.name: n.spread for n in d.inputs} if is_whole else {} for d in problem.data]
+    by_inputs = input_slopes(predictions, steps)
+    return [np.concatenate(pair) for pair in zip(means, by_inputs, strict=True)]
 
 
 def with_nuisance_slopes(at: Linearised) -> Linearised:

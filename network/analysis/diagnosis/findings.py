@@ -9,7 +9,7 @@ import numpy as np
 
 from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.hypothesis import Hypothesis
-from network.analysis.diagnosis.invariants import list_doubts
+from network.analysis.diagnosis.invariants import doubt_search, list_doubts
 from network.analysis.diagnosis.locate import locate, trace
 from network.analysis.diagnosis.ranking import distinct, shares
 from network.analysis.diagnosis.result import UNKNOWN, Finding, Quantity, Rival, UnknownHeat
@@ -27,8 +27,6 @@ from network.platform.wording import sentence
 if TYPE_CHECKING:
     from network.analysis.diagnosis.search_record import Search
 
-FAULTY = 0.98
-"""Confidence in a fault whose jumps are of one share, there and back."""
 HARDLY, FAR = 1.015, 3.0
 """Misfit over that of the best that is hardly more, and prior σ by which a number is far from the file."""
 STRAY = 2.0
@@ -36,17 +34,19 @@ STRAY = 2.0
 
 
 def list_findings(search: Search, after: Machine) -> list[Finding]:
-    """What was wrong with a channel, then what was found, in the machine with its numbers."""
-    return [*_faults(search), *_findings(search, after)]
+    """What was wrong with readings, then what was found, in the machine with its numbers."""
+    return [*_faults(search, after), *_findings(search, after)]
 
 
-def _faults(search: Search) -> Iterator[Finding]:
-    """What was wrong with a channel for some of the time."""
+def _faults(search: Search, after: Machine) -> Iterator[Finding]:
+    """What was wrong with readings; what is a part of the machine from now on is doubted as other parts are."""
     if (e := search.fault) is not None:
         windows = next(w for w in e.windows if w)
+        doubts = tuple(doubt_search(search)) if e.patch else ()
         yield Finding(
-            e.kind, e.section, (), (e.channel,), FAULTY, e.quantities, sentence(e.told), Patch({}), e.gain,
-            search.threshold, windows,
+            e.kind, e.section, (), e.channels, min(e.confidence, SETTINGS.barred) if doubts else e.confidence,
+            e.quantities, sentence(e.told), e.patch.as_in(after.tree), e.gain, search.threshold, windows, e.rivals,
+            doubts=doubts,
         )  # fmt: skip
 
 

@@ -62,6 +62,12 @@ def list_refutations(selection: Selection, fits: Fits) -> list[str]:
 
 def list_doubts(search: Search, c: Candidate) -> Iterator[str]:
     """What bars a finding from being told as sure, and makes it a part of the truth at most."""
+    yield from doubt_search(search)
+    yield from list_strains(search.best, c)
+
+
+def doubt_search(search: Search) -> Iterator[str]:
+    """The same for all findings of a search."""
     best = search.best
     if search.ended or not search.selection.is_checked:
         yield "it was not tested to the end"
@@ -69,7 +75,6 @@ def list_doubts(search: Search, c: Candidate) -> Iterator[str]:
         yield "there is one recording, which cannot both tell it and test it"
     if best.chi > SETTINGS.adequate:
         yield f"much is left beside it (χ = {best.chi:.2g})"
-    yield from list_strains(best, c)
 
 
 def doubt_unseen(fits: Fits) -> str:

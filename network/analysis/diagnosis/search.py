@@ -14,6 +14,7 @@ from functools import cache, partial
 from network.analysis.calibration.growing_horizon import has_relays
 from network.analysis.calibration.null import Null
 from network.analysis.diagnosis.candidates import candidates
+from network.analysis.diagnosis.exchange.find_exchange import find_exchange
 from network.analysis.diagnosis.forward_selection import (
     Screening,
     leaves_something,
@@ -22,16 +23,15 @@ from network.analysis.diagnosis.forward_selection import (
 )
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, estimate_noise, fit_hypothesis, reweight, state
 from network.analysis.diagnosis.intermittent.find_fault import find_reading_fault
-from network.analysis.diagnosis.intermittent.reading_fault import ReadingFault
 from network.analysis.diagnosis.lump_convergence import refine_until_converged
 from network.analysis.diagnosis.lump_refinement import refine_lumps
+from network.analysis.diagnosis.reading_fault import ReadingFault
 from network.analysis.diagnosis.screen import screen
 from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.time_budget import BudgetReached, TimeBudget
 from network.platform.parallel import check_each
-from network.recordings.recording import Recording
 
 MANY = 120
 """Lumps from which it is not worked out what would not have shown, where nothing is looked for."""
@@ -45,9 +45,9 @@ def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[f
     written = state(case, case.machine, calibrated.values)
     yield Search(given, case, None, written, calibrated, written, Selection(written), Screening(written))
     written = fit_hypothesis(case, case.machine, start=calibrated.values)
-    fault, written = _set_right(written, jobs)
-    first = Search(given, written.case, fault, written, calibrated, written, Selection(written), Screening(written))
-    now = first
+    first = Search(given, case, None, written, calibrated, written, Selection(written), Screening(written))
+    fault, mended = _set_right(written, jobs)
+    now = first = first if fault is None else _with_fault(first, fault, mended)
     for now in _search_from(first, seed, jobs, tell):
         yield now
     if now.fault is None and now.best.found and leaves_something(now.best):
@@ -58,15 +58,15 @@ def _search_beside(found: Search, seed: int, jobs: int, tell: Callable[[float], 
     """What a search comes to on readings set right, where a fault of them shows beside what was found."""
     fault, mended = _set_right(reweight(found.best.case, found.best), jobs)
     if fault is not None:
-        now = replace(_with_fault(found, fault, mended.case.recordings), screened=Screening(found.written))
+        now = replace(_with_fault(found, fault, mended), screened=Screening(found.written))
         *_, last = _search_from(now, seed, jobs, tell)
         yield last
 
 
-def _with_fault(now: Search, fault: ReadingFault, recordings: tuple[Recording, ...]) -> Search:
-    """The machine as written, fitted to readings that were set right."""
-    case = replace(now.written.case, recordings=recordings)
-    written = fit_hypothesis(case, case.machine, start=now.calibrated.values)
+def _with_fault(now: Search, fault: ReadingFault, mended: Hypothesis) -> Search:
+    """The machine as written, fitted to readings that were set right; mended: a fit to such readings."""
+    case = fault.set_right(now.written.case)
+    written = fit_hypothesis(case, case.machine, start=mended.values)
     return replace(now, case=case, fault=fault, written=written, null=written, selection=Selection(written))
 
 
@@ -77,7 +77,7 @@ def _search_from(now: Search, seed: int, jobs: int, tell: Callable[[float], None
     if now.fault is None:
         fault, finest = _set_right(max(levels, key=_evidence), jobs)
         if fault is not None:
-            now = _with_fault(now, fault, finest.case.recordings)
+            now = _with_fault(now, fault, finest)
             levels = refine_lumps(now.case, now.written)
     tell(0.15)
     best = max(levels, key=_evidence)
@@ -137,7 +137,9 @@ def _set_right(h: Hypothesis, jobs: int) -> tuple[ReadingFault | None, Hypothesi
     """The fault of a reading that explains most, and the fit to the readings set right; the same fit without one."""
     if h.chi <= SETTINGS.noise:
         return None, h
-    return find_reading_fault(h, cache(partial(_best_score, h, jobs))) or (None, h)
+    rival_gain = cache(partial(_best_score, h, jobs))
+    told = find_reading_fault(h, rival_gain), find_exchange(h, rival_gain)
+    return max((pair for pair in told if pair is not None), key=lambda pair: pair[0].gain, default=(None, h))
 
 
 def _best_score(h: Hypothesis, jobs: int) -> float:

@@ -8,8 +8,8 @@ from functools import cached_property
 from network.analysis.calibration.null import Null
 from network.analysis.diagnosis.forward_selection import Screening
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis
-from network.analysis.diagnosis.intermittent.reading_fault import ReadingFault
 from network.analysis.diagnosis.locate import locate
+from network.analysis.diagnosis.reading_fault import ReadingFault
 from network.analysis.diagnosis.result import UnknownHeat
 from network.analysis.diagnosis.selection import Selection
 

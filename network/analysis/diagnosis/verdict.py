@@ -16,7 +16,7 @@ from network.analysis.comparison.compare import Comparison, RecordingResidual
 from network.analysis.diagnosis.compact_fit import expand
 from network.analysis.diagnosis.experiments.advice import experiments
 from network.analysis.diagnosis.findings import find_unknown, list_findings, list_rivals
-from network.analysis.diagnosis.hypothesis import Hypothesis, fit_findings, reweight
+from network.analysis.diagnosis.hypothesis import Hypothesis, fit_findings, reweight, state
 from network.analysis.diagnosis.invariants import doubt_unseen, list_refutations
 from network.analysis.diagnosis.isolability import isolability
 from network.analysis.diagnosis.locate import trace
@@ -32,7 +32,7 @@ from network.platform.wording import sentence
 from network.recordings.recording import Recording
 
 if TYPE_CHECKING:
-    from network.analysis.diagnosis.intermittent.reading_fault import ReadingFault
+    from network.analysis.diagnosis.reading_fault import ReadingFault
     from network.analysis.diagnosis.search_record import Search
 
 
@@ -57,7 +57,7 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     told += list(_tell_unseen(fits)) if doubt and not findings else []
     notes = (*warnings, *told, *([known.sentence] if known.sentence else ()))
     return Diagnosis(
-        search.case.machine, before, after, verdict, tuple(findings), _channels(fits), _trace_first(search), fits,
+        search.given.machine, before, after, verdict, tuple(findings), _channels(fits), _trace_first(search), fits,
         tuple(list_rivals(search.steps[0], search.befores[0]) if search.steps else ()), notes, advice,
         _shifts(search.best), seed, explained=search.selection.explained, ended=search.ended, refuted=tuple(refuted),
         unsearched=tuple(unsearched),
@@ -122,8 +122,15 @@ def _list_retreats(search: Search) -> Iterator[Search]:
         if rest is not best:
             yield replace(search, selection=Selection(reweight(best.case, rest)))
     if search.fault is not None:
-        bare = Selection(reweight(search.given, search.written))
-        yield replace(search, fault=None, case=search.given, selection=bare)
+        bare = _bare_of(search)
+        yield replace(search, fault=None, case=search.given, written=bare, selection=Selection(bare))
+
+
+def _bare_of(search: Search) -> Hypothesis:
+    """The machine as given on the recordings as they were, where a fault of readings is taken back."""
+    if search.fault is None or not search.fault.patch:
+        return reweight(search.given, search.written)
+    return state(search.given, search.given.machine, search.calibrated.values)
 
 
 def _simulate_both(search: Search, before: Machine, holdout: Sequence[Recording], jobs: int) -> tuple[Machine, Fits]:
@@ -198,9 +205,9 @@ def _correct_readings(search: Search, found: Numbers, holdout: Sequence[Recordin
 def _correct_run(fault: ReadingFault, found: Numbers, run: Recording) -> Recording:
     """The run set right in the way that leaves least."""
     raw = compare_estimated(found, run, held_out=True)
-    if fault.channel not in raw.channels:
+    if not {*fault.channels} <= {*raw.channels}:
         return run
-    ways = fault.list_corrections(raw.recording, raw.channels[fault.channel])
+    ways = fault.list_corrections(raw)
     if len(ways) == 1:
         return ways[0]
     return min(ways, key=lambda way: compare_estimated(found, way, held_out=True).rmse_in_noise)

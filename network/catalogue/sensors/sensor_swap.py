@@ -16,7 +16,7 @@ class SensorSwap(SensorEffect, kind="sensor_swap"):
 
     Crossed plugs, or two columns of a logger under each other's names. It is enough to say it at one of the two. Places
     alone are exchanged; noise and further effects stay with the channel. No number to fit: it is there or not, so a
-    search tries pairs and needs no gradient. Two parts that warm alike cannot be told apart.
+    search tries all pairs in all runs and needs no gradient. Two parts that warm alike cannot be told apart.
     """
 
     other = word("the name of the sensor it is exchanged with", key="with")
@@ -32,14 +32,14 @@ class SensorSwap(SensorEffect, kind="sensor_swap"):
 
     @classmethod
     def is_searched(cls) -> bool:
-        """Not yet: a count of pairs is no number that a fit could free."""
+        """By no fit of a number: all pairs are tried before anything is proposed."""
         return False
 
     @classmethod
     def proposes(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
-        """Every pair of thermometers of different places that are not exchanged yet, at both of them."""
-        free = {n: s for n, s in machine.sensors.items() if s.place and not any(e.kind == cls.kind for e in s.effects)}
-        for (a, one), (b, other) in combinations(free.items(), 2):
-            if one.place != other.place:
+        """Every pair that reads the same quantity at different places and is not exchanged yet, at both of them."""
+        done = {*machine.exchanged_by, *machine.exchanged_by.values()}
+        for (a, one), (b, other) in combinations(machine.sensors.items(), 2):
+            if one.quantity == other.quantity and one.measures != other.measures and not {a, b} & done:
                 yield {"sensors": {a: cls.put_on(one, typical_body(cls, **{"with": b})),
                                    b: cls.put_on(other, typical_body(cls, **{"with": a}))}}  # fmt: skip

@@ -16,7 +16,7 @@ import numpy as np
 from network.analysis.diagnosis.candidates import candidates
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import SHARES
-from network.analysis.diagnosis.intermittent.channel_samples import at_share, effect_of, list_inputs
+from network.analysis.diagnosis.intermittent.channel_samples import at_share, change_of, effect_of
 from network.catalogue.declaration.declare import Array
 from network.catalogue.expansions.base import LINEAR_AXES
 from network.catalogue.expansions.displacement_step import DisplacementStep
@@ -92,8 +92,7 @@ class Loose(FaultShape):
     unit = "1"
 
     def full(self, recording: Recording, truth: Array) -> Array:
-        inputs = list_inputs(self.hanging, recording)
-        return np.asarray(self.hanging.reading(truth, np.zeros_like(truth), inputs) - truth)
+        return change_of(self.hanging, recording, truth)
 
     def set_right(self, recording: Recording, values: Array, t0: float, size: float) -> Array:
         towards = self.full(recording, values) / (1 - size)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from network.analysis.diagnosis.hypothesis import Hypothesis
+from network.analysis.diagnosis.intermittent.channel_fault import ChannelFault
 from network.analysis.diagnosis.intermittent.intermittent_fault import find_intermittent_fault
 from network.analysis.diagnosis.intermittent.onset_fault import find_onset_fault
-from network.analysis.diagnosis.intermittent.reading_fault import ReadingFault
 
 
-def find_reading_fault(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[ReadingFault, Hypothesis] | None:
+def find_reading_fault(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[ChannelFault, Hypothesis] | None:
     """It, and the hypothesis fitted to the readings set right; None where there is none. rival_gain: what the best of
     the catalogue scores about the same fit [nats]."""
     told = find_intermittent_fault(h), find_onset_fault(h, rival_gain)

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from network.analysis.comparison.channel_residual import ChannelResidual
+from network.analysis.comparison.compare import RecordingResidual
 from network.analysis.diagnosis.candidates import Candidate, candidates, kinds
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import (
@@ -20,6 +20,7 @@ from network.analysis.diagnosis.intermittent.change_points import (
     find_loose_contact,
     find_steps,
 )
+from network.analysis.diagnosis.intermittent.channel_fault import ChannelFault, fit_both, inside, is_mended
 from network.analysis.diagnosis.intermittent.channel_samples import (
     at_share,
     change_of,
@@ -27,7 +28,6 @@ from network.analysis.diagnosis.intermittent.channel_samples import (
     list_inputs,
     truth_at_samples,
 )
-from network.analysis.diagnosis.intermittent.reading_fault import ReadingFault, fit_both, inside, is_mended
 from network.analysis.diagnosis.result import Quantity
 from network.catalogue.declaration.declare import Array
 from network.catalogue.sensors.base import SensorEffect
@@ -39,7 +39,7 @@ ROUNDS = 3
 
 
 @dataclass(frozen=True, eq=False)
-class IntermittentFault(ReadingFault):
+class IntermittentFault(ChannelFault):
     """A fault of one channel: the kind on that channel, its share of full strength and windows in the recordings."""
 
     candidate: Candidate
@@ -88,8 +88,9 @@ class IntermittentFault(ReadingFault):
         truth = self.effect.truth(values, list_inputs(self.effect, recording))
         return np.where(inside(recording.t, windows), truth, values)
 
-    def list_corrections(self, recording: Recording, channel: ChannelResidual) -> list[Recording]:
+    def list_corrections(self, residual: RecordingResidual) -> list[Recording]:
         """Where its residual jumps by the same share."""
+        recording, channel = residual.recording, residual.channels[self.channel]
         full = effect_of(at_share(self.candidate, 1.0), self.candidate)
         change = change_of(full, recording, channel.simulated)
         steps = find_steps(recording.t, channel.residual, change)

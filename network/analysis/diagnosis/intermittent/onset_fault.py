@@ -14,20 +14,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from network.analysis.calibration.linearised import linearise
-from network.analysis.comparison.channel_residual import ChannelResidual
+from network.analysis.comparison.compare import RecordingResidual
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import Windows
-from network.analysis.diagnosis.intermittent.fault_shapes import list_shapes
-from network.analysis.diagnosis.intermittent.onset_jump import watch_jump
-from network.analysis.diagnosis.intermittent.onset_scan import Onset, OnsetScan
-from network.analysis.diagnosis.intermittent.reading_fault import (
+from network.analysis.diagnosis.intermittent.channel_fault import (
     EDGE,
     LEFT,
     PER_WINDOW,
-    ReadingFault,
+    ChannelFault,
     fit_both,
     is_mended,
 )
+from network.analysis.diagnosis.intermittent.fault_shapes import list_shapes
+from network.analysis.diagnosis.intermittent.onset_jump import watch_jump
+from network.analysis.diagnosis.intermittent.onset_scan import Onset, OnsetScan
 from network.analysis.diagnosis.locate import locate
 from network.analysis.diagnosis.result import Quantity
 from network.analysis.diagnosis.settings import SETTINGS
@@ -45,7 +45,7 @@ NEARLY = 1.5
 
 
 @dataclass(frozen=True, eq=False)
-class OnsetFault(ReadingFault):
+class OnsetFault(ChannelFault):
     """onset: what it is, and from when on; is_clear: whether a jump shows it that nothing else could be."""
 
     onset: Onset
@@ -92,17 +92,15 @@ class OnsetFault(ReadingFault):
         t0 = windows[0][0] if windows else np.inf
         return self.onset.shape.set_right(recording, values, t0, self.onset.size)
 
-    def list_corrections(self, recording: Recording, channel: ChannelResidual) -> list[Recording]:
+    def list_corrections(self, residual: RecordingResidual) -> list[Recording]:
         """As it is; and from its beginning on, where the fault stayed to the last run."""
-        o, last = self.onset, len(self.recordings) - 1
+        o, last, recording = self.onset, len(self.recordings) - 1, residual.recording
         whole = ((float(recording.t[0]), float(recording.t[-1])),)
         lasts = o.shape.may_stay and (o.stays or o.run == last)
         return [recording, *([self.correct_windows(recording, whole)] if lasts else [])]
 
 
-def find_onset_fault(
-    h: Hypothesis, rival_gain: Callable[[], float]
-) -> tuple[OnsetFault, Hypothesis] | None:  # fmt: skip
+def find_onset_fault(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[OnsetFault, Hypothesis] | None:
     """The fault that explains most, and the hypothesis fitted to the readings set right; None where there is none.
     rival_gain: what the best of the catalogue scores about the same fit [nats]."""
     recordings = h.case.recordings

@@ -1,0 +1,182 @@
+"""Sensors that are mixed up: pairs and runs scored about the numbers of the file, the best confirmed by fits.
+
+Which pair, and in which runs, is a choice among many, and nothing that a slope tells: it costs the log of their number.
+A pair counts where a fit with the two exchanged explains more than that, in units of how long the misfit that is left
+lasts; where hardly anything is left of their own excess; where every run in which they are said to be exchanged says so
+by itself, beside all numbers refitted; and where unknown heat or an unknown error of one channel does not explain as
+much.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from network.analysis.calibration.gauss_newton import Linearised, linearise
+from network.analysis.calibration.misfit import lasting_misfit
+from network.analysis.diagnosis.candidates import candidate
+from network.analysis.diagnosis.exchange.exchange_fault import ExchangeFault, exchange_runs
+from network.analysis.diagnosis.exchange.exchange_scan import ExchangeScan, Runs
+from network.analysis.diagnosis.exchange.exchanged_columns import Pair
+from network.analysis.diagnosis.findings import why_not
+from network.analysis.diagnosis.hypothesis import Hypothesis, fit_hypothesis, theta_of
+from network.analysis.diagnosis.intermittent.channel_fault import LEFT
+from network.analysis.diagnosis.locate import locate
+from network.analysis.diagnosis.result import Rival
+from network.analysis.diagnosis.settings import SETTINGS
+from network.catalogue.declaration.declare import Array
+from network.catalogue.sensors.sensor_swap import SensorSwap
+from network.machine.machine import Machine
+from network.platform.refusal import Failed, Refused
+
+CONFIRMED = 3
+"""Best scores that are confirmed by fits (budget)."""
+
+
+def find_exchange(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[ExchangeFault, Hypothesis] | None:
+    """The two channels, and the hypothesis fitted to the readings put back; None where there are none. rival_gain: what
+    the best of the catalogue scores about the same fit [nats]."""
+    pairs = list_pairs(h.machine)
+    about = _linearise_at_file(h)
+    if not pairs or about is None:
+        return None
+    price = SETTINGS.least + float(np.log(len(pairs))) + len(h.case.recordings) * float(np.log(2))
+    scores = [s for s in ExchangeScan(about, pairs).best() if s.gain > price][:CONFIRMED]
+    fitted = [t for s in scores if (t := fit_exchanged(h, s.pair, s.runs)) is not None]
+    settled = [t for each in fitted if (t := _settle_runs(each)) is not None and t.worth > price and t.is_mended]
+    if not settled:
+        return None
+    best, *others = sorted(settled, key=lambda t: -t.gain)
+    return (best.tell(others, rival_gain()), best.after) if best.beats_unknown(rival_gain()) else None
+
+
+def list_pairs(machine: Machine) -> list[Pair]:
+    """All that may be mixed up."""
+    named = (tuple(patch["sensors"]) for patch in SensorSwap.proposes(machine))
+    return [(a, b) for a, b in named]
+
+
+@dataclass(frozen=True, eq=False)
+class Exchanged:
+    """Fits to the readings as they are and with a pair of channels exchanged in some runs."""
+
+    before: Hypothesis
+    after: Hypothesis
+    pair: Pair
+    runs: Runs
+
+    @cached_property
+    def firm(self) -> float:
+        """What noise counts with beside what is left and how long that lasts."""
+        return lasting_misfit(self.after.linearised)
+
+    @property
+    def gain(self) -> float:
+        return self.after.evidence - self.before.evidence
+
+    @property
+    def worth(self) -> float:
+        """The gain, where noise counts so."""
+        return self.gain / self.firm**2
+
+    @cached_property
+    def told(self) -> dict[int, float]:
+        """By run, what speaks against the other way there, all numbers refitted [nats]; runs without both channels are
+        not in it."""
+        ways = ExchangeScan(self.after.linearised, [self.pair]).ways(self.pair, self.firm)
+        as_it_is = (False,) * len(self.runs)
+        stays = ways.cost(as_it_is)
+        return {runs.index(True): (cost - stays) / 2 / self.firm**2 for cost, runs in ways.flip(as_it_is)}
+
+    @property
+    def clear_runs(self) -> Runs | None:
+        """The runs in which it is exchanged, by what each says: all that have both, where none says otherwise; None
+        where no run says so."""
+        says = {i: self.runs[i] == (d > 0) for i, d in self.told.items() if abs(d) > SETTINGS.least}
+        if not any(says.values()):
+            return None
+        some = range(len(self.runs))
+        return tuple(i in self.told for i in some) if all(says.values()) else tuple(says.get(i, False) for i in some)
+
+    @property
+    def is_mended(self) -> bool:
+        """Whether hardly anything is left of the excess of the two where they are exchanged."""
+        before, after = (_excess(h, self.pair, self.runs) for h in (self.before, self.after))
+        return after <= LEFT * before
+
+    def beats_unknown(self, rival: float) -> bool:
+        """Whether it explains more than the best of the catalogue, and with unknown heat or an unknown error beside it
+        more than these alone."""
+        chi2 = max(1.0, self.before.chi) ** 2
+        if self.gain <= rival * chi2:
+            return False
+        alone, beside = (_explain_unknown(h) for h in (self.before, self.after))
+        return self.gain + beside > alone
+
+    def tell(self, others: Sequence[Exchanged], rival: float) -> ExchangeFault:
+        """With its share of belief beside others and the catalogue."""
+        ends = [self.gain, 0.0, rival * max(1.0, self.before.chi) ** 2, *(o.gain for o in others)]
+        share = np.exp((np.array(ends) - max(ends)) / (SETTINGS.softening * max(1.0, self.after.chi) ** 2))
+        share /= share.sum()
+        beside = tuple(_as_rival(o, self, float(p)) for o, p in zip(others, share[3:], strict=True))
+        swap = candidate(self.before.machine, SensorSwap, _patch_of(self.before.machine, self.pair))
+        assert swap is not None
+        sure = min(float(share[0]), SETTINGS.most_sure)
+        is_machines = all(self.runs[i] for i in self.told)
+        return ExchangeFault(self.before.case.recordings, self.gain, swap, self.runs, is_machines, sure, beside)
+
+
+def fit_exchanged(h: Hypothesis, pair: Pair, runs: Runs) -> Exchanged | None:
+    """A pair exchanged in some runs, fitted from the numbers of the file; None where that does not fit."""
+    case = replace(h.case, recordings=exchange_runs(h.case.recordings, pair, runs))
+    try:
+        after = fit_hypothesis(case, h.machine, h.found, h.own, h.own_values)
+    except (Failed, Refused, np.linalg.LinAlgError):
+        return None
+    return Exchanged(h, after, pair, runs)
+
+
+def _settle_runs(tried: Exchanged) -> Exchanged | None:
+    """In the runs that say so."""
+    runs = tried.clear_runs
+    if runs is None or runs == tried.runs:
+        return tried if runs else None
+    return fit_exchanged(tried.before, tried.pair, runs)
+
+
+def _linearise_at_file(h: Hypothesis) -> Linearised | None:
+    """About the numbers of the file, for those of a fit to readings that are not true are bent."""
+    try:
+        return linearise(h.fit.problem, theta_of(h.fit.problem.parameters, h.own_values))
+    except (Failed, np.linalg.LinAlgError):
+        return None
+
+
+def _excess(h: Hypothesis, pair: Pair, runs: Runs) -> float:
+    """Of two channels in some runs, in squares of the noise."""
+    left, first = list[Array](), 0
+    for data, whitener, is_in in zip(h.fit.problem.data, h.fit.problem.whiteners, runs, strict=True):
+        for name, (rows, _) in zip(data.run.channels, whitener.blocks, strict=True):
+            if is_in and name in pair:
+                left.append(h.fit.left[first + rows.start : first + rows.stop])
+        first += whitener.blocks[-1][0].stop if whitener.blocks else 0
+    return float(np.mean(np.concatenate(left) ** 2)) - 1 if left else 0.0
+
+
+def _explain_unknown(h: Hypothesis) -> float:
+    """What unknown heat, or an unknown error of a channel, explains at most [nats]."""
+    chi2 = max(1.0, float(np.mean(h.fit.left**2)))
+    return chi2 * max(u.gain for u in locate(h.linearised, h.machine))
+
+
+def _patch_of(machine: Machine, pair: Pair) -> Mapping[str, Any]:
+    return next(patch for patch in SensorSwap.proposes(machine) if {*patch["sensors"]} == {*pair})
+
+
+def _as_rival(other: Exchanged, best: Exchanged, share: float) -> Rival:
+    h = other.after
+    return Rival(SensorSwap.kind, (), other.pair, share, h.chi, other.gain, why_not(h, best.after))

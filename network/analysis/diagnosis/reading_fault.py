@@ -1,0 +1,75 @@
+"""What is wrong with readings, found before anything of the machine is looked for, and set right in the recordings."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from network.analysis.comparison.compare import RecordingResidual
+from network.analysis.diagnosis.hypothesis import Case
+from network.analysis.diagnosis.intermittent.change_points import Windows
+from network.analysis.diagnosis.result import Quantity, Rival
+from network.catalogue.declaration.patch import Patch
+from network.recordings.recording import Recording
+
+
+@dataclass(frozen=True, eq=False)
+class ReadingFault(ABC):
+    """recordings: as they were; gain: what it explains [nats]."""
+
+    recordings: tuple[Recording, ...]
+    gain: float
+
+    @property
+    @abstractmethod
+    def kind(self) -> str:
+        """What the catalogue calls it."""
+
+    @property
+    @abstractmethod
+    def section(self) -> str:
+        """Of the machine's file."""
+
+    @property
+    @abstractmethod
+    def channels(self) -> tuple[str, ...]:
+        """The channels that are read wrong."""
+
+    @property
+    @abstractmethod
+    def quantities(self) -> Mapping[str, Quantity]:
+        """How large it is."""
+
+    @property
+    @abstractmethod
+    def windows(self) -> tuple[Windows, ...]:
+        """When it holds in each of the recordings."""
+
+    @property
+    @abstractmethod
+    def told(self) -> str:
+        """What is wrong, and when."""
+
+    @property
+    @abstractmethod
+    def confidence(self) -> float:
+        """Where nothing else speaks against it."""
+
+    @property
+    def patch(self) -> Patch:
+        """What adds it to the machine, where it holds at all times; nothing where recordings alone are set right."""
+        return Patch({})
+
+    @property
+    def rivals(self) -> tuple[Rival, ...]:
+        """What else it could be."""
+        return ()
+
+    @abstractmethod
+    def set_right(self, case: Case) -> Case:
+        """The case without it: on corrected recordings, or with a machine that has it."""
+
+    @abstractmethod
+    def list_corrections(self, residual: RecordingResidual) -> list[Recording]:
+        """A recording of which only the residual is known, in all ways in which it may have to be set right."""
