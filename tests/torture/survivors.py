@@ -5,7 +5,8 @@ and begun again.
     pip install -e '.[mutants]'
     python -m torture.survivors --count 400 --log ../.torture/survivors.jsonl
 
-With Python 3.12 or newer, which tells the lines that tests run. Changes that cannot be seen are left out: of annotations, of decorators, of what `raise … from` names.
+With Python 3.12 or newer, which tells the lines that tests run. Changes that cannot be seen are left out: of
+annotations, of decorators, of what `raise … from` names.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from pathlib import Path
 from typing import Any
 
 from torture.asked import ask
-from torture.log import Told
+from torture.log import Told, read_numbered
 from torture.reach import Reach, trace
 
 ROOT = Path(__file__).parents[2]
@@ -112,18 +113,12 @@ def main() -> int:
     given = parser.parse_args()
     log = given.log.resolve()
     log.parent.mkdir(parents=True, exist_ok=True)
-    told = read_log(log)
+    told = read_numbered(log)
     if not given.told:
         with tempfile.TemporaryDirectory(prefix="survivors-") as folder:
             try_all(copy_project(Path(folder)), given, log, told)
     print(table([*told.values()]))
     return 0
-
-
-def read_log(log: Path) -> dict[int, Told]:
-    """By number; the last try of each."""
-    lines = log.read_text().splitlines() if log.is_file() else []
-    return {each["number"]: each for each in map(json.loads, lines)}
 
 
 def try_all(root: Path, given: argparse.Namespace, log: Path, told: dict[int, Told]) -> None:
