@@ -84,6 +84,19 @@ def test_bars_that_cannot_be_cut_more_finely_are_left(monkeypatch: pytest.Monkey
     assert cut_finely(mill) is None
 
 
+def test_a_run_that_only_finer_lumps_make_too_long_is_not_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    mill, day = (
+        Machine.load(ROOT / "machines/vertical_mill.yaml"),
+        Scenario.load(ROOT / "scenarios/warm_up_and_stop.yaml"),
+    )
+    run = simulate(mill, day, method="rosenbrock")
+    assert estimate_lumping(mill, day, run, method="rosenbrock", asks=False) is not None
+    columns = len(run.inputs) + len(run.sensors) + 2 * len(mill.nodes) + mill.lumps + 20
+    monkeypatch.setattr("network.engine.simulation.MOST_VALUES", columns * len(run.t))
+    assert simulate(mill, day, method="rosenbrock").t.size == run.t.size
+    assert estimate_lumping(mill, day, run, method="rosenbrock", asks=False) is None
+
+
 def links(machine: Machine) -> list[Link]:
     return [each for each in machine.links.values() if isinstance(each, Link)]
 
