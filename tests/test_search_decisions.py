@@ -197,7 +197,7 @@ def test_parts_are_meant_whose_lumps_change_much_of_what_those_of_any_do(monkeyp
         finding is not None and finding.places == ("bed", "spindle") and (finding.gain, finding.threshold) == (40, 12)
     )
     assert finding.sentence == "Bed needs more lumps; spindle needs more lumps." and finding.confidence == 0.95
-    assert [*finding.patch.tree["nodes"]] == ["bed", "spindle"]
+    assert [*finding.patch["nodes"]] == ["bed", "spindle"]
     size.update(dict.fromkeys(size))  # type: ignore[arg-type]
     assert lumping_finding.find_lumping(written, now, 40.0, 12.0) is None
 
