@@ -101,6 +101,43 @@ def test_rivals_on_the_lumps_there_are_need_no_further_fit(monkeypatch: pytest.M
     assert forward_selection._contenders(now, now, several) == [best]
 
 
+ADEQUATE, LITTLE = SETTINGS.adequate, 1.1
+
+
+@pytest.mark.parametrize(
+    "early, kept, late, told",
+    [
+        ((), h(1.0, 9.0), (), (True, 0, "smooth")),
+        ((), h(ADEQUATE + 0.1, 9.0), (h(1.0, 12.0),), (True, 1, "relay")),
+        ((), h(ADEQUATE + 0.1, 9.0), (h(1.0, 8.0),), (True, 1, "smooth")),
+        ((), h(ADEQUATE - 0.1, 9.0), (h(1.0, 12.0),), (True, 0, "smooth")),
+        ((h(LITTLE - 0.01, 12.0),), h(1.2, 9.0), (), (True, 1, "relay")),
+        ((h(LITTLE + 0.01, 12.0),), h(1.2, 9.0), (), (False, 1, "relay")),
+        (None, h(1.2, 9.0), (), (False, 1, "smooth")),
+    ],
+)  # fmt: skip
+def test_relays_are_looked_for_first_where_little_is_explained_and_last_where_much_is_left(
+    early: Any, kept: Any, late: Any, told: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """told: whether what explains so far is enough not to try more, how often relays are looked for, what is kept;
+    early: those found first (none found: None), nothing where what is likely explains much; late: those found last."""
+    is_poor, asked, widened = early is None or bool(early), list[int](), list[bool]()
+    monkeypatch.setattr(
+        forward_selection, "_search_switching", lambda *of: asked.append(1) or list((early or ()) if is_poor else late)
+    )
+    trials = bare(rank=lambda jobs: [kept], is_poor=lambda smooth: is_poor, little=LITTLE)
+    monkeypatch.setattr(forward_selection, "start_trials", lambda *of: trials)
+    monkeypatch.setattr(
+        forward_selection, "_fit_wider", lambda trials, ranked, is_told, jobs: widened.append(is_told) or ranked
+    )
+    monkeypatch.setattr(forward_selection, "place_ranked", lambda before, smooth, jobs: smooth)
+    monkeypatch.setattr(forward_selection, "_accept_best", lambda current, before, tried, threshold, jobs: tried[0])
+    seen = bare(before=h(), proposed=(), scores=())
+    best, ranked = forward_selection._select_next(seen.before, seen, 12.0, 0, 1, lambda share: None)
+    assert (widened, len(asked), "smooth" if best is kept else "relay") == ([told[0]], *told[1:])
+    assert [each.evidence for each in ranked] == sorted((each.evidence for each in ranked), reverse=True)
+
+
 # -- lumps ----------------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     "gains, bent, told",
@@ -358,6 +395,8 @@ def test_findings_are_in_doubt_beside_the_nearest_rival_of_their_step() -> None:
     assert [(p.holds, p.rival) for p in advice.in_doubt(search)] == [(second, other), (first, rival)]
     search.steps = [[first, rival]]
     assert [(p.holds, p.rival) for p in advice.in_doubt(search)] == [(first, rival)]
+    search.steps = [[first, rival], [second, other]]  # a third was found beside these
+    assert [(p.holds, p.rival) for p in advice.in_doubt(search)] == [(second, other), (first, rival)]
     search.steps = []
     assert advice.in_doubt(search) == []
 
