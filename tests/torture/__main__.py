@@ -16,6 +16,7 @@ import traceback
 from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from itertools import takewhile
 from pathlib import Path
 
 from torture.log import Told, read_numbered
@@ -72,10 +73,12 @@ def _work_and_end(work: Callable[[int], None], which: int) -> None:
 
 
 def _try_all(numbers: Sequence[int], given: argparse.Namespace, done: Path) -> None:
+    """As long as the process lives that shares them out."""
     limit_memory()
     told: list[Told] = []
+    shares_out = os.getppid()
     with tempfile.TemporaryDirectory(prefix="torture-", dir=_quick_place()) as folder:
-        for number in numbers:
+        for number in takewhile(lambda _: os.getppid() == shares_out, numbers):
             told.append({"number": number, **_try(number, given.seed, Path(folder), given.folder)})
             with done.open("a", encoding="utf-8") as log:
                 log.write(json.dumps(told[-1]) + "\n")
