@@ -80,3 +80,14 @@ def test_too_short_a_run_and_too_few_jumps_tell_nothing() -> None:
     t = np.arange(0, 7200.0, 10)
     once = find_steps(t, 1.0 * (t > 3600) + 0.01 * np.sin(t), np.full(len(t), 4.0))
     assert once is not None and find_loose_contact([once]) is None and COST > 0
+
+
+def test_the_scatter_of_steps_is_their_standard_deviation_where_nothing_jumps() -> None:
+    """Robust: one jump, which makes their standard deviation larger, leaves it."""
+    t = np.arange(0.0, 400_000.0, 60.0)
+    noise = np.random.default_rng(0).normal(0, 0.3, len(t))
+    calm, jumpy = (find_steps(t, r, np.ones(len(t))) for r in (noise, noise + 9.0 * (t > 200_000)))
+    assert calm is not None and jumpy is not None
+    assert calm.scatter == pytest.approx(calm.size.std(), rel=0.1)  # the drift takes some of it
+    assert jumpy.scatter == pytest.approx(calm.scatter, rel=0.02)
+    assert jumpy.size.std() > 1.2 * calm.size.std()

@@ -8,6 +8,7 @@ from bench.cases import bars_machine, chain_machine, speed_steps
 from build import machine
 
 from network import Failed, Machine, Scenario, simulate
+from network.engine.solvers import krylov
 from network.engine.trajectory import Trajectory
 
 STEPS = speed_steps(20, hours=8, output=20.0)
@@ -76,3 +77,16 @@ def test_what_is_too_large_for_full_matrices_says_so() -> None:
     assert simulate(large, speed_steps(4, hours=1, output=20.0), parts=False).method == "krylov"
     with pytest.raises(Failed, match="5001 lumps are too many where every one is set against every other"):
         simulate(large, STEPS, method="modal")
+
+
+def test_no_more_columns_span_it_than_there_is_room_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of each of two regimes twice as many for every shift, as these are complex."""
+    room = list[int]()
+    monkeypatch.setattr(krylov, "_span", lambda plan, sides, starts, count: room.append(count))
+    columns = krylov._starts
+    monkeypatch.setattr(krylov, "_starts", lambda *of: room.append(columns(*of).shape[1]) or columns(*of))
+    simulate(awkward(), warming())
+    (wide, count), room = room, []
+    monkeypatch.setattr(krylov, "MOST_COLUMNS", 2 * 2 * count * wide - 1)
+    simulate(awkward(), warming())
+    assert room == [wide]

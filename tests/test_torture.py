@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import json
+import os
 import random
 import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
-from torture.__main__ import attempt, table
+from torture.__main__ import attempt, share, table
 from torture.agreement import compare_ways
 from torture.deeds import Bench
 from torture.faults import FAULTS as DISTURBANCES
 from torture.faults import can_mount
-from torture.log import go_on
+from torture.log import go_on, read_numbered
 from torture.minimise import minimise
 from torture.mutants import PAIRS, ROOT, SMALL, Mutant, mutant, recorded, shipped
 from torture.networks import KINDS, draw_network
@@ -81,6 +84,19 @@ def test_bars_that_cannot_be_cut_more_finely_are_left(monkeypatch: pytest.Monkey
     assert cut_finely(mill) is None
 
 
+def test_a_run_that_only_finer_lumps_make_too_long_is_not_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    mill, day = (
+        Machine.load(ROOT / "machines/vertical_mill.yaml"),
+        Scenario.load(ROOT / "scenarios/warm_up_and_stop.yaml"),
+    )
+    run = simulate(mill, day, method="rosenbrock")
+    assert estimate_lumping(mill, day, run, method="rosenbrock", asks=False) is not None
+    columns = len(run.inputs) + len(run.sensors) + 2 * len(mill.nodes) + mill.lumps + 20
+    monkeypatch.setattr("network.engine.simulation.MOST_VALUES", columns * len(run.t))
+    assert simulate(mill, day, method="rosenbrock").t.size == run.t.size
+    assert estimate_lumping(mill, day, run, method="rosenbrock", asks=False) is None
+
+
 def links(machine: Machine) -> list[Link]:
     return [each for each in machine.links.values() if isinstance(each, Link)]
 
@@ -141,19 +157,60 @@ def test_a_mutant_is_made_as_small_as_it_stays_the_same_fault() -> None:
 
 
 def test_a_change_is_looked_for_by_the_quickest_tests_that_run_its_line() -> None:
-    took = "2.50s call tests/test_a.py::test_slow\n0.10s setup tests/test_a.py::test_quick\n"
-    took += "0.20s call     tests/test_a.py::test_quick[1]\n0.20s call     tests/test_a.py::test_quick[2]\n"
-    contexts = {"3": ["", "test_a.test_slow", "test_a.test_quick"], "4": ["test_a.test_slow"], "5": [""]}
-    reach, module = Reach(), Path("network/engine/units.py")
-    reach.add(took, {str(module): {"contexts": contexts}})
-    assert reach.seconds["tests/test_a.py::test_quick"] == pytest.approx(0.5)
-    quick, slow = "tests/test_a.py::test_quick", "tests/test_a.py::test_slow"
-    assert reach.tests_of(module, [3], 9.0) == [quick, slow] and reach.tests_of(module, [3], 2.0) == [quick]
-    assert reach.tests_of(module, [4], 2.0) == [slow] and reach.tests_of(module, [5, 6], 9.0) == []
+    module, quick, slow = "network/engine/units.py", "tests/test_a.py::test_quick[1]", "tests/test_a.py::test_slow"
+    reach = Reach()
+    reach.add({slow: {"seconds": 2.5, "lines": {module: [3, 4]}}, quick: {"seconds": 0.5, "lines": {module: [3]}}})
+    assert reach.tests_of(Path(module), [3], 9.0) == [quick, slow]
+    assert reach.tests_of(Path(module), [3], 2.0) == [quick]
+    assert reach.tests_of(Path(module), [4], 2.0) == [slow] and reach.tests_of(Path(module), [5, 6], 9.0) == []
     assert reach.tests_of(Path("network/other.py"), [3], 9.0) == []
     assert all((ROOT / name).is_file() for name in TESTS)
 
 
+PROJECT = {
+    "network/engine/half.py": "def half(x):\n    if x < 0:\n        return -half(-x)\n    return x / 2\n",
+    "tests/test_half.py": "import pytest\nfrom network.engine.half import half\n\n"
+    "@pytest.fixture(scope='module')\ndef six():\n    return half(-12)\n\n"
+    "def test_positive():\n    assert half(2) == 1\n\n"
+    "def test_broken():\n    assert half(-4) == 2\n\n"
+    "def test_fixture(six):\n    assert six == -6\n\n"
+    "def test_fixture_again(six):\n    assert six < 0\n",
+}
+
+
+@pytest.mark.skipif(sys.version_info < (3, 12), reason="older ones do not tell lines")
+def test_lines_are_those_of_tests_that_pass_and_of_what_they_ask_for(tmp_path: Path) -> None:
+    for name, text in PROJECT.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    told = tmp_path / "lines.json"
+    settings = {"LINES_OF": "network/engine", "LINES_TO": str(told), "PYTHONPATH": str(ROOT / "tests")}
+    words = [sys.executable, "-m", "pytest", "-p", "torture.lines", "-p", "no:cacheprovider", "tests/test_half.py"]
+    subprocess.run(words, cwd=tmp_path, env={**os.environ, **settings}, check=False, capture_output=True)
+    lines = {
+        test.partition("::")[2]: its["lines"]["network/engine/half.py"]
+        for test, its in json.loads(told.read_text()).items()
+    }
+    assert {test: {2, 3, 4} & {*own} for test, own in lines.items()} == {
+        "test_positive": {2, 4}, "test_fixture": {2, 3, 4}, "test_fixture_again": {2, 3, 4},
+    }  # fmt: skip
+
+
 def test_the_table_counts() -> None:
     told = [{"command": "check", "kind": kind} for kind in ("refused", "refused", "accepted")]
-    assert table(told).splitlines()[1].split() == ["check", "3", "2", "0", "1", "0"]
+    told += [{"command": "draw", "kind": "fault"}] + [{"command": "follow", "kind": "refused"}] * 1000
+    rows = [line.strip("| ").split(" | ") for line in table(told).splitlines()[2:]]
+    assert rows[0] == ["follow", "1 000", "1 000", "0", "0", "0"] and rows[1] == ["check", "3", "2", "0", "1", "0"]
+    assert rows[3] == ["all", "1 004", "1 002", "0", "1", "1"]
+
+
+def test_mutants_are_shared_and_gone_on_with_where_they_were_stopped(tmp_path: Path) -> None:
+    done = tmp_path / "done-7.jsonl"
+    done.write_text(
+        '{"command": "check", "kind": "refused"}\n{"number": 3, "command": "check", "kind": "accepted"}\n{"nu'
+    )
+    assert {*read_numbered(done)} == {0, 3}
+    share(2, lambda which: done.with_name(f"{which}").touch())
+    assert {path.name for path in tmp_path.iterdir()} == {"0", "1", done.name}
+    with pytest.raises(RuntimeError, match="2 of 2"):
+        share(2, lambda which: exec("raise ValueError"))

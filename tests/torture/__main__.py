@@ -7,20 +7,28 @@ stays the same fault, and `words.json`. Faults that are alike are kept once.
 from __future__ import annotations
 
 import argparse
+import gc
 import json
 import os
 import sys
 import tempfile
+import traceback
 from collections import Counter
+from collections.abc import Callable, Sequence
 from contextlib import suppress
+from itertools import takewhile
 from pathlib import Path
 
+from torture.log import Told, read_numbered
 from torture.minimise import minimise
 from torture.mutants import Mutant, mutant
 from torture.oracle import Outcome, judge, remove
 
 MEMORY = 2 * 10**9
 """B that any accepted input may take."""
+WARM = 100
+"""Mutants after which hardly anything more is loaded."""
+KINDS = ("refused", "failed", "accepted", "fault")
 
 
 def main() -> int:
@@ -28,21 +36,57 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=100_000)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--folder", type=Path, default=Path(".torture"))
+    parser.add_argument("--jobs", type=int, default=1, help="processes that share the mutants")
+    parser.add_argument("--table", action="store_true", help="only tell what is in the folder")
     given = parser.parse_args()
     given.folder.mkdir(parents=True, exist_ok=True)
-    limit_memory()
     done = given.folder / f"done-{given.seed}.jsonl"
-    told = [json.loads(line) for line in done.read_text().splitlines()] if done.is_file() else []
-    place = tempfile.TemporaryDirectory(prefix="torture-", dir=_quick_place())
-    with place as folder, done.open("a", encoding="utf-8") as log:
-        for number in range(len(told), given.count):
-            told.append(_try(number, given.seed, Path(folder), given.folder))
-            log.write(json.dumps(told[-1]) + "\n")
-            log.flush()
-            if number % 100 == 99:
-                print(f"{number + 1}/{given.count} {_count(told)}", file=sys.stderr)
+    if not given.table:
+        left = sorted({*range(given.count)} - {*read_numbered(done)})
+        share(given.jobs, lambda which: _try_all(left[which :: given.jobs], given, done))
+    told = [*read_numbered(done).values()]
     print(table(told))
     return int(any(each["kind"] == "fault" for each in told))
+
+
+def share(jobs: int, work: Callable[[int], None]) -> None:
+    """In so many copies of this process, each told which it is. Raises RuntimeError where one does not end well."""
+    copies = []
+    for which in range(jobs):
+        copies.append(os.fork())
+        if not copies[-1]:
+            _work_and_end(work, which)
+    ends = [os.waitpid(copy, 0)[1] for copy in copies]
+    if any(ends):
+        raise RuntimeError(f"{sum(map(bool, ends))} of {jobs} processes ended early; begin again, what is done is kept")
+
+
+def _work_and_end(work: Callable[[int], None], which: int) -> None:
+    status = 1
+    try:
+        work(which)
+        status = 0
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        os._exit(status)
+
+
+def _try_all(numbers: Sequence[int], given: argparse.Namespace, done: Path) -> None:
+    """As long as the process lives that shares them out."""
+    limit_memory()
+    told: list[Told] = []
+    shares_out = os.getppid()
+    with tempfile.TemporaryDirectory(prefix="torture-", dir=_quick_place()) as folder:
+        for number in takewhile(lambda _: os.getppid() == shares_out, numbers):
+            told.append({"number": number, **_try(number, given.seed, Path(folder), given.folder)})
+            with done.open("a", encoding="utf-8") as log:
+                log.write(json.dumps(told[-1]) + "\n")
+            if len(told) == WARM:
+                gc.collect()
+                gc.freeze()  # what has been loaded by then stays, and is not gone through again and again
+            if len(told) % 100 == 0:
+                print(f"{len(told)} of {len(numbers)} {_count(told)}", file=sys.stderr, flush=True)
 
 
 def limit_memory() -> None:
@@ -59,7 +103,7 @@ def _quick_place() -> str | None:
     return "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
 
 
-def _try(number: int, seed: int, folder: Path, keep: Path) -> dict[str, object]:
+def _try(number: int, seed: int, folder: Path, keep: Path) -> Told:
     made = mutant(seed, number, folder)
     outcome = attempt(made, folder)
     if outcome.kind == "fault":
@@ -82,24 +126,24 @@ def _keep(made: Mutant, outcome: Outcome, folder: Path, keep: Path) -> None:
     if where.exists():
         return
     small = minimise(made, outcome, lambda each: attempt(each, folder)) if "hangs" not in outcome.why else made
-    where.mkdir()
+    where.mkdir(exist_ok=True)
     small.write(where)
     (where / "words.json").write_text(json.dumps({"words": small.words, "why": outcome.why}, indent=1))
 
 
-def _count(told: list[dict[str, object]]) -> str:
+def _count(told: Sequence[Told]) -> str:
     return ", ".join(f"{kind} {n}" for kind, n in sorted(Counter(str(each["kind"]) for each in told).items()))
 
 
-def table(told: list[dict[str, object]]) -> str:
-    """Command by command: tried, refused, failed, accepted, faults."""
-    kinds = ("refused", "failed", "accepted", "fault")
+def table(told: Sequence[Told]) -> str:
+    """As it stands in the README: command by command, the most tried first."""
     counts = Counter((str(each["command"]), str(each["kind"])) for each in told)
-    rows = [f"{'command':10} {'tried':>8} " + " ".join(f"{kind:>8}" for kind in kinds)]
-    for command in sorted({command for command, _ in counts}):
-        own = [counts[command, kind] for kind in kinds]
-        rows.append(f"{command:10} {sum(own):8} " + " ".join(f"{n:8}" for n in own))
-    return "\n".join(rows)
+    rows = {name: [counts[name, kind] for kind in KINDS] for name, _ in counts}
+    ordered = sorted(rows.items(), key=lambda row: (-sum(row[1]), row[0]))
+    ordered.append(("all", [sum(column) for column in zip(*rows.values(), strict=True)]))
+    told_rows = [[name, *(f"{count:,}".replace(",", " ") for count in (sum(own), *own))] for name, own in ordered]
+    head = ("command", "tried", "refused", "failed in a sentence", "accepted", "faults")
+    return "\n".join(f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *told_rows))
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -24,3 +25,14 @@ def go_on(path: Path | None, count: int, attempt: Callable[[int], Told]) -> list
         if number % 100 == 99:
             print(f"{number + 1}/{count}", file=sys.stderr, flush=True)
     return told[:count]
+
+
+def read_numbered(path: Path) -> dict[int, Told]:
+    """What was told last of each, by its number; a line without one is of the number that it stands at, and one that
+    was broken off is of none."""
+    found = dict[int, Told]()
+    for at, line in enumerate(path.read_text("utf-8").splitlines() if path.is_file() else ()):
+        with suppress(json.JSONDecodeError):
+            told = json.loads(line)
+            found[told.get("number", at)] = told
+    return found

@@ -5,45 +5,49 @@ and begun again.
     pip install -e '.[mutants]'
     python -m torture.survivors --count 400 --log ../.torture/survivors.jsonl
 
-Changes that cannot be seen are left out: of annotations, of decorators, of what `raise … from` names.
+With Python 3.12 or newer, which tells the lines that tests run. Changes that cannot be seen are left out: of
+annotations, of decorators, of what `raise … from` names.
 """
 
 from __future__ import annotations
 
 import argparse
+import compileall
+import difflib
 import json
 import os
 import random
 import shutil
 import sys
 import tempfile
-from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from torture.asked import ask
+from torture.log import Told, read_numbered
 from torture.reach import Reach, trace
 
 ROOT = Path(__file__).parents[2]
-ROOMS = {
-    "network/engine/solvers": (
-        "steps", "switchings", "nonlinear", "states_and_guards", "krylov", "random_networks", "physics",
-        "moving_contact", "latent_heat",
-    ),
-    "network/analysis/calibration": (
-        "start", "run_constants", "calibration_noise", "calibration_core", "calibration_slopes", "bands", "calibrate",
-    ),
-    "network/analysis/diagnosis": (
-        "invariants", "advice", "location", "relay_search", "timed_search", "diagnosis_search", "diagnosis",
-    ),
-}  # fmt: skip
-"""The rooms whose decisions matter most, and the tests of each."""
-TESTS = tuple(dict.fromkeys(f"tests/test_{name}.py" for names in ROOMS.values() for name in names))
+ROOMS = ("network/engine/solvers", "network/analysis/calibration", "network/analysis/diagnosis")
+"""The rooms whose decisions matter most."""
+TESTS = tuple(f"tests/test_{name}.py" for name in (
+    "steps", "switchings", "nonlinear", "states_and_guards", "krylov", "random_networks", "physics", "moving_contact",
+    "latent_heat", "small_decisions", "start", "run_constants", "calibration_noise", "calibration_core",
+    "calibration_slopes", "calibration_kalman", "bands", "beginnings", "invariants", "advice", "location",
+    "relay_search", "timed_search", "diagnosis_search", "courses", "counted_readings", "input_gates", "episodes",
+    "null", "guards", "sensor_fault", "heard", "residuals", "measuring_side", "superposition", "calibration_figures",
+    "diagnosis_report", "draft", "late_kinds", "growing_horizon", "concealed_kinds", "concealed_films",
+    "cooled_supply", "calibrate", "reading_faults", "rigs", "then_and_now", "calibrate_cli", "diagnose_cli",
+    "diagnosis",
+))  # fmt: skip
+"""Which are asked, quick ones first."""
 BLIND = ("ReplaceBinaryOperator_BitOr", "RemoveDecorator", "ExceptionReplacer")
 BUDGET = 8.0
-"""s of tests for a change, as long as they take without it."""
-LIMIT = 120.0
-"""s after which tests count as having seen the change: most that hang do so for ever."""
+"""s of tests for a change, as long as they take a processor without it."""
+LONGER, AT_LEAST = 4.0, 20.0
+"""Times what tests take, and s besides, after which they count as having seen the change: most that hang do so for
+ever."""
 
 
 def _inside(mutation: Any) -> Path:
@@ -72,51 +76,65 @@ def _place(mutation: Any) -> tuple[str, tuple[int, int], str, int]:
     return str(mutation.module_path), mutation.start_pos, mutation.operator_name, mutation.occurrence
 
 
-def tests_for(reach: Reach, mutation: Any) -> list[str]:
+def tests_for(reach: Reach, mutation: Any, budget: float) -> list[str]:
     """Those that run the changed lines; of a line that is run once, when it is imported, those that run the module."""
     module = _inside(mutation)
     lines = range(mutation.start_pos[0], mutation.end_pos[0] + 1)
-    return reach.tests_of(module, lines, BUDGET) or reach.tests_of(module, reach.lines.get(str(module), {}), BUDGET)
+    return reach.tests_of(module, lines, budget) or reach.tests_of(module, reach.lines.get(str(module), {}), budget)
 
 
-def command_of(tests: Iterable[str]) -> str:
-    return f"{sys.executable} -m pytest -x -q -p no:cacheprovider -p no:xdist -m 'not speed' {' '.join(tests)}"
+def try_mutation(room: str, mutation: Any, tests: Sequence[str], limit: float) -> Told:
+    from cosmic_ray.mutating import use_mutation
+    from cosmic_ray.plugins import get_operator
 
-
-def try_mutation(room: str, mutation: Any, tests: Sequence[str]) -> dict[str, object]:
-    from cosmic_ray.mutating import mutate_and_test
-
-    outcome, diff = "survived", ""  # as it does where no test comes by
-    if tests:
-        result = mutate_and_test([mutation], command_of(tests), LIMIT)
-        outcome, diff = result.test_outcome.value if result.test_outcome else "none", result.diff or ""
+    outcome = "survived"  # as it does where no test comes by
+    operator = get_operator(mutation.operator_name)(**mutation.operator_args)
+    with use_mutation(Path(mutation.module_path), operator, mutation.occurrence) as (before, after):
+        if tests and after is not None:
+            outcome = "killed" if ask(tests, limit) else "survived"
     where = f"{_inside(mutation)}:{mutation.start_pos[0]}"
     return {"room": room, "where": where, "operator": mutation.operator_name, "outcome": outcome, "tests": len(tests),
-            "diff": diff if outcome == "survived" else ""}  # fmt: skip
+            "diff": _changes(before, after or before) if outcome == "survived" else ""}  # fmt: skip
+
+
+def _changes(before: str, after: str) -> str:
+    told = [*difflib.unified_diff(before.splitlines(), after.splitlines(), lineterm="", n=0)][3:]
+    return "\n".join(line for line in told if line[:1] in "+-")
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="torture.survivors", description=__doc__)
     parser.add_argument("--count", type=int, default=400)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--room", choices=[*ROOMS], action="append")
     parser.add_argument("--log", type=Path, default=Path(".torture/survivors.jsonl"))
+    parser.add_argument("--budget", type=float, default=BUDGET, help="s of tests for a change")
+    parser.add_argument("--again", action="store_true", help="those that were left, on the tests as they are now")
+    parser.add_argument("--told", action="store_true", help="only tell what is in the log")
     given = parser.parse_args()
-    given.log.parent.mkdir(parents=True, exist_ok=True)
     log = given.log.resolve()
-    told = [json.loads(line) for line in log.read_text().splitlines()] if log.is_file() else []
-    with tempfile.TemporaryDirectory(prefix="survivors-") as folder:
-        root = copy_project(Path(folder))
-        every = [each for each in list_mutations(root) if each[0] in (given.room or ROOMS)]
-        chosen = random.Random(given.seed).sample(every, min(given.count, len(every)))
-        print(f"{len(every)} places, {len(chosen)} drawn, {len(told)} done", file=sys.stderr)
-        reach = trace(TESTS, [*ROOMS], log.parent / "reach")
-        with log.open("a", encoding="utf-8") as lines:
-            for room, mutation in chosen[len(told) :]:
-                told.append(try_mutation(room, mutation, tests_for(reach, mutation)))
-                print(json.dumps(told[-1]), file=lines, flush=True)
-    print(table(told))
+    log.parent.mkdir(parents=True, exist_ok=True)
+    told = read_numbered(log)
+    if not given.told:
+        with tempfile.TemporaryDirectory(prefix="survivors-") as folder:
+            try_all(copy_project(Path(folder)), given, log, told)
+    print(table([*told.values()]))
     return 0
+
+
+def try_all(root: Path, given: argparse.Namespace, log: Path, told: dict[int, Told]) -> None:
+    every = list_mutations(root)
+    chosen = random.Random(given.seed).sample(every, min(given.count, len(every)))
+    left = [n for n in range(len(chosen)) if n not in told or (given.again and told[n]["outcome"] == "survived")]
+    print(f"{len(every)} places, {len(chosen)} drawn, {len(left)} to try", file=sys.stderr)
+    reach = trace(TESTS, ROOMS, log.parent / "reach")
+    for n in left:
+        room, mutation = chosen[n]
+        tests = tests_for(reach, mutation, given.budget)
+        limit = LONGER * sum(reach.seconds[test] for test in tests) + AT_LEAST
+        told[n] = {"number": n, **try_mutation(room, mutation, tests, limit)}
+        with log.open("a", encoding="utf-8") as lines:
+            print(json.dumps(told[n]), file=lines)
+        print(n, told[n]["where"], told[n]["outcome"], file=sys.stderr, flush=True)
 
 
 def copy_project(folder: Path) -> Path:
@@ -127,19 +145,23 @@ def copy_project(folder: Path) -> Path:
         shutil.copy(ROOT / name, folder / "lptn" / name)
     if (shared := ROOT.parent / "shared").exists():
         (folder / "shared").symlink_to(shared)
+    compileall.compile_dir(folder / "lptn", quiet=2)
+    os.environ["PYTHONDONTWRITEBYTECODE"] = "1"  # what is compiled of a changed module must not be found again
+    sys.dont_write_bytecode = True
     os.chdir(folder / "lptn")
     os.environ["PYTHONPATH"] = str(folder / "lptn")
     return folder / "lptn"
 
 
-def table(told: list[dict[str, Any]]) -> str:
-    """Room by room: tried, seen, survived; and each survivor."""
-    counts = Counter((each["room"], each["outcome"]) for each in told)
-    rows = [f"{'room':32} {'tried':>6} {'survived':>9}"]
-    for room in sorted({each["room"] for each in told}):
-        tried = sum(n for (other, outcome), n in counts.items() if other == room and outcome in ("killed", "survived"))
-        rows.append(f"{room:32} {tried:6} {counts[room, 'survived']:9}")
-    return "\n".join([*rows, *(f"\n{each['where']}\n{each['diff']}" for each in told if each["outcome"] == "survived")])
+def table(told: list[Told]) -> str:
+    """Room by room: tried, left; and each that is left."""
+    rows = ["| room | tried | unseen |", "|---|---|---|"]
+    for room in (*ROOMS, "network"):
+        own = [each["outcome"] for each in told if each["room"].startswith(room)]
+        rows.append(f"| {f'`{room}`' if room in ROOMS else 'all'} | {len(own)} | {own.count('survived')} |")
+    left = [each for each in told if each["outcome"] == "survived"]
+    each = (f"\n{one['where']} ({one['number']}, {one['tests']} tests)\n{one['diff']}" for one in left)
+    return "\n".join([*rows, *each])
 
 
 if __name__ == "__main__":

@@ -69,7 +69,7 @@ def estimate_lumping(
 
     run: as simulated, without noise; asks: where channels are off by more than 2 % of their range and the machine is
     linear, finds the lumps that would be enough, too. None for a machine without bars, one that is cut as finely as can
-    be, a run that took long or would then, or one that breaks down when cut more finely.
+    be, a run that took long or would then, or one that breaks down or is too much to tell when cut more finely.
     """
     expect_run(machine, source, start)
     finer = cut_finely(machine)
@@ -80,7 +80,7 @@ def estimate_lumping(
         return None
     try:
         fine = simulate(finer, source, start=start, method=method)
-    except Failed:
+    except (Failed, Refused):  # it breaks down, or has more courses than there is room for
         return None
     return _judge(machine, source, run, fine, start, asks)
 
@@ -107,7 +107,7 @@ def estimate_on_recording(
         if residual.constants is not None:
             residual = compare(machine, residual.recording, start=start, method=method).recordings[0]
         fine = compare(finer, residual.recording, start=start, method=method).recordings[0]
-    except Failed:
+    except (Failed, Refused):
         return None
     found = _judge(machine, residual.recording, residual.trajectory, fine.trajectory, start, asks)
     return replace(found, noise=(residual.rmse_in_noise, fine.rmse_in_noise))

@@ -1,0 +1,449 @@
+"""Single decisions of a search on bare hypotheses: what mutation testing found no quick test to look at."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from test_small_decisions import bare
+
+from network.analysis.diagnosis import (
+    coarse_surrogate,
+    forward_selection,
+    lump_convergence,
+    lump_refinement,
+    lumping_finding,
+    placement,
+    verdict,
+)
+from network.analysis.diagnosis.experiments import advice, separation
+from network.analysis.diagnosis.experiments.programs import Driver, _ladder
+from network.analysis.diagnosis.intermittent import intermittent_fault
+from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.switching.relay_search import rank_likely_places
+from network.analysis.diagnosis.switching.sample_refinement import DAMPED, _At, _step, refine_samples
+
+NOISE, ALIKE, DOUBTFUL = SETTINGS.noise, SETTINGS.alike, SETTINGS.doubtful
+
+
+def h(chi: float = 1.0, evidence: float = 0.0, found: Any = (), **rest: Any) -> Any:
+    return bare(chi=chi, evidence=evidence, found=found, **rest)
+
+
+class FinerKind:
+    kind = "finer"
+
+    @staticmethod
+    def told(now: Any, patch: str) -> str:
+        return f"{patch} needs more lumps"
+
+
+class Part(NamedTuple):
+    """A candidate that needs more lumps."""
+
+    places: tuple[str, ...]
+    kind: Any
+    section: str
+    patch: str
+
+
+def seat(start: float, stop: float) -> Any:
+    return bare(start=start, stop=stop)
+
+
+# -- whether to go on -----------------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    "of, told",
+    [
+        (h(NOISE + 0.01, offset_pull=0.0), True), (h(NOISE - 0.01, offset_pull=0.0), False),
+        (h(NOISE - 0.01, offset_pull=SETTINGS.strained + 0.1), True),
+        (h(SETTINGS.further + 0.01, found="a", offset_pull=0.0), True),
+        (h(SETTINGS.further - 0.01, found="a", offset_pull=99.0), False),
+    ],
+)  # fmt: skip
+def test_more_is_looked_for_where_more_than_noise_is_left(of: Any, told: bool) -> None:
+    assert forward_selection.leaves_something(of) is told
+
+
+def test_a_finding_gains_more_than_chance_and_takes_away_what_is_worth_a_name() -> None:
+    before, worth = h(2.0, 100.0), 2.0 * (1 - SETTINGS.worth)
+    for after, told in (
+        (h(worth - 0.01, 121), True), (h(worth - 0.01, 119), False), (h(worth + 0.01, 121), False), (h(1, 60), False)
+    ):  # fmt: skip
+        assert forward_selection._is_gain(before, after, 20.0) is told
+
+
+def test_scores_count_in_full_only_far_from_an_explanation() -> None:
+    scores = [bare(gain=gain) for gain in (0.0, 5.0, 50.0)]
+    near = bare(before=h(SETTINGS.adequate - 0.01, found="a", fit=bare(left=np.zeros(1000))), scores=scores)
+    worth = forward_selection.HOPE * SETTINGS.worth * 1000
+    assert [s.gain for s in forward_selection._worth_fitting(near)] == [g for g in (0, 5, 50) if g >= worth]
+    far, first = (bare(before=of, scores=scores) for of in (h(SETTINGS.adequate + 0.01, found="a"), h(1.0)))
+    assert [*forward_selection._worth_fitting(far)] == scores == [*forward_selection._worth_fitting(first)]
+    assert not forward_selection._shows_nothing(near)
+    assert forward_selection._shows_nothing(bare(before=near.before, scores=scores[:1]))
+    assert not forward_selection._shows_nothing(bare(before=far.before, scores=[]))
+
+
+def test_what_was_kept_stands_first_and_the_others_by_their_evidence() -> None:
+    one, other, third = (h(evidence=e, found=(bare(key=k),)) for e, k in ((1.0, "a"), (3.0, "b"), (2.0, "c")))
+    assert forward_selection._put_first(one, (other, third, one)) == (one, other, third)
+
+
+def test_rivals_on_the_lumps_there_are_need_no_further_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(forward_selection, "reweight", lambda case, of: (case, of))
+    now, best = h(), h(case="its")
+    assert forward_selection._best_on_lumps(now, now, [best], 1) == ("its", best)
+    assert forward_selection._best_on_lumps(now, now, [], 1) is None
+    assert forward_selection._best_on_lumps(now, h(), [], 1) is None
+    several = [best, h(case="other")]
+    assert forward_selection._contenders(now, now, several) == [best]
+
+
+ADEQUATE, LITTLE = SETTINGS.adequate, 1.1
+
+
+@pytest.mark.parametrize(
+    "early, kept, late, told",
+    [
+        ((), h(1.0, 9.0), (), (True, 0, "smooth")),
+        ((), h(ADEQUATE + 0.1, 9.0), (h(1.0, 12.0),), (True, 1, "relay")),
+        ((), h(ADEQUATE + 0.1, 9.0), (h(1.0, 8.0),), (True, 1, "smooth")),
+        ((), h(ADEQUATE - 0.1, 9.0), (h(1.0, 12.0),), (True, 0, "smooth")),
+        ((h(LITTLE - 0.01, 12.0),), h(1.2, 9.0), (), (True, 1, "relay")),
+        ((h(LITTLE + 0.01, 12.0),), h(1.2, 9.0), (), (False, 1, "relay")),
+        (None, h(1.2, 9.0), (), (False, 1, "smooth")),
+    ],
+)  # fmt: skip
+def test_relays_are_looked_for_first_where_little_is_explained_and_last_where_much_is_left(
+    early: Any, kept: Any, late: Any, told: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """told: whether what explains so far is enough not to try more, how often relays are looked for, what is kept;
+    early: those found first (none found: None), nothing where what is likely explains much; late: those found last."""
+    is_poor, asked, widened = early is None or bool(early), list[int](), list[bool]()
+    monkeypatch.setattr(
+        forward_selection, "_search_switching", lambda *of: asked.append(1) or list((early or ()) if is_poor else late)
+    )
+    trials = bare(rank=lambda jobs: [kept], is_poor=lambda smooth: is_poor, little=LITTLE)
+    monkeypatch.setattr(forward_selection, "start_trials", lambda *of: trials)
+    monkeypatch.setattr(
+        forward_selection, "_fit_wider", lambda trials, ranked, is_told, jobs: widened.append(is_told) or ranked
+    )
+    monkeypatch.setattr(forward_selection, "place_ranked", lambda before, smooth, jobs: smooth)
+    monkeypatch.setattr(forward_selection, "_accept_best", lambda current, before, tried, threshold, jobs: tried[0])
+    seen = bare(before=h(), proposed=(), scores=())
+    best, ranked = forward_selection._select_next(seen.before, seen, 12.0, 0, 1, lambda share: None)
+    assert (widened, len(asked), "smooth" if best is kept else "relay") == ([told[0]], *told[1:])
+    assert [each.evidence for each in ranked] == sorted((each.evidence for each in ranked), reverse=True)
+
+
+# -- lumps ----------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    "gains, bent, told",
+    [
+        ([SETTINGS.structure + 1, SETTINGS.structure - 1], [False] * 3, 1),
+        ([SETTINGS.structure + 1, None], [False] * 3, 1), ([SETTINGS.structure - 1], [False] * 2, 0),
+        ([1.0], [True, False], 1), ([-1.0], [True, False], 0), ([1.0], [True, True], 0),
+    ],
+)  # fmt: skip
+def test_lumps_are_added_while_they_explain(
+    gains: list[Any], bent: list[bool], told: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Or, at once, where numbers of the file come back by them; not where hardly more than noise is left."""
+    steps = [0.0]
+    for gain in gains:
+        steps.append(steps[-1] + gain if gain is not None else None)  # type: ignore[arg-type]
+    levels = [
+        None if e is None else h(2.0, e, is_bent=b, level=i) for i, (e, b) in enumerate(zip(steps, bent, strict=True))
+    ]
+    monkeypatch.setattr(lump_convergence, "expand", lambda each: each)
+    monkeypatch.setattr(lump_convergence, "choose_lumps", lambda each: "finer" if levels[each.level + 1 :] else None)
+    monkeypatch.setattr(lump_convergence, "fit_on_finer_lumps_afresh", lambda case, each, root: levels[each.level + 1])
+    assert lump_convergence.refine_until_converged(bare(), levels[0]).level == told
+    calm = h(NOISE - 0.01, 0.0, is_bent=False, level=0)
+    assert lump_convergence.refine_until_converged(bare(), calm) is calm
+
+
+@pytest.mark.parametrize(
+    "chis, gains, tried",
+    [([2, 1.4, 1.2, 1.0], [30, 30, 30], 4), ([2, 1.6, 1.2], [30, 30], 2), ([2, 1.4, 1.3], [10, 30], 2), ([1.0], [], 1)],
+)  # fmt: skip
+def test_the_machine_as_written_is_cut_more_finely_while_that_helps(
+    chis: list[float], gains: list[float], tried: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not where lumps gain little, or leave what they do not mend."""
+    evidence = np.cumsum([0.0, *gains])
+    levels = [h(chi, float(e), values={"level": i}) for i, (chi, e) in enumerate(zip(chis, evidence, strict=True))]
+    starts = list[Any]()
+    monkeypatch.setattr(lump_refinement, "LEVELS", 9)
+    monkeypatch.setattr(lump_refinement, "choose_lumps", lambda each: each.values["level"] + 1)
+    monkeypatch.setattr(lump_refinement, "_fit_finer", lambda case, level, start: starts.append(start) or levels[level])
+    assert lump_refinement.refine_lumps(bare(), levels[0]) == levels[:tried]
+    assert starts == [None, {"level": 1}, {"level": 2}][: tried - 1]
+
+
+@pytest.mark.parametrize("again, best", [(h(1.4, 9.0), 1), (h(1.4, 7.0), 0), (None, 0)])
+def test_what_leaves_much_on_finer_lumps_is_tried_from_where_it_was_proposed(
+    again: Any, best: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fits, asked = [h(1.4, 8.0), again], list[Any]()
+    monkeypatch.setattr(coarse_surrogate, "replace", lambda case, began: case)
+    monkeypatch.setattr(
+        coarse_surrogate, "fit_findings",
+        lambda about, root, found, *rest, **more: asked.append(found) or fits[len(asked) - 1],
+    )  # fmt: skip
+    last = bare(back=bare(usual={"b": 2.0}))
+    coarse = h(found=("a", "b", last), case=bare(began=()), values={}, own_values={"a": 1.0}, switches=False)
+    assert coarse_surrogate.fit_on_finer_lumps_afresh(bare(), coarse, bare()) is fits[best]
+    assert asked == [("a", "b", last), ("a", "b", last.back)]
+    fits[0], asked[:] = h(SETTINGS.adequate - 0.01, 1.0), []
+    assert coarse_surrogate.fit_on_finer_lumps_afresh(bare(), coarse, bare()) is fits[0] and len(asked) == 1
+
+
+@pytest.mark.parametrize("lacks, tries", [((0.4,), 1), ((0.6, 0.4), 2), ((0.6, 0.6), 0), ((2.1, 0.1), 0)])
+def test_a_stand_in_serves_whose_lack_stays(
+    lacks: tuple[float, ...], tries: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    moved, fits = iter(2.0 * np.array(lacks)), list[int]()
+    monkeypatch.setattr(
+        coarse_surrogate, "_fit_with_correction", lambda coarse, lack: fits.append(1) or bare(machine=len(fits))
+    )
+    monkeypatch.setattr(coarse_surrogate, "correction_of", lambda coarse, machine: [np.zeros(1)])
+    monkeypatch.setattr(coarse_surrogate, "_rms", lambda fine, lack: next(moved))
+    told = coarse_surrogate._fit_until_steady(bare(), [np.zeros(1)], h(2.0, machine=None))
+    assert (told.machine if told else 0) == tries
+
+
+def test_parts_are_meant_whose_lumps_change_much_of_what_those_of_any_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Told with the one that changes most first; none where no lump changes anything."""
+    size = {"bed": 10.0, "column": 2.9, "spindle": 3.1, "rail": None}
+    kind = FinerKind()
+    parts = [Part((name,), kind, "nodes", name) for name in size]
+    monkeypatch.setattr(lumping_finding, "linearise", lambda *of: bare(problem=bare(data=()), predictions=()))
+    monkeypatch.setattr(lumping_finding, "centres", lambda parameters: None)
+    monkeypatch.setattr(lumping_finding, "list_structural", lambda machine: [*parts, Part((), kind, "nodes", "")])
+    monkeypatch.setattr(lumping_finding, "respond_to_candidates", lambda able, *rest: [size[c.patch] for c, _ in able])
+    monkeypatch.setattr(lumping_finding, "whiten", lambda fit, change: np.array([change]))
+    tree = {"nodes": {name: {"lumps": "1"} for name in size}}
+    finer = {"nodes": {name: {"lumps": "4" if name in ("bed", "spindle") else "1"} for name in size}}
+    written = bare(fit=bare(problem=bare(parameters=())), machine=bare(to_plain=lambda: tree))
+    now = bare(to_plain=lambda: finer, nodes=[*size])
+    finding = lumping_finding.find_lumping(written, now, 40.0, 12.0)
+    assert (
+        finding is not None and finding.places == ("bed", "spindle") and (finding.gain, finding.threshold) == (40, 12)
+    )
+    assert finding.sentence == "Bed needs more lumps; spindle needs more lumps." and finding.confidence == 0.95
+    assert [*finding.patch["nodes"]] == ["bed", "spindle"]
+    size.update(dict.fromkeys(size))  # type: ignore[arg-type]
+    assert lumping_finding.find_lumping(written, now, 40.0, 12.0) is None
+
+
+# -- what is said ---------------------------------------------------------------------------------------------------
+def search_of(chi: float, explained: float = 1.0, located: Any = ("somewhere",), shift: float = 0.0) -> Any:
+    p = bare(path="links.joint.conductance")
+    best = h(chi, own=(), shift=np.array([shift]), fit=bare(problem=bare(parameters=(p,))))
+    return bare(
+        best=best, located=located, selection=bare(is_checked=True, explained=explained), null=bare(linearised=None)
+    )
+
+
+@pytest.mark.parametrize(
+    "search, findings, coarse, refuted, told",
+    [
+        (search_of(1.0), ["named"], None, False, (["named"], "missing_physics")),
+        (search_of(1.0), ["named"], "cut", False, (["named", "cut"], "missing_physics")),
+        (search_of(1.0), ["sensor"], None, False, (["sensor"], "sensor_fault")),
+        (search_of(1.0), ["sensor", "named"], None, False, (["sensor", "named"], "missing_physics")),
+        (search_of(DOUBTFUL + 0.1, 0.4), ["named"], None, False, (["unknown", "named"], "missing_physics")),
+        (search_of(DOUBTFUL + 0.1, 0.4), ["sensor"], None, False, (["unknown", "sensor"], "missing_physics")),
+        (search_of(DOUBTFUL + 0.1, 0.6), ["named"], None, False, (["named"], "missing_physics")),
+        (search_of(DOUBTFUL + 0.1, 0.6), ["unsure"], None, False, (["unknown", "unsure"], "missing_physics")),
+        (search_of(DOUBTFUL - 0.1, 0.4), ["named"], None, False, (["named"], "missing_physics")),
+        (search_of(DOUBTFUL + 0.1), [], "cut", False, (["cut", "unknown"], "unexplained")),
+        (search_of(DOUBTFUL + 0.1, located=()), [], "cut", False, (["cut"], "too_coarse")),
+        (search_of(SETTINGS.adequate + 0.1), [], None, True, (["unknown"], "unexplained")),
+        (search_of(SETTINGS.adequate + 0.1), [], None, False, ([], "adequate")),
+        (search_of(SETTINGS.adequate - 0.1), [], None, True, ([], "adequate")),
+        (search_of(1.0, shift=SETTINGS.shift - 0.1), [], None, False, ([], "adequate")),
+        (search_of(1.0, shift=-SETTINGS.shift - 0.1), [], None, False, ([], "parameters_only")),
+    ],
+)  # fmt: skip
+def test_the_verdict(
+    search: Any, findings: list[str], coarse: Any, refuted: bool, told: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(verdict, "find_unknown", lambda search: bare(name="unknown"))
+    monkeypatch.setattr(verdict, "_was_off", lambda search: False)
+    given = [
+        bare(name=n, channels=("T",) * (n == "sensor"), confidence=0.3 if n == "unsure" else 0.9) for n in findings
+    ]
+    found, said = verdict._decide_verdict(search, given, coarse and bare(name=coarse), refuted)
+    assert ([f.name for f in found], said) == told
+
+
+def test_what_simulated_runs_refute_is_taken_back_step_by_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The last finding first, then all, then finer lumps; at once where the time is up; nothing twice."""
+    monkeypatch.setattr(verdict, "replace", lambda of, **new: bare(**{**vars(of), **new}))
+    monkeypatch.setattr(verdict, "fit_findings", lambda case, root, found, values: h(found=found, case=case))
+    monkeypatch.setattr(verdict, "reweight", lambda case, of: of)
+    written, null = h(name="written"), h(name="null")
+    best = h(found=("a", "b", "c"), case=bare(), root=None, values={})
+    search = bare(
+        best=best, selection=bare(best=best, gains=(3, 2, 1)), ended=False, null=null, written=written, fault=None
+    )
+    tried = [each.selection for each in verdict._list_retreats(search)]
+    assert [t.best.found for t in tried[:2]] == [("a", "b"), ("a",)] and [t.gains for t in tried[:2]] == [(3, 2), (3,)]
+    assert [t.best for t in tried[2:]] == [null, written]
+    search.ended = True
+    assert [t.selection.best for t in verdict._list_retreats(search)] == [null, written]
+    search.best = h(name="null", case=bare())
+    search.null = search.best
+    assert [t.selection.best for t in verdict._list_retreats(search)] == [written]
+
+
+@pytest.mark.parametrize(
+    "gain, mended, kept", [(1.0, True, True), (-1.0, True, False), (0.0, True, False), (1.0, False, False)]
+)
+def test_a_sensor_is_said_to_fail_now_and_then_where_that_mends_it(
+    gain: float, mended: bool, kept: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(intermittent_fault, "replace", lambda of, **new: new)
+    monkeypatch.setattr(intermittent_fault, "fit_both", lambda now, e: ("before", "after", gain))
+    monkeypatch.setattr(intermittent_fault, "is_mended", lambda before, after: mended and before == "before")
+    assert intermittent_fault._confirm_fault(bare(), bare()) == (({"gain": gain}, "after") if kept else None)
+    monkeypatch.setattr(intermittent_fault, "fit_both", lambda now, e: None)
+    assert intermittent_fault._confirm_fault(bare(), bare()) is None
+
+
+def test_the_share_of_a_fault_is_told_by_all_readings_in_its_windows(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By least squares over both runs, gaps apart, whatever lies outside of them."""
+    t = np.arange(6.0)
+    runs = [(t, np.array([9, 1, 2, np.nan, 9, 9.0]), np.array([1, 2, 4, 7, 1, 1.0])), (t, 3 + 0 * t, 5 + 0 * t)]
+    monkeypatch.setattr(intermittent_fault, "_list_residuals", lambda about, c, recordings: runs)
+    monkeypatch.setattr(intermittent_fault, "find_steps", lambda t, residual, change: None)
+    monkeypatch.setattr(intermittent_fault, "replace", lambda of, **new: bare(**{**vars(of), **new}))
+    windows = (((1.0, 3.0),), ((4.0, 5.0),))
+    fault = bare(candidate=None, loose=bare(share=0.1, windows=windows))
+    inside = [intermittent_fault.inside(t, spans) for spans in windows]
+    full = np.concatenate([change[i] for (_, _, change), i in zip(runs, inside, strict=True)])
+    left = np.concatenate([residual[i] for (_, residual, _), i in zip(runs, inside, strict=True)])
+    good = np.isfinite(left)
+    expected = np.linalg.lstsq(full[good, None], left[good], rcond=None)[0][0]
+    found = intermittent_fault._update_fault(bare(case=bare(recordings=())), fault, bare())
+    assert found.loose.share == pytest.approx(expected) and found.loose.windows == windows
+    assert 0.3 < expected < 0.65
+
+
+# -- places, programs, rivals ---------------------------------------------------------------------------------------
+def test_stretches_are_promised_what_they_would_gain_beside_what_is_fitted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """(rᵀMd)² / 2 dᵀMd where the change goes the way of what is left, and nothing where it goes the other."""
+    left, seats = np.array([3.0, 1.0, -2.0]), [(seat(0, 1),), (seat(0, 0.5),), (seat(0, 0.2),), (seat(0, 0.4),)]
+    changes = [np.array([1.0, 0, 0]), np.array([0, 2.0, 2.0]), None, np.array([2.0, 1.0, -1.0])]
+    monkeypatch.setattr(placement, "linearise", lambda problem, theta: bare(
+        problem=bare(data=()), predictions=(), left=left, project=lambda D: D * [0.5, 1.0, 1.0]))  # fmt: skip
+    monkeypatch.setattr(placement, "respond_to_candidates", lambda moved, data, predictions: changes)
+    monkeypatch.setattr(placement, "whiten", lambda fit, D: D)
+    moved = [bare(seats=each) for each in seats]
+    told = placement._promise_of(bare(fit=bare(problem=None, theta=None), values={}), moved)
+    assert [round(gain, 6) for gain, _ in told] == [round(6.0**2 / (2 * 4.0), 6), round(1.5**2 / (2 * 0.5), 6), 0.0]
+    assert [c for _, c in told] == [moved[3], moved[0], moved[1]] and placement._promise_of(bare(), []) == []
+
+
+def test_of_stretches_that_explain_alike_the_longest_is_taken() -> None:
+    short, long, far = (h(evidence=e, found=(bare(seats=s),)) for e, s in (
+        (10.0, (seat(0.2, 0.4),)), (10.0 - 0.9 * placement.GAIN, (seat(0, 0.5), seat(0, 0.1))),
+        (10.0 - 1.1 * placement.GAIN, (seat(0, 1),))))  # fmt: skip
+    assert placement._widest(far, [short, long, far]) is long and placement._widest(far, []) is far
+
+
+def test_the_last_finding_is_moved(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = list[Any]()
+    monkeypatch.setattr(placement, "_elsewhere", lambda c: asked.append(c) or [])
+    monkeypatch.setattr(placement, "_aside", lambda c, step: asked.append(c) or [])
+    monkeypatch.setattr(placement, "_promise_of", lambda best, moved: [])
+    monkeypatch.setattr(placement, "run_all", lambda deed, of, jobs: [])
+    best = h(found=("a", "b", "c"), fit=bare(left=np.ones(3)))
+    assert placement.place_best(best) is best and asked == ["c"] * (1 + len(placement.STEPS))
+
+
+def test_relays_are_looked_for_first_where_unknown_heat_explains_most() -> None:
+    parts = {"a": ("bed",), "b": ("spindle",), "c": ("spindle",), "d": ("room",)}
+    relays = [bare(name=n, places=p, kind=bare(kind="relay"), own=(1,) * (n == "c")) for n, p in parts.items()]
+    located = [bare(at=bare(kind="node", nodes=(n,)), gain=g) for n, g in (("bed", 5.0), ("spindle", 9.0))]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("network.analysis.diagnosis.switching.relay_search.parts_about", lambda c: c.places)
+        assert [c.name for c in rank_likely_places(relays, located)] == ["c", "b", "a", "d"]
+
+
+def test_a_ladder_goes_up_in_four_even_steps_and_rests() -> None:
+    speed, fan = Driver("speed", "rpm", 0.0, 8000.0, False), Driver("fan", "W", 0.0, 100.0, False)
+    ((text, (signal,)),) = _ladder([speed, fan], {speed: []}, 5.0)
+    np.testing.assert_allclose(signal.t, np.arange(5) * 3600)
+    assert "at 0 rpm" not in text.partition(" and ")[0] and text.endswith("1 h each")
+    np.testing.assert_allclose(signal.start, [speed.level(s) for s in (0.25, 0.5, 0.75, 1.0)] + [0.0])
+
+
+def test_findings_are_in_doubt_beside_the_nearest_rival_of_their_step() -> None:
+    def named(key: str, evidence: float) -> Any:
+        return h(1.0, evidence, (bare(key=key, kind=bare(kind=key), places=(key,), channels=()),))
+
+    first, rival = named("a", 100.0), named("x", 100.0 - 0.5 * ALIKE)
+    second, other = named("b", 150.0), named("y", 150.0 - 0.1 * ALIKE)
+    third, far = named("c", 190.0), named("z", 50.0)
+    search = bare(best=h(found=(first.found[0], second.found[0], third.found[0])),
+                  steps=[[first, rival], [second, other], [third, far]])  # fmt: skip
+    assert [(p.holds, p.rival) for p in advice.in_doubt(search)] == [(second, other), (first, rival)]
+    search.steps = [[first, rival]]
+    assert [(p.holds, p.rival) for p in advice.in_doubt(search)] == [(first, rival)]
+    search.steps = [[first, rival], [second, other]]  # a third was found beside these
+    assert [(p.holds, p.rival) for p in advice.in_doubt(search)] == [(second, other), (first, rival)]
+    search.steps = []
+    assert advice.in_doubt(search) == []
+
+
+def test_pairs_are_told_apart_by_the_root_of_what_separates_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Over the misfit that both leave; supposed sensors when asked; what rounding leaves below nothing is nothing."""
+    of = bare(at=bare(slopes=np.ones((1, 3))), moved=np.array([3.0, 4.0, 12.0]), channel=np.array(["T", "T", "T_bed"]),
+              extra={"bed": "T_bed"}, pair=bare(chi=2.0), _known=np.zeros((1, 1)))  # fmt: skip
+    monkeypatch.setattr(separation, "Projector", lambda S, normal: bare(misfit=lambda moved: float(moved @ moved)))
+    assert separation.Outcome.sigma(of) == 2.5 and separation.Outcome.sigma(of, ["bed"]) == 6.5
+    monkeypatch.setattr(separation, "Projector", lambda S, normal: bare(misfit=lambda moved: -1e-12))
+    assert separation.Outcome.sigma(of) == 0.0
+
+
+# -- draws ----------------------------------------------------------------------------------------------------------
+def linear_draws() -> tuple[Any, Any, Any, Any]:
+    """Residuals r₀ − Jᵀθ of three rows beside one nuisance number; θ ~ N(1, 2²)."""
+    J, S, r0 = np.array([[1.0, 2.0, 0.5], [1.0, -1.0, 2.0]]), np.array([[1.0, 1.0, 0.0]]), np.array([3.0, 1.0, 2.0])
+    normal = S @ S.T + 1.0
+    prior = (np.ones(2), np.full(2, 2.0), np.full(2, -9.0), np.full(2, 9.0))
+    M = np.eye(3) - S.T @ np.linalg.inv(normal) @ S
+
+    def cost(view: Any, theta: Any, r: Any) -> Any:
+        return np.einsum("dr,rs,ds->d", r, M, r) + (((theta - 1) / 2) ** 2).sum(axis=1)
+
+    judge = bare(space=bare(prior=prior), residuals=lambda view, theta: r0 - theta @ J, misfits=cost)
+    view = bare(projector=bare(slopes=S, root=np.linalg.cholesky(normal)),
+                take_up=lambda r: (r @ S.T @ np.linalg.inv(normal), None))  # fmt: skip
+    best = np.linalg.solve(J @ M @ J.T + np.eye(2) / 4, J @ M @ r0 + np.ones(2) / 4)
+    return judge, view, J, best
+
+
+@pytest.mark.parametrize("damped", [0.0, *DAMPED])
+def test_a_step_of_draws_is_that_of_damped_gauss_newton(damped: float) -> None:
+    judge, view, J, best = linear_draws()
+    theta = np.array([[0.5, 1.5], [2.0, -1.0]])
+    at = _At(theta, judge.residuals(view, theta), np.stack([J, J]), np.zeros(2))
+    S, normal = view.projector.slopes, view.projector.root @ view.projector.root.T
+    told = J @ (np.eye(3) - S.T @ np.linalg.solve(normal, S)) @ J.T
+    H = told + np.eye(2) / 4
+    expected = [np.linalg.solve(H + damped * np.diag(np.diag(told)), H @ (best - each)) for each in theta]
+    np.testing.assert_allclose(_step(judge, view, at, damped), expected, rtol=1e-9)
+
+
+def test_draws_go_to_where_they_are_most_likely() -> None:
+    """What the slightly damped step leaves after three of them is a millionth of where it began."""
+    judge, view, _, best = linear_draws()
+    found, misfits = refine_samples(judge, view, best + np.array([[0.9, -0.9], [0.1, 0.5]]), 3)
+    np.testing.assert_allclose(found, [best, best], atol=1e-3 * 0.05)
+    assert misfits == pytest.approx(judge.misfits(view, best[None], judge.residuals(view, best[None]))[0], rel=1e-6)
