@@ -8,8 +8,8 @@ from functools import partial
 
 import numpy as np
 
+from network.analysis.calibration.expansion_point import move_starts
 from network.analysis.calibration.gauss_newton import Problem, linearise, make_problem
-from network.analysis.calibration.growing_horizon import move_starts
 from network.analysis.calibration.linearised import Linearised
 from network.analysis.calibration.measured_means import OFFSET_LIMIT, START_ANYWHERE, Measured, weigh_recording
 from network.analysis.calibration.misfit import ChannelMisfit, channel_misfits, stated_misfits

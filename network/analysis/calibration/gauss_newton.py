@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from network.analysis.calibration.expansion_point import expand_anew
 from network.analysis.calibration.linearised import (
     Linearised,
     linearise,
@@ -45,8 +46,9 @@ POOR, GOOD, LEAST_SHRINK = 0.25, 0.75, 0.1
 
 
 def minimise(
-    problem: Problem, theta: Array | None = None, steps: int = STEPS, tell: Callable[[float], None] | None = None
-) -> Linearised:
+    problem: Problem, theta: Array | None = None, steps: int = STEPS, tell: Callable[[float], None] | None = None,
+    until: Callable[[Linearised], bool] = lambda at: False,
+) -> Linearised:  # fmt: skip
     """The most probable θ, from a start (the priors' centres).
 
     While the run is far off all priors are narrowed by the misfit χ, as if the noise were that much larger, which keeps
@@ -65,11 +67,15 @@ def minimise(
         before, best = at, _better(best, at)
         at, radius, gain = _improve(at, radius, low, high)
         at = _temper_priors(at)
+        if until(at):
+            break
         if gain >= _least_gain(at) or (at.problem.firm_theta > 1) != (before.problem.firm_theta > 1):
             if settled < np.inf and not _lies_within(at, at.eta_made_at, NEAR_ETA):
                 at = _temper_priors(_complete_slopes(at))
             continue
         done, at = at, _temper_priors(_complete_slopes(at))
+        if not at.problem.moves and abs(at.cost - done.cost) > SETTLED * max(1.0, chi_of(at)) ** 2:
+            at = _temper_priors(expand_anew(at))
         if at is done or settled - at.cost < SETTLED * max(1.0, chi_of(at)) ** 2:
             break
         settled = min(settled, at.cost)
@@ -108,16 +114,17 @@ def _improve(at: Linearised, radius: float, low: Array, high: Array) -> tuple[Li
         expected = float(2 * step @ gradient - step @ precision @ step)
         if expected < least or float(np.abs(step).max(initial=0.0)) < 1e-9:
             return at, radius, max(expected, 0.0)
-        new = _beside(at, np.clip(at.theta + step, low, high))
-        if new is not None and new.cost < at.cost:
-            gain = at.cost - new.cost
-            radius = _radius_after(radius, length_of(step, units), gain / expected)
-            new = _renew_slopes(new, at)
-            return new, radius, at.cost - new.cost if at.problem.model.switches else gain
+        trial = _beside(at, np.clip(at.theta + step, low, high))
+        if trial is not None and trial.cost < at.cost:
+            new = _renew_slopes(trial, at)
+            trial = new if new.problem.moves else trial
+            if (gain := at.cost - trial.cost) > 0:
+                radius = _radius_after(radius, length_of(step, units), gain / expected)
+                return new, radius, at.cost - new.cost if at.problem.model.switches else gain
         if at.made_at is not None:
             at = with_slopes(at.problem, at.theta, at.predictions, _keep_slopes(at))
         else:
-            radius, least = length_of(step, units) * _shrink(at, new, float(step @ gradient)), _least_gain(at) / 2
+            radius, least = length_of(step, units) * _shrink(at, trial, float(step @ gradient)), _least_gain(at) / 2
 
 
 def _radius_after(radius: float, length: float, ratio: float) -> float:
@@ -146,7 +153,11 @@ def _beside(at: Linearised, theta: Array) -> Linearised | None:
 
 def _renew_slopes(new: Linearised, at: Linearised) -> Linearised:
     """With slopes from there, where θ has moved far since they were found."""
-    return new if _is_near(new) else with_slopes(new.problem, new.theta, new.predictions, _keep_slopes(at))
+    if _is_near(new):
+        return new
+    if new.problem.moves:
+        return expand_anew(new)
+    return with_slopes(new.problem, new.theta, new.predictions, _keep_slopes(at))
 
 
 def _keep_slopes(at: Linearised) -> Linearised | None:

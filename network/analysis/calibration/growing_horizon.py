@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from network.analysis.calibration.estimate import Estimate
+from network.analysis.calibration.expansion_point import move_starts
 from network.analysis.calibration.gauss_newton import STEPS as MOST
 from network.analysis.calibration.gauss_newton import minimise
 from network.analysis.calibration.linearised import Linearised
@@ -116,12 +116,3 @@ def settle_starts(at: Linearised, steps: int = MOST, is_late: Callable[[], bool]
 def _fit_about_its_starts(at: Linearised, steps: int) -> Linearised:
     """The better of a fit and another that begins there, about the starts that it finds."""
     return min(at, minimise(at.problem.about(move_starts(at)), at.theta, steps), key=lambda fit: fit.cost)
-
-
-def move_starts(at: Linearised | Estimate) -> tuple[Mapping[str, float], ...]:
-    """Temperatures of the parts at the start of every run as a fit finds them [°C]."""
-    first, starts = len(at.problem.offsets), list[Mapping[str, float]]()
-    for d in at.problem.data:
-        starts.append(d.move_start(at.eta[first : first + len(d.starts)]))
-        first += len(d.own)
-    return tuple(starts)

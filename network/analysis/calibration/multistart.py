@@ -86,7 +86,7 @@ def best_start(
         say(tell, f"{_tell_best(minima)}other beginnings")
         for drawn in draw_beginnings(problem.parameters, seed):
             tell(0.7 * len(minima) / SEARCHES)
-            minima += _minima(problem, [drawn], None, lambda: False)
+            minima += _search_beside(problem, drawn, minima)
             seeds.append(drawn)
             if has_seen_enough(minima) or is_late():
                 break
@@ -94,8 +94,18 @@ def best_start(
         raise Failed("the machine runs away wherever its uncertain numbers lie; check heat that grows with temperature")
     tell(0.7)
     best = min(minima, key=implausibility)
-    best = minimise(problem, best.theta) if len(seeds) > 1 and not is_late() else best
+    best = minimise(best.problem, best.theta) if len(seeds) > 1 and not is_late() else best
     return Found(best, len(seeds), tuple(r for r in minima if _is_rival(r, best)))
+
+
+def _search_beside(problem: Problem, seed: Array, minima: Sequence[Linearised]) -> list[Linearised]:
+    """The minimum from another beginning, linear about what the best before is; it ends where it comes to one of those
+    before."""
+    about = min(minima, key=implausibility).problem if minima else problem
+    try:
+        return [minimise(about, seed, until=lambda at: any(_leads_to(at, other) for other in minima))]
+    except Failed:
+        return []
 
 
 def _tell_best(minima: Sequence[Linearised]) -> str:
@@ -143,6 +153,13 @@ def has_seen_enough(minima: Sequence[Linearised]) -> bool:
 
 def _is_rival(other: Linearised, best: Linearised) -> bool:
     return implausibility(other) - implausibility(best) < ALIKE and _are_apart(other, best)
+
+
+def _leads_to(at: Linearised, other: Linearised) -> bool:
+    """Whether a search is as near a minimum as none is that ends elsewhere: every number within APART standard errors,
+    and no less plausible than that makes it."""
+    most = APART**2 * at.free
+    return implausibility(at) - implausibility(other) < most and not _are_apart(at, other)
 
 
 def _are_apart(one: Linearised, other: Linearised) -> bool:

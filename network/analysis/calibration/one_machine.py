@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtri
 
+from network.analysis.calibration.expansion_point import move_starts
 from network.analysis.calibration.gauss_newton import make_problem, minimise
-from network.analysis.calibration.growing_horizon import has_relays, move_starts, settle_starts
+from network.analysis.calibration.growing_horizon import has_relays, settle_starts
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.misfit import lasting_misfit
 from network.analysis.calibration.null import Null

@@ -24,7 +24,8 @@ from network.platform.printing import Brief
 @dataclass(frozen=True, eq=False, repr=False)
 class Problem(Brief):
     """A model with what it is compared to. offsets: of channels, common to all runs; firm_theta, firm_eta: factors by
-    which the priors of θ and η are narrowed, so that a model that does not fit yet is not mended by its nuisances."""
+    which the priors of θ and η are narrowed, so that a model that does not fit yet is not mended by its nuisances;
+    moves: whether what it is linear about goes with θ (expansion_point.py)."""
 
     model: Model
     data: tuple[Measured, ...]
@@ -32,6 +33,7 @@ class Problem(Brief):
     offsets: tuple[Nuisance, ...]
     firm_theta: float = 1.0
     firm_eta: float = 1.0
+    moves: bool = False
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -62,9 +64,14 @@ class Problem(Brief):
         other.__dict__.update({name: getattr(self, name) for name in ("nuisances", "stated_prior")})
         return other
 
-    def about(self, starts: Sequence[Mapping[str, float]]) -> Problem:
-        """The same linear about other temperatures of the parts at the start of each run."""
+    def about(
+        self, starts: Sequence[Mapping[str, float]], inputs: Sequence[Mapping[str, float]] | None = None
+    ) -> Problem:
+        """The same linear about other temperatures of the parts at the start of each run, and other constants that
+        drive it."""
         data = tuple(d.with_start(start) for d, start in zip(self.data, starts, strict=True))
+        if inputs is not None:
+            data = tuple(d.with_inputs(values) for d, values in zip(data, inputs, strict=True))
         return replace(self, model=Model(self.model.machine, self.parameters, [d.run for d in data]), data=data)
 
     @property

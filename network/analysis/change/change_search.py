@@ -18,8 +18,9 @@ from dataclasses import dataclass, replace
 from scipy.special import stdtrit
 
 from network.analysis.calibration.calibrated_patch import with_fitted_numbers
+from network.analysis.calibration.expansion_point import move_starts
 from network.analysis.calibration.gauss_newton import Linearised, Problem, chi_of, make_problem, minimise
-from network.analysis.calibration.growing_horizon import InStep, begin_in_step, has_relays, move_starts, settle_starts
+from network.analysis.calibration.growing_horizon import InStep, begin_in_step, has_relays, settle_starts
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.null import estimate_null
 from network.analysis.calibration.robust_fit import fit_robustly

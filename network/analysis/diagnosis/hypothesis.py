@@ -10,6 +10,7 @@ import numpy as np
 
 from network.analysis.calibration.coloured_noise import estimate_colours
 from network.analysis.calibration.estimate import Estimate
+from network.analysis.calibration.expansion_point import move_starts
 from network.analysis.calibration.gauss_newton import (
     STEPS,
     Linearised,
@@ -19,7 +20,7 @@ from network.analysis.calibration.gauss_newton import (
     make_problem,
     minimise,
 )
-from network.analysis.calibration.growing_horizon import move_starts, settle_starts
+from network.analysis.calibration.growing_horizon import settle_starts
 from network.analysis.calibration.measured_means import Measured, weigh_recording
 from network.analysis.calibration.noise import Noise
 from network.analysis.diagnosis.candidates import Candidate, lay_over
