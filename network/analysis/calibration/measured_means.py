@@ -11,6 +11,7 @@ import numpy as np
 from network.analysis.comparison.common_start import START
 from network.catalogue.declaration.declare import Array, Mask
 from network.engine.assembly import build
+from network.engine.network import Network
 from network.engine.response.intervals import first_from
 from network.engine.response.knots import Knots, make_knots, on_knots
 from network.engine.response.linear_run import LinearRun, Push
@@ -128,16 +129,17 @@ class Measured(Brief):
 
 
 def weigh_recording(
-    machine: Machine, recording: Recording, start: Start | None = None, also: Sequence[str] = ()
-) -> Measured:
-    """A recording laid out for fits of a machine; `also`: inputs that it does not read but a rival may. Raises Refused
-    where it lacks an input."""
+    machine: Machine, recording: Recording, start: Start | None = None, also: Sequence[str] = (),
+    network: Network | None = None,
+) -> Measured:  # fmt: skip
+    """A recording laid out for fits of a machine; `also`: inputs that it does not read but a rival may; network: of the
+    machine, if it is there. Raises Refused where it lacks an input."""
     schedule = schedule_for(machine, recording, start)
     recording = drop_uncounted(machine, recording)
     more = {name: recording.signal(name) for name in also if name not in schedule.signals}
     schedule = replace(schedule, signals={**schedule.signals, **more})
     knots = make_knots(schedule)
-    network = build(machine)
+    network = build(machine) if network is None else network
     T0 = start_temperatures(network, schedule, recording)
     parts = {name: float(T0[part].mean()) for name, part in network.parts.items()}
     known = [] if schedule.start else [float(T0[i]) for i in network.held]

@@ -191,7 +191,7 @@ def _accept_best(
     if best is None or not _is_gain(current, best, threshold):
         return None
     best = restart_from_starts(_settle(best), jobs)
-    return refine_until_converged(best.case, best)
+    return refine_until_converged(best.case, best, jobs)
 
 
 def _settle(h: Hypothesis) -> Hypothesis:

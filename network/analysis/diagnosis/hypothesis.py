@@ -29,6 +29,7 @@ from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.time_budget import TimeBudget
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.proposals import Runs
+from network.engine.assembly import build
 from network.engine.response.model import Prediction
 from network.engine.response.parameters import Parameter, at_values, centres, free_parameters, values_at
 from network.machine.machine import Machine
@@ -96,7 +97,8 @@ class Case:
 
     def lay_out(self, machine: Machine) -> tuple[Measured, ...]:
         """The recordings for fits of one machine (this one, refined or with something added)."""
-        data = [weigh_recording(machine, r, self.start, self._usable(r)) for r in self.recordings]
+        network = build(machine)
+        data = [weigh_recording(machine, r, self.start, self._usable(r), network) for r in self.recordings]
         laid = [replace(d, sigma={n: self.sigma.get(n, s) for n, s in d.sigma.items()}) for d in data]
         if self.lacking:
             laid = [replace(d, means=d.means - lack.at(d)) for d, lack in zip(laid, self.lacking, strict=True)]

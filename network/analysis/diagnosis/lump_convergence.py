@@ -9,12 +9,12 @@ from network.analysis.diagnosis.lump_refinement import LEVELS, choose_lumps
 from network.analysis.diagnosis.settings import SETTINGS
 
 
-def refine_until_converged(case: Case, best: Hypothesis) -> Hypothesis:
+def refine_until_converged(case: Case, best: Hypothesis, jobs: int = 1) -> Hypothesis:
     """The hypothesis on the lumps that it takes at its numbers; relays are led back into step there. What numbers of
     the file are bent for is not converged, however little is left."""
     for _ in range(LEVELS):
         best = expand(best)
-        if (best.chi < SETTINGS.noise and not best.is_bent) or (root := choose_lumps(best)) is None:
+        if (best.chi < SETTINGS.noise and not best.is_bent) or (root := choose_lumps(best, jobs)) is None:
             break
         other = fit_on_finer_lumps_afresh(case, best, root)
         if other is None or other.evidence < best.evidence + _least_gain(best, other):

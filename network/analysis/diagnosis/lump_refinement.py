@@ -31,6 +31,7 @@ from network.catalogue.declaration.patch import Patch
 from network.engine.response.model import Model
 from network.engine.response.parameters import values_at
 from network.machine.machine import Machine
+from network.platform.parallel import run_all
 from network.platform.refusal import Failed
 
 LEVELS = 3
@@ -58,13 +59,13 @@ def list_structural(machine: Machine) -> list[Candidate]:
     return list(candidates(machine, machine.inputs, structural=True))
 
 
-def refine_lumps(case: Case, written: Hypothesis) -> list[Hypothesis]:
+def refine_lumps(case: Case, written: Hypothesis, jobs: int = 1) -> list[Hypothesis]:
     """The machine as written, then on the lumps that it takes at its numbers, and again at those that it has there,
     while that helps."""
     levels = [written]
     for _ in range(LEVELS):
         best = max(levels, key=lambda h: h.evidence)
-        if levels[-1].chi < SETTINGS.noise or (finer := choose_lumps(levels[-1])) is None:
+        if levels[-1].chi < SETTINGS.noise or (finer := choose_lumps(levels[-1], jobs)) is None:
             break
         levels.append(_fit_finer(case, finer, best.values if best is not written else None))
         if levels[-1].evidence < best.evidence + SETTINGS.structure or levels[-1].chi > SETTINGS.doubtful:
@@ -86,14 +87,14 @@ def _fit_finer(case: Case, machine: Machine, start: Mapping[str, float] | None) 
     return max(direct, led, key=lambda h: h.evidence)
 
 
-def choose_lumps(h: Hypothesis) -> Machine | None:
+def choose_lumps(h: Hypothesis, jobs: int = 1) -> Machine | None:
     """The machine of a hypothesis without what was found, with the lumps that it takes; None where it has them, or they
     would be more than FINEST."""
     own = bars_of(h.root)
     written = counts = {name: n for name, n in bars_of(h.machine).items() if name in own}
     allowed = float(np.sqrt(2 * SETTINGS.alike)) * lasting_misfit(h.linearised) / max(len(counts), 1)
     for _ in range(ROUNDS):
-        left = _leave_each(h, counts)
+        left = _leave_each(h, counts, jobs)
         more = {name: _count(counts[name], TO_THE_LIMIT * left[name] / allowed) for name in counts}
         if more == counts or sum(more.values()) > FINEST:
             break
@@ -106,12 +107,13 @@ def _count(now: int, off: float) -> int:
     return now if off <= 1 else min(ceil(now * np.sqrt(off)), GROWTH * now)
 
 
-def _leave_each(h: Hypothesis, counts: Mapping[str, int]) -> dict[str, float]:
+def _leave_each(h: Hypothesis, counts: Mapping[str, int], jobs: int) -> dict[str, float]:
     """|M W d| of every bar [σ]; nothing where a run breaks down."""
     is_own = counts.items() <= bars_of(h.machine).items()
     here = np.concatenate([p.cells for p in h.predictions]) if is_own else _means_of(h, cut_bars(h.machine, counts))
-    there = {name: _means_of(h, cut_bars(h.machine, {**counts, name: 2 * n})) for name, n in counts.items()}
-    told = {name: finer - here for name, finer in there.items() if here is not None and finer is not None}
+    finer = [cut_bars(h.machine, {**counts, name: 2 * n}) for name, n in counts.items()]
+    there = zip(counts, run_all(partial(_means_of, h), finer, jobs), strict=True)
+    told = {name: means - here for name, means in there if here is not None and means is not None}
     return dict.fromkeys(counts, 0.0) | {name: _size(h.linearised, lack) for name, lack in told.items()}
 
 

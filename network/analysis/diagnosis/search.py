@@ -72,18 +72,18 @@ def _with_fault(now: Search, fault: ReadingFault, mended: Hypothesis) -> Search:
 
 def _search_from(now: Search, seed: int, jobs: int, tell: Callable[[float], None]) -> Iterator[Search]:
     """Ever better states from the machine as written."""
-    levels = refine_lumps(now.case, now.written)
+    levels = refine_lumps(now.case, now.written, jobs)
     tell(0.1)
     if now.fault is None:
         fault, finest = _set_right(max(levels, key=_evidence), jobs)
         if fault is not None:
             now = _with_fault(now, fault, finest)
-            levels = refine_lumps(now.case, now.written)
+            levels = refine_lumps(now.case, now.written, jobs)
     tell(0.15)
     best = max(levels, key=_evidence)
     case = estimate_noise(now.case, best)
     if best is not levels[0]:
-        best = refine_until_converged(case, reweight(case, best))
+        best = refine_until_converged(case, reweight(case, best), jobs)
         case = estimate_noise(case, best)
     tracks = [reweight(case, h) for h in _list_tracks(levels, best)]
     null = max(tracks, key=_evidence)

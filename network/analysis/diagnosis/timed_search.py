@@ -7,6 +7,7 @@ Rechenberg 1973; unverified). A score costs the answer to one heat.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from network.analysis.diagnosis.result import UnknownHeat
 from network.analysis.diagnosis.screen import Score, score_variants
 from network.catalogue.declaration.declare import Array
 from network.catalogue.mechanisms.base import Mechanism
+from network.platform.parallel import run_all
 
 PLACES = 3
 """Places at which they are looked for, those where unknown heat explains most (budget)."""
@@ -36,7 +38,7 @@ def search_timed(
     gain = {u.at.nodes[0]: u.gain for u in located if u.at.kind == "node"}
     able = [c for c in proposed if c.is_timed and c.parts & gain.keys()]
     likely = sorted(able, key=lambda c: -max(gain.get(n, 0.0) for n in c.parts))[:PLACES]
-    return [s for c in likely if (s := _settle(before, c, np.random.default_rng(seed), jobs=jobs)) is not None]
+    return [s for s in run_all(partial(_settle, before, seed), likely, jobs) if s is not None]
 
 
 def settle_instants(h: Hypothesis) -> Hypothesis:
@@ -47,7 +49,7 @@ def settle_instants(h: Hypothesis) -> Hypothesis:
         parameters = parameters_of(c.base, rest)
         about = linearise(h.case.problem(c.base, parameters), theta_of(parameters, h.values))
         before = Hypothesis(h.case, c.base, h.found[:-1], rest, about)
-        best = _settle(before, c, np.random.default_rng(0), {p.path: h.values[p.path] for p in c.own})
+        best = _settle(before, 0, c, {p.path: h.values[p.path] for p in c.own})
         if best is None:
             break
         other = fit_or_none(h.case, h.found, h.own, h.values | best.best, SETTLED_STEPS)
@@ -58,10 +60,10 @@ def settle_instants(h: Hypothesis) -> Hypothesis:
 
 
 def _settle(
-    before: Hypothesis, c: Candidate, rng: np.random.Generator, about: Mapping[str, float] | None = None, jobs: int = 1
-) -> Score | None:
+    before: Hypothesis, seed: int, c: Candidate, about: Mapping[str, float] | None = None
+) -> Score | None:  # fmt: skip
     """The best score of a candidate over its shapes; about: numbers near which they are already."""
-    shapes = c.own[1:]
+    shapes, rng = c.own[1:], np.random.default_rng(seed)
     spread, low, high = (np.array([getattr(p, x) for p in shapes]) for x in ("spread", "low", "high"))
     middle = theta_of(shapes, about or {})
     best = None
@@ -69,7 +71,7 @@ def _settle(
         before.case.budget.check()
         drawn = middle + spread * _steps(rng, len(shapes), AGAIN if k else 0, 0 if k else DRAWS)
         tried = [_at(c, theta) for theta in [middle, *np.clip(drawn, low, high)] if _is_seen(before, c, theta)]
-        scores = score_variants(before.linearised, tried, before.values, jobs)
+        scores = score_variants(before.linearised, tried, before.values)
         if scores and (best is None or scores[0].gain > best.gain):
             best = scores[0]
             middle = theta_of(shapes, best.own)
