@@ -38,7 +38,11 @@ def find_python(python: str) -> str | None:
     """One on the path that runs – a shim of pyenv for a version that is not chosen does not – or one of pyenv's."""
     known = sorted((Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")) / "versions").glob(f"{python}.*"))
     for one in (shutil.which(f"python{python}"), *(str(each / "bin" / "python") for each in known[::-1])):
-        if one and subprocess.run([one, "--version"], capture_output=True, check=False).returncode == 0:
+        if (
+            one
+            and Path(one).exists()
+            and subprocess.run([one, "--version"], capture_output=True, check=False).returncode == 0
+        ):
             return one
     return None
 
