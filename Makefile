@@ -18,10 +18,11 @@ test-matrix:
 	$(PYTHON) tests/matrix.py
 
 torture: .venv/ready-to-test
-	cd tests && ../$(BIN)/python -m torture --folder ../.torture $(TORTURE)
-	cd tests && ../$(BIN)/python -m torture.agreement
-	cd tests && ../$(BIN)/python -m torture.stops
-	cd tests && ../$(BIN)/python -m torture.faults
+	-cd tests && ../$(BIN)/python -m torture --folder ../.torture $(TORTURE)
+	-cd tests && ../$(BIN)/python -m torture.stops --log ../.torture/stops.jsonl
+	-cd tests && ../$(BIN)/python -m torture.faults --log ../.torture/faults.jsonl
+	-cd tests && ../$(BIN)/python -m torture.agreement --log ../.torture/agreement.jsonl
+	cd tests && ../$(BIN)/python -m torture.told --folder ../.torture
 
 bench: .venv/ready-to-test
 	cd tests && ../$(BIN)/python -m bench

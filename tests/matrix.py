@@ -6,6 +6,7 @@ Each environment is a venv of its own under .venv/matrix, made from the package 
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import subprocess
@@ -33,13 +34,26 @@ def requirements(which: str) -> list[str]:
     return [text.replace(">=", "==") for text in needed] if which == LOWEST else needed
 
 
+def find_python(python: str) -> str | None:
+    """One on the path that runs – a shim of pyenv for a version that is not chosen does not – or one of pyenv's."""
+    known = sorted((Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")) / "versions").glob(f"{python}.*"))
+    for one in (shutil.which(f"python{python}"), *(str(each / "bin" / "python") for each in known[::-1])):
+        if (
+            one
+            and Path(one).exists()
+            and subprocess.run([one, "--version"], capture_output=True, check=False).returncode == 0
+        ):
+            return one
+    return None
+
+
 def prepare(python: str, which: str) -> Path:
     """The interpreter of an environment that has all that is required."""
     where = ROOT / ".venv" / "matrix" / f"{python}-{which}"
     own, marker = where / "bin" / "python", where / "ready"
     wanted = "\n".join(requirements(which))
     if not marker.is_file() or marker.read_text(encoding="utf-8") != wanted:
-        found = shutil.which(f"python{python}")
+        found = find_python(python)
         if found is None:
             raise FileNotFoundError(f"there is no python{python}; install it, it is one of {', '.join(PYTHONS)}")
         subprocess.run([found, "-m", "venv", "--clear", str(where)], check=True)

@@ -19,7 +19,7 @@ from network.analysis.diagnosis import (
 )
 from network.analysis.diagnosis.experiments import advice, separation
 from network.analysis.diagnosis.experiments.programs import Driver, _ladder
-from network.analysis.diagnosis.intermittent import intermittent_fault
+from network.analysis.diagnosis.intermittent import channel_samples, intermittent_fault, reading_fault
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.switching.relay_search import rank_likely_places
 from network.analysis.diagnosis.switching.sample_refinement import DAMPED, _At, _step, refine_samples
@@ -313,6 +313,30 @@ def test_a_sensor_is_said_to_fail_now_and_then_where_that_mends_it(
     assert intermittent_fault._confirm_fault(bare(), bare()) == (({"gain": gain}, "after") if kept else None)
     monkeypatch.setattr(intermittent_fault, "fit_both", lambda now, e: None)
     assert intermittent_fault._confirm_fault(bare(), bare()) is None
+
+
+def test_a_fit_is_read_at_samples_straight_between_knots_to_the_last() -> None:
+    """Of three intervals the readings at their beginnings, then those at their ends."""
+    values = np.array([[0.0] * 6, [1.0, 2.0, 3.0, 2.0, 3.0, 9.0]])
+    plan = bare(edges=np.array([0.0, 10.0, 20.0, 30.0]))
+    fit = bare(values=values, run=bare(channels=["other", "T"]), course=bare(problem=bare(plan=plan)))
+    told = channel_samples.truth_at_samples(fit, bare(t=np.array([0.0, 5.0, 20.0, 25.0, 30.0])), "T")
+    np.testing.assert_allclose(told, [1.0, 1.5, 3.0, 6.0, 9.0])
+
+
+def test_every_window_of_a_fault_costs_what_chance_would_explain_by_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The fit to readings set right begins at the numbers of the file, or where it is told to."""
+    begun = list[Any]()
+    monkeypatch.setattr(reading_fault, "_with", lambda case, fault, is_right: 100.0 if is_right else 20.0)
+    monkeypatch.setattr(reading_fault, "_fit", lambda of, case, begin: begun.append(begin) or h(evidence=case))
+    fault, of = (
+        bare(windows=(((0.0, 1.0), (2.0, 3.0)), ((4.0, 5.0),), ())),
+        bare(case=None, values="bent", own_values="file"),
+    )
+    before, after, gain = reading_fault.fit_both(of, fault) or (None, None, 0.0)
+    assert (before.evidence, after.evidence) == (20.0, 100.0) and gain == 80.0 - 3 * reading_fault.PER_WINDOW
+    assert reading_fault.fit_both(of, fault, bare(values="told")) is not None
+    assert begun == ["bent", "file", "bent", "told"]
 
 
 def test_the_share_of_a_fault_is_told_by_all_readings_in_its_windows(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,12 +16,13 @@ import numpy as np
 import pytest
 from build import machine
 
-from network import Failed, Machine, Recording, Refused, Scenario, simulate
+from network import Failed, Machine, Recording, Refused, Scenario, compare, simulate
 from network.catalogue.mechanisms.base import Link
 from network.catalogue.nodes import MOST_IN_ALL, MOST_NODES
 from network.engine.assembly import build
 from network.engine.simulation import check_length
 from network.machine.size_checks import count_pairs
+from network.recordings.inputs import Start
 from network.recordings.recording import Column
 
 BLOCK = """machine: m
@@ -172,3 +173,18 @@ def test_a_jump_in_time_does_not_let_a_relay_switch_for_ever(method: str, monkey
         simulate(cooled, jumps, method=method)
     seen = simulate(cooled, Scenario.of("s", "10 h", output="1 min"), method="switched")
     assert len(seen.switches) > 100
+
+
+def test_what_is_told_of_many_names_is_short(tmp_path: Path) -> None:
+    """Of a chain without ambient, and of a table whose columns are no sensors."""
+    names = [f"n{k}" for k in range(300)]
+    nodes = {name: {"heat_capacity": "1 kJ/K"} for name in names}
+    links = {f"l{k}": {"kind": "conduction", "between": names[k : k + 2], "conductance": "1 W/K"} for k in range(299)}
+    chain = machine(nodes, links=links, sensors={"T": {"measures": "n0", "noise": "0.1 K"}})
+    (warning,) = chain.warnings
+    assert "no path from n0, n1, " in str(warning) and "and 260 more to a held node" in str(warning)
+    columns = {name: Column(name, "degC", np.full(9, 20.0)) for name in names}
+    told = Recording("wide", "wide", np.arange(9.0), columns, {}, Start())
+    with pytest.raises(Refused, match=r"there are: n0, n1, .*, n39 and 260 more\)") as refused:
+        compare(chain, told)
+    assert len(str(refused.value)) < 500

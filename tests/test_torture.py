@@ -23,7 +23,7 @@ from torture.networks import KINDS, draw_network
 from torture.oracle import Outcome, judge
 from torture.reach import Reach
 from torture.stops import stop_once
-from torture.survivors import TESTS
+from torture.survivors import ROOMS, TESTS
 
 from network import Machine, Scenario, simulate
 from network.analysis.sweep.lumping_error import cut_finely, estimate_lumping
@@ -214,3 +214,28 @@ def test_mutants_are_shared_and_gone_on_with_where_they_were_stopped(tmp_path: P
     assert {path.name for path in tmp_path.iterdir()} == {"0", "1", done.name}
     with pytest.raises(RuntimeError, match="2 of 2"):
         share(2, lambda which: exec("raise ValueError"))
+
+
+def test_what_was_tried_is_told_as_the_readme_has_it(tmp_path: Path) -> None:
+    logs = {
+        "done-0.jsonl": [{"command": "check", "kind": "refused"}],
+        "stops.jsonl": [{"what": "simulate SIGINT", "why": ""}, {"what": "sweep SIGKILL", "why": "mixed: a"}],
+        "faults.jsonl": [{"what": "full disk: simulate", "why": ""}],
+        "agreement.jsonl": [{"kind": "linear", "parts": 7, "apart": {"energy": 0.5, "expm": 2.0}}],
+        "survivors.jsonl": [
+            {"number": 3, "room": ROOMS[0], "where": "a.py:1", "outcome": "survived", "tests": 2, "diff": "-x"}
+        ],
+    }
+    for name, lines in logs.items():
+        (tmp_path / name).write_text("".join(json.dumps(line) + "\n" for line in lines))
+    words = [sys.executable, "-m", "torture.told", "--folder", str(tmp_path)]
+    run = subprocess.run(words, cwd=ROOT / "tests", capture_output=True, text=True, check=False,
+                         env={**os.environ, "PYTHONPATH": str(ROOT)})  # fmt: skip
+    assert run.returncode == 1 and "| all | 1 | 1 | 0 | 0 | 0 |" in run.stdout
+    assert (
+        "2 commands stopped (1 by Ctrl-C, 0 by SIGTERM, 1 by SIGKILL): 1 of 2 held\nsweep SIGKILL: mixed: a"
+        in run.stdout
+    )
+    assert "1 times (1 full disk): 1 of 1 held" in run.stdout and "7 to 7 parts (1 linear)" in run.stdout
+    row = "| modes or subspace with `expm` | 1 | 1e-9 K per kelvin, and what `krylov` tells of itself | 2 | 1 |"
+    assert row in run.stdout and f"| `{ROOMS[0]}` | 1 | 1 |" in run.stdout and "a.py:1 (3, 2 tests)\n-x" in run.stdout

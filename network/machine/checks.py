@@ -21,7 +21,7 @@ from network.catalogue.nodes import Node
 from network.catalogue.sensors.sensor import Sensor
 from network.machine.size_checks import check_sizes
 from network.platform.quantities.units import unit
-from network.platform.refusal import Complaints, likely, short
+from network.platform.refusal import Complaints, likely, list_first, short
 from network.platform.yaml.tree import Branch, Items, Leaf, Tree
 
 if TYPE_CHECKING:
@@ -187,7 +187,7 @@ def _check_connections(machine: Entries, complaints: Complaints) -> None:
     for group in _groups(machine):
         parts = [name for name in group if machine.nodes[name].is_part]
         if parts and not any(machine.nodes[name].is_held for name in group):
-            wrong = f"nodes.{parts[0]}: no path from {', '.join(parts)} to a held node"
+            wrong = f"nodes.{parts[0]}: no path from {list_first(parts)} to a held node"
             complaints.warn(machine.nodes[parts[0]].spot, wrong, "it never settles; link it to ambient")
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 
@@ -95,8 +95,13 @@ def likely(word: str, known: Iterable[str]) -> str:
     near = near or get_close_matches(word[:100].lower(), lowered, n=1)
     if near:
         return f"did you mean '{near[0] if near[0] in words else lowered[near[0]]}'?"
-    shown = ", ".join(words[:MOST_LISTED])
-    return f"known are: {shown}" + (f" and {len(words) - MOST_LISTED} more" if len(words) > MOST_LISTED else "")
+    return f"known are: {list_first(words)}"
+
+
+def list_first(words: Sequence[str]) -> str:
+    """The first of them, and how many more there are: as many as a message can bear."""
+    more = f" and {len(words) - MOST_LISTED} more" if len(words) > MOST_LISTED else ""
+    return ", ".join(words[:MOST_LISTED]) + more
 
 
 def short(text: str, most: int = 60) -> str:

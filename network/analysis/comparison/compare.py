@@ -16,7 +16,7 @@ from network.engine.trajectory import Trajectory
 from network.machine.machine import Machine
 from network.platform.printing import Brief, Tabled
 from network.platform.quantities.units import unit
-from network.platform.refusal import Complaints, Spot, refuse
+from network.platform.refusal import Complaints, Spot, list_first, refuse
 from network.recordings.call_arguments import as_several, expect, expect_start
 from network.recordings.counted_readings import drop_uncounted
 from network.recordings.hygiene.set_aside import summarise_excluded
@@ -118,7 +118,7 @@ def _channels(machine: Machine, recording: Recording) -> list[str]:
         raise refuse(Spot(machine.file), "the machine has no sensors, so no recording can be laid beside it", right)
     if not names:
         right = "name its columns like the sensors: " + ", ".join(machine.sensors)
-        there = f" (there are: {', '.join(recording.columns)})" if recording.columns else ""
+        there = f" (there are: {list_first([*recording.columns])})" if recording.columns else ""
         raise refuse(Spot(recording.file), f"no column is a sensor of this machine{there}", right)
     return names
 
