@@ -50,9 +50,10 @@ def find_exchange(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[Excha
     tried = [t for s in _likely(about, pairs, price) if (t := fit_exchanged(h, s.pair, s.runs, steps=BRIEF))]
     ranked = sorted((t for t in tried if t.gain > 0), key=lambda t: -t.gain)
     best = _settle(ranked[0]) if ranked else None
-    if best is None or best.worth <= price or not best.is_mended or not best.beats_unknown(rival_gain()):
+    if best is None or best.worth <= price or not best.is_mended or not best.beats_unknown:
         return None
-    return best.tell(ranked[1:], rival_gain()), best.after
+    rival = rival_gain() * max(1.0, h.chi) ** 2
+    return (best.tell(ranked[1:], rival), best.after) if best.gain > rival else None
 
 
 def _likely(about: Linearised, pairs: Sequence[Pair], price: float) -> list[Score]:
@@ -115,18 +116,15 @@ class Exchanged:
         before, after = (_excess(h, self.pair, self.runs) for h in (self.before, self.after))
         return after <= LEFT * before
 
-    def beats_unknown(self, rival: float) -> bool:
-        """Whether it explains more than the best of the catalogue, and with unknown heat or an unknown error beside it
-        more than these alone."""
-        chi2 = max(1.0, self.before.chi) ** 2
-        if self.gain <= rival * chi2:
-            return False
+    @property
+    def beats_unknown(self) -> bool:
+        """Whether with unknown heat or an unknown error beside it it explains more than these alone."""
         alone, beside = (_explain_unknown(h) for h in (self.before, self.after))
         return self.gain + beside > alone
 
     def tell(self, others: Sequence[Exchanged], rival: float) -> ExchangeFault:
-        """With its share of belief beside others and the catalogue."""
-        ends = [self.gain, 0.0, rival * max(1.0, self.before.chi) ** 2, *(o.gain for o in others)]
+        """With its share of belief beside others and the best of the catalogue."""
+        ends = [self.gain, 0.0, rival, *(o.gain for o in others)]
         share = np.exp((np.array(ends) - max(ends)) / (SETTINGS.softening * max(1.0, self.after.chi) ** 2))
         share /= share.sum()
         beside = tuple(_as_rival(o, self, float(p)) for o, p in zip(others, share[3:], strict=True))
