@@ -19,7 +19,7 @@ from network.analysis.diagnosis import (
 )
 from network.analysis.diagnosis.experiments import advice, separation
 from network.analysis.diagnosis.experiments.programs import Driver, _ladder
-from network.analysis.diagnosis.intermittent import channel_samples, intermittent_fault, reading_fault
+from network.analysis.diagnosis.intermittent import channel_fault, channel_samples, intermittent_fault
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.switching.relay_search import rank_likely_places
 from network.analysis.diagnosis.switching.sample_refinement import DAMPED, _At, _step, refine_samples
@@ -98,7 +98,7 @@ def test_rivals_on_the_lumps_there_are_need_no_further_fit(monkeypatch: pytest.M
     assert forward_selection._best_on_lumps(now, now, [], 1) is None
     assert forward_selection._best_on_lumps(now, h(), [], 1) is None
     several = [best, h(case="other")]
-    assert forward_selection._contenders(now, now, several) == [best]
+    assert forward_selection._contenders(now, now, several, 1) == [best]
 
 
 ADEQUATE, LITTLE = SETTINGS.adequate, 1.1
@@ -131,6 +131,7 @@ def test_relays_are_looked_for_first_where_little_is_explained_and_last_where_mu
         forward_selection, "_fit_wider", lambda trials, ranked, is_told, jobs: widened.append(is_told) or ranked
     )
     monkeypatch.setattr(forward_selection, "place_ranked", lambda before, smooth, jobs: smooth)
+    monkeypatch.setattr(forward_selection, "_skip_misleading", lambda before, ranked, jobs: ranked)
     monkeypatch.setattr(forward_selection, "_accept_best", lambda current, before, tried, threshold, jobs: tried[0])
     seen = bare(before=h(), proposed=(), scores=())
     best, ranked = forward_selection._select_next(seen.before, seen, 12.0, 0, 1, lambda share: None)
@@ -327,15 +328,15 @@ def test_a_fit_is_read_at_samples_straight_between_knots_to_the_last() -> None:
 def test_every_window_of_a_fault_costs_what_chance_would_explain_by_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """The fit to readings set right begins at the numbers of the file, or where it is told to."""
     begun = list[Any]()
-    monkeypatch.setattr(reading_fault, "_with", lambda case, fault, is_right: 100.0 if is_right else 20.0)
-    monkeypatch.setattr(reading_fault, "_fit", lambda of, case, begin: begun.append(begin) or h(evidence=case))
+    monkeypatch.setattr(channel_fault, "_with", lambda case, fault, is_right: 100.0 if is_right else 20.0)
+    monkeypatch.setattr(channel_fault, "_fit", lambda of, case, begin: begun.append(begin) or h(evidence=case))
     fault, of = (
         bare(windows=(((0.0, 1.0), (2.0, 3.0)), ((4.0, 5.0),), ())),
         bare(case=None, values="bent", own_values="file"),
     )
-    before, after, gain = reading_fault.fit_both(of, fault) or (None, None, 0.0)
-    assert (before.evidence, after.evidence) == (20.0, 100.0) and gain == 80.0 - 3 * reading_fault.PER_WINDOW
-    assert reading_fault.fit_both(of, fault, bare(values="told")) is not None
+    before, after, gain = channel_fault.fit_both(of, fault) or (None, None, 0.0)
+    assert (before.evidence, after.evidence) == (20.0, 100.0) and gain == 80.0 - 3 * channel_fault.PER_WINDOW
+    assert channel_fault.fit_both(of, fault, bare(values="told")) is not None
     assert begun == ["bent", "file", "bent", "told"]
 
 
@@ -368,9 +369,10 @@ def test_stretches_are_promised_what_they_would_gain_beside_what_is_fitted(monke
     monkeypatch.setattr(placement, "respond_to_candidates", lambda moved, data, predictions: changes)
     monkeypatch.setattr(placement, "whiten", lambda fit, D: D)
     moved = [bare(seats=each) for each in seats]
-    told = placement._promise_of(bare(fit=bare(problem=None, theta=None), values={}), moved)
+    fit = bare(fit=bare(problem=None, theta=None), values={})
+    told = placement._promise_of(fit, placement._linearise(fit), moved)
     assert [round(gain, 6) for gain, _ in told] == [round(6.0**2 / (2 * 4.0), 6), round(1.5**2 / (2 * 0.5), 6), 0.0]
-    assert [c for _, c in told] == [moved[3], moved[0], moved[1]] and placement._promise_of(bare(), []) == []
+    assert [c for _, c in told] == [moved[3], moved[0], moved[1]] and placement._promise_of(bare(), None, []) == []
 
 
 def test_of_stretches_that_explain_alike_the_longest_is_taken() -> None:
@@ -384,7 +386,7 @@ def test_the_last_finding_is_moved(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = list[Any]()
     monkeypatch.setattr(placement, "_elsewhere", lambda c: asked.append(c) or [])
     monkeypatch.setattr(placement, "_aside", lambda c, step: asked.append(c) or [])
-    monkeypatch.setattr(placement, "_promise_of", lambda best, moved: [])
+    monkeypatch.setattr(placement, "_promise_of", lambda best, about, moved: [])
     monkeypatch.setattr(placement, "run_all", lambda deed, of, jobs: [])
     best = h(found=("a", "b", "c"), fit=bare(left=np.ones(3)))
     assert placement.place_best(best) is best and asked == ["c"] * (1 + len(placement.STEPS))

@@ -18,6 +18,7 @@ from network.analysis.diagnosis.exchange.find_exchange import find_exchange, lis
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
 from network.machine.machine import Machine
 from network.recordings.recording import Recording
+from network.report.words.catalogue_page import catalogue_page
 
 PAIR = ("T_housing", "T_column")
 GROWS = {"kind": "stretching", "length": "400 mm", "expansion": "1.1e-5 1/K", "direction": 1}
@@ -139,3 +140,9 @@ def test_what_a_run_that_was_not_seen_refutes_is_not_told() -> None:
     assert not any(f.kind == "sensor_swap" for f in d.findings) and d.refuted
     assert d.fits.holdout_after is not None and d.fits.holdout_before is not None
     assert d.fits.holdout_after.rmse_in_noise <= 1.02 * d.fits.holdout_before.rmse_in_noise
+
+
+@pytest.mark.parametrize(("kind", "is_looked_for"), [("sensor_swap", True), ("displacement_step", True),
+                                                     ("clock_shift", False)])  # fmt: skip
+def test_the_catalogue_says_whether_a_diagnosis_looks_for_it(kind: str, is_looked_for: bool) -> None:
+    assert ("A diagnosis does not look for it." in catalogue_page(kind)) is not is_looked_for

@@ -180,7 +180,8 @@ def candidate(machine: Machine, kind: type[Effect], patch: Mapping[str, Any]) ->
 
 
 def lay_over(machine: Machine, found: Iterable[Candidate]) -> tuple[Machine, tuple[Candidate, ...]] | None:
-    """Another machine with findings laid over it, one on the other, and these; None where one does not fit."""
+    """Another machine with findings laid over it, one on the other, and these; None where one does not fit, or where
+    the numbers of an earlier one do not stand any more: an effect of a sensor moves those behind it."""
     laid: list[Candidate] = []
     for c in found:
         again = candidate(machine, c.kind, c.patch)
@@ -188,7 +189,9 @@ def lay_over(machine: Machine, found: Iterable[Candidate]) -> tuple[Machine, tup
             return None
         laid.append(replace(again, proposed=c.proposed))
         machine = again.machine
-    return machine, tuple(laid)
+    own = ((machine.by_path.get(p.entry), p.attribute) for c in laid for p in c.own)
+    stands = all(entry is not None and entry.__dict__.get(attribute) is not None for entry, attribute in own)
+    return (machine, tuple(laid)) if stands else None
 
 
 def _spell_out(kind: type[Effect], patch: Patch) -> Patch:

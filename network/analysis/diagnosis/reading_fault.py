@@ -62,6 +62,11 @@ class ReadingFault(ABC):
         return Patch({})
 
     @property
+    def competes(self) -> bool:
+        """Whether, where it is not all that is missing, it has to explain more than a search without it does."""
+        return False
+
+    @property
     def rivals(self) -> tuple[Rival, ...]:
         """What else it could be."""
         return ()

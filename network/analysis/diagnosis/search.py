@@ -21,7 +21,15 @@ from network.analysis.diagnosis.forward_selection import (
     screen_candidates,
     select_forward,
 )
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, estimate_noise, fit_hypothesis, reweight, state
+from network.analysis.diagnosis.hypothesis import (
+    Case,
+    Hypothesis,
+    estimate_noise,
+    fit_hypothesis,
+    reweight,
+    state,
+    use_file_noise,
+)
 from network.analysis.diagnosis.intermittent.find_fault import find_reading_fault
 from network.analysis.diagnosis.lump_convergence import refine_until_converged
 from network.analysis.diagnosis.lump_refinement import refine_lumps
@@ -47,10 +55,14 @@ def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[f
     written = fit_hypothesis(case, case.machine, start=calibrated.values)
     first = Search(given, case, None, written, calibrated, written, Selection(written), Screening(written))
     fault, mended = _set_right(written, jobs)
-    now = first = first if fault is None else _with_fault(first, fault, mended)
-    for now in _search_from(first, seed, jobs, tell):
+    begun = first if fault is None else _with_fault(first, fault, mended)
+    for now in _search_from(begun, seed, jobs, tell):
         yield now
-    if now.fault is None and now.best.found and leaves_something(now.best):
+    if now.fault is not None and now.fault.competes and (now.best.found or now.best.chi > SETTINGS.adequate):
+        *_, other = _search_from(first, seed, jobs, tell, sets_right=False)
+        if _file_evidence(other) > _file_evidence(now):
+            yield other
+    elif now.fault is None and now.best.found and leaves_something(now.best):
         yield from _search_beside(now, seed, jobs, tell)
 
 
@@ -70,11 +82,13 @@ def _with_fault(now: Search, fault: ReadingFault, mended: Hypothesis) -> Search:
     return replace(now, case=case, fault=fault, written=written, null=written, selection=Selection(written))
 
 
-def _search_from(now: Search, seed: int, jobs: int, tell: Callable[[float], None]) -> Iterator[Search]:
-    """Ever better states from the machine as written."""
+def _search_from(
+    now: Search, seed: int, jobs: int, tell: Callable[[float], None], sets_right: bool = True
+) -> Iterator[Search]:
+    """Ever better states from the machine as written; sets_right: whether readings may be at fault."""
     levels = refine_lumps(now.case, now.written, jobs)
     tell(0.1)
-    if now.fault is None:
+    if now.fault is None and sets_right:
         fault, finest = _set_right(max(levels, key=_evidence), jobs)
         if fault is not None:
             now = _with_fault(now, fault, finest)
@@ -150,6 +164,11 @@ def _best_score(h: Hypothesis, jobs: int) -> float:
 
 def _evidence(h: Hypothesis) -> float:
     return h.evidence
+
+
+def _file_evidence(now: Search) -> float:
+    """Of what a search came to, under the noise of the file: searches apart have noises of their own."""
+    return reweight(use_file_noise(now.best.case), now.best).evidence
 
 
 def _list_tracks(levels: Sequence[Hypothesis], best: Hypothesis) -> list[Hypothesis]:

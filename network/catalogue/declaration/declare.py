@@ -212,6 +212,8 @@ class Effect(Declared):
 
     least_run: ClassVar[float] = 0.0
     """s: a recording that is shorter than this cannot tell it from anything that goes up and down once."""
+    shows_in_readings: ClassVar[bool] = False
+    """Whether a diagnosis finds it in the readings themselves, before anything is proposed."""
 
     def needs(self) -> Mapping[str, str]:
         named = ((self.__dict__[field], unit) for field, unit in input_fields(type(self)))
@@ -227,7 +229,7 @@ class Effect(Declared):
 
     @classmethod
     def is_searched(cls) -> bool:
-        """Whether a diagnosis looks for it."""
+        """Whether a diagnosis tries its proposals."""
         return True
 
     @classmethod

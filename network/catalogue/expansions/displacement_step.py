@@ -24,6 +24,7 @@ class DisplacementStep(Expansion, kind="displacement_step"):
     """
 
     axes = LINEAR_AXES
+    shows_in_readings = True
     size = param("um", 0, 10_000, "how far it jumps", typical=5)
     begins = instant(0, 1e6, "when it jumps", typical=60)
     strength = "size"
@@ -39,7 +40,7 @@ class DisplacementStep(Expansion, kind="displacement_step"):
 
     @classmethod
     def is_searched(cls) -> bool:
-        """Not yet: of its instant no slope tells."""
+        """By no slope: its instant shows in the readings."""
         return False
 
     @classmethod

@@ -19,6 +19,7 @@ class SensorSwap(SensorEffect, kind="sensor_swap"):
     search tries all pairs in all runs and needs no gradient. Two parts that warm alike cannot be told apart.
     """
 
+    shows_in_readings = True
     other = word("the name of the sensor it is exchanged with", key="with")
     strength = "other"
     sentence = "{channel} and {other} are exchanged"
@@ -32,7 +33,7 @@ class SensorSwap(SensorEffect, kind="sensor_swap"):
 
     @classmethod
     def is_searched(cls) -> bool:
-        """By no fit of a number: all pairs are tried before anything is proposed."""
+        """By no slope: all pairs are tried in the readings."""
         return False
 
     @classmethod

@@ -123,7 +123,7 @@ def _remarks(cls: type[Declared]) -> Iterator[str]:
         yield "Reads the input " + " and ".join(f"{f.default} [{f.unit}]" for f in read) + "."
     if issubclass(cls, Relay):
         yield "Switches on and off by itself."
-    if issubclass(cls, Effect) and not cls.is_searched():
+    if issubclass(cls, Effect) and not (cls.is_searched() or cls.shows_in_readings):
         yield "A diagnosis does not look for it."
     if cls.replaces:
         yield f"Can take the place of: {', '.join(cls.replaces)}."

@@ -73,6 +73,10 @@ class ExchangeFault(ReadingFault):
         return self.swap.patch if self.is_machines else Patch({})
 
     @property
+    def competes(self) -> bool:
+        return True
+
+    @property
     def rivals(self) -> tuple[Rival, ...]:
         return self.beside
 

@@ -16,11 +16,11 @@ from typing import Any
 
 import numpy as np
 
-from network.analysis.calibration.gauss_newton import Linearised, linearise
+from network.analysis.calibration.gauss_newton import STEPS, Linearised, linearise
 from network.analysis.calibration.misfit import lasting_misfit
 from network.analysis.diagnosis.candidates import candidate
 from network.analysis.diagnosis.exchange.exchange_fault import ExchangeFault, exchange_runs
-from network.analysis.diagnosis.exchange.exchange_scan import ExchangeScan, Runs
+from network.analysis.diagnosis.exchange.exchange_scan import ExchangeScan, Runs, Score
 from network.analysis.diagnosis.exchange.exchanged_columns import Pair
 from network.analysis.diagnosis.findings import why_not
 from network.analysis.diagnosis.hypothesis import Hypothesis, fit_hypothesis, theta_of
@@ -33,8 +33,10 @@ from network.catalogue.sensors.sensor_swap import SensorSwap
 from network.machine.machine import Machine
 from network.platform.refusal import Failed, Refused
 
-CONFIRMED = 3
-"""Best scores that are confirmed by fits (budget)."""
+CONFIRMED, NEARLY = 3, 2.0
+"""Best scores that are confirmed by fits at most, and how many times what the best leaves they may leave (budget)."""
+BRIEF = 12
+"""Steps of these fits; that of the best goes on (budget)."""
 
 
 def find_exchange(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[ExchangeFault, Hypothesis] | None:
@@ -45,13 +47,19 @@ def find_exchange(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[Excha
     if not pairs or about is None:
         return None
     price = SETTINGS.least + float(np.log(len(pairs))) + len(h.case.recordings) * float(np.log(2))
-    scores = [s for s in ExchangeScan(about, pairs).best() if s.gain > price][:CONFIRMED]
-    fitted = [t for s in scores if (t := fit_exchanged(h, s.pair, s.runs)) is not None]
-    settled = [t for each in fitted if (t := _settle_runs(each)) is not None and t.worth > price and t.is_mended]
-    if not settled:
+    tried = [t for s in _likely(about, pairs, price) if (t := fit_exchanged(h, s.pair, s.runs, steps=BRIEF))]
+    ranked = sorted((t for t in tried if t.gain > 0), key=lambda t: -t.gain)
+    best = _settle(ranked[0]) if ranked else None
+    if best is None or best.worth <= price or not best.is_mended or not best.beats_unknown:
         return None
-    best, *others = sorted(settled, key=lambda t: -t.gain)
-    return (best.tell(others, rival_gain()), best.after) if best.beats_unknown(rival_gain()) else None
+    rival = rival_gain() * max(1.0, h.chi) ** 2
+    return (best.tell(ranked[1:], rival), best.after) if best.gain > rival else None
+
+
+def _likely(about: Linearised, pairs: Sequence[Pair], price: float) -> list[Score]:
+    """Those that are worth a fit."""
+    scores = [s for s in ExchangeScan(about, pairs).best() if s.gain > price]
+    return [s for s in scores if s.cost <= NEARLY * scores[0].cost][:CONFIRMED]
 
 
 def list_pairs(machine: Machine) -> list[Pair]:
@@ -108,18 +116,15 @@ class Exchanged:
         before, after = (_excess(h, self.pair, self.runs) for h in (self.before, self.after))
         return after <= LEFT * before
 
-    def beats_unknown(self, rival: float) -> bool:
-        """Whether it explains more than the best of the catalogue, and with unknown heat or an unknown error beside it
-        more than these alone."""
-        chi2 = max(1.0, self.before.chi) ** 2
-        if self.gain <= rival * chi2:
-            return False
+    @property
+    def beats_unknown(self) -> bool:
+        """Whether with unknown heat or an unknown error beside it it explains more than these alone."""
         alone, beside = (_explain_unknown(h) for h in (self.before, self.after))
         return self.gain + beside > alone
 
     def tell(self, others: Sequence[Exchanged], rival: float) -> ExchangeFault:
-        """With its share of belief beside others and the catalogue."""
-        ends = [self.gain, 0.0, rival * max(1.0, self.before.chi) ** 2, *(o.gain for o in others)]
+        """With its share of belief beside others and the best of the catalogue."""
+        ends = [self.gain, 0.0, rival, *(o.gain for o in others)]
         share = np.exp((np.array(ends) - max(ends)) / (SETTINGS.softening * max(1.0, self.after.chi) ** 2))
         share /= share.sum()
         beside = tuple(_as_rival(o, self, float(p)) for o, p in zip(others, share[3:], strict=True))
@@ -130,22 +135,26 @@ class Exchanged:
         return ExchangeFault(self.before.case.recordings, self.gain, swap, self.runs, is_machines, sure, beside)
 
 
-def fit_exchanged(h: Hypothesis, pair: Pair, runs: Runs) -> Exchanged | None:
-    """A pair exchanged in some runs, fitted from the numbers of the file; None where that does not fit."""
+def fit_exchanged(
+    h: Hypothesis, pair: Pair, runs: Runs, begin: Mapping[str, float] | None = None, steps: int = STEPS
+) -> Exchanged | None:
+    """A pair exchanged in some runs, fitted from some numbers, by default those of the file; None where that fails."""
     case = replace(h.case, recordings=exchange_runs(h.case.recordings, pair, runs))
     try:
-        after = fit_hypothesis(case, h.machine, h.found, h.own, h.own_values)
+        after = fit_hypothesis(case, h.machine, h.found, h.own, begin or h.own_values, steps=steps)
     except (Failed, Refused, np.linalg.LinAlgError):
         return None
     return Exchanged(h, after, pair, runs)
 
 
-def _settle_runs(tried: Exchanged) -> Exchanged | None:
-    """In the runs that say so."""
-    runs = tried.clear_runs
-    if runs is None or runs == tried.runs:
-        return tried if runs else None
-    return fit_exchanged(tried.before, tried.pair, runs)
+def _settle(tried: Exchanged) -> Exchanged | None:
+    """Fitted to the end, in the runs that say so; None where none does."""
+    whole = fit_exchanged(tried.before, tried.pair, tried.runs, tried.after.values)
+    if whole is None or (runs := whole.clear_runs) is None:
+        return None
+    if runs == whole.runs:
+        return whole
+    return fit_exchanged(whole.before, whole.pair, runs, whole.after.values)
 
 
 def _linearise_at_file(h: Hypothesis) -> Linearised | None:

@@ -26,7 +26,7 @@ from network.analysis.diagnosis.intermittent.channel_fault import (
     is_mended,
 )
 from network.analysis.diagnosis.intermittent.fault_shapes import list_shapes
-from network.analysis.diagnosis.intermittent.onset_jump import watch_jump
+from network.analysis.diagnosis.intermittent.onset_jump import ResidualSteps, watch_jump
 from network.analysis.diagnosis.intermittent.onset_scan import Onset, OnsetScan
 from network.analysis.diagnosis.locate import locate
 from network.analysis.diagnosis.result import Quantity
@@ -106,7 +106,8 @@ def find_onset_fault(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[On
     recordings = h.case.recordings
     scores = OnsetScan(h.linearised, tuple(list_shapes(h)), recordings).best()
     seen = [o for o in scores if o.gain > PER_WINDOW and o.shape.allows(o.size)]
-    faults = [_make_fault(h, o) for o in seen]
+    steps = ResidualSteps(h, recordings)
+    faults = [_make_fault(steps, o) for o in seen]
     clear = [f for f in faults if f.is_clear]
     other = [f for f in faults if not f.is_clear and f.onset.since > PER_WINDOW and _may_mend(h, f.onset)][:1]
     groups = (clear[:CONFIRMED], (f for f in other if rival_gain() < f.gain and _lies_at(h, f.channel)))
@@ -118,12 +119,12 @@ def _lies_at(h: Hypothesis, channel: str) -> bool:
     return locate(h.linearised, h.machine)[0].at.channel == channel
 
 
-def _make_fault(h: Hypothesis, o: Onset) -> OnsetFault:
+def _make_fault(steps: ResidualSteps, o: Onset) -> OnsetFault:
     """A fault as it scores; where a clear jump shows it, with the jump's own instant and size."""
-    jump = watch_jump(h, h.case.recordings, o)
+    jump = watch_jump(steps, o)
     if jump.is_clear and o.shape.allows(jump.size):
         o = replace(o, t0=jump.at, size=jump.size, std=jump.std)
-    return OnsetFault(h.case.recordings, o.gain, o, jump.is_clear)
+    return OnsetFault(steps.h.case.recordings, o.gain, o, jump.is_clear)
 
 
 def _confirm_best(h: Hypothesis, faults: Iterable[OnsetFault]) -> tuple[OnsetFault, Hypothesis] | None:
@@ -148,7 +149,7 @@ class _Corrected:
     def holds(self) -> bool:
         """Whether it jumps where its size says so, and hardly anything is left: of that channel in that run where a
         jump shows it that nothing else could be, else of all."""
-        jump = watch_jump(self.after, self.fault.recordings, self.fault.onset)
+        jump = watch_jump(ResidualSteps(self.after, self.fault.recordings), self.fault.onset)
         if jump.is_due and not jump.is_seen:
             return False
         left = [_excess(x, self.fault.onset) for x in (self.before, self.after)]

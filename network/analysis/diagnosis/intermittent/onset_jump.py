@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import BIN, CLEAR, SIDE, Steps, find_steps
 from network.analysis.diagnosis.intermittent.channel_samples import truth_at_samples
 from network.analysis.diagnosis.intermittent.onset_scan import Onset
+from network.catalogue.declaration.declare import Array
 from network.recordings.recording import Recording
 
 BLURRED = 0.5
@@ -34,9 +35,38 @@ class Jump:
         return self.is_seen and self.is_alone
 
 
-def watch_jump(h: Hypothesis, recordings: Sequence[Recording], o: Onset) -> Jump:
-    """What the recordings, as they were, show of a fault beside what a fit says."""
-    own = _list_steps(h, recordings, o, o.shape.channel)
+@dataclass(frozen=True, eq=False)
+class ResidualSteps:
+    """Steps of what a fit leaves of recordings as they were, found once in every run and channel."""
+
+    h: Hypothesis
+    recordings: Sequence[Recording]
+    known: dict[tuple[int, str], Steps | None] = field(default_factory=dict)
+
+    def of(self, run: int, channel: str) -> Steps | None:
+        """Beside a unit of change; None where the run is too short."""
+        key = (run, channel)
+        if key not in self.known:
+            recording, truth = self.recordings[run], self.truth(run, channel)
+            residual = recording.columns[channel].values - truth
+            self.known[key] = find_steps(recording.t, residual, np.ones_like(truth))
+        return self.known[key]
+
+    def of_fault(self, o: Onset) -> Steps | None:
+        """Of the channel that fails, in the run in which it begins to, beside what full strength would change."""
+        steps, recording = self.of(o.run, o.shape.channel), self.recordings[o.run]
+        if steps is None:
+            return None
+        full = o.shape.full(recording, self.truth(o.run, o.shape.channel))
+        return replace(steps, full=np.interp(steps.t, recording.t, full))
+
+    def truth(self, run: int, channel: str) -> Array:
+        return truth_at_samples(self.h.predictions[run], self.recordings[run], channel)
+
+
+def watch_jump(steps: ResidualSteps, o: Onset) -> Jump:
+    """What recordings show of a fault beside what a fit says."""
+    own = steps.of_fault(o)
     if own is None or not o.shape.may_jump:
         return Jump()
     reach = SIDE * max(BIN, float(np.median(np.diff(own.t))))  # a step spans so much on each side
@@ -46,8 +76,8 @@ def watch_jump(h: Hypothesis, recordings: Sequence[Recording], o: Onset) -> Jump
     if not is_seen.any():
         return Jump(bool(is_due.any()))
     k = int(np.where(is_seen, np.abs(own.size), 0.0).argmax())
-    at, full = float(own.t[k]), _full_by_readings(recordings[o.run], o, float(own.t[max(k - SIDE - 1, 0)]))
-    is_alone = not (_is_driven(h, o, at, reach) or _is_shared(h, recordings, o, at, reach))
+    at, full = float(own.t[k]), _full_by_readings(steps.recordings[o.run], o, float(own.t[max(k - SIDE - 1, 0)]))
+    is_alone = not (_is_driven(steps.h, o, at, reach) or _is_shared(steps, o, at, reach))
     return Jump(True, True, is_alone, at, float(own.size[k]) / full, own.scatter / abs(full))
 
 
@@ -63,16 +93,8 @@ def _is_driven(h: Hypothesis, o: Onset, at: float, reach: float) -> bool:
     return bool((np.abs(h.predictions[o.run].run.knots.jumps - at) < reach).any())
 
 
-def _is_shared(h: Hypothesis, recordings: Sequence[Recording], o: Onset, at: float, reach: float) -> bool:
+def _is_shared(steps: ResidualSteps, o: Onset, at: float, reach: float) -> bool:
     """Whether another channel jumps at that time."""
-    names = [name for name in h.predictions[o.run].run.channels if name != o.shape.channel]
-    others = [s for name in names if (s := _list_steps(h, recordings, o, name)) is not None]
+    names = [name for name in steps.h.predictions[o.run].run.channels if name != o.shape.channel]
+    others = [s for name in names if (s := steps.of(o.run, name)) is not None]
     return any(bool((np.abs(s.size[np.abs(s.t - at) < reach]) > CLEAR * s.scatter).any()) for s in others)
-
-
-def _list_steps(h: Hypothesis, recordings: Sequence[Recording], o: Onset, channel: str) -> Steps | None:
-    """Of what is left of a channel in the run in which the fault begins."""
-    recording = recordings[o.run]
-    truth = truth_at_samples(h.predictions[o.run], recording, channel)
-    full = o.shape.full(recording, truth) if channel == o.shape.channel else np.ones_like(truth)
-    return find_steps(recording.t, recording.columns[channel].values - truth, full)
