@@ -74,12 +74,17 @@ def minimise(
                 at = _temper_priors(_complete_slopes(at))
             continue
         done, at = at, _temper_priors(_complete_slopes(at))
-        if not at.problem.moves and abs(at.cost - done.cost) > SETTLED * max(1.0, chi_of(at)) ** 2:
+        if not at.problem.moves and _has_bent(done, at):
             at = _temper_priors(expand_anew(at))
         if at is done or settled - at.cost < SETTLED * max(1.0, chi_of(at)) ** 2:
             break
         settled = min(settled, at.cost)
     return _complete_slopes(_temper_priors(_better(best, _complete_slopes(at)), free=True))
+
+
+def _has_bent(before: Linearised, at: Linearised) -> bool:
+    """Whether slopes by η found anew change J by more than as if every number were a standard error off."""
+    return abs(at.cost - before.cost) > SETTLED * at.free * max(1.0, chi_of(at)) ** 2
 
 
 def _better(best: Linearised, at: Linearised) -> Linearised:
