@@ -159,7 +159,9 @@ def test_lumps_are_added_while_they_explain(
         None if e is None else h(2.0, e, is_bent=b, level=i) for i, (e, b) in enumerate(zip(steps, bent, strict=True))
     ]
     monkeypatch.setattr(lump_convergence, "expand", lambda each: each)
-    monkeypatch.setattr(lump_convergence, "choose_lumps", lambda each: "finer" if levels[each.level + 1 :] else None)
+    monkeypatch.setattr(
+        lump_convergence, "choose_lumps", lambda each, jobs: "finer" if levels[each.level + 1 :] else None
+    )
     monkeypatch.setattr(lump_convergence, "fit_on_finer_lumps_afresh", lambda case, each, root: levels[each.level + 1])
     assert lump_convergence.refine_until_converged(bare(), levels[0]).level == told
     calm = h(NOISE - 0.01, 0.0, is_bent=False, level=0)
@@ -178,7 +180,7 @@ def test_the_machine_as_written_is_cut_more_finely_while_that_helps(
     levels = [h(chi, float(e), values={"level": i}) for i, (chi, e) in enumerate(zip(chis, evidence, strict=True))]
     starts = list[Any]()
     monkeypatch.setattr(lump_refinement, "LEVELS", 9)
-    monkeypatch.setattr(lump_refinement, "choose_lumps", lambda each: each.values["level"] + 1)
+    monkeypatch.setattr(lump_refinement, "choose_lumps", lambda each, jobs: each.values["level"] + 1)
     monkeypatch.setattr(lump_refinement, "_fit_finer", lambda case, level, start: starts.append(start) or levels[level])
     assert lump_refinement.refine_lumps(bare(), levels[0]) == levels[:tried]
     assert starts == [None, {"level": 1}, {"level": 2}][: tried - 1]
@@ -328,10 +330,12 @@ def test_a_fit_is_read_at_samples_straight_between_knots_to_the_last() -> None:
 def test_every_window_of_a_fault_costs_what_chance_would_explain_by_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """The fit to readings set right begins at the numbers of the file, or where it is told to."""
     begun = list[Any]()
-    monkeypatch.setattr(channel_fault, "_with", lambda case, fault, is_right: 100.0 if is_right else 20.0)
     monkeypatch.setattr(channel_fault, "_fit", lambda of, case, begin: begun.append(begin) or h(evidence=case))
     fault, of = (
-        bare(windows=(((0.0, 1.0), (2.0, 3.0)), ((4.0, 5.0),), ())),
+        bare(
+            windows=(((0.0, 1.0), (2.0, 3.0)), ((4.0, 5.0),), ()),
+            correct=lambda case, right=True: 100.0 if right else 20.0,
+        ),
         bare(case=None, values="bent", own_values="file"),
     )
     before, after, gain = channel_fault.fit_both(of, fault) or (None, None, 0.0)

@@ -283,6 +283,11 @@ def estimate_noise(case: Case, hypothesis: Hypothesis) -> Case:
     return replace(case, noise=Noise(tinted), sigma=sigma)
 
 
+def use_file_noise(case: Case) -> Case:
+    """The case under the noise of the file: what a relay does over minutes must not pass for coloured noise."""
+    return replace(case, noise=Noise(), sigma={})
+
+
 def start_from(case: Case, hypothesis: Hypothesis) -> Case:
     """The case about the starts that a hypothesis finds: where relays switch, the way there is not a straight one."""
     return replace(case, began=move_starts(hypothesis.fit))

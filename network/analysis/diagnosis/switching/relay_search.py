@@ -9,10 +9,9 @@ from functools import partial
 import numpy as np
 
 from network.analysis.calibration.gauss_newton import Linearised, linearise
-from network.analysis.calibration.noise import Noise
 from network.analysis.diagnosis.candidates import Candidate, candidate
 from network.analysis.diagnosis.compact_fit import compact, fit_with
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight, theta_of
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight, theta_of, use_file_noise
 from network.analysis.diagnosis.result import UnknownHeat
 from network.analysis.diagnosis.switching.affine_surrogate import straighten
 from network.analysis.diagnosis.switching.prior_samples import Space, parts_about
@@ -72,11 +71,6 @@ def _search_about(
         began = _all(case, d.judge.space.starts(d.theta))
         fits.append(_Start(known[d.judge.space.candidate.key], beside | _values(d), began))
     return _fit_samples(case, null, fits, partial(_leave, about), onset, jobs) if fits else None
-
-
-def use_file_noise(case: Case) -> Case:
-    """The case under the noise of the file: what a relay does over minutes must not pass for coloured noise."""
-    return replace(case, noise=Noise(), sigma={})
 
 
 def tell_unsearched(null: Hypothesis, switched: Sequence[Candidate]) -> str:
