@@ -53,7 +53,8 @@ def minimise(
 
     While the run is far off all priors are narrowed by the misfit χ, as if the noise were that much larger, which keeps
     the numbers plausible; then those of θ are as they are, and those of η stay narrowed by what misfit is left. Slopes
-    by η are those of the start until no step betters J, then those found there, until that changes nothing. Where
+    by η are those of the start until no step betters J, then those found there, until that changes nothing. Where that
+    changes much, runs are laid out anew about the η that is most probable, from then on with all slopes. Where
     relays switch, J is rough: slopes by η are found as often as those by θ, and the best that was met is what counts.
     Instants, which have no slope, stay where they are, and no prior moves them.
     """
