@@ -18,6 +18,7 @@ import json
 import os
 import random
 import shutil
+import signal
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -111,6 +112,7 @@ def main() -> int:
     parser.add_argument("--again", action="store_true", help="those that were left, on the tests as they are now")
     parser.add_argument("--told", action="store_true", help="only tell what is in the log")
     given = parser.parse_args()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # what it has begun ends with it
     log = given.log.resolve()
     log.parent.mkdir(parents=True, exist_ok=True)
     told = read_numbered(log)
