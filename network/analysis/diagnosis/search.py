@@ -56,13 +56,16 @@ def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[f
     first = Search(given, case, None, written, calibrated, written, Selection(written), Screening(written))
     fault, mended = _set_right(written, jobs)
     begun = first if fault is None else _with_fault(first, fault, mended)
-    for now in _search_from(begun, seed, jobs, tell):
-        yield now
-    if now.fault is not None and now.fault.competes and (now.best.found or now.best.chi > SETTINGS.adequate):
+    states = _search_from(begun, seed, jobs, tell)
+    yield (now := next(states))
+    if now.fault is not None and now.fault.competes and now.null.chi > SETTINGS.adequate:
         *_, other = _search_from(first, seed, jobs, tell, sets_right=False)
         if _file_evidence(other) > _file_evidence(now):
             yield other
-    elif now.fault is None and now.best.found and leaves_something(now.best):
+            return
+    for now in states:
+        yield now
+    if now.fault is None and now.best.found and leaves_something(now.best):
         yield from _search_beside(now, seed, jobs, tell)
 
 

@@ -1,8 +1,8 @@
 """How what is missing is looked for: every strategy, what it is for, and why it cannot look where that is so.
 
 A candidate belongs to the first strategy that is for it. What it cannot look for is told with the diagnosis, so that
-silence never passes for absence. Lumps (lump_refinement) and what a sensor does by fits and starts (intermittent) are
-looked for before anything is proposed.
+silence never passes for absence. Lumps (lump_refinement), what a sensor does by fits and starts (intermittent) and
+sensors that are mixed up (exchange) are looked for before anything is proposed.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
 Which pair, and in which runs, is a choice among many, and nothing that a slope tells: it costs the log of their number.
 A pair counts where a fit with the two exchanged explains more than that, in units of how long the misfit that is left
 lasts; where hardly anything is left of their own excess; where every run in which they are said to be exchanged says so
-by itself, beside all numbers refitted; and where unknown heat or an unknown error of one channel does not explain as
-much.
+by itself, beside all numbers refitted; and where neither the catalogue nor unknown heat or an unknown error of one
+channel explains as much. Where more is left than noise, a search without it has the last word (search).
 """
 
 from __future__ import annotations
