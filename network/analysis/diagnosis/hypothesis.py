@@ -11,17 +11,10 @@ import numpy as np
 from network.analysis.calibration.coloured_noise import estimate_colours
 from network.analysis.calibration.estimate import Estimate
 from network.analysis.calibration.expansion_point import move_starts
-from network.analysis.calibration.gauss_newton import (
-    STEPS,
-    Linearised,
-    Problem,
-    chi_of,
-    linearise,
-    make_problem,
-    minimise,
-)
+from network.analysis.calibration.gauss_newton import STEPS, Linearised, Problem, linearise, make_problem, minimise
 from network.analysis.calibration.growing_horizon import settle_starts
 from network.analysis.calibration.measured_means import Measured, weigh_recording
+from network.analysis.calibration.misfit import chi_of
 from network.analysis.calibration.noise import Noise
 from network.analysis.diagnosis.candidates import Candidate, lay_over
 from network.analysis.diagnosis.recorded_powers import gather_runs
