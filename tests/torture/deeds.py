@@ -35,7 +35,7 @@ DEEDS: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
 }
 """The first run's words, and those of the second, which is the one that is disturbed."""
 Running = subprocess.Popen[bytes] | Forked
-PASSING = ("solve_seconds", "seconds", "command")
+PASSING = ("solve_seconds", "step_seconds", "seconds", "command")
 """Of a result, what differs from run to run."""
 
 
