@@ -96,7 +96,8 @@ class Sensor(Declared):
     def resolve(self, machine: MachineLike) -> Self:
         """With what it really reads, where it is exchanged with another or another with it, and the numbers that its
         effects take from other channels."""
-        partner = machine.sensors.get(self.exchanged or machine.exchanged_by.get(self.name, ""))
+        whom = self.exchanged or machine.exchanged_by.get(self.name, "")
+        partner = machine.sensors.get(whom) if whom else None
         pairs = ((effect, self.find_followed(machine, effect)) for effect in self.effects)
         effects = tuple(effect if other is None else effect.take(other) for effect, other in pairs)
         return self.replaced(seen=None if partner is None else partner.measures, effects=effects)
