@@ -189,9 +189,13 @@ def lay_over(machine: Machine, found: Iterable[Candidate]) -> tuple[Machine, tup
             return None
         laid.append(replace(again, proposed=c.proposed))
         machine = again.machine
-    own = ((machine.by_path.get(p.entry), p.attribute) for c in laid for p in c.own)
-    stands = all(entry is not None and entry.__dict__.get(attribute) is not None for entry, attribute in own)
-    return (machine, tuple(laid)) if stands else None
+    return (machine, tuple(laid)) if has_numbers(machine, (p for c in laid for p in c.own)) else None
+
+
+def has_numbers(machine: Machine, own: Iterable[Parameter]) -> bool:
+    """Whether the numbers of earlier findings still stand in a machine."""
+    pairs = ((machine.by_path.get(p.entry), p.attribute) for p in own)
+    return all(entry is not None and entry.__dict__.get(attribute) is not None for entry, attribute in pairs)
 
 
 def _spell_out(kind: type[Effect], patch: Patch) -> Patch:

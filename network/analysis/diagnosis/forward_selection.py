@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 from network.analysis.diagnosis.backward_elimination import check_selection
-from network.analysis.diagnosis.candidates import Candidate, candidates
+from network.analysis.diagnosis.candidates import Candidate, candidates, has_numbers
 from network.analysis.diagnosis.coarse_surrogate import build_surrogate, fit_on_finer_lumps, fit_on_finer_lumps_afresh
 from network.analysis.diagnosis.compact_fit import compact
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight
@@ -24,7 +24,6 @@ from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.significance import null_threshold
 from network.analysis.diagnosis.switching.relay_search import rank_likely_places, search_relays
 from network.analysis.diagnosis.timed_search import search_timed, settle_instants
-from network.engine.response.parameters import Parameter
 from network.machine.machine import Machine
 from network.platform.parallel import run_all
 
@@ -53,7 +52,7 @@ def screen_candidates(current: Hypothesis, seed: int, jobs: int) -> Screening:
     before = build_surrogate(current)
     case = current.case
     found = candidates(before.machine, case.drivers, runs=case.runs)
-    proposed = tuple(c for c in found if _keeps(c, before.own))
+    proposed = tuple(c for c in found if has_numbers(c.machine, before.own))
     look = screen if leaves_something(current) else score_candidates  # nothing is to be placed along bars
     scores = look(before.linearised, proposed, before.values, jobs)
     seen = Screening(before, proposed, tuple(scores))
@@ -157,12 +156,6 @@ def _worth_fitting(seen: Screening) -> Sequence[Score]:
 
 def _report_share(tell: Callable[[float], None], done: float, share: float) -> None:
     tell(done + 0.1 * share)
-
-
-def _keeps(candidate: Candidate, own: Sequence[Parameter]) -> bool:
-    """Whether the numbers of earlier findings still stand with it."""
-    entries = candidate.machine.by_path
-    return all(p.entry in entries and entries[p.entry].__dict__.get(p.attribute) is not None for p in own)
 
 
 def _contenders(

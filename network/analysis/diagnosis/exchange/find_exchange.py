@@ -25,10 +25,10 @@ from network.analysis.diagnosis.exchange.exchanged_columns import Pair
 from network.analysis.diagnosis.findings import why_not
 from network.analysis.diagnosis.hypothesis import Hypothesis, fit_hypothesis, theta_of
 from network.analysis.diagnosis.intermittent.channel_fault import LEFT
+from network.analysis.diagnosis.intermittent.channel_samples import excess_of
 from network.analysis.diagnosis.locate import locate
 from network.analysis.diagnosis.result import Rival
 from network.analysis.diagnosis.settings import SETTINGS
-from network.catalogue.declaration.declare import Array
 from network.catalogue.sensors.sensor_swap import SensorSwap
 from network.machine.machine import Machine
 from network.platform.refusal import Failed, Refused
@@ -113,7 +113,8 @@ class Exchanged:
     @property
     def is_mended(self) -> bool:
         """Whether hardly anything is left of the excess of the two where they are exchanged."""
-        before, after = (_excess(h, self.pair, self.runs) for h in (self.before, self.after))
+        exchanged = [i for i, is_in in enumerate(self.runs) if is_in]
+        before, after = (excess_of(h, self.pair, exchanged) for h in (self.before, self.after))
         return after <= LEFT * before
 
     @property
@@ -163,17 +164,6 @@ def _linearise_at_file(h: Hypothesis) -> Linearised | None:
         return linearise(h.fit.problem, theta_of(h.fit.problem.parameters, h.own_values))
     except (Failed, np.linalg.LinAlgError):
         return None
-
-
-def _excess(h: Hypothesis, pair: Pair, runs: Runs) -> float:
-    """Of two channels in some runs, in squares of the noise."""
-    left, first = list[Array](), 0
-    for data, whitener, is_in in zip(h.fit.problem.data, h.fit.problem.whiteners, runs, strict=True):
-        for name, (rows, _) in zip(data.run.channels, whitener.blocks, strict=True):
-            if is_in and name in pair:
-                left.append(h.fit.left[first + rows.start : first + rows.stop])
-        first += whitener.blocks[-1][0].stop if whitener.blocks else 0
-    return float(np.mean(np.concatenate(left) ** 2)) - 1 if left else 0.0
 
 
 def _explain_unknown(h: Hypothesis) -> float:

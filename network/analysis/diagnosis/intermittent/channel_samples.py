@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
 from network.analysis.diagnosis.candidates import Candidate
+from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.catalogue.declaration.declare import Array
 from network.catalogue.sensors.base import SensorEffect
 from network.engine.response.model import Prediction
@@ -40,3 +41,14 @@ def change_of(full: SensorEffect, recording: Recording, truth: Array) -> Array:
 def list_inputs(effect: SensorEffect, recording: Recording) -> Mapping[str, Array]:
     """What an effect reads beside its channel, at the samples."""
     return {"time": recording.t, **{name: recording.signal(name).at(recording.t) for name in effect.needs()}}
+
+
+def excess_of(h: Hypothesis, channels: Iterable[str], runs: Iterable[int]) -> float:
+    """χ² − 1 of some channels in some runs; 0 where they have none of them."""
+    fit, names, left = h.linearised, [*channels], [np.empty(0)]
+    for i in runs:
+        data, (rows, _) = fit.problem.data[i], fit.rows.slopes.blocks[i]
+        of = np.repeat(data.run.channels, data.run.knots.cells)[data.known]
+        left.append(fit.left[rows][np.isin(of, names)])
+    own = np.concatenate(left)
+    return float(np.mean(own**2)) - 1 if len(own) else 0.0

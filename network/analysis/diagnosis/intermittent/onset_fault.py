@@ -25,6 +25,7 @@ from network.analysis.diagnosis.intermittent.channel_fault import (
     fit_both,
     is_mended,
 )
+from network.analysis.diagnosis.intermittent.channel_samples import excess_of
 from network.analysis.diagnosis.intermittent.fault_shapes import list_shapes
 from network.analysis.diagnosis.intermittent.onset_jump import ResidualSteps, watch_jump
 from network.analysis.diagnosis.intermittent.onset_scan import Onset, OnsetScan
@@ -152,7 +153,7 @@ class _Corrected:
         jump = watch_jump(ResidualSteps(self.after, self.fault.recordings), self.fault.onset)
         if jump.is_due and not jump.is_seen:
             return False
-        left = [_excess(x, self.fault.onset) for x in (self.before, self.after)]
+        left = [excess_of(x, [self.fault.channel], [self.fault.onset.run]) for x in (self.before, self.after)]
         return is_mended(self.before, self.after) or (jump.is_clear and left[1] <= LEFT * left[0])
 
 
@@ -185,12 +186,3 @@ def _may_mend(h: Hypothesis, o: Onset) -> bool:
     """Whether by the linear score little enough is left for fits to be tried."""
     excess = h.chi**2 - 1
     return excess - 2 * o.gain * max(1.0, h.chi**2) / len(h.fit.left) <= NEARLY * LEFT * excess
-
-
-def _excess(h: Hypothesis, o: Onset) -> float:
-    """Of the channel in the run in which it begins to fail."""
-    at, data = h.linearised, h.linearised.problem.data[o.run]
-    rows, _ = at.rows.slopes.blocks[o.run]
-    channels = np.repeat(data.run.channels, data.run.knots.cells)[data.known]
-    own = at.left[rows][channels == o.shape.channel]
-    return float(np.mean(own**2)) - 1 if len(own) else 0.0
