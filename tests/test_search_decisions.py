@@ -365,11 +365,12 @@ def test_the_share_of_a_fault_is_told_by_all_readings_in_its_windows(monkeypatch
 
 # -- places, programs, rivals ---------------------------------------------------------------------------------------
 def test_stretches_are_promised_what_they_would_gain_beside_what_is_fitted(monkeypatch: pytest.MonkeyPatch) -> None:
-    """(rᵀMd)² / 2 dᵀMd where the change goes the way of what is left, and nothing where it goes the other."""
+    """(dᵀr)² / 2 dᵀMd where the change goes the way of what is left, and nothing where it goes the other."""
     left, seats = np.array([3.0, 1.0, -2.0]), [(seat(0, 1),), (seat(0, 0.5),), (seat(0, 0.2),), (seat(0, 0.4),)]
     changes = [np.array([1.0, 0, 0]), np.array([0, 2.0, 2.0]), None, np.array([2.0, 1.0, -1.0])]
+    half = np.array([0.5, 1.0, 1.0])
     monkeypatch.setattr(placement, "linearise", lambda problem, theta: bare(
-        problem=bare(data=()), predictions=(), left=left, project=lambda D: D * [0.5, 1.0, 1.0]))  # fmt: skip
+        problem=bare(data=()), predictions=(), unexplained=left * half, project=lambda D: D * half))  # fmt: skip
     monkeypatch.setattr(placement, "respond_to_candidates", lambda moved, data, predictions: changes)
     monkeypatch.setattr(placement, "whiten", lambda fit, D: D)
     moved = [bare(seats=each) for each in seats]

@@ -101,6 +101,17 @@ class Linearised(Brief):
         return np.asarray(self.residual - self.rows.slopes.apply(self.eta))
 
     @cached_property
+    def unexplained(self) -> Array:
+        """Whitened residual that a full step to the least of J leaves, r − Sᵀ(SSᵀ + V⁻¹)⁻¹(S r − V⁻¹(x − x₀)).
+
+        At the least of J that is r, whose way along S is what the priors of bent numbers hold back.
+        """
+        mean, spread = self.problem.prior
+        at = np.concatenate([self.theta, self.eta])
+        step = np.linalg.solve(self.precision, self.slopes @ self.left + (mean - at) / spread**2)
+        return np.asarray(self.left - step @ self.slopes)
+
+    @cached_property
     def cost(self) -> float:
         """J at this θ, least over η."""
         (mean, spread), at_mean = (p[: self.free] for p in self.problem.prior), self.rows.at_mean

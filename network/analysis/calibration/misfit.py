@@ -30,6 +30,13 @@ def chi_of(at: Linearised) -> float:
     return float(np.sqrt(at.misfit / len(at.residual))) if len(at.residual) else 0.0
 
 
+def strain_of(at: Linearised | Estimate) -> float:
+    """What starts, jumps and offsets are strained by beyond chance: Σ ((η − η₀)/σ)² less their count, at least 0. What
+    only these constants take up has not been explained, and counts beside |left|²."""
+    mean, spread = (x[at.free :] for x in at.problem.prior)
+    return max(float(np.sum(((at.eta - mean) / spread) ** 2)) - len(mean), 0.0)
+
+
 def implausibility(at: Linearised) -> float:
     """−2 log of the posterior of (θ, η), but for a constant, where noise is s ≥ 1 times as large as stated: n log s² +
     |left|²/s² + priors, s = max(1, χ) its most probable. Minima that leave different misfits are compared by it: J in

@@ -72,6 +72,11 @@ class Candidate:
     def is_structural(self) -> bool:
         return not self.own
 
+    @property
+    def is_signed(self) -> bool:
+        """Whether its strength may be negative."""
+        return self.own[0].field.may_be_negative
+
     @cached_property
     def switches(self) -> bool:
         """Whether it brings a relay, whose instants have to be searched for."""

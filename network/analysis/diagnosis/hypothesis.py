@@ -14,7 +14,7 @@ from network.analysis.calibration.expansion_point import move_starts
 from network.analysis.calibration.gauss_newton import STEPS, Linearised, Problem, linearise, make_problem, minimise
 from network.analysis.calibration.growing_horizon import settle_starts
 from network.analysis.calibration.measured_means import Measured, weigh_recording
-from network.analysis.calibration.misfit import chi_of
+from network.analysis.calibration.misfit import chi_of, strain_of
 from network.analysis.calibration.noise import Noise
 from network.analysis.diagnosis.candidates import Candidate, lay_over
 from network.analysis.diagnosis.recorded_powers import gather_runs
@@ -126,10 +126,8 @@ class Hypothesis:
     @cached_property
     def chi(self) -> float:
         """Rms of the whitened residual, with what starts, jumps and offsets were strained by to get there."""
-        mean, spread = (x[self.fit.free :] for x in self.fit.problem.prior)
-        offset_pull = float(np.sum(((self.fit.eta - mean) / spread) ** 2)) - len(mean)
-        rows = len(self.fit.left)
-        return float(np.sqrt((self.fit.left @ self.fit.left + max(offset_pull, 0.0)) / max(rows, 1)))
+        misfit = float(self.fit.left @ self.fit.left) + strain_of(self.fit)
+        return float(np.sqrt(misfit / max(len(self.fit.left), 1)))
 
     @cached_property
     def offset_pull(self) -> float:

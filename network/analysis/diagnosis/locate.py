@@ -2,7 +2,7 @@
 
 Heat f(t) ~ OU(σ, ℓ), straight between knots, enters at one place; with its answers G (whitened) and the parameters free
 again (M as in the screening) its log evidence over no such heat is
-½ (gᵀ B g − log |I + K GᵀMG|), g = GᵀM r, B = (K⁻¹ + GᵀMG)⁻¹, K = σ² e^(−|t − t'|/ℓ), at the best σ and ℓ tried; f is
+½ (gᵀ B g − log |I + K GᵀMG|), g = Gᵀr, B = (K⁻¹ + GᵀMG)⁻¹, K = σ² e^(−|t − t'|/ℓ), at the best σ and ℓ tried; f is
 what B g says. Source: latent force models, Alvarez, Luengo & Lawrence, IEEE Trans. PAMI 35 (2013) 2693; unverified.
 """
 
@@ -111,7 +111,7 @@ def _explain_place(fit: Linearised, place: _Place, knots: list[Array]) -> Unknow
     """The unknown heat of one place at its best size and correlation time."""
     G = place.answers
     M_G = fit.project(G)
-    H, g = M_G @ G.T, M_G @ fit.left
+    H, g = M_G @ G.T, G @ fit.unexplained
     scale = max(1.0, float(np.mean(fit.left**2)))
     unit = 1 / np.sqrt(max(float(np.diag(H).max()), 1e-300))
     best = (-np.inf, np.zeros(len(g)), np.zeros(len(g)))

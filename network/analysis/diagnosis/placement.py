@@ -132,7 +132,7 @@ def _promise_of(
         return []
     D = whiten(fit, np.array([changes[k] for k in known]))
     M_D = fit.project(D)
-    gains = np.maximum(M_D @ fit.left, 0.0) ** 2 / (2 * np.maximum(np.einsum("ij,ij->i", D, M_D), LEAST_SEEN))
+    gains = np.maximum(D @ fit.unexplained, 0.0) ** 2 / (2 * np.maximum(np.einsum("ij,ij->i", D, M_D), LEAST_SEEN))
     pairs = [(float(gain), moved[k]) for gain, k in zip(gains, known, strict=True)]
     return sorted(pairs, key=lambda pair: (-round(pair[0], 1), -_width(pair[1])))
 

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from network.analysis.calibration.gauss_newton import Linearised, chi_of, linearise
+from network.analysis.calibration.misfit import strain_of
 from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.coarse_surrogate import SMALL
 from network.analysis.diagnosis.compact_fit import compact, fit_with
@@ -189,7 +190,7 @@ def _finish_fit(h: Hypothesis) -> Hypothesis:
 
 def unseen_misfit(hypothesis: Hypothesis, jobs: int = 1) -> float:
     """Cross-validation: rms in noise on runs that were left out of the fit, some at a time; of a single run on its end,
-    told from its beginning."""
+    told from its beginning. What the constants of these runs are strained by to get there counts as misfit."""
     count = len(hypothesis.case.recordings)
     if count < 2:
         misfit, rows = _misfit_of_end(hypothesis)
@@ -204,7 +205,7 @@ def _misfit_without(h: Hypothesis, left_out: Sequence[int]) -> tuple[float, int]
     rest = h.case.of([k for k in range(len(h.case.recordings)) if k not in left_out])
     fit = fit_hypothesis(rest, h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS).fit
     seen = linearise(h.case.of(left_out).problem(h.machine, fit.problem.parameters), fit.theta)
-    return float(seen.left @ seen.left), len(seen.left)
+    return float(seen.left @ seen.left) + strain_of(seen), len(seen.left)
 
 
 def _misfit_of_end(h: Hypothesis) -> tuple[float, int]:
@@ -212,4 +213,4 @@ def _misfit_of_end(h: Hypothesis) -> tuple[float, int]:
     fit = fit_hypothesis(h.case.until(BEGINNING), h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS).fit
     seen = linearise(h.case.problem(h.machine, fit.problem.parameters), fit.theta)
     late = np.concatenate([~d.ends_before(BEGINNING)[d.known] for d in seen.problem.data])
-    return float(seen.left[late] @ seen.left[late]), int(late.sum())
+    return float(seen.left[late] @ seen.left[late]) + strain_of(seen), int(late.sum())

@@ -1,9 +1,10 @@
 """Screening: which candidates are worth a fit of their own. A linear score picks whom to refit, never who wins.
 
-About a fit with residual r and slopes S (whitened, prior precision V⁻¹) a candidate that changes the channels by d per
-unit of its strength gains at most a g − a²(κ + 1/v)/2, g = dᵀr, κ = dᵀMd, M = I − Sᵀ(SSᵀ + V⁻¹)⁻¹S: the parameters are
-refitted with it. Source: the score (Lagrange multiplier) test with nuisance parameters, Rao 1948; Davidson & MacKinnon,
-Econometric Theory and Methods (2004), ch. 15; unverified.
+About a fit with slopes S (whitened, prior precision V⁻¹) that leaves r a candidate that changes the channels by d per
+unit of its strength gains a g − a²κ/2 at most, g = dᵀr, κ = dᵀMd, M = I − Sᵀ(SSᵀ + V⁻¹)⁻¹S: the parameters are refitted
+with it, and what relieves numbers that are bent against their priors gains by that, too. Source: the score (Lagrange
+multiplier) test with nuisance parameters, Rao 1948; Davidson & MacKinnon, Econometric Theory and Methods (2004), ch.
+15; unverified.
 """
 
 from __future__ import annotations
@@ -53,7 +54,8 @@ class Score:
     def best(self) -> dict[str, float]:
         """Its numbers at the best strength."""
         first = self.candidate.own[0]
-        return {**self.own, first.path: _within(first, first.value(first.centre) * max(self.amplitude, LEAST))}
+        amplitude = np.copysign(max(abs(self.amplitude), LEAST), self.amplitude)
+        return {**self.own, first.path: _within(first, first.value(first.centre) * float(amplitude))}
 
 
 def whiten(fit: Linearised, means: Array) -> Array:
@@ -115,11 +117,11 @@ def _score(
     fit: Linearised, candidate: Candidate, scale: float, numbers: Mapping[str, float], d: Array, M_d: Array
 ) -> Score | None:  # fmt: skip
     """None where it changes nothing that can be seen."""
-    kappa, g = float(d @ M_d), float(M_d @ fit.left)
+    kappa, g = float(d @ M_d), float(d @ fit.unexplained)
     if kappa <= 1e-6:
         return None
     chi2 = max(1.0, float(np.mean(fit.left**2)))
-    a = float(np.clip(g / kappa, 0.0, MOST))
+    a = float(np.clip(g / kappa, -MOST if candidate.is_signed else 0.0, MOST))
     return Score(candidate, (a * g - a * a * kappa / 2) / chi2, a * scale, np.sqrt(kappa), M_d, numbers)
 
 

@@ -1,9 +1,9 @@
 """What chance gains: the largest evidence that noise alone gives any candidate, from draws of the null.
 
 Under the null the whitened residual is normal with covariance M (parameters taken out), so the score of a candidate is
-z = dᵀMε/√(dᵀMd), and chance reaches max over candidates of z²/2 (z > 0); its 99 % point over many draws is what a
-finding must exceed, with room for shapes that are chosen as well. Source: parametric bootstrap of the maximum score,
-Davies, Biometrika 74 (1987) 33; unverified.
+z = dᵀMε/√(dᵀMd), and chance reaches max over candidates of z²/2 (of z > 0 where a strength cannot be negative); its
+99 % point over many draws is what a finding must exceed, with room for shapes that are chosen as well. Source:
+parametric bootstrap of the maximum score, Davies, Biometrika 74 (1987) 33; unverified.
 """
 
 from __future__ import annotations
@@ -25,6 +25,9 @@ def null_threshold(scores: Sequence[Score], seed: int) -> float:
     lean = np.stack([s.lean / s.detectable for s in scores])
     rng = np.random.default_rng(seed)
     z = lean @ rng.standard_normal((lean.shape[1], DRAWS))
-    chance = float(np.quantile(np.maximum(z, 0.0).max(axis=0) ** 2 / 2, SETTINGS.quantile))
+    is_signed = np.array([s.candidate.is_signed for s in scores])[:, None]
+    chance = float(
+        np.quantile(np.where(is_signed, np.abs(z), np.maximum(z, 0.0)).max(axis=0) ** 2 / 2, SETTINGS.quantile)
+    )
     shapes = max(len(s.candidate.own) for s in scores) - 1
     return max(SETTINGS.least, chance + SETTINGS.per_shape * shapes)
