@@ -1,4 +1,4 @@
-"""Backward: the first finding is judged again beside the others, each is taken out once, and runs are left out."""
+"""Backward: what was found is judged again beside the others, each is taken out once, and runs are left out."""
 
 from __future__ import annotations
 
@@ -31,10 +31,6 @@ def check_selection(null: Hypothesis, now: Selection, jobs: int) -> Selection:
     current = now.best
     if not current.found:
         return replace(now, best=null, is_checked=True)
-    steps, befores = now.steps, now.befores
-    later = sum(ranked[0].evidence - h.evidence for h, ranked in zip(befores[1:], steps[1:], strict=True))
-    close = [h for h in steps[0][1 : RERANKED + 1] if steps[0][0].evidence - h.evidence < REACH * later]
-    current = _rerank_first(current, close, jobs)
     current, gains = _eliminate_at_end(current, now.threshold, jobs)
     if not current.found:
         return Selection(_bare_or_null(null, current), threshold=now.threshold, is_checked=True)
@@ -77,8 +73,12 @@ def _refit(current: Hypothesis, other: tuple[Sequence[Candidate], Mapping[str, f
     return found and compact(found)
 
 
-def _rerank_first(current: Hypothesis, rivals: Sequence[Hypothesis], jobs: int) -> Hypothesis:
-    """The first finding against its rivals, now that the others are in."""
+def rerank_first(now: Selection, jobs: int) -> Hypothesis:
+    """What was found with another one of the first step's rivals in place of the first finding, where that is better
+    beside the others: what came first may have stood in for two."""
+    current, (first, *_) = now.best, now.steps
+    later = sum(ranked[0].evidence - h.evidence for h, ranked in zip(now.befores[1:], now.steps[1:], strict=True))
+    rivals = [h for h in first[1 : RERANKED + 1] if first[0].evidence - h.evidence < REACH * later]
     others = [((h.found[-1], *current.found[1:]), h.values | current.values) for h in rivals]
     told = run_all(partial(_refit, current), others, jobs)
     better = max((h for h in told if h is not None), key=lambda h: h.evidence, default=current)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
-from network.analysis.diagnosis.backward_elimination import check_selection
+from network.analysis.diagnosis.backward_elimination import check_selection, rerank_first
 from network.analysis.diagnosis.candidates import Candidate, candidates, has_numbers
 from network.analysis.diagnosis.coarse_surrogate import build_surrogate, fit_on_finer_lumps, fit_on_finer_lumps_afresh
 from network.analysis.diagnosis.compact_fit import compact
@@ -85,6 +85,8 @@ def select_forward(
         befores, steps = (*now.befores, compact(seen.before)), (*now.steps, _put_first(kept, ranked))
         gains = (*now.gains, kept.evidence - current.evidence)
         now = Selection(kept, befores, steps, gains, threshold)
+        if len(steps) > 1:
+            now = replace(now, best=rerank_first(now, jobs))
         tell(0.4 + 0.25 * count)
         yield now
     yield check_selection(null, now, jobs)
