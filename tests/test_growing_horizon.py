@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from network import Machine, Recording, Scenario, calibrate, simulate
 from network.analysis.calibration.growing_horizon import begin_in_step
@@ -37,6 +38,21 @@ def test_switchings_fall_into_step(chilled: Machine, tmp_path: Path) -> None:
     jacket = next(k for k, p in enumerate(found.parameters) if p.path == "links.coolant jacket.conductance")
     assert abs(found.theta[jacket] - np.log(22)) < 3 * found.std[jacket]
     assert found.tried == 1
+
+
+def test_what_switches_stays_in_step_in_a_room_that_is_only_stated(chilled: Machine, tmp_path: Path) -> None:
+    """The room is 2.4 K warmer than stated: how often the chiller switches hangs on that, and not along a line."""
+    warm = {**INPUTS, "ambient": "24 degC"}
+    write_run(simulate(chilled, Scenario.of("a warm day", "12 h", warm, output="20 s"), noise_seed=3), tmp_path)
+    mapping = tmp_path / "warm.yaml"
+    names = {"time": "s", "speed": "rpm", **{name: sensor.unit for name, sensor in chilled.sensors.items()}}
+    columns = [f"{name} [{text}]" for name, text in names.items()]
+    told = {"recording": "a warm day", "file": "results.csv", "inputs": {"ambient": "21.6 degC ± 2 K"}}
+    mapping.write_text(yaml.safe_dump({**told, "columns": {name: name for name in columns}}))
+    found = calibrate(chilled, Recording.load(mapping))
+    (run,) = found.after.recordings
+    assert run.rmse_in_noise < 1.1 and run.constants is not None
+    assert run.constants.inputs["ambient"].value == pytest.approx(24, abs=0.5)
 
 
 def test_without_relays_there_is_nothing_to_fall_into() -> None:

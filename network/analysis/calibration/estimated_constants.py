@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
-from network.analysis.calibration.expansion_point import move_starts
+from network.analysis.calibration.expansion_point import move_points
 from network.analysis.calibration.gauss_newton import Problem, linearise, make_problem
+from network.analysis.calibration.growing_horizon import has_relays
 from network.analysis.calibration.linearised import Linearised
-from network.analysis.calibration.measured_means import OFFSET_LIMIT, START_ANYWHERE, Measured, weigh_recording
+from network.analysis.calibration.measured_means import (
+    OFFSET_LIMIT,
+    START_ANYWHERE,
+    Measured,
+    RunPoint,
+    weigh_recording,
+)
 from network.analysis.calibration.misfit import ChannelMisfit, channel_misfits, stated_misfits
 from network.analysis.comparison.common_start import share_start_rule
 from network.analysis.comparison.compare import Comparison, RecordingResidual, compare
@@ -26,6 +33,8 @@ from network.recordings.runs import runs_of
 
 ROUNDS, CLOSE = 4, 1.0
 """How often a run is linearised about its constants, and the least that another time must better the cost J."""
+SHARES = (1 / 16, 1 / 8, 1 / 4, 1 / 2)
+"""Of a run, from which the constants of one that switches are led to all of it."""
 TRIED = (0.0, -0.7, 0.7)
 """K by which parts that may start anywhere are moved before."""
 
@@ -60,15 +69,28 @@ def estimate_constants(of: Numbers, recording: Recording, held_out: bool = False
         return stated_constants(of, recording)
     fixed = at_values(of.original, values_at(of.parameters, of.theta))
     data = weigh_recording(fixed, seen, of.start)
-    anywhere = [n.name for n in data.starts if n.spread >= START_ANYWHERE]
-    shifts = TRIED if anywhere else (0.0,)
-    begins = [{n: data.run.start[n] + x for n in anywhere} for x in shifts]
+    begins = [*_list_begins(fixed, data, of.start)]
     best = _settle_best(partial(_about, fixed, _reweigh(data, of.misfit or {}, not held_out)), begins)
     if best is not None and of.misfit is None:
         best = _settle_best(partial(_about, fixed, _reweigh(data, channel_misfits(best), not held_out)), begins) or best
     if best is None:
         return replace(stated_constants(of, recording), scored_from=scored_from)
     return _read_constants(best, scored_from)
+
+
+def _list_begins(fixed: Machine, data: Measured, start: Start | None) -> Iterator[RunPoint]:
+    """What the search for constants of a run begins from: as stated, parts that may start anywhere a little colder and
+    warmer; where something switches also what ever longer pieces of the run lead to, for over many cycles it slips."""
+    anywhere = [n.name for n in data.starts if n.spread >= START_ANYWHERE]
+    for shift in TRIED if anywhere else (0.0,):
+        yield RunPoint({n: data.run.start[n] + shift for n in anywhere})
+    point = RunPoint()
+    for share in SHARES if has_relays(fixed) else ():
+        piece = weigh_recording(fixed, data.recording.until(share), start)
+        told = _settle(partial(_about, fixed, piece), point)
+        point = point if told is None else move_points(told)[0]
+    if point.start:
+        yield point
 
 
 def _tells(machine: Machine, recording: Recording) -> bool:
@@ -89,54 +111,44 @@ def _reweigh(data: Measured, misfit: Mapping[str, ChannelMisfit], is_whole: bool
     return replace(data, sigma={n: sigma * factors[n] for n, sigma in data.sigma.items()})
 
 
-def _about(machine: Machine, data: Measured, start: Mapping[str, float], inputs: Mapping[str, float]) -> Problem:
-    """The run about other temperatures at its start and other inputs."""
-    return make_problem(machine, (), [data.with_start(start).with_inputs(inputs)])
+def _about(machine: Machine, data: Measured, point: RunPoint) -> Problem:
+    """The run about other constants."""
+    return make_problem(machine, (), [data.about(point)])
 
 
-def _settle_best(
-    problem: Callable[[Mapping[str, float], Mapping[str, float]], Problem], begins: Iterable[Mapping[str, float]]
-) -> Linearised | None:
+def _settle_best(problem: Callable[[RunPoint], Problem], begins: Iterable[RunPoint]) -> Linearised | None:
     """The best of what several beginnings lead to; None where all break down."""
-    found = [_settle(problem, start) for start in begins]
+    found = [_settle(problem, point) for point in begins]
     return min((f for f in found if f is not None), key=lambda at: at.cost, default=None)
 
 
-def _settle(
-    problem: Callable[[Mapping[str, float], Mapping[str, float]], Problem], start: Mapping[str, float]
-) -> Linearised | None:
+def _settle(problem: Callable[[RunPoint], Problem], point: RunPoint) -> Linearised | None:
     """The run at the constants at which it stays when it is linearised about them; None where it breaks down."""
     best: Linearised | None = None
-    inputs: Mapping[str, float] = {}
     for _ in range(ROUNDS):
         try:
-            fit = linearise(problem(start, inputs), np.empty(0))
+            fit = linearise(problem(point), np.empty(0))
         except Failed:
             break
         if best is not None and fit.cost > best.cost - CLOSE:
             break
-        best, (start, inputs, _) = fit, _constants_of(fit)
+        best, point = fit, move_points(fit)[0]
     return best
 
 
-def _constants_of(fit: Linearised) -> tuple[Mapping[str, float], dict[str, float], dict[str, float]]:
-    """Temperatures at the start, inputs and offsets of a run that a fit finds."""
-    (data,), offsets = fit.problem.data, fit.problem.offsets
-    own = fit.eta[len(offsets) :]
-    (start,) = move_starts(fit)
-    inputs = data.move_inputs(own[len(own) - len(data.inputs) :])
-    pairs = zip(offsets, fit.eta, strict=False)
+def _offsets_of(fit: Linearised) -> dict[str, float]:
+    """Constant errors of sensors that a fit finds, as far as they are nuisances."""
+    pairs = zip(fit.problem.offsets, fit.eta, strict=False)
     within = [(n.name, np.clip(x, -OFFSET_LIMIT * n.spread, OFFSET_LIMIT * n.spread)) for n, x in pairs]
-    return start, inputs, {name: float(x) for name, x in within}
+    return {name: float(x) for name, x in within}
 
 
 def _read_constants(fit: Linearised, scored_from: float) -> RunConstants:
-    start, inputs, offsets = _constants_of(fit)
-    (data,) = fit.problem.data
+    (data,), (point,) = fit.problem.data, move_points(fit)
     signals = data.run.schedule.signals
     std = np.sqrt(np.diag(fit.covariance))[len(fit.eta) - len(data.inputs) :]
-    told = {n: InputConstant(x, float(s), signals[n].unit) for (n, x), s in zip(inputs.items(), std, strict=True)}
-    return RunConstants(start, told, offsets, scored_from, _share_absorbed(fit))
+    told = {n: InputConstant(x, float(s), signals[n].unit) for (n, x), s in zip(point.inputs.items(), std, strict=True)}
+    return RunConstants(point.start, told, _offsets_of(fit), scored_from, _share_absorbed(fit))
 
 
 def _share_absorbed(fit: Linearised) -> float:

@@ -12,9 +12,14 @@ from dataclasses import replace
 
 from network.analysis.calibration.estimate import Estimate
 from network.analysis.calibration.linearised import Linearised, linearise
-from network.analysis.calibration.measured_means import Measured
+from network.analysis.calibration.measured_means import Measured, RunPoint
 from network.catalogue.declaration.declare import Array
 from network.platform.refusal import Failed
+
+
+def move_points(at: Linearised | Estimate) -> tuple[RunPoint, ...]:
+    """The constants of every run as a fit finds them."""
+    return tuple(RunPoint(*of) for of in zip(move_starts(at), move_inputs(at), strict=True))
 
 
 def move_starts(at: Linearised | Estimate) -> tuple[Mapping[str, float], ...]:
@@ -30,7 +35,7 @@ def move_inputs(at: Linearised | Estimate) -> tuple[Mapping[str, float], ...]:
 def expand_anew(at: Linearised) -> Linearised:
     """The same θ, linear about the starts and inputs that are most probable there; as it is where that runs away."""
     try:
-        problem = replace(at.problem.about(move_starts(at), move_inputs(at)), moves=True)
+        problem = replace(at.problem.about(move_points(at)), moves=True)
         return linearise(problem, at.theta)
     except Failed:
         return at

@@ -9,16 +9,16 @@ Continuation Methods (1990), ch. 6; unverified.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from network.analysis.calibration.expansion_point import move_starts
+from network.analysis.calibration.expansion_point import move_points
 from network.analysis.calibration.gauss_newton import STEPS as MOST
 from network.analysis.calibration.gauss_newton import minimise
 from network.analysis.calibration.linearised import Linearised
-from network.analysis.calibration.measured_means import Measured, weigh_recording
+from network.analysis.calibration.measured_means import Measured, RunPoint, weigh_recording
 from network.analysis.calibration.misfit import chi_of
 from network.analysis.calibration.problem import make_problem
 from network.catalogue.declaration.declare import Array
@@ -50,10 +50,10 @@ def has_relays(machine: Machine) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class InStep:
-    """Where relays are in step over whole recordings: θ, and of each run the temperatures of its parts at the start."""
+    """Where relays are in step over whole recordings: θ, and the constants of each run."""
 
     theta: Array
-    starts: tuple[Mapping[str, float], ...]
+    points: tuple[RunPoint, ...]
 
 
 def begin_in_step(
@@ -64,20 +64,20 @@ def begin_in_step(
     down."""
     if not parameters or not has_relays(machine):
         return None
-    known, found, starts = at_prior_centres(machine, parameters), None, tuple(d.run.start for d in data)
+    known, found, points = at_prior_centres(machine, parameters), None, tuple(d.point for d in data)
     done, left, growth, is_patient = 0.0, 1.0, GROWTH, True
     while done < 1 and not is_late():
         share = min(max(done * growth, FIRST), 1.0)
         say(tell, f"what switches falls into step: the first {100 * share:.2g} % of the recordings")
         some = [weigh_recording(known, d.recording.until(share), start) for d in data]
         most = LEAP * max(left, 1.0) if done and is_patient else np.inf
-        at = _fit_beginning(machine, parameters, some, found or InStep(centres(parameters), starts), most)
+        at = _fit_beginning(machine, parameters, some, found or InStep(centres(parameters), points), most)
         if most < np.inf and (at is None or chi_of(at) > most):
             growth = float(np.sqrt(growth))
             is_patient = growth > LEAST_GROWTH
             continue
         if at is not None:
-            found, left = InStep(at.theta, move_starts(at)), chi_of(at)
+            found, left = InStep(at.theta, move_points(at)), chi_of(at)
         done, growth = share, min(GROWTH, growth**1.5) if is_patient else GROWTH
     return found
 
@@ -88,7 +88,7 @@ def _fit_beginning(
     """A few steps from there, about the starts that these lead to, unless more than a leap lies between the first of
     them and the `most` that χ may be; None where it breaks down."""
     try:
-        problem = replace(make_problem(machine, parameters, data), offsets=()).about(about.starts)
+        problem = replace(make_problem(machine, parameters, data), offsets=()).about(about.points)
         at = minimise(problem, about.theta, STEPS)
         if chi_of(at) > LEAP * most:
             return at
@@ -102,8 +102,8 @@ def _fit_beginning(
 
 
 def settle_starts(at: Linearised, steps: int = MOST, is_late: Callable[[], bool] = lambda: False) -> Linearised:
-    """A minimum about the starts that it finds, as often as that lowers J: what switches hangs on where a part began,
-    and not along a straight line. The same of a machine without relays; once it is late, what there is."""
+    """A minimum about the starts and rooms that it finds, as often as that lowers J: what switches hangs on them, and
+    not along a straight line. The same of a machine without relays; once it is late, what there is."""
     for _ in range(ROUNDS if has_relays(at.problem.model.machine) else 0):
         if is_late():
             break
@@ -115,4 +115,4 @@ def settle_starts(at: Linearised, steps: int = MOST, is_late: Callable[[], bool]
 
 def _fit_about_its_starts(at: Linearised, steps: int) -> Linearised:
     """The better of a fit and another that begins there, about the starts that it finds."""
-    return min(at, minimise(at.problem.about(move_starts(at)), at.theta, steps), key=lambda fit: fit.cost)
+    return min(at, minimise(at.problem.about(move_points(at)), at.theta, steps), key=lambda fit: fit.cost)

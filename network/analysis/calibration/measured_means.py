@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
@@ -51,6 +51,14 @@ class Nuisance:
     spread: float
 
 
+@dataclass(frozen=True)
+class RunPoint:
+    """Where a run is linear about: temperatures of parts at its start [°C], constants that drive it [SI], by name."""
+
+    start: Mapping[str, float] = field(default_factory=dict)
+    inputs: Mapping[str, float] = field(default_factory=dict)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Measured(Brief):
     """One recording ready for a fit. means: of its cells, channel after channel; counts: samples in each; variance of
@@ -79,6 +87,16 @@ class Measured(Brief):
     def move_start(self, by: Array) -> dict[str, float]:
         """Temperatures of the parts at the start, moved by as much as a fit says [K]."""
         return {n.name: self.run.start[n.name] + float(x) for n, x in zip(self.starts, by, strict=True)}
+
+    @property
+    def point(self) -> RunPoint:
+        """What it is linear about."""
+        signals = self.run.schedule.signals
+        return RunPoint(self.run.start, {n.name: signals[n.name].value for n in self.inputs})
+
+    def about(self, point: RunPoint) -> Measured:
+        """The same about other constants of the run."""
+        return self.with_start(point.start).with_inputs(point.inputs)
 
     def with_start(self, start: Mapping[str, float]) -> Measured:
         """The same about other temperatures of the parts at the start, of which as much is supposed as before."""

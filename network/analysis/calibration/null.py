@@ -62,7 +62,7 @@ def estimate_null(
     begin = begin_in_step(machine, parameters, data, start, is_late, tell)
     alone, theta = replace(problem, offsets=()), None
     if begin is not None:
-        alone, theta = alone.about(begin.starts), begin.theta
+        alone, theta = alone.about(begin.points), begin.theta
     found = best_start(alone, seed, Stage(tell, 0.0, 0.6), is_late, theta)
     found = replace(found, at=settle_starts(found.at, is_late=is_late))
     given = partial(compare, at_prior_centres(machine, parameters), [d.recording for d in data], start=start)

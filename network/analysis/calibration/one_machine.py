@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtri
 
-from network.analysis.calibration.expansion_point import move_starts
+from network.analysis.calibration.expansion_point import move_points
 from network.analysis.calibration.gauss_newton import make_problem, minimise
 from network.analysis.calibration.growing_horizon import has_relays, settle_starts
 from network.analysis.calibration.measured_means import Measured
@@ -50,7 +50,7 @@ class Disagreement:
 def find_disagreements(null: Null) -> tuple[Disagreement, ...]:
     """Numbers of a null that its runs want differently, the gravest first; none with a single run."""
     problem = null.fit.at.problem
-    data = (problem.about(move_starts(null.fit.at)) if has_relays(null.original) else problem).data
+    data = (problem.about(move_points(null.fit.at)) if has_relays(null.original) else problem).data
     if len(data) < 2 or not null.parameters:
         return ()
     alone = [(d.recording.file, *found) for d in data if (found := _fit_alone(null, d)) is not None]

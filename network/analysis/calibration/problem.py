@@ -6,13 +6,13 @@ noise, η what else is uncertain and acts linearly (start of every part, instant
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from network.analysis.calibration.measured_means import OFFSET, Measured, Nuisance
+from network.analysis.calibration.measured_means import OFFSET, Measured, Nuisance, RunPoint
 from network.analysis.calibration.noise import Noise, Whitener, whitener
 from network.catalogue.declaration.declare import Array
 from network.engine.response.model import Model
@@ -64,14 +64,10 @@ class Problem(Brief):
         other.__dict__.update({name: getattr(self, name) for name in ("nuisances", "stated_prior")})
         return other
 
-    def about(
-        self, starts: Sequence[Mapping[str, float]], inputs: Sequence[Mapping[str, float]] | None = None
-    ) -> Problem:
+    def about(self, points: Sequence[RunPoint]) -> Problem:
         """The same linear about other temperatures of the parts at the start of each run, and other constants that
         drive it."""
-        data = tuple(d.with_start(start) for d, start in zip(self.data, starts, strict=True))
-        if inputs is not None:
-            data = tuple(d.with_inputs(values) for d, values in zip(data, inputs, strict=True))
+        data = tuple(d.about(point) for d, point in zip(self.data, points, strict=True))
         return replace(self, model=Model(self.model.machine, self.parameters, [d.run for d in data]), data=data)
 
     @property

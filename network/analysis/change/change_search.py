@@ -12,16 +12,16 @@ Range: changes that hold over all runs of a set; numbers without ± do not chang
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from scipy.special import stdtrit
 
 from network.analysis.calibration.calibrated_patch import with_fitted_numbers
-from network.analysis.calibration.expansion_point import move_starts
+from network.analysis.calibration.expansion_point import move_points
 from network.analysis.calibration.gauss_newton import Linearised, Problem, chi_of, make_problem, minimise
 from network.analysis.calibration.growing_horizon import InStep, begin_in_step, has_relays, settle_starts
-from network.analysis.calibration.measured_means import Measured
+from network.analysis.calibration.measured_means import Measured, RunPoint
 from network.analysis.calibration.null import estimate_null
 from network.analysis.calibration.robust_fit import fit_robustly
 from network.analysis.change.change_screening import Difference, list_testable, measure_difference, test_entries
@@ -101,7 +101,7 @@ def _make_sets(
         noise = fit_robustly(make_problem(fine, at.problem.parameters, then).offsets, at).noise
     if has_relays(machine):
         alike = with_fitted_numbers(fine, at.problem.parameters, at.theta, [p.spread for p in at.problem.parameters])
-        then, now = _stand_at(then, move_starts(at)), _stand_at(now, _begin(at, alike, now, start).starts)
+        then, now = _stand_at(then, move_points(at)), _stand_at(now, _begin(at, alike, now, start).points)
     problems = [replace(make_problem(fine, at.problem.parameters, data, noise), offsets=()) for data in (then, now)]
     return Sets(fine, (problems[0], problems[1]), begin=at.theta)
 
@@ -109,7 +109,7 @@ def _make_sets(
 def _refine(null: Linearised, data: Sequence[Measured], start: Start | None) -> Linearised:
     """The fit of the machine on as many lumps as it takes: on finer ones while they take a share of the misfit away."""
     machine = null.problem.model.machine
-    best = _fit_about(machine, data, InStep(null.theta, move_starts(null)))
+    best = _fit_about(machine, data, InStep(null.theta, move_points(null)))
     for finer in list_finer_machines(machine, FINEST):
         if chi_of(best) < SETTINGS.noise:
             break
@@ -123,17 +123,17 @@ def _refine(null: Linearised, data: Sequence[Measured], start: Start | None) -> 
 def _begin(near: Linearised, machine: Machine, data: Sequence[Measured], start: Start | None) -> InStep:
     """Where a fit begins: where what switches stays in step, else where another ended."""
     found = begin_in_step(machine, free_parameters(machine), data, start, lambda: False)
-    return found or InStep(near.theta, tuple(d.run.start for d in data))
+    return found or InStep(near.theta, tuple(d.point for d in data))
 
 
 def _fit_about(machine: Machine, data: Sequence[Measured], begin: InStep) -> Linearised:
     """The minimum, where something switches about the starts that it finds."""
-    given = _stand_at(data, begin.starts) if has_relays(machine) else data
+    given = _stand_at(data, begin.points) if has_relays(machine) else data
     return settle_starts(minimise(_problem_of(machine, given), begin.theta))
 
 
-def _stand_at(data: Sequence[Measured], starts: Sequence[Mapping[str, float]]) -> Sequence[Measured]:
-    return [d.with_start(s) for d, s in zip(data, starts, strict=True)]
+def _stand_at(data: Sequence[Measured], points: Sequence[RunPoint]) -> Sequence[Measured]:
+    return [d.about(point) for d, point in zip(data, points, strict=True)]
 
 
 def _problem_of(machine: Machine, data: Sequence[Measured]) -> Problem:

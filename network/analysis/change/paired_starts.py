@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from network.analysis.calibration.growing_horizon import CLOSE, ROUNDS, has_relays
+from network.analysis.calibration.measured_means import RunPoint
 from network.analysis.calibration.problem import Problem
 from network.analysis.change.paired_fit import PairedFit, fit_sets
 from network.analysis.change.run_information import WeighedRun
@@ -19,7 +20,7 @@ def settle_sets(at: PairedFit) -> PairedFit:
     if not has_relays(at.sets.machine):
         return at
     for _ in range(ROUNDS):
-        one, other = (problem.about([*_starts(problem, runs)])
+        one, other = (problem.about([*_points(problem, runs)])
                       for problem, runs in zip(at.sets.problems, at.runs, strict=True))  # fmt: skip
         new = fit_sets(replace(at.sets, problems=(one, other)), at.split, at)
         if not new.cost < at.cost - CLOSE:
@@ -28,8 +29,8 @@ def settle_sets(at: PairedFit) -> PairedFit:
     return at
 
 
-def _starts(problem: Problem, runs: Sequence[WeighedRun]) -> Iterator[Mapping[str, float]]:
-    """Temperatures of the parts at the start of every run as a fit finds them [°C]."""
+def _points(problem: Problem, runs: Sequence[WeighedRun]) -> Iterator[RunPoint]:
+    """Every run about the temperatures of its parts at the start as a fit finds them."""
     for d, run in zip(problem.data, runs, strict=True):
         prior = np.array([n.mean for n in d.starts])
-        yield d.move_start(prior + run.moved[: len(d.starts)])
+        yield RunPoint(d.move_start(prior + run.moved[: len(d.starts)]))

@@ -10,10 +10,10 @@ import numpy as np
 
 from network.analysis.calibration.coloured_noise import estimate_colours
 from network.analysis.calibration.estimate import Estimate
-from network.analysis.calibration.expansion_point import move_starts
+from network.analysis.calibration.expansion_point import move_points
 from network.analysis.calibration.gauss_newton import STEPS, Linearised, Problem, linearise, make_problem, minimise
 from network.analysis.calibration.growing_horizon import settle_starts
-from network.analysis.calibration.measured_means import Measured, weigh_recording
+from network.analysis.calibration.measured_means import Measured, RunPoint, weigh_recording
 from network.analysis.calibration.misfit import chi_of, strain_of
 from network.analysis.calibration.noise import Noise
 from network.analysis.diagnosis.candidates import Candidate, lay_over
@@ -52,7 +52,7 @@ class AdditiveCorrection:
 class Case:
     """Recordings of a machine. sigma: white 1σ of a sample by channel where it was told from residuals; noise: coloured
     noise beside it; lacking: of each run, what its channels have more on finer lumps than on those of the machine,
-    which stands in for them; began: of each run, temperatures of parts at its start about which it is linear."""
+    which stands in for them; began: of each run, the constants about which it is linear."""
 
     machine: Machine
     recordings: tuple[Recording, ...]
@@ -60,7 +60,7 @@ class Case:
     noise: Noise = field(default_factory=Noise)
     sigma: Mapping[str, float] = field(default_factory=dict)
     lacking: tuple[AdditiveCorrection, ...] = ()
-    began: tuple[Mapping[str, float], ...] = ()
+    began: tuple[RunPoint, ...] = ()
     budget: TimeBudget = field(default_factory=TimeBudget)
 
     @cached_property
@@ -96,7 +96,7 @@ class Case:
         if self.lacking:
             laid = [replace(d, means=d.means - lack.at(d)) for d, lack in zip(laid, self.lacking, strict=True)]
         if self.began:
-            laid = [d.with_start(start) for d, start in zip(laid, self.began, strict=True)]
+            laid = [d.about(point) for d, point in zip(laid, self.began, strict=True)]
         return tuple(laid)
 
     def _usable(self, recording: Recording) -> list[str]:
@@ -225,7 +225,7 @@ def state(case: Case, machine: Machine, values: Mapping[str, float]) -> Hypothes
 def settle_hypothesis(h: Hypothesis) -> Hypothesis:
     """The hypothesis about the starts that it finds, where relays switch."""
     at = settle_starts(h.linearised)
-    return replace(h, case=replace(h.case, began=tuple(d.run.start for d in at.problem.data)), fit=at)
+    return replace(h, case=replace(h.case, began=tuple(d.point for d in at.problem.data)), fit=at)
 
 
 def fit_findings(
@@ -281,7 +281,7 @@ def use_file_noise(case: Case) -> Case:
 
 def start_from(case: Case, hypothesis: Hypothesis) -> Case:
     """The case about the starts that a hypothesis finds: where relays switch, the way there is not a straight one."""
-    return replace(case, began=move_starts(hypothesis.fit))
+    return replace(case, began=move_points(hypothesis.fit))
 
 
 def reweight(case: Case, hypothesis: Hypothesis) -> Hypothesis:

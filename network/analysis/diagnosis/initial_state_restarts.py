@@ -6,13 +6,13 @@ same few tenths of a kelvin without much of a trace, so both are tried warmer an
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from network.analysis.calibration.growing_horizon import has_relays
+from network.analysis.calibration.measured_means import RunPoint
 from network.analysis.diagnosis.compact_fit import compact
 from network.analysis.diagnosis.hypothesis import (
     Case,
@@ -57,7 +57,7 @@ def _shift_start(best: Hypothesis, loose: set[str], shift: float) -> Hypothesis 
     case = start_from(best.case, best)
     degrees = {p.path for p in best.own if p.field.unit == "degC"}
     values = {path: x + shift if path in degrees else x for path, x in best.values.items()}
-    moved = replace(case, began=tuple(_move_values(start, loose, shift) for start in case.began))
+    moved = replace(case, began=tuple(_move_start(point, loose, shift) for point in case.began))
     try:
         return compact(fit_by_continuation(moved, best.machine, best.found, best.own, values, TRIED))
     except (Failed, np.linalg.LinAlgError):
@@ -74,5 +74,5 @@ def _to_the_end(case: Case, h: Hypothesis) -> Hypothesis | None:
         return None
 
 
-def _move_values(start: Mapping[str, float], loose: set[str], shift: float) -> dict[str, float]:
-    return {n: T + shift if n in loose else T for n, T in start.items()}
+def _move_start(point: RunPoint, loose: set[str], shift: float) -> RunPoint:
+    return replace(point, start={n: T + shift if n in loose else T for n, T in point.start.items()})

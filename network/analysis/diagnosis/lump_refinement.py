@@ -82,7 +82,7 @@ def _fit_finer(case: Case, machine: Machine, start: Mapping[str, float] | None) 
     begin = begin_in_step(machine, parameters, case.lay_out(machine), case.start, is_late)
     if begin is None:
         return direct
-    about = replace(case, began=begin.starts)
+    about = replace(case, began=begin.points)
     led = settle_hypothesis(fit_hypothesis(about, machine, start=values_at(parameters, begin.theta)))
     return max(direct, led, key=lambda h: h.evidence)
 

@@ -49,7 +49,7 @@ def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[f
     """Ever better states."""
     given = case
     if has_relays(case.machine):
-        case = replace(case, began=tuple(d.run.start for d in calibrated.fit.at.problem.data))
+        case = replace(case, began=tuple(d.point for d in calibrated.fit.at.problem.data))
     written = state(case, case.machine, calibrated.values)
     yield Search(given, case, None, written, calibrated, written, Selection(written), Screening(written))
     written = fit_hypothesis(case, case.machine, start=calibrated.values)

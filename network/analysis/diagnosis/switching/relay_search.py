@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from network.analysis.calibration.gauss_newton import Linearised, linearise
+from network.analysis.calibration.measured_means import RunPoint
 from network.analysis.diagnosis.candidates import Candidate, candidate
 from network.analysis.diagnosis.compact_fit import compact, fit_with
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight, theta_of, use_file_noise
@@ -37,7 +38,7 @@ class _Start:
 
     candidate: Candidate
     values: Mapping[str, float]
-    began: tuple[Mapping[str, float], ...]
+    began: tuple[RunPoint, ...]
 
 
 def search_relays(
@@ -105,10 +106,10 @@ def _values(drawn: Drawn) -> dict[str, float]:
     return {**drawn.judge.values, **drawn.judge.space.numbers(drawn.theta)}
 
 
-def _all(case: Case, starts: Mapping[str, float]) -> tuple[Mapping[str, float], ...]:
+def _all(case: Case, starts: Mapping[str, float]) -> tuple[RunPoint, ...]:
     """The starts beside those known before, for every run."""
-    before = case.began or ({},) * len(case.recordings)
-    return tuple({**run, **starts} for run in before) if starts else case.began
+    before = case.began or (RunPoint(),) * len(case.recordings)
+    return tuple(replace(run, start={**run.start, **starts}) for run in before) if starts else case.began
 
 
 def _leave(abouts: Sequence[Linearised], share: float) -> float:
