@@ -18,7 +18,7 @@ from network.engine.response.heat_sensitivity import Slots, push_of
 from network.engine.response.joint_course import can_join, solve_together
 from network.engine.response.joint_means import JointMeans, common_starts
 from network.engine.response.linear_run import LinearRun, Push
-from network.engine.response.measured_run import Run
+from network.engine.response.measured_run import Run, join_runs
 from network.engine.response.output_jacobian import Slopes, channels_of, see_readings_alone
 from network.engine.response.parameters import Parameter, at_values, values_at
 from network.engine.response.prediction import Prediction, joint_of
@@ -81,16 +81,18 @@ class Model:
         self, machine: Machine, network: Network, starts: Sequence[Mapping[str, float]]
     ) -> tuple[Prediction, ...]:  # fmt: skip
         outputs = self._readouts if machine is self.machine else readouts(network, parts=False)
-        plans = [self._plan(i, network, start) for i, start in enumerate(starts)]
+        laid = [self._lay_out(run, network) for run in self.runs]
+        plans = [plan.with_network(network, start_of(network, start, plan.left))
+                 for plan, start in zip(laid, starts, strict=True)]  # fmt: skip
         known: dict[bytes, Modes] = {}
         regimes: KnownRegimes = {}
         if not can_join(network, self.runs):
             courses = [self._course(i, plan, outputs, known, regimes) for i, plan in enumerate(plans)]
             return self._share_slopes([self._predict(i, machine, course, None) for i, course in enumerate(courses)])
-        joint = self.warm.join(self.runs)
+        joint = join_runs(self.runs, laid)
         whole, parts = solve_together(joint, plans, outputs, known, regimes)
         same = machine is self.machine and not len(network.massless)
-        means = JointMeans(whole, joint, joint.beside if same else None)
+        means = JointMeans(whole, joint, self.warm.beside(joint) if same else None)
         return self._share_slopes([self._predict(i, machine, course, (means, i)) for i, course in enumerate(parts)])
 
     def _share_slopes(self, made: Sequence[Prediction]) -> tuple[Prediction, ...]:
@@ -118,7 +120,7 @@ class Model:
         self, i: int, machine: Machine, course: LinearRun, joint: tuple[JointMeans, int] | None
     ) -> Prediction:  # fmt: skip
         slopes = self._known_slopes(i) if machine is self.machine else None
-        resampled = self.warm.resampling(i, self.runs[i], course.problem.plan.edges)
+        resampled = self.runs[i].resampled(course.problem.plan.edges)
         made = Prediction(self.runs[i], machine, course, resampled, slopes, joint)
         self._remember(i, made)
         return made
@@ -142,16 +144,12 @@ class Model:
                 known = self.warm.slopes.values()
                 self.warm.slopes[i] = next((other for other in known if slopes.equals(other)), slopes)
 
-    def _plan(self, i: int, network: Network, start: Mapping[str, float]) -> Plan:
+    @staticmethod
+    def _lay_out(run: Run, network: Network) -> Plan:
         """The plan of a run; its edges and inputs are found once for the same edges of laws."""
-        run = self.runs[i]
         own = list_own_edges(network, float(run.schedule.t[-1]))
-        key = (np.concatenate([*own, np.empty(0)]).tobytes(), tuple(sorted(network.held)))
-        plans = self.warm.plans
-        if i not in plans or plans[i][0] != key:
-            plans[i] = key, plan_of(network, run, start)
-        plan = plans[i][1]
-        return plan.with_network(network, start_of(network, start, plan.left))
+        instants = (np.concatenate([*own, np.empty(0)]).tobytes(), bool(network.melting))
+        return run.layout.plan_at(instants, lambda: plan_of(network, run, run.start))
 
     def slopes(self, theta: Array, predictions: Sequence[Prediction]) -> list[Array]:
         """∂(channels)/∂θ of every run: (parameters, channels, 2 K) each."""
