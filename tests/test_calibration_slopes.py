@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from fit_networks import RADIATES, STEEL, cooler, machines
 from fits import ANOTHER, USUAL, problem_of, recorded, speeds, two_blocks
+from scipy.linalg import block_diag
 
 from network.analysis.calibration.gauss_newton import linearise, minimise
 from network.analysis.calibration.projector import Projector
@@ -217,3 +218,7 @@ def test_folding_the_runs_gives_what_the_whole_matrix_gives():
     moved, fall = projector.adjust(rows, np.zeros(len(spread)))
     assert np.allclose(rows - moved @ at.slopes, at.project(rows), atol=1e-8)
     assert projector.misfit(rows) == pytest.approx(rows @ at.project(rows)) == pytest.approx(rows @ rows - fall)
+    apart = [np.random.default_rng(1).standard_normal((2, own.stop - own.start)) for own, _ in at.rows.slopes.blocks]
+    among, toward = at.weigh_runs(apart)
+    assert np.allclose(among, block_diag(*apart) @ at.project(block_diag(*apart)).T, atol=1e-8)
+    assert np.allclose(toward, at.project(block_diag(*apart)) @ at.left, atol=1e-6)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from network.analysis.calibration.arrow_matrix import Folded, OwnPart, Part
 from network.analysis.calibration.estimate import Estimate, log_evidence
@@ -66,6 +67,16 @@ class Linearised(Brief):
     def project(self, rows: Array) -> Array:
         """What of whitened rows (…, rows) parameters and nuisances cannot take up, given their priors."""
         return Projector(self.slopes, self.precision).project(rows)
+
+    def weigh_runs(self, rows: Sequence[Array]) -> tuple[Array, Array]:
+        """R M Rᵀ and R M left of whitened rows R that each belong to one run (own rows, rows of the run), M as there:
+        run by run, for the other runs' rows are zero."""
+        slopes = self.rows.slopes
+        left = np.split(self.left, [own.stop for own, _ in slopes.blocks[:-1]])
+        along = slopes.against(rows)
+        taken = np.linalg.solve(self.precision, np.column_stack([along.T, slopes.along(self.left)]))
+        among = block_diag(*(r @ r.T for r in rows)) - along @ taken[:, :-1]
+        return among, np.concatenate([r @ own for r, own in zip(rows, left, strict=True)]) - along @ taken[:, -1]
 
     @cached_property
     def gradient(self) -> Array:
