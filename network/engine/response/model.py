@@ -218,8 +218,7 @@ class Model:
         there = theta.copy()
         there[j] += step
         if is_seen_only(self.machine, p.entry):
-            read = differ_as_seen(p.entry, {p.path: p.value(float(there[j]))}, step, predictions)
-            return [q.means(v) for q, v in zip(predictions, read, strict=True)] if cells else read
+            return differ_as_seen(p.entry, {p.path: p.value(float(there[j]))}, step, predictions, cells)
         machine, network = self.at(there)
         if all(runs_alike(network, q) for q in predictions):
             outputs, known, regimes = readouts(network, parts=False), dict[bytes, Modes](), KnownRegimes()
