@@ -136,13 +136,14 @@ def test_sums_over_samples_are_those_of_the_matrix(every):
     assert np.abs(over.of(values)[2] - matrix @ values[2]).max() < 1e-12
 
 
+@pytest.mark.parametrize("follow", [recursion.by_blocks, recursion.as_banded])
 @pytest.mark.parametrize("count", [1, 2, 7, 100])
-def test_recursions_by_blocks_are_those_of_a_loop(count):
+def test_recursions_at_once_are_those_of_a_loop(count, follow):
     draw = np.random.default_rng(count)
     for kind in (float, complex):
         gain = draw.random((count, 5)).astype(kind) * (np.exp(0.3j) if kind is complex else 1)
         push, x = draw.standard_normal((count, 3, 5)).astype(kind), draw.standard_normal((3, 5)).astype(kind)
-        states, end = recursion.by_blocks(gain, push.copy(), x)
+        states, end = follow(gain, push.copy(), x)
         for k in range(count):
             assert np.abs(states[k] - x).max() < 1e-12
             x = gain[k] * x + push[k]
