@@ -19,6 +19,7 @@ from network.engine.response.joint_course import can_join, solve_together
 from network.engine.response.joint_means import JointMeans, common_starts
 from network.engine.response.linear_run import LinearRun, Push
 from network.engine.response.measured_run import Run, join_runs
+from network.engine.response.nonlinear_correction import BentCourse
 from network.engine.response.output_jacobian import Slopes, channels_of, see_readings_alone
 from network.engine.response.parameters import Parameter, at_values, values_at
 from network.engine.response.prediction import Prediction, joint_of
@@ -26,7 +27,7 @@ from network.engine.response.run_plan import plan_of, start_of
 from network.engine.response.seen_differences import differ_as_seen, is_seen_only
 from network.engine.response.switchings import SwitchedCourse, build_switched_course, check_followed
 from network.engine.response.warm_start import WarmStart
-from network.engine.response.waveform import course_of
+from network.engine.response.waveform import course_of, keeps_bends, see_otherwise
 from network.engine.solvers.elimination import KnownRegimes
 from network.engine.solvers.modal import Modes
 from network.engine.solvers.plan import Plan, list_own_edges
@@ -220,6 +221,9 @@ class Model:
         if is_seen_only(self.machine, p.entry):
             return differ_as_seen(p.entry, {p.path: p.value(float(there[j]))}, step, predictions, cells)
         machine, network = self.at(there)
+        if p.entry.section == "sensors" and all(keeps_bends(q.course) for q in predictions):
+            outputs = readouts(network, parts=False)
+            return [_differ_in_states(machine, outputs, q, step, cells) for q in predictions]
         if all(runs_alike(network, q) for q in predictions):
             outputs, known, regimes = readouts(network, parts=False), dict[bytes, Modes](), KnownRegimes()
             return [differ_at_switchings(machine, network, outputs, q, step, cells, known, regimes)
@@ -228,6 +232,13 @@ class Model:
         if cells:
             return [(m.cells - q.cells) / step for m, q in zip(moved, predictions, strict=True)]
         return [(_onto(m, q) - q.values) / step for m, q in zip(moved, predictions, strict=True)]
+
+
+def _differ_in_states(machine: Machine, outputs: Readouts, at: Prediction, step: float, cells: bool) -> Array:
+    """The same where only states of sensors follow the temperatures of a run otherwise."""
+    assert isinstance(at.course, BentCourse)
+    moved = Prediction(at.run, machine, see_otherwise(at.course, outputs), at.resampled)
+    return np.asarray((moved.cells - at.cells if cells else moved.values - at.values) / step)
 
 
 def _answer_together(predictions: Sequence[Prediction], pushes: Sequence[Sequence[Push]]) -> list[Array]:
