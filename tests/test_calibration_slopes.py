@@ -46,6 +46,7 @@ def more_machines():
         sensors={"T_motor": seen, "T_late": {**seen, "effects": [*seen["effects"], late]},
                  "dx": {"measures": "tcp.x", "noise": "0.25 um", "zero": "start"}},
     )  # fmt: skip
+    bent_and_late = two_blocks(links={"glow": RADIATES}, sensors={"T_late": {**seen, "effects": [late]}})
     hose = {"kind": "advection", "through": ["supply", "body"], "capacity_flow": "15 W/K ± 20 %"}
     cooled = two_blocks(
         nodes={"supply": {"temperature": "18 degC"}, "body": {**STEEL, "length": "400 mm ± 5 %"}},
@@ -55,6 +56,7 @@ def more_machines():
     return machines() | {
         "cooled": cooled,
         "sensed": sensed,
+        "bent and late": bent_and_late,
         "gated": gated,
         "geometry": geometry,
         "material": made,
