@@ -125,6 +125,20 @@ def test_an_instant_at_an_edge_belongs_to_the_interval_after_it():
     np.testing.assert_allclose(edges[k] + share * np.diff(edges)[k], at, atol=2e-7)
 
 
+def test_a_run_is_laid_out_once_for_all_starts_and_anew_for_other_channels(every):
+    problem = problem_of(every["linear"], recorded(every["linear"], speeds(*USUAL), None))
+    (data,), theta = problem.data, centres(problem.parameters)
+    before = problem.model.predict(theta)[0]
+    moved = data.with_start({"motor": 30.0}).run
+    assert moved.start["motor"] == 30.0 and moved.layout is data.run.layout
+    (after,) = Model(problem.model.machine, problem.parameters, [moved]).predict(theta)
+    assert after.resampled is before.resampled and np.abs(after.cells - before.cells).max() > 1
+    names = list(data.run.present)[:1]
+    fewer = replace(data.run, present={name: data.run.present[name] for name in names})
+    (seen,) = Model(problem.model.machine, problem.parameters, [fewer]).predict(theta)
+    np.testing.assert_allclose(seen.cells, before.cells[: len(seen.cells)])
+
+
 def test_sums_over_samples_are_those_of_the_matrix(every):
     schedule = speeds(*USUAL)
     knots = make_knots(schedule)

@@ -87,7 +87,8 @@ class Measured(Brief):
         own = {n.name: self.run.start[n.name] for n in self.starts}
         moved = {n: start.get(n, t) for n, t in own.items()}
         starts = tuple(replace(n, mean=n.mean + own[n.name] - moved[n.name]) for n in self.starts)
-        return replace(self, run=replace(self.run, start={**self.run.start, **moved}), starts=starts)
+        run = self.run.begun({**self.run.start, **moved}, self.run.schedule.start)
+        return replace(self, run=run, starts=starts)
 
     def with_inputs(self, values: Mapping[str, float]) -> Measured:
         """The same about other values of the constants that drive the run [SI], supposed to lie where they did."""
@@ -148,7 +149,7 @@ def weigh_recording(
     known = [] if schedule.start else [float(T0[i]) for i in network.held]
     channels = tuple((n, sensor.sigma) for n, sensor in machine.sensors.items() if n in recording.columns)
     laid = _lay_out(recording, frozenset(schedule.signals), frozenset(machine.switches), channels)
-    run = replace(laid.run, schedule=replace(laid.run.schedule, start=schedule.start), start=parts)
+    run = laid.run.begun(parts, schedule.start)
     looked = laid.channels
     declared = {n: machine.sensors[n].sigma for n in looked}
     sigma = {n: max(declared[n], c.noise, c.quantum * EDGE) for n, c in looked.items()}

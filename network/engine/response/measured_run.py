@@ -15,7 +15,7 @@ from network.catalogue.declaration.declare import Array, Mask
 from network.engine.response.cells import Averages, Samples, averages
 from network.engine.response.knots import Knots
 from network.engine.solvers.plan import Plan
-from network.recordings.inputs import Schedule
+from network.recordings.inputs import Schedule, Start
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,15 +28,23 @@ class Run:
     knots: Knots
     start: Mapping[str, float]
     present: Mapping[str, Mask]
-    layout: Layout = field(default_factory=lambda: Layout(), repr=False)
+    layout: Layout = field(default_factory=lambda: Layout(), init=False, repr=False)
 
     @property
     def channels(self) -> tuple[str, ...]:
         return tuple(self.present)
 
+    def begun(self, start: Mapping[str, float], rule: Start | None) -> Run:
+        """The same from other temperatures of the parts, as a rule for starts gives them."""
+        other = replace(self, start=start, schedule=replace(self.schedule, start=rule))
+        other.__dict__["layout"] = self.layout
+        return other
+
     def driven_by(self, schedule: Schedule) -> Run:
         """The same with other inputs at the same instants."""
-        return replace(self, schedule=schedule, layout=Layout(resampled=self.layout.resampled))
+        other = replace(self, schedule=schedule)
+        other.layout.resampled = self.layout.resampled
+        return other
 
     def resampled(self, edges: Array) -> Resampled:
         """Its cells over the intervals between some edges."""
