@@ -125,6 +125,20 @@ def test_an_instant_at_an_edge_belongs_to_the_interval_after_it():
     np.testing.assert_allclose(edges[k] + share * np.diff(edges)[k], at, atol=2e-7)
 
 
+def test_a_run_is_laid_out_once_for_all_starts_and_anew_for_other_channels(every):
+    problem = problem_of(every["linear"], recorded(every["linear"], speeds(*USUAL), None))
+    (data,), theta = problem.data, centres(problem.parameters)
+    before = problem.model.predict(theta)[0]
+    moved = data.with_start({"motor": 30.0}).run
+    assert moved.start["motor"] == 30.0 and moved.layout is data.run.layout
+    (after,) = Model(problem.model.machine, problem.parameters, [moved]).predict(theta)
+    assert after.resampled is before.resampled and np.abs(after.cells - before.cells).max() > 1
+    names = list(data.run.present)[:1]
+    fewer = replace(data.run, present={name: data.run.present[name] for name in names})
+    (seen,) = Model(problem.model.machine, problem.parameters, [fewer]).predict(theta)
+    np.testing.assert_allclose(seen.cells, before.cells[: len(seen.cells)])
+
+
 def test_sums_over_samples_are_those_of_the_matrix(every):
     schedule = speeds(*USUAL)
     knots = make_knots(schedule)
@@ -136,13 +150,14 @@ def test_sums_over_samples_are_those_of_the_matrix(every):
     assert np.abs(over.of(values)[2] - matrix @ values[2]).max() < 1e-12
 
 
+@pytest.mark.parametrize("follow", [recursion.by_blocks, recursion.as_banded])
 @pytest.mark.parametrize("count", [1, 2, 7, 100])
-def test_recursions_by_blocks_are_those_of_a_loop(count):
+def test_recursions_at_once_are_those_of_a_loop(count, follow):
     draw = np.random.default_rng(count)
     for kind in (float, complex):
         gain = draw.random((count, 5)).astype(kind) * (np.exp(0.3j) if kind is complex else 1)
         push, x = draw.standard_normal((count, 3, 5)).astype(kind), draw.standard_normal((3, 5)).astype(kind)
-        states, end = recursion.by_blocks(gain, push.copy(), x)
+        states, end = follow(gain, push.copy(), x)
         for k in range(count):
             assert np.abs(states[k] - x).max() < 1e-12
             x = gain[k] * x + push[k]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from fit_networks import RADIATES, STEEL, cooler, machines
 from fits import ANOTHER, USUAL, problem_of, recorded, speeds, two_blocks
+from scipy.linalg import block_diag
 
 from network.analysis.calibration.gauss_newton import linearise, minimise
 from network.analysis.calibration.projector import Projector
@@ -45,6 +46,7 @@ def more_machines():
         sensors={"T_motor": seen, "T_late": {**seen, "effects": [*seen["effects"], late]},
                  "dx": {"measures": "tcp.x", "noise": "0.25 um", "zero": "start"}},
     )  # fmt: skip
+    bent_and_late = two_blocks(links={"glow": RADIATES}, sensors={"T_late": {**seen, "effects": [late]}})
     hose = {"kind": "advection", "through": ["supply", "body"], "capacity_flow": "15 W/K ± 20 %"}
     cooled = two_blocks(
         nodes={"supply": {"temperature": "18 degC"}, "body": {**STEEL, "length": "400 mm ± 5 %"}},
@@ -54,6 +56,7 @@ def more_machines():
     return machines() | {
         "cooled": cooled,
         "sensed": sensed,
+        "bent and late": bent_and_late,
         "gated": gated,
         "geometry": geometry,
         "material": made,
@@ -217,3 +220,9 @@ def test_folding_the_runs_gives_what_the_whole_matrix_gives():
     moved, fall = projector.adjust(rows, np.zeros(len(spread)))
     assert np.allclose(rows - moved @ at.slopes, at.project(rows), atol=1e-8)
     assert projector.misfit(rows) == pytest.approx(rows @ at.project(rows)) == pytest.approx(rows @ rows - fall)
+    apart = [np.random.default_rng(1).standard_normal((2, own.stop - own.start)) for own, _ in at.rows.slopes.blocks]
+    among, toward = at.weigh_runs(apart)
+    assert np.allclose(among, block_diag(*apart) @ at.project(block_diag(*apart)).T, atol=1e-8)
+    from_mean = at.left + (np.concatenate([at.theta, at.eta]) - mean) @ at.slopes
+    assert np.allclose(at.unexplained, at.project(from_mean), atol=1e-6)
+    assert np.allclose(toward, block_diag(*apart) @ at.unexplained, atol=1e-8)

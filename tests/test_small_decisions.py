@@ -21,7 +21,7 @@ from network.analysis.calibration.trust_region import bounded_step
 from network.analysis.calibration.uncertainty import Uncertainty
 from network.analysis.diagnosis.experiments.programs import Program
 from network.analysis.diagnosis.findings import list_rivals, windows_of
-from network.analysis.diagnosis.locate import _block, _posterior
+from network.analysis.diagnosis.locate import _explain_best
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.switching.prior_samples import Judge
 from network.platform.refusal import Complaints
@@ -220,14 +220,6 @@ def test_rivals_are_told_that_stand_less_than_what_cannot_be_told_apart_behind_n
     assert [rival.gain for rival in list_rivals(ranked, null)] == pytest.approx([30.0, -0.9 * alike])
 
 
-def test_answers_of_several_runs_stand_side_by_side() -> None:
-    rows = [np.full((2, 3), 1.0), np.full((1, 2), 2.0), np.full((2, 1), 3.0)]
-    fit = bare(problem=bare(whiteners=[lambda r: r, lambda r: 2 * r, lambda r: r]))
-    expected = np.zeros((5, 6))
-    expected[:2, :3], expected[2, 3:5], expected[3:, 5] = 1.0, 4.0, 3.0
-    np.testing.assert_array_equal(_block(fit, rows), expected)
-
-
 def test_unknown_heat_is_told_from_its_first_knot_to_its_last() -> None:
     t, heat = np.arange(9.0) * 60, np.array([0, 5, 5, -5, 0, 9, 0, 5, 5.0])
     unknown = bare(t=[t], heat=[heat], std=[np.full(9, 2.0)])
@@ -238,9 +230,10 @@ def test_unknown_heat_is_told_from_its_first_knot_to_its_last() -> None:
 def test_evidence_of_an_unknown_heat_is_that_of_gaussians() -> None:
     """Readings y ~ N(0, 1 + 4) beside y ~ N(0, 1), for y = 3: ½ · 9 (1 − 1/5) − ½ log 5; two of them add up."""
     one = 0.5 * 9 * (1 - 1 / 5) - 0.5 * np.log(5)
-    evidence, mean, std = _posterior(np.eye(1), np.array([3.0]), 4 * np.eye(1))
+    knot, alone = np.zeros(1), [2.0]
+    evidence, mean, std = _explain_best(np.eye(1), np.array([3.0]), [knot], alone)
     assert evidence == pytest.approx(one) and mean == pytest.approx([3 * 4 / 5]) and std == pytest.approx([0.8**0.5])
-    assert _posterior(np.eye(2), np.array([3.0, 3.0]), 4 * np.eye(2))[0] == pytest.approx(2 * one)
+    assert _explain_best(np.eye(2), np.array([3.0, 3.0]), [knot, knot], alone)[0] == pytest.approx(2 * one)
 
 
 def test_a_program_is_told_step_by_step_to_its_end() -> None:

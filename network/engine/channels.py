@@ -57,6 +57,10 @@ class Readouts:
         """Readings by key, from what a solver delivered (width × instants), each when it is asked for."""
         return LazyCourses({key: partial(_read, y, *at) for key, at in self.where.items()})
 
+    def read(self, key: Key, y: Array) -> Array:
+        """One reading, from what a solver delivered (width × instants)."""
+        return _read(y, *self.where[key])
+
     def start_states(self, T: Array) -> Array:
         """Sensor states in equilibrium: the solution of dz/dt = 0."""
         return np.asarray(np.linalg.solve(self.state_z, -(self.state_T @ T + self.state_constant)))

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from network.analysis.calibration.arrow_matrix import Folded, OwnPart, Part
 from network.analysis.calibration.estimate import Estimate, log_evidence
-from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.problem import Problem
 from network.analysis.calibration.projector import Projector
 from network.analysis.calibration.slopes import Rows, Slopes
@@ -66,6 +66,15 @@ class Linearised(Brief):
     def project(self, rows: Array) -> Array:
         """What of whitened rows (…, rows) parameters and nuisances cannot take up, given their priors."""
         return Projector(self.slopes, self.precision).project(rows)
+
+    def weigh_runs(self, rows: Sequence[Array]) -> tuple[Array, Array]:
+        """R M Rᵀ and R r of whitened rows R that each belong to one run (own rows, rows of the run), r `unexplained`:
+        run by run, for the other runs' rows are zero."""
+        slopes = self.rows.slopes
+        left = np.split(self.unexplained, [own.stop for own, _ in slopes.blocks[:-1]])
+        along = slopes.against(rows)
+        among = block_diag(*(r @ r.T for r in rows)) - along @ np.linalg.solve(self.precision, along.T)
+        return among, np.concatenate([r @ own for r, own in zip(rows, left, strict=True)])
 
     @cached_property
     def gradient(self) -> Array:
@@ -166,8 +175,7 @@ def with_slopes(
     for i, (whiten, slopes) in enumerate(zip(problem.whiteners, means, strict=True)):
         whitened = whiten(slopes)
         if near is None:
-            offsets = whiten(_offset_columns(problem, problem.data[i]))
-            parts.append(Part(whitened[:n], OwnPart(offsets, whitened[n:])))
+            parts.append(Part(whitened[:n], OwnPart(problem.by_offset[i], whitened[n:])))
         else:
             parts.append(Part(whitened, near.rows.slopes.parts[i].eta))
     made_at = None if near is None else near.theta if near.eta_made_at is None else near.eta_made_at
@@ -193,19 +201,13 @@ def with_nuisance_slopes(at: Linearised) -> Linearised:
     """The same with slopes by η from here, those by θ as they are."""
     problem, before = at.problem, at.rows.slopes
     by_inputs = input_slopes(at.predictions, [{n.name: n.spread for n in d.inputs} for d in problem.data])
-    runs = zip(problem.data, problem.whiteners, at.predictions, by_inputs, before.parts, strict=True)
+    runs = zip(problem.data, problem.whiteners, problem.by_offset, at.predictions, by_inputs, before.parts, strict=True)
     parts = []
-    for data, whiten, prediction, others, part in runs:
+    for data, whiten, offsets, prediction, others, part in runs:
         own = whiten(np.concatenate([prediction.respond_to(data.pushes(prediction.course)), others]))
-        parts.append(Part(part.by_theta, OwnPart(whiten(_offset_columns(problem, data)), own)))
+        parts.append(Part(part.by_theta, OwnPart(offsets, own)))
     rows = replace(at.rows, slopes=Slopes(tuple(parts), before.free, before.shared, before.count))
     return Linearised(problem, at.theta, at.predictions, rows, at.made_at)
-
-
-def _offset_columns(problem: Problem, data: Measured) -> Array:
-    may = data.recording.offsets
-    names = np.repeat([n if may else "" for n in data.run.channels], data.run.knots.cells)
-    return np.array([names == n.name for n in problem.offsets], float).reshape(len(problem.offsets), len(names))
 
 
 def residual_of(problem: Problem, predictions: Sequence[Prediction]) -> Array:

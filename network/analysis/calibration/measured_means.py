@@ -40,6 +40,8 @@ EDGE = 12**-0.5
 """1σ of an instant that lies anywhere in an interval, in its length."""
 LOOKED = 256
 """Channels of recordings of which it is remembered what they tell by themselves."""
+LAID_OUT = 32
+"""Recordings that are kept laid out: fits of rivals lay the same ones out alike."""
 
 
 @dataclass(frozen=True)
@@ -103,10 +105,13 @@ class Measured(Brief):
         own = {n.name: self.run.start[n.name] for n in self.starts}
         moved = {n: start.get(n, t) for n, t in own.items()}
         starts = tuple(replace(n, mean=n.mean + own[n.name] - moved[n.name]) for n in self.starts)
-        return replace(self, run=replace(self.run, start={**self.run.start, **moved}), starts=starts)
+        run = self.run.begun({**self.run.start, **moved}, self.run.schedule.start)
+        return replace(self, run=run, starts=starts)
 
     def with_inputs(self, values: Mapping[str, float]) -> Measured:
         """The same about other values of the constants that drive the run [SI], supposed to lie where they did."""
+        if not self.inputs:
+            return self
         signals = dict(self.run.schedule.signals)
         moved = []
         for n in self.inputs:
@@ -114,7 +119,7 @@ class Measured(Brief):
             signals[n.name] = signals[n.name].shift(by)
             moved.append(replace(n, mean=n.mean - by))
         schedule = replace(self.run.schedule, signals=signals)
-        return replace(self, run=replace(self.run, schedule=schedule), inputs=tuple(moved))
+        return replace(self, run=self.run.driven_by(schedule), inputs=tuple(moved))
 
     def move_inputs(self, by: Array) -> dict[str, float]:
         """Values of the uncertain inputs, moved by as much as a fit says [SI]."""
@@ -156,23 +161,45 @@ def weigh_recording(
     recording = drop_uncounted(machine, recording)
     more = {name: recording.signal(name) for name in also if name not in schedule.signals}
     schedule = replace(schedule, signals={**schedule.signals, **more})
-    knots = make_knots(schedule)
     network = build(machine) if network is None else network
     T0 = start_temperatures(network, schedule, recording)
     parts = {name: float(T0[part].mean()) for name, part in network.parts.items()}
     known = [] if schedule.start else [float(T0[i]) for i in network.held]
-    names = [n for n in machine.sensors if n in recording.columns]
-    looked = {n: _look_at_column(recording, n, machine.sensors[n].sigma) for n in names}
-    looked = {n: c for n, c in looked.items() if c.used.any()}
-    run = Run(recording.name, on_knots(schedule, knots), knots, parts, {n: c.used for n, c in looked.items()})
-    means, counts = zip(*(_means(run, c) for c in looked.values()), strict=True)
+    channels = tuple((n, sensor.sigma) for n, sensor in machine.sensors.items() if n in recording.columns)
+    laid = _lay_out(recording, frozenset(schedule.signals), frozenset(machine.switches), channels)
+    run = laid.run.begun(parts, schedule.start)
+    looked = laid.channels
     declared = {n: machine.sensors[n].sigma for n in looked}
     sigma = {n: max(declared[n], c.noise, c.quantum * EDGE) for n, c in looked.items()}
     return Measured(
-        run, recording, looked, np.concatenate(means), np.concatenate(counts), sigma, declared,
+        run, recording, looked, laid.means, laid.counts, sigma, declared,
         tuple(_starts(machine, parts, recording, known)), tuple(_edges(run, schedule.t)),
         tuple(_inputs(machine, schedule)),
     )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class _LaidOut:
+    """What of a recording is the same for all machines that read the same of it."""
+
+    run: Run
+    channels: Mapping[str, Channel]
+    means: Array
+    counts: Array
+
+
+@lru_cache(maxsize=LAID_OUT)
+def _lay_out(
+    recording: Recording, inputs: frozenset[str], switches: frozenset[str], channels: tuple[tuple[str, float], ...]
+) -> _LaidOut:
+    """Channels (with their declared σ) on the knots of some inputs."""
+    signals = {name: recording.signal(name, is_switch=name in switches) for name in sorted(inputs)}
+    schedule = Schedule(recording.name, recording.file, recording.t, signals, recording.start)
+    knots, looked = make_knots(schedule), {n: _look_at_column(recording, n, sigma) for n, sigma in channels}
+    looked = {n: c for n, c in looked.items() if c.used.any()}
+    run = Run(recording.name, on_knots(schedule, knots), knots, {}, {n: c.used for n, c in looked.items()})
+    means, counts = zip(*(_means(run, c) for c in looked.values()), strict=True)
+    return _LaidOut(run, looked, np.concatenate(means), np.concatenate(counts))
 
 
 @lru_cache(maxsize=LOOKED)

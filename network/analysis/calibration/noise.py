@@ -61,6 +61,12 @@ class Whitener:
             out[..., rows] = own[..., rows] / root if root.ndim == 1 else _solve_lower(root, own[..., rows])
         return out
 
+    def of_channel(self, i: int, values: Array) -> tuple[slice, Array]:
+        """L⁻¹ applied to values over all cells of one channel (…, cells of a channel): its rows, and what is there."""
+        cells = len(self.known) // len(self.roots)
+        (rows, root), own = self.blocks[i], values[..., self.known[i * cells : (i + 1) * cells]]
+        return rows, own / root if root.ndim == 1 else _solve_lower(root, own)
+
     def colour(self, values: Array) -> Array:
         """L applied to whitened values (…, known cells)."""
         out = np.empty(values.shape)

@@ -45,6 +45,11 @@ class Problem(Brief):
         return (*self.offsets, *(n for d in self.data for n in d.own))
 
     @cached_property
+    def by_offset(self) -> tuple[Array, ...]:
+        """Whitened slopes of every run's means by the offsets (offsets, rows), which no θ changes."""
+        return tuple(w(_offset_columns(self.offsets, d)) for w, d in zip(self.whiteners, self.data, strict=True))
+
+    @cached_property
     def prior(self) -> tuple[Array, Array]:
         """Prior means and 1σ of (θ, η)."""
         mean, spread = self.stated_prior
@@ -61,14 +66,17 @@ class Problem(Brief):
     def temper(self, firm_theta: float, firm_eta: float) -> Problem:
         """The same with priors narrowed by other factors; what is stated is not gathered again."""
         other = replace(self, firm_theta=firm_theta, firm_eta=firm_eta)
-        other.__dict__.update({name: getattr(self, name) for name in ("nuisances", "stated_prior")})
+        other.__dict__.update({name: getattr(self, name) for name in ("nuisances", "stated_prior", "by_offset")})
         return other
 
     def about(self, points: Sequence[RunPoint]) -> Problem:
         """The same linear about other temperatures of the parts at the start of each run, and other constants that
         drive it."""
         data = tuple(d.about(point) for d, point in zip(self.data, points, strict=True))
-        return replace(self, model=Model(self.model.machine, self.parameters, [d.run for d in data]), data=data)
+        model = Model(self.model.machine, self.parameters, [d.run for d in data])
+        other = replace(self, model=model, data=data)
+        other.__dict__["by_offset"] = self.by_offset
+        return other
 
     @property
     def log_determinant(self) -> float:
@@ -88,3 +96,9 @@ def _offsets(machine: Machine, data: Sequence[Measured]) -> list[Nuisance]:
     heard = [d for d in data if d.recording.offsets]
     names = [n for n in machine.sensors if any(n in d.run.channels for d in heard)]
     return [Nuisance(n, 0.0, OFFSET[machine.sensors[n].unit]) for n in names]
+
+
+def _offset_columns(offsets: Sequence[Nuisance], data: Measured) -> Array:
+    may = data.recording.offsets
+    names = np.repeat([n if may else "" for n in data.run.channels], data.run.knots.cells)
+    return np.array([names == n.name for n in offsets], float).reshape(len(offsets), len(names))

@@ -5,6 +5,7 @@ They have an arrow's shape: parameters and offsets touch all runs, starts and ju
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -80,6 +81,16 @@ class Slopes:
             total[n:k] += part.by_offset @ values[rows]
             total[own] = part.by_own @ values[rows]
         return total
+
+    def against(self, rows: Sequence[Array]) -> Array:
+        """Whitened rows of each run times Sᵀ: (rows, parameters + nuisances)."""
+        n, k, parts = self.free, self.shared, []
+        for (_, own), part, values in zip(self.blocks, self.parts, rows, strict=True):
+            mine = np.zeros((len(values), self.count))
+            mine[:, :n], mine[:, n:k] = values @ part.by_theta.T, values @ part.by_offset.T
+            mine[:, own] = values @ part.by_own.T
+            parts.append(mine)
+        return np.concatenate(parts)
 
     def apply(self, eta: Array) -> Array:
         """Whitened rows that nuisances bring."""

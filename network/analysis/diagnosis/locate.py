@@ -3,15 +3,18 @@
 Heat f(t) ~ OU(σ, ℓ), straight between knots, enters at one place; with its answers G (whitened) and the parameters free
 again (M as in the screening) its log evidence over no such heat is
 ½ (gᵀ B g − log |I + K GᵀMG|), g = Gᵀr, B = (K⁻¹ + GᵀMG)⁻¹, K = σ² e^(−|t − t'|/ℓ), at the best σ and ℓ tried; f is
-what B g says. Source: latent force models, Alvarez, Luengo & Lawrence, IEEE Trans. PAMI 35 (2013) 2693; unverified.
+what B g says. With K = σ² L Lᵀ and H = GᵀMG, B = σ² L (I + σ² Lᵀ H L)⁻¹ Lᵀ: Lᵀ H L is found once for every ℓ.
+Source: latent force models, Alvarez, Luengo & Lawrence, IEEE Trans. PAMI 35 (2013) 2693; unverified.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
+from scipy.linalg import block_diag, cho_solve, cholesky, solve_triangular
 
 from network.analysis.calibration.gauss_newton import Linearised
 from network.analysis.calibration.measured_means import Measured
@@ -36,10 +39,10 @@ FLATTER = 0.15
 
 @dataclass(frozen=True)
 class _Place:
-    """answers: of the whitened channels for 1 W (or 1 SI unit) about every knot of every run (knots, rows)."""
+    """answers: of every run, whitened, to 1 W (or 1 SI unit) about each of its knots (knots, rows)."""
 
     at: Location
-    answers: Array
+    answers: Sequence[Array]
 
 
 def locate(fit: Linearised, machine: Machine) -> tuple[UnknownHeat, ...]:
@@ -74,12 +77,12 @@ def _place(fit: Linearised, at: Location, knots: list[Array]) -> _Place:
     return _Place(at, _answers(fit, knots, lambda p: sum((-part_spread(p, n) for n in out_of), part_spread(p, into))))
 
 
-def _answers(fit: Linearised, knots: list[Array], spread: Callable[[Prediction], Array]) -> Array:
-    rows = [heat_answers(p, spread(p), t) for p, t in zip(fit.predictions, knots, strict=True)]
-    return _block(fit, rows)
+def _answers(fit: Linearised, knots: list[Array], spread: Callable[[Prediction], Array]) -> list[Array]:
+    rows = (heat_answers(p, spread(p), t) for p, t in zip(fit.predictions, knots, strict=True))
+    return [whiten(r) for whiten, r in zip(fit.problem.whiteners, rows, strict=True)]
 
 
-def _offsets(fit: Linearised, knots: list[Array], channel: str) -> Array:
+def _offsets(fit: Linearised, knots: list[Array], channel: str) -> list[Array]:
     rows = []
     for data, prediction, t in zip(fit.problem.data, fit.predictions, knots, strict=True):
         own = np.zeros((len(t), len(data.means)))
@@ -87,7 +90,7 @@ def _offsets(fit: Linearised, knots: list[Array], channel: str) -> Array:
             i, cells = data.run.channels.index(channel), data.run.knots.cells
             own[:, i * cells : (i + 1) * cells] = _at_cells(data, prediction, t)
         rows.append(own)
-    return _block(fit, rows)
+    return [whiten(r) for whiten, r in zip(fit.problem.whiteners, rows, strict=True)]
 
 
 def _at_cells(data: Measured, prediction: Prediction, t: Array) -> Array:
@@ -96,52 +99,59 @@ def _at_cells(data: Measured, prediction: Prediction, t: Array) -> Array:
     return np.stack([np.interp(data.centres, t, row) for row in np.eye(len(t))])
 
 
-def _block(fit: Linearised, rows: list[Array]) -> Array:
-    """Answers of all runs, each whitened in its own rows."""
-    white = [w(r) for w, r in zip(fit.problem.whiteners, rows, strict=True)]
-    total = np.zeros((sum(len(r) for r in white), sum(r.shape[1] for r in white)))
-    i = j = 0
-    for r in white:
-        total[i : i + len(r), j : j + r.shape[1]] = r
-        i, j = i + len(r), j + r.shape[1]
-    return total
-
-
 def _explain_place(fit: Linearised, place: _Place, knots: list[Array]) -> UnknownHeat:
     """The unknown heat of one place at its best size and correlation time."""
-    G = place.answers
-    M_G = fit.project(G)
-    H, g = M_G @ G.T, G @ fit.unexplained
+    H, g = fit.weigh_runs(place.answers)
     scale = max(1.0, float(np.mean(fit.left**2)))
     unit = 1 / np.sqrt(max(float(np.diag(H).max()), 1e-300))
-    best = (-np.inf, np.zeros(len(g)), np.zeros(len(g)))
-    for ell in TIMES:
-        K = _correlation(knots, ell)
-        for size in SIZES:
-            gain, f, std = _posterior(H / scale, g / scale, (size * unit) ** 2 * K)
-            if gain > best[0]:
-                best = (gain, f, std)
-    gain, f, std = best
+    gain, f, std = _explain_best(H / scale, g / scale, knots, [size * unit for size in SIZES])
     cuts = np.cumsum([len(t) for t in knots])[:-1]
     rms = float(np.sqrt(np.mean(f**2)))
     heat, spread = tuple(np.split(f, cuts)), tuple(np.split(std, cuts))
     return UnknownHeat(place.at, 0.0, rms, gain, tuple(knots), heat, spread)
 
 
-def _correlation(knots: list[Array], ell: float) -> Array:
-    n = sum(len(t) for t in knots)
-    K, i = np.zeros((n, n)), 0
-    for t in knots:
-        K[i : i + len(t), i : i + len(t)] = ou(t, ell)
-        i += len(t)
-    return K
+def _explain_best(H: Array, g: Array, knots: Sequence[Array], sizes: Sequence[float]) -> tuple[float, Array, Array]:
+    """Log evidence gained, posterior mean and 1σ of the heat at its knots, at the best of all sizes and times."""
+    best = -np.inf
+    for ell in TIMES:
+        roots = _Roots([np.asarray(cholesky(ou(t, ell), lower=True)) for t in knots])
+        inner, toward = roots.transposed(roots.transposed(H).T), roots.transposed(g)
+        for size in sizes:
+            gain, root = _gain(inner, toward, size)
+            if gain > best:
+                best, found = gain, (size, roots, toward, root)
+    size, roots, toward, root = found
+    f = size**2 * roots(cho_solve((root, True), toward))
+    std = size * np.sqrt(np.sum(solve_triangular(root, roots.whole.T, lower=True) ** 2, axis=0))
+    return best, f, std
 
 
-def _posterior(H: Array, g: Array, K: Array) -> tuple[float, Array, Array]:
-    """Log evidence gained, posterior mean and 1σ of the heat at its knots."""
-    A = np.eye(len(g)) + K @ H
-    f = np.linalg.solve(A, K @ g)
-    _, volume = np.linalg.slogdet(A)
-    covariance = np.linalg.solve(A, K)
-    std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    return 0.5 * float(g @ f) - 0.5 * float(volume), np.asarray(f), np.asarray(std)
+def _gain(inner: Array, toward: Array, size: float) -> tuple[float, Array]:
+    """Log evidence gained by heat of a 1σ, and the root R Rᵀ = I + σ² Lᵀ H L; inner: Lᵀ H L, toward: Lᵀ g."""
+    root = np.asarray(cholesky(np.eye(len(inner)) + size**2 * inner, lower=True))
+    felt = size * solve_triangular(root, toward, lower=True)
+    return 0.5 * float(felt @ felt) - float(np.log(np.diag(root)).sum()), root
+
+
+@dataclass(frozen=True, eq=False)
+class _Roots:
+    """L of the correlation L Lᵀ of heat at the knots of all runs, which has a block for each run."""
+
+    blocks: Sequence[Array]
+
+    @property
+    def rows(self) -> Iterator[slice]:
+        return (slice(a, b) for a, b in pairwise(np.cumsum([0, *(len(block) for block in self.blocks)]).tolist()))
+
+    @property
+    def whole(self) -> Array:
+        return np.asarray(block_diag(*self.blocks))
+
+    def __call__(self, values: Array) -> Array:
+        """L applied to values."""
+        return np.concatenate([block @ values[own] for own, block in zip(self.rows, self.blocks, strict=True)])
+
+    def transposed(self, values: Array) -> Array:
+        """Lᵀ applied to values."""
+        return np.concatenate([block.T @ values[own] for own, block in zip(self.rows, self.blocks, strict=True)])

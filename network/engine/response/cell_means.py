@@ -213,6 +213,6 @@ def first_seen(course: LinearRun, pushes: Sequence[Push], output_map: OutputMap,
     for i, push in enumerate(pushes):
         for jump in (jump for k, jump in push.all_kicks if k == first):
             out[i] += output_map.over[r] @ jump
-        if push.is_heat:
+        if push.is_heat and output_map.sees_heat:
             out[i] += push.q0[first] @ push.into(output_map.direct[r])
     return out

@@ -108,11 +108,12 @@ class Averages:
     def cells(self) -> int:
         return len(self.starts)
 
-    def of(self, values: Array) -> Array:
-        """Means (…, channels, cells) of what runs straight between values at both ends of the intervals (…, 2 K)."""
-        K = values.shape[-1] // 2
-        weighed = values[..., :K] * self.left[self.set_of]
-        weighed += values[..., K:] * self.right[self.set_of]
+    def of(self, values: Array, channels: Sequence[int] | None = None) -> Array:
+        """Means (…, channels, cells) of what runs straight between values at both ends of the intervals (…, 2 K);
+        channels: which the values are of, by default all."""
+        K, sets = values.shape[-1] // 2, self.set_of if channels is None else self.set_of[[*channels]]
+        weighed = values[..., :K] * self.left[sets]
+        weighed += values[..., K:] * self.right[sets]
         return np.asarray(np.add.reduceat(weighed, self.starts, axis=-1))
 
     def groups(self) -> Iterator[tuple[int, Indices | slice]]:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
-from network.engine.response.measured_run import Resampled, Run
+from network.engine.response.measured_run import Run
 from network.engine.response.prediction import Prediction
 from network.engine.response.run_plan import plan_of
 from network.engine.response.switchings import build_switched_course
@@ -30,7 +30,7 @@ def input_slopes(predictions: Sequence[Prediction], spreads: Sequence[Mapping[st
 def _difference(prediction: Prediction, name: str, step: float) -> Array:
     signals = prediction.run.schedule.signals
     schedule = replace(prediction.run.schedule, signals={**signals, name: signals[name].shift(step)})
-    run = replace(prediction.run, schedule=schedule)
+    run = prediction.run.driven_by(schedule)
     plan = plan_of(prediction.course.problem.plan.network, run, prediction.begun)
     return np.asarray((_predict(prediction, run, plan).cells - prediction.cells) / step)
 
@@ -38,6 +38,4 @@ def _difference(prediction: Prediction, name: str, step: float) -> Array:
 def _predict(beside: Prediction, run: Run, plan: Plan) -> Prediction:
     outputs = beside.course.readouts
     course = build_switched_course(plan, outputs, {}) if plan.network.relays else course_of(plan, outputs, None, {})
-    edges = course.problem.plan.edges
-    same = np.array_equal(edges, beside.resampled.edges)
-    return Prediction(run, beside.machine, course, beside.resampled if same else Resampled(run, edges), beside.known)
+    return Prediction(run, beside.machine, course, run.resampled(course.problem.plan.edges), beside.known)

@@ -9,16 +9,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 
-import numpy as np
-
-from network.catalogue.declaration.declare import Array
 from network.engine.channels import Readouts
 from network.engine.network import Network
-from network.engine.response.cells import Averages, Samples
 from network.engine.response.linear_run import LinearRun
-from network.engine.response.measured_run import Resampled, Run
+from network.engine.response.measured_run import JointPlan, Run
 from network.engine.response.modal_march import ModalEnds, follow, modes_by_regime
 from network.engine.response.segments import Segment, segments
 from network.engine.solvers.elimination import KnownRegimes
@@ -28,58 +23,6 @@ from network.engine.solvers.plan import Plan
 
 MOST_STATES = 4_000_000
 """Lumps times knots up to which runs are followed as one: beyond, memory counts more than calls."""
-
-
-@dataclass(frozen=True, eq=False)
-class JointPlan:
-    """The plans of some runs, and the cells of each."""
-
-    parts: tuple[Plan, ...]
-    resampled: tuple[Resampled, ...]
-
-    @cached_property
-    def runs(self) -> tuple[slice, ...]:
-        """The intervals of each run."""
-        ends = np.cumsum([0, *(len(p.steps) for p in self.parts)]).tolist()
-        return tuple(slice(a, b) for a, b in pairwise(ends))
-
-    @cached_property
-    def plan(self) -> Plan:
-        """One after the other, on one clock."""
-        first, steps = self.parts[0], np.concatenate([p.steps for p in self.parts])
-        names = [n for n in first.left if all(n in p.left for p in self.parts)]
-        left, right = ({n: np.concatenate([getattr(p, side)[n] for p in self.parts]) for n in names}
-                       for side in ("left", "right"))  # fmt: skip
-        plan = replace(first, edges=np.concatenate([[0.0], np.cumsum(steps)]), left=left, right=right)
-        plan.__dict__["steps"] = steps
-        return plan
-
-    @cached_property
-    def beside(self) -> dict[int, Array]:
-        return {}
-
-    @cached_property
-    def cells(self) -> tuple[int, ...]:
-        return tuple(r.averages.cells for r in self.resampled)
-
-    @cached_property
-    def averages(self) -> Averages:
-        """The cells of all runs, one run after the other."""
-        over = [r.averages for r in self.resampled]
-        sets = list(zip(*(own.set_of.tolist() for own in over), strict=True))
-        different, count = list(dict.fromkeys(sets)), self.runs[-1].stop
-        starts = np.concatenate([own.starts + run.start for own, run in zip(over, self.runs, strict=True)])
-        left, right = (np.array([np.concatenate([getattr(own, side)[i] for own, i in zip(over, of, strict=True)])
-                                 for of in different]) for side in ("left", "right"))  # fmt: skip
-        samples = tuple(_join_samples([own.samples[i] for own, i in zip(over, of, strict=True)], self.runs, count)
-                        for of in different)  # fmt: skip
-        return Averages(starts, left, right, np.array([different.index(of) for of in sets]), samples)
-
-
-def _join_samples(samples: Sequence[Samples], runs: Sequence[slice], count: int) -> Samples:
-    interval = np.concatenate([s.interval + run.start for s, run in zip(samples, runs, strict=True)])
-    since, share = (np.concatenate([getattr(s, name) for s in samples]) for name in ("since", "share"))
-    return Samples(interval, since, share, count)
 
 
 @dataclass(frozen=True, eq=False)

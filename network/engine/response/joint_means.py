@@ -10,8 +10,9 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array
 from network.engine.response.cell_means import Means, first_seen
-from network.engine.response.joint_course import JointCourse, JointPlan
+from network.engine.response.joint_course import JointCourse
 from network.engine.response.linear_run import Push, kick
+from network.engine.response.measured_run import JointPlan
 from network.engine.response.output_jacobian import Slopes
 
 

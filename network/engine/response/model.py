@@ -18,7 +18,8 @@ from network.engine.response.heat_sensitivity import Slots, push_of
 from network.engine.response.joint_course import can_join, solve_together
 from network.engine.response.joint_means import JointMeans, common_starts
 from network.engine.response.linear_run import LinearRun, Push
-from network.engine.response.measured_run import Run
+from network.engine.response.measured_run import Run, join_runs
+from network.engine.response.nonlinear_correction import BentCourse
 from network.engine.response.output_jacobian import Slopes, channels_of, see_readings_alone
 from network.engine.response.parameters import Parameter, at_values, values_at
 from network.engine.response.prediction import Prediction, joint_of
@@ -26,7 +27,7 @@ from network.engine.response.run_plan import plan_of, start_of
 from network.engine.response.seen_differences import differ_as_seen, is_seen_only
 from network.engine.response.switchings import SwitchedCourse, build_switched_course, check_followed
 from network.engine.response.warm_start import WarmStart
-from network.engine.response.waveform import course_of
+from network.engine.response.waveform import course_of, keeps_bends, see_otherwise
 from network.engine.solvers.elimination import KnownRegimes
 from network.engine.solvers.modal import Modes
 from network.engine.solvers.plan import Plan, list_own_edges
@@ -81,16 +82,18 @@ class Model:
         self, machine: Machine, network: Network, starts: Sequence[Mapping[str, float]]
     ) -> tuple[Prediction, ...]:  # fmt: skip
         outputs = self._readouts if machine is self.machine else readouts(network, parts=False)
-        plans = [self._plan(i, network, start) for i, start in enumerate(starts)]
+        laid = [self._lay_out(run, network) for run in self.runs]
+        plans = [plan.with_network(network, start_of(network, start, plan.left))
+                 for plan, start in zip(laid, starts, strict=True)]  # fmt: skip
         known: dict[bytes, Modes] = {}
         regimes: KnownRegimes = {}
         if not can_join(network, self.runs):
             courses = [self._course(i, plan, outputs, known, regimes) for i, plan in enumerate(plans)]
             return self._share_slopes([self._predict(i, machine, course, None) for i, course in enumerate(courses)])
-        joint = self.warm.join(self.runs)
+        joint = join_runs(self.runs, laid)
         whole, parts = solve_together(joint, plans, outputs, known, regimes)
         same = machine is self.machine and not len(network.massless)
-        means = JointMeans(whole, joint, joint.beside if same else None)
+        means = JointMeans(whole, joint, self.warm.beside(joint) if same else None)
         return self._share_slopes([self._predict(i, machine, course, (means, i)) for i, course in enumerate(parts)])
 
     def _share_slopes(self, made: Sequence[Prediction]) -> tuple[Prediction, ...]:
@@ -118,7 +121,7 @@ class Model:
         self, i: int, machine: Machine, course: LinearRun, joint: tuple[JointMeans, int] | None
     ) -> Prediction:  # fmt: skip
         slopes = self._known_slopes(i) if machine is self.machine else None
-        resampled = self.warm.resampling(i, self.runs[i], course.problem.plan.edges)
+        resampled = self.runs[i].resampled(course.problem.plan.edges)
         made = Prediction(self.runs[i], machine, course, resampled, slopes, joint)
         self._remember(i, made)
         return made
@@ -142,16 +145,12 @@ class Model:
                 known = self.warm.slopes.values()
                 self.warm.slopes[i] = next((other for other in known if slopes.equals(other)), slopes)
 
-    def _plan(self, i: int, network: Network, start: Mapping[str, float]) -> Plan:
+    @staticmethod
+    def _lay_out(run: Run, network: Network) -> Plan:
         """The plan of a run; its edges and inputs are found once for the same edges of laws."""
-        run = self.runs[i]
         own = list_own_edges(network, float(run.schedule.t[-1]))
-        key = (np.concatenate([*own, np.empty(0)]).tobytes(), tuple(sorted(network.held)))
-        plans = self.warm.plans
-        if i not in plans or plans[i][0] != key:
-            plans[i] = key, plan_of(network, run, start)
-        plan = plans[i][1]
-        return plan.with_network(network, start_of(network, start, plan.left))
+        instants = (np.concatenate([*own, np.empty(0)]).tobytes(), bool(network.melting))
+        return run.layout.plan_at(instants, lambda: plan_of(network, run, run.start))
 
     def slopes(self, theta: Array, predictions: Sequence[Prediction]) -> list[Array]:
         """∂(channels)/∂θ of every run: (parameters, channels, 2 K) each."""
@@ -220,9 +219,11 @@ class Model:
         there = theta.copy()
         there[j] += step
         if is_seen_only(self.machine, p.entry):
-            read = differ_as_seen(p.entry, {p.path: p.value(float(there[j]))}, step, predictions)
-            return [q.means(v) for q, v in zip(predictions, read, strict=True)] if cells else read
+            return differ_as_seen(p.entry, {p.path: p.value(float(there[j]))}, step, predictions, cells)
         machine, network = self.at(there)
+        if p.entry.section == "sensors" and all(keeps_bends(q.course) for q in predictions):
+            outputs = readouts(network, parts=False)
+            return [_differ_in_states(machine, outputs, q, step, cells) for q in predictions]
         if all(runs_alike(network, q) for q in predictions):
             outputs, known, regimes = readouts(network, parts=False), dict[bytes, Modes](), KnownRegimes()
             return [differ_at_switchings(machine, network, outputs, q, step, cells, known, regimes)
@@ -231,6 +232,13 @@ class Model:
         if cells:
             return [(m.cells - q.cells) / step for m, q in zip(moved, predictions, strict=True)]
         return [(_onto(m, q) - q.values) / step for m, q in zip(moved, predictions, strict=True)]
+
+
+def _differ_in_states(machine: Machine, outputs: Readouts, at: Prediction, step: float, cells: bool) -> Array:
+    """The same where only states of sensors follow the temperatures of a run otherwise."""
+    assert isinstance(at.course, BentCourse)
+    moved = Prediction(at.run, machine, see_otherwise(at.course, outputs), at.resampled)
+    return np.asarray((moved.cells - at.cells if cells else moved.values - at.values) / step)
 
 
 def _answer_together(predictions: Sequence[Prediction], pushes: Sequence[Sequence[Push]]) -> list[Array]:

@@ -11,6 +11,7 @@ unverified.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -38,7 +39,7 @@ from network.engine.response.nonlinear_laws import (
 from network.engine.response.output_map import map_outputs
 from network.engine.response.segments import Push
 from network.engine.solvers import rosenbrock
-from network.engine.solvers.elimination import KnownRegimes, Regime
+from network.engine.solvers.elimination import KnownRegimes, Regime, regime_from
 from network.engine.solvers.forcing import Forcing
 from network.engine.solvers.linear import LinearProblem, reduce
 from network.engine.solvers.modal import Modes
@@ -241,19 +242,39 @@ class _Rounds:
         return heat
 
     def _problem(self, regimes: list[Regime], of: Indices, heat: Array) -> LinearProblem:
-        plan, network, K = self.plan, self.network, len(self.plan.steps)
-        n = len(network.free) + self.readouts.states
-        f0, f1 = np.empty((K, n)), np.empty((K, n))
-        for w, regime in enumerate(regimes):
-            mine = np.flatnonzero(of == w)
-            for f, held, at in ((f0, self.held[0], mine), (f1, self.held[1], mine + K)):
-                f[mine] = held[mine] @ regime.F_held.T + heat[at] @ regime.F_heat.T
-                f[mine, len(network.free) :] += self.readouts.state_constant
-        forcing = Forcing(self.held, (heat[:K], heat[K:]), ())
-        first = regimes[int(of[0])]
-        x0 = np.concatenate([plan.T0[network.free], np.zeros(self.readouts.states)])
-        if self.readouts.states:
-            T = first.P @ x0 + first.P_held @ self.held[0][0] + first.P_heat @ heat[0]
-            x0[len(network.free) :] = self.readouts.start_states(T)
-        scale = np.concatenate([np.sqrt(network.capacity[network.free]), np.ones(self.readouts.states)])
-        return LinearProblem(plan, self.readouts, tuple(regimes), of, forcing, f0, f1, x0, scale)
+        return _lay_out(self.plan, self.readouts, regimes, of, self.held, heat)
+
+
+def _lay_out(
+    plan: Plan, readouts: Readouts, regimes: Sequence[Regime], of: Indices, held: tuple[Array, Array], heat: Array
+) -> LinearProblem:  # fmt: skip
+    """Windows with a heat into all lumps (2 K, N) beside their matrices. held: given temperatures at both ends."""
+    network, K = plan.network, len(plan.steps)
+    n = len(network.free) + readouts.states
+    f0, f1 = np.empty((K, n)), np.empty((K, n))
+    for w, regime in enumerate(regimes):
+        mine = np.flatnonzero(of == w)
+        for f, given, at in ((f0, held[0], mine), (f1, held[1], mine + K)):
+            f[mine] = given[mine] @ regime.F_held.T + heat[at] @ regime.F_heat.T
+            f[mine, len(network.free) :] += readouts.state_constant
+    forcing = Forcing(held, (heat[:K], heat[K:]), ())
+    first = regimes[int(of[0])]
+    x0 = np.concatenate([plan.T0[network.free], np.zeros(readouts.states)])
+    if readouts.states:
+        T = first.P @ x0 + first.P_held @ held[0][0] + first.P_heat @ heat[0]
+        x0[len(network.free) :] = readouts.start_states(T)
+    scale = np.concatenate([np.sqrt(network.capacity[network.free]), np.ones(readouts.states)])
+    return LinearProblem(plan, readouts, tuple(regimes), of, forcing, f0, f1, x0, scale)
+
+
+def keeps_bends(course: LinearRun) -> bool:
+    """Whether the heats of its bent laws are kept, so that sensors can be seen otherwise without another search."""
+    return isinstance(course, BentCourse) and course.melts is None
+
+
+def see_otherwise(course: BentCourse, readouts: Readouts) -> LinearRun:
+    """The same temperatures with sensors whose states follow them otherwise; no part melts."""
+    problem = course.problem
+    regimes = [regime_from(problem.plan.network, regime.K, readouts) for regime in problem.regimes]
+    held, heat = problem.forcing.held, np.concatenate(problem.forcing.heat)
+    return solve(_lay_out(problem.plan, readouts, regimes, problem.regime_of, held, heat))

@@ -102,9 +102,14 @@ class RunEquations:
     def move_starts(self, pair: Pair) -> Array:
         """By how much the parts begin elsewhere where first readings are exchanged [K]; 0 for what else is the run's
         own."""
-        before, after = (self._begin(r) for r in (self.data.recording, exchange_columns(self.data.recording, pair)))
-        moved = [after[n.name] - before[n.name] for n in self.data.starts]
+        after = self._begin(exchange_columns(self.data.recording, pair))
+        moved = [after[n.name] - self._begins[n.name] for n in self.data.starts]
         return np.array([*moved, *np.zeros(len(self.data.own) - len(moved))])
+
+    @cached_property
+    def _begins(self) -> dict[str, float]:
+        """Where the parts begin as it was read."""
+        return self._begin(self.data.recording)
 
     def _begin(self, recording: Recording) -> dict[str, float]:
         T = start_temperatures(self.network, self.data.run.schedule, recording)

@@ -105,14 +105,13 @@ class OnsetScan:
         data, cells = problem.data[i], problem.data[i].run.knots.cells
         if shape.channel not in data.run.channels or cells <= 2 * LEAST_CELLS:
             return None
-        truth = truth_at_samples(self.at.predictions[i], self.recordings[i], shape.channel)
-        unit = np.interp(data.centres, self.recordings[i].t, shape.full(self.recordings[i], truth))
+        truth, centres = truth_at_samples(self.at.predictions[i], self.recordings[i], shape.channel), data.centres
+        unit = np.interp(centres, self.recordings[i].t, shape.full(self.recordings[i], truth))
         t0 = np.concatenate([[-np.inf], _begins(data)[LEAST_CELLS : cells - LEAST_CELLS]])
-        full = np.zeros((len(t0), len(data.run.channels), cells))
-        full[:, data.run.channels.index(shape.channel)] = [shape.last(data.centres, t, unit) for t in t0]
-        whitened = problem.whiteners[i](full.reshape(len(t0), -1))
-        slopes = self.at.slopes[:, rows]
-        return _Columns(t0, whitened, whitened @ self.at.left[rows], whitened @ slopes.T)
+        channel = data.run.channels.index(shape.channel)
+        own, whitened = problem.whiteners[i].of_channel(channel, np.array([shape.last(centres, t, unit) for t in t0]))
+        seen = slice(rows.start + own.start, rows.start + own.stop)
+        return _Columns(t0, whitened, whitened @ self.at.left[seen], whitened @ self.at.slopes[:, seen].T)
 
     def _score(self, shape: FaultShape, columns: Sequence[_Columns | None], run: int, stays: bool) -> Onset | None:
         here = columns[run]
