@@ -19,7 +19,7 @@ from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.entry_path import EntryPath, NumberPath
 from network.engine.assembly import build
 from network.engine.balance import heat_balance
-from network.engine.channels import readouts, states_of
+from network.engine.channels import Readouts, readouts, states_of
 from network.engine.network import Network
 from network.engine.response.heat_sensitivity import Slots
 from network.engine.response.joint_means import JointMeans
@@ -163,7 +163,8 @@ def _find_heat(
     states = len(states_of(now))
     if now.relays or not all(_is_alike(now, c) and states == c.readouts.states for c in runs.courses):
         return None
-    seen = np.concatenate([_change_readings(entries.seen, now, p) for p in runs.predictions])
+    outputs = None if entries.seen is None else readouts(now, parts=False)
+    seen = np.concatenate([_change_readings(entries.seen, outputs, p) for p in runs.predictions])
     return _Heat([_further(now, entries.changed, c) for c in runs.courses], seen)
 
 
@@ -208,11 +209,11 @@ def _heat_before(course: LinearRun, entries: Sequence[str]) -> Array:
     return total
 
 
-def _change_readings(machine: Machine | None, network: Network, prediction: Prediction) -> Array:
+def _change_readings(machine: Machine | None, outputs: Readouts | None, prediction: Prediction) -> Array:
     """Changes of the cells' means because the same temperatures are read otherwise; none without a machine."""
-    if machine is None:
+    if machine is None or outputs is None:
         return np.zeros_like(prediction.cells)
-    outputs, course = readouts(network, parts=False), prediction.course
+    course = prediction.course
     rows = np.vstack(
         [outputs.rows[:, : course.T_ends.shape[1]] @ course.T_ends.T, course.readings[len(course.readouts.rows) :]]
     )

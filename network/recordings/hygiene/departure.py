@@ -56,12 +56,13 @@ def _moves_on(values: Array, chance: Array, k: int) -> bool:
 
 
 def _is_shared(others: Array, k: int) -> bool:
-    """Whether more other channels have one of their largest steps at that instant than chance would bring there."""
-    from scipy.stats import poisson
+    """Whether more other channels have one of their largest steps at that instant than chance would bring there: a
+    Poisson number reaches n with the probability P(n, mean), the incomplete gamma function."""
+    from scipy.special import gammainc
 
     steps = np.isfinite(others).sum()
     largest = others < SPARED + 1
-    return bool(poisson.sf(largest[:, k].sum() - 1, len(others) * largest.sum() / max(steps, 1)) < TOGETHER)
+    return bool(gammainc(largest[:, k].sum(), len(others) * largest.sum() / max(steps, 1)) < TOGETHER)
 
 
 def _jump(values: Array, k: int) -> float:
