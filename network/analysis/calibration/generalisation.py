@@ -1,16 +1,17 @@
 """What a calibrated machine leaves of the tool centre point on a run it has not seen, from the runs it was fitted to.
 
-Of run r: θ₋ᵣ from the normal equations without its rows, its own constants η_r from its beginning (as those of any
-held-out run, each channel weighed by its misfit), and what is then left of the rest of it,
+Of run r: θ₋ᵣ of a fit without it (left_out.py), its own constants η_r from its beginning (as those of any held-out run,
+each channel weighed by its misfit), and what is then left of the rest of it,
 
-    e_r = z_r − y(θ̂) − Sθᵀ(θ₋ᵣ − θ̂) − Sηᵀη_r ,   left² = mean over readings of e² − σ²/n − Sθᵀ C Sθ ,
+    e_r = z_r − y(θ₋ᵣ) − Sηᵀη_r ,   left_r: the least with which |e_r| ≤ 1.96 √(left_r² + σ²/n + Sθᵀ C Sθ) for 95 %
 
-linearised about θ̂; σ²/n is the noise of a cell's mean, and the last term, by the numbers' covariance C, stands in the
-band already. A single run is left out quarter by quarter instead. Since e comes of ν = Σ n (1 − ρ)/(1 + ρ) independent
-values only, and one for each part left out at least, left is widened by Student's t over the normal quantile.
-Range: left is a mean over the runs that there were; runs of another kind may leave more. Sources: leave-one-out from
-normal equations: Cook & Weisberg, Residuals and Influence in Regression (1982), ch. 2; blocks of what lasts: Burman,
-Chow & Nolan, Biometrika 81 (1994) 351; ν: Bayley & Hammersley (misfit.py); unverified.
+of its readings; σ²/n is the noise of a cell's mean, and the last term, by the numbers' covariance C, stands in the band
+already. A new run that is one like the others leaves more than all R of them once in R + 1: left is the
+⌈0.95 (R + 1)⌉th of them, and the largest where they are fewer. A single run is left out half by half instead: a misfit
+that lasts is told of a quarter by the quarters beside it.
+Range: runs of another kind may leave more, and of the next run a single one tells little. Sources: conformal prediction
+of groups: Dunn, Wasserman & Ramdas, J. Am. Stat. Assoc. 118 (2023) 2491; blocks of what lasts: Burman, Chow & Nolan,
+Biometrika 81 (1994) 351; unverified.
 """
 
 from __future__ import annotations
@@ -20,22 +21,23 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.special import ndtri, stdtrit
 
 from network.analysis.calibration.calibrated_patch import with_fitted_numbers, with_validity
+from network.analysis.calibration.left_out import linearise_alone, refit_without
 from network.analysis.calibration.linearised import Linearised
 from network.analysis.calibration.measured_means import Measured
-from network.analysis.calibration.misfit import channel_misfits, correlate_neighbours
-from network.analysis.calibration.uncertainty import Uncertainty
+from network.analysis.calibration.misfit import channel_misfits
+from network.analysis.calibration.uncertainty import LEVEL, Uncertainty
 from network.analysis.comparison.run_constants import find_scored_from
 from network.catalogue.declaration.declare import Array, Indices, Mask
 from network.machine.machine import Machine
 from network.machine.validity import Validity
 from network.recordings.extrapolation import find_ranges
 
-BLOCKS = 4
+BLOCKS = 2
 """Parts of a single run that are left out one after the other."""
-HALF = 0.975
+SHARE = 0.95
+"""Of readings, and of runs, that a band is to hold."""
 ROUNDING = 1e-10
 """Added to a correlation, which is a product of rounded ones, before its root is taken."""
 
@@ -67,7 +69,10 @@ def estimate_left(known: Uncertainty) -> dict[str, float]:
     if not any(sensors[n].axis for d in at.problem.data for n in d.run.channels):
         return {}
     for fold in _folds(at.problem.data):
-        left, due = _leave_out(known, fold)
+        found = _leave_out(known, fold)
+        if found is None:
+            continue
+        left, due = found
         data = at.problem.data[fold.run]
         channel = _channel_of_rows(data)
         for i, name in enumerate(data.run.channels):
@@ -100,16 +105,18 @@ def state_validity(machine: Machine, known: Uncertainty) -> Validity:
 
 
 def _pool(several: Sequence[Unseen]) -> float:
-    counts = np.concatenate([u.counts for u in several])
-    excess = np.concatenate([u.left**2 - u.due for u in several])
-    mean = float(counts @ excess / counts.sum())
-    return float(np.sqrt(max(mean, 0.0)) * stdtrit(_count_independent(several), HALF) / ndtri(HALF))
+    """What the fold leaves that a new run exceeds with 1 − SHARE; the most, where folds are fewer than that takes."""
+    ordered = sorted(map(_left_of, several))
+    rank = int(np.ceil(SHARE * (len(ordered) + 1)))
+    return ordered[min(rank, len(ordered)) - 1]
 
 
-def _count_independent(several: Sequence[Unseen]) -> float:
-    """ν of all folds together."""
-    rho = correlate_neighbours(u.left for u in several)
-    return max(sum(len(u.left) for u in several) * (1 - rho) / (1 + rho), float(len(several)))
+def _left_of(fold: Unseen) -> float:
+    """1σ beside what is due with which SHARE of the readings lie inside."""
+    beyond = fold.left**2 / LEVEL**2 - fold.due
+    by = np.argsort(beyond)
+    inside = np.cumsum(fold.counts[by]) / fold.counts.sum()
+    return float(np.sqrt(max(beyond[by][np.searchsorted(inside, SHARE)], 0.0)))
 
 
 def _channel_of_rows(data: Measured) -> Indices:
@@ -130,18 +137,20 @@ def _folds(data: Sequence[Measured]) -> Iterator[Fold]:
             yield Fold(r, block, ~later, block)
 
 
-def _leave_out(known: Uncertainty, fold: Fold) -> tuple[Array, Array]:
+def _leave_out(known: Uncertainty, fold: Fold) -> tuple[Array, Array] | None:
     """Of the cells of a fold's run [SI]: what is left with the numbers of the others, and the variance that the numbers
-    of all leave it."""
-    at = known.at
-    part, whitener = at.rows.slopes.parts[fold.run], at.problem.whiteners[fold.run]
-    at_mean = at.rows.at_mean[at.rows.slopes.blocks[fold.run][0]]
-    base = at_mean - _numbers_without(at, fold, at_mean) @ part.by_theta
+    of all leave it; None where a run runs away."""
+    theta = refit_without(known.at, fold.run, fold.removed)
+    at = None if theta is None else linearise_alone(known.at, fold.run, theta)
+    if at is None:
+        return None
+    (part,), (whitener,) = at.rows.slopes.parts, at.problem.whiteners
     own = np.vstack([part.by_offset, part.by_own])
-    spread = at.stated_prior[1][_columns(at, fold.run)[at.free :]]
-    told, weights = own[:, fold.telling], _weigh_telling(at, fold)
+    mean, spread = (of[at.free :] for of in at.stated_prior)
+    base = at.residual - mean @ own
+    told, weights = own[:, fold.telling], _weigh_telling(known.at, fold)
     eta = np.linalg.solve((told * weights) @ told.T + np.diag(spread**-2), (told * weights) @ base[fold.telling])
-    slopes = whitener.colour(part.by_theta)
+    slopes = whitener.colour(known.at.rows.slopes.parts[fold.run].by_theta)
     return whitener.colour(base - eta @ own), np.einsum("ik,ij,jk->k", slopes, known.theta_covariance, slopes)
 
 
@@ -150,23 +159,3 @@ def _weigh_telling(at: Linearised, fold: Fold) -> Array:
     data, misfit = at.problem.data[fold.run], channel_misfits(at)
     channel = _channel_of_rows(data)[fold.telling]
     return np.asarray(np.array([misfit[n].factor(is_whole=False) for n in data.run.channels])[channel] ** -2.0)
-
-
-def _numbers_without(at: Linearised, fold: Fold, at_mean: Array) -> Array:
-    """How far θ moves where the rows of a fold are not there."""
-    part, columns = at.rows.slopes.parts[fold.run], _columns(at, fold.run)
-    gone = np.vstack([part.by_theta, part.by_offset, part.by_own])[:, fold.removed]
-    precision, gradient = at.precision.copy(), at.gradient.copy()
-    precision[np.ix_(columns, columns)] -= gone @ gone.T
-    gradient[columns] -= gone @ at_mean[fold.removed]
-    moved = np.linalg.solve(precision, gradient)[: at.free]
-    bounds = [(p.low - x, p.high - x) for p, x in zip(at.problem.parameters, at.theta, strict=True)]
-    low, high = np.array(bounds).reshape(-1, 2).T
-    return np.asarray(np.clip(moved, low, high))
-
-
-def _columns(at: Linearised, run: int) -> Indices:
-    """Of θ, the offsets and the own nuisances of a run among all."""
-    slopes = at.rows.slopes
-    own = slopes.blocks[run][1]
-    return np.concatenate([np.arange(slopes.shared), np.arange(own.start, own.stop)])
