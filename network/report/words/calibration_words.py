@@ -118,5 +118,8 @@ def band_lines(c: Calibration) -> Iterator[str]:
     if alone:
         yield f"Along {join_names(alone)} that counts its numbers only: no probe measured it."
     if len(c.data) == 1 and len(alone) < len(axes):
-        yield "What it leaves on other runs is told from parts of a single one; calibrate on several to be surer."
+        yield (
+            "What it leaves on other runs is told from the halves of a single one, and another day may leave far more; "
+            "calibrate on several to be surer."
+        )
     yield from tell_coverage(c.coverage)
