@@ -67,11 +67,14 @@ def test_more_is_looked_for_where_more_than_noise_is_left(of: Any, told: bool) -
 
 
 def test_a_finding_gains_more_than_chance_and_takes_away_what_is_worth_a_name() -> None:
-    before, worth = h(2.0, 100.0), 2.0 * (1 - SETTINGS.worth)
+    before, worth = h(2.0, 100.0, offset_pull=0.0), 2.0 * (1 - SETTINGS.worth)
     for after, told in (
         (h(worth - 0.01, 121), True), (h(worth - 0.01, 119), False), (h(worth + 0.01, 121), False), (h(1, 60), False)
     ):  # fmt: skip
         assert forward_selection._is_gain(before, after, 20.0) is told
+    strained = h(1.0, 100.0, offset_pull=SETTINGS.strained + 0.1)
+    assert forward_selection._is_gain(strained, h(1.0, 121.0, offset_pull=SETTINGS.errors - 0.1), 20.0)
+    assert not forward_selection._is_gain(strained, h(1.0, 121.0, offset_pull=SETTINGS.errors + 0.1), 20.0)
 
 
 def test_scores_count_in_full_only_far_from_an_explanation() -> None:

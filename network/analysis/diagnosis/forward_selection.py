@@ -218,5 +218,7 @@ def _put_first(best: Hypothesis, ranked: Sequence[Hypothesis]) -> tuple[Hypothes
 
 
 def _is_gain(before: Hypothesis, after: Hypothesis, threshold: float) -> bool:
-    """More evidence than chance gives, and a misfit that is worth a name."""
-    return after.evidence - before.evidence > threshold and after.chi < before.chi * (1 - SETTINGS.worth)
+    """More evidence than chance gives, and a misfit that is worth a name, or sensors that are not far off any more."""
+    is_worth = after.chi < before.chi * (1 - SETTINGS.worth)
+    is_relief = before.offset_pull > SETTINGS.strained and after.offset_pull < SETTINGS.errors
+    return after.evidence - before.evidence > threshold and (is_worth or is_relief)
