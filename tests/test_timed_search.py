@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from test_diagnosis import LADDERS, plant, recorded
 
+from network.analysis.diagnosis.candidate_response import respond_to_candidates
 from network.analysis.diagnosis.candidates import candidates
 from network.analysis.diagnosis.hypothesis import Case, fit_hypothesis
 from network.analysis.diagnosis.locate import locate
 from network.analysis.diagnosis.timed_search import search_timed, settle_instants
+from network.engine.response.model import Model
+from network.engine.response.parameters import at_values
 from network.recordings.recording import Column, Recording
 
 PUMP = {"kind": "timed_source", "into": {"column": 1}, "power": "300 W", "period": "47 min", "duration": "9 min",
@@ -28,6 +32,25 @@ def test_pulses_are_found_near_their_instants() -> None:
     told = {path.rpartition(".")[2]: value for path, value in settled.own_values.items()}
     assert settled.chi < 0.15 * h.chi and settled.evidence > begun.evidence
     assert told["period"] == pytest.approx(47 * 60, rel=0.03) and told["power"] == pytest.approx(300, rel=0.3)
+
+
+def test_edges_between_samples_count_as_they_do_in_a_whole_run() -> None:
+    """On 20 s later and off 7 s earlier, with a sample every 20 s: the answers change as those of the machine do."""
+    case = Case(plant(), tuple(recorded(plant(), x, i) for i, x in enumerate(LADDERS)))
+    h = fit_hypothesis(case, case.machine, steps=1)
+    c = next(
+        c for c in candidates(h.machine, case.drivers) if c.kind.kind == "timed_source" and c.places == ("column",)
+    )
+    moved = [
+        dict(zip((p.path for p in c.own), of, strict=True)) for of in ((300, 2820, 540, -2100), (300, 2820, 513, -2080))
+    ]
+    of = h.linearised
+    told = respond_to_candidates([(c, h.values | own) for own in moved], of.problem.data, of.predictions)
+    runs = [Model(at_values(c.machine, h.values | own), (), [d.run for d in of.problem.data]) for own in moved]
+    whole = [np.concatenate([p.cells for p in run.predict(np.empty(0))]) for run in runs]
+    assert told[0] is not None and told[1] is not None
+    change, expected = told[1] - told[0], whole[1] - whole[0]
+    assert np.abs(change - expected).max() < 0.2 * np.abs(expected).max()
 
 
 def thinned(run: Recording, every: int) -> Recording:

@@ -37,6 +37,8 @@ UNREAD = ("links", "sources", "nodes")
 """Sections of entries that leave alone what is read where."""
 AT_ONCE = 64
 """Candidates that are answered together."""
+INSTANTS = (np.arange(8) + 0.5) / 8
+"""Shares of an interval at which heat by the clock is looked at: its edges count to an eighth of a sample."""
 NOTHING = 1e-9
 """W below which a lump gets no further heat."""
 
@@ -165,7 +167,8 @@ def _find_heat(
         return None
     outputs = None if entries.seen is None else readouts(now, parts=False)
     seen = np.concatenate([_change_readings(entries.seen, outputs, p) for p in runs.predictions])
-    return _Heat([_further(now, entries.changed, c) for c in runs.courses], seen)
+    instants = INSTANTS.tolist() if candidate.is_timed else []
+    return _Heat([_further(now, entries.changed, c, instants) for c in runs.courses], seen)
 
 
 def _is_alike(network: Network, course: LinearRun) -> bool:
@@ -177,12 +180,16 @@ def _is_alike(network: Network, course: LinearRun) -> bool:
     return lumps and held and network.size - own.size == len(network.held) - len(own.held)
 
 
-def _further(now: Network, changed: Sequence[str], course: LinearRun) -> Push | None:
-    """The heat of the changed entries that flows now and did not before; None where that is none."""
+def _further(now: Network, changed: Sequence[str], course: LinearRun, instants: Sequence[float]) -> Push | None:
+    """The heat of the changed entries that flows now and did not before; None where that is none. instants: within
+    each interval, for heat that goes on and off between its ends and counts by its mean; else it goes straight."""
     before, K = course.problem.plan.network, len(course.x0)
     T = np.hstack([course.T_ends, _stack_new_held(now, before, course)])
-    into = heat_balance(now, T, course.inputs, np.zeros((2 * K, 0))).into[:, : before.size]
-    heat = into - _heat_before(course, changed)
+    start, end = np.split(course.inputs["time"], 2)
+    times = [np.concatenate([start + share * (end - start)] * 2) for share in instants] or [course.inputs["time"]]
+    told = [heat_balance(now, T, {**course.inputs, "time": t}, np.zeros((2 * K, 0))).into[:, : before.size]
+            for t in times]  # fmt: skip
+    heat = np.mean(told, axis=0) - _heat_before(course, changed)
     lumps = np.flatnonzero(np.abs(heat).max(axis=0) > NOTHING)
     lumps = lumps[np.isin(lumps, np.concatenate([before.free, before.massless]))]
     return Push(lumps, heat[:K, lumps], heat[K:, lumps]) if len(lumps) else None

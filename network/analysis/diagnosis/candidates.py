@@ -74,8 +74,8 @@ class Candidate:
 
     @property
     def is_signed(self) -> bool:
-        """Whether its strength may be negative."""
-        return self.own[0].field.may_be_negative
+        """Whether its strength may be negative; of what acts by the clock not, for that is heat in its pauses."""
+        return self.own[0].field.may_be_negative and not self.is_timed
 
     @cached_property
     def switches(self) -> bool:
