@@ -288,16 +288,24 @@ def test_the_verdict(
 
 
 def test_what_simulated_runs_refute_is_taken_back_step_by_step(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The last finding first, then all, then finer lumps; at once where the time is up; nothing twice."""
+    """The last finding first, then all, then finer lumps; at once where the time is up; nothing twice, and with all the
+    time it takes."""
     monkeypatch.setattr(verdict, "replace", lambda of, **new: bare(**{**vars(of), **new}))
     monkeypatch.setattr(verdict, "fit_findings", lambda case, root, found, values: h(found=found, case=case))
     monkeypatch.setattr(verdict, "reweight", lambda case, of: of)
     written, null = h(name="written"), h(name="null")
-    best = h(found=("a", "b", "c"), case=bare(), root=None, values={})
+    best = h(found=("a", "b", "c"), case=bare(budget="is over"), root=None, values={})
     search = bare(
-        best=best, selection=bare(best=best, gains=(3, 2, 1)), ended=False, null=null, written=written, fault=None
+        case=bare(budget="has no end"),
+        best=best,
+        selection=bare(best=best, gains=(3, 2, 1)),
+        ended=False,
+        null=null,
+        written=written,
+        fault=None,
     )
     tried = [each.selection for each in verdict._list_retreats(search)]
+    assert [t.best.case.budget for t in tried[:2]] == ["has no end"] * 2
     assert [t.best.found for t in tried[:2]] == [("a", "b"), ("a",)] and [t.gains for t in tried[:2]] == [(3, 2), (3,)]
     assert [t.best for t in tried[2:]] == [null, written]
     search.ended = True

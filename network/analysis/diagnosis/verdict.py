@@ -114,8 +114,9 @@ def _withdraw_refuted(
 def _list_retreats(search: Search) -> Iterator[Search]:
     """The search with ever less of what it found, to the machine as written; at once where the time is up."""
     best, chosen = search.best, search.selection
+    case = replace(best.case, budget=search.case.budget)
     for count in range(0 if search.ended else len(best.found) - 1, 0, -1):
-        fewer = fit_findings(best.case, best.root, best.found[:count], best.values)
+        fewer = fit_findings(case, best.root, best.found[:count], best.values)
         if fewer is not None:
             yield replace(search, selection=replace(chosen, best=fewer, gains=chosen.gains[:count]))
     for rest in (search.null, search.written):
