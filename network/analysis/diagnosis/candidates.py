@@ -74,8 +74,8 @@ class Candidate:
 
     @property
     def is_signed(self) -> bool:
-        """Whether its strength may be negative; of what acts by the clock not, for that is heat in its pauses."""
-        return self.own[0].field.may_be_negative and not self.is_timed
+        """Whether its strength may be negative; heat not, for what takes heat away has kinds of its own."""
+        return self.own[0].field.may_be_negative and self.own[0].field.unit != "W"
 
     @cached_property
     def switches(self) -> bool:
