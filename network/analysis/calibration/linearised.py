@@ -115,10 +115,13 @@ class Linearised(Brief):
 
         At the least of J that is r, whose way along S is what the priors of bent numbers hold back.
         """
+        return np.asarray(self.left - np.linalg.solve(self.precision, self.pull) @ self.slopes)
+
+    @property
+    def pull(self) -> Array:
+        """−½ ∂J/∂(θ, η) at θ and the most probable η: what still draws the numbers."""
         mean, spread = self.problem.prior
-        at = np.concatenate([self.theta, self.eta])
-        step = np.linalg.solve(self.precision, self.slopes @ self.left + (mean - at) / spread**2)
-        return np.asarray(self.left - step @ self.slopes)
+        return np.asarray(self.slopes @ self.left + (mean - np.concatenate([self.theta, self.eta])) / spread**2)
 
     @cached_property
     def cost(self) -> float:

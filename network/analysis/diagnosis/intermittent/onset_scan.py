@@ -77,8 +77,7 @@ class OnsetScan:
         self.chi = max(1.0, chi_of(at) if chi is None else chi)
         self.at = at = at.temper(1.0, self.chi)
         self.covariance = at.covariance
-        mean, spread = at.problem.prior
-        self.pull = at.slopes @ at.left + (mean - np.concatenate([at.theta, at.eta])) / spread**2
+        self.pull = at.pull
 
     def best(self) -> list[Onset]:
         """The best of every run, channel and shape, the best first."""
