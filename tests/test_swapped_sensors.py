@@ -143,6 +143,6 @@ def test_what_a_run_that_was_not_seen_refutes_is_not_told() -> None:
 
 
 @pytest.mark.parametrize(("kind", "is_looked_for"), [("sensor_swap", True), ("displacement_step", True),
-                                                     ("clock_shift", False)])  # fmt: skip
+                                                     ("clock_shift", True), ("pi_cooling", False)])  # fmt: skip
 def test_the_catalogue_says_whether_a_diagnosis_looks_for_it(kind: str, is_looked_for: bool) -> None:
     assert ("A diagnosis does not look for it." in catalogue_page(kind)) is not is_looked_for

@@ -8,4 +8,13 @@ def sentence(words: str) -> str:
 
 def join_either(names: list[str]) -> str:
     """a; a or b; a, b or c."""
-    return " or ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+    return _join(names, " or ")
+
+
+def join_all(names: list[str]) -> str:
+    """a; a and b; a, b and c."""
+    return _join(names, " and ")
+
+
+def _join(names: list[str], last: str) -> str:
+    return last.join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)

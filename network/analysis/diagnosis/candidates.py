@@ -33,9 +33,9 @@ from network.platform.refusal import Refused
 
 STRETCHES = ((0.0, 0.25), (0.25, 0.5), (0.5, 0.75), (0.75, 1.0))
 """Of a bar, in shares of its length, at which a candidate is looked at besides."""
-AROUND = 2.0
-"""Prior 1σ that the temperature of surroundings that a proposal brings may be off: farther, and a place that keeps its
-temperature is only a way to write any heat."""
+AROUND = 3.0
+"""Times as far from the machine's as other temperatures (prior 1σ) that of surroundings that a proposal brings may be:
+a floor, an oven, a wall in the sun; and how many of these 1σ it goes at most."""
 
 
 NO_RUNS = Runs()
@@ -239,9 +239,7 @@ def _own(machine: Machine, path: NumberPath, field: ParamField, is_strength: boo
     if isinstance(field, ManyUnitsField):
         field = parameter(machine, path).field
     if field.unit == "degC":
-        own = parameter(machine, path, Number(value, "normal", SETTINGS.degrees))
-        far = AROUND * SETTINGS.degrees
-        return replace(own, low=value - far, high=value + far) if path.entry.section == "nodes" else own
+        return _own_degrees(machine, path, value)
     if value <= 0 or field.may_be_negative:
         size = max(abs(value), abs(field.proposal()))
         return parameter(machine, path, Number(value, "normal", SETTINGS.signed * size))
@@ -249,6 +247,15 @@ def _own(machine: Machine, path: NumberPath, field: ParamField, is_strength: boo
         return parameter(machine, path, Number(value, "log", SETTINGS.strength))
     has_default = isinstance(field.default, int | float)
     return parameter(machine, path, Number(value, "log", SETTINGS.exponent if has_default else SETTINGS.shape))
+
+
+def _own_degrees(machine: Machine, path: NumberPath, value: float) -> Parameter:
+    """A temperature that a proposal brings: of surroundings, or at which something switches."""
+    if path.entry.section != "nodes":
+        return parameter(machine, path, Number(value, "normal", SETTINGS.degrees))
+    spread = AROUND * SETTINGS.degrees
+    own = parameter(machine, path, Number(value, "normal", spread))
+    return replace(own, low=value - AROUND * spread, high=value + AROUND * spread)
 
 
 def _value(machine: Machine, path: NumberPath, field: ParamField) -> float:

@@ -14,10 +14,12 @@ SETTLING = 6 * 3600.0
 
 
 class Foundation(Suspect, kind="foundation"):
-    """A path to a floor that keeps its own temperature: Q = G (T − T_floor), T_floor constant.
+    """A path to a floor, wall or neighbour that keeps its own temperature: Q = G (T − T_floor), T_floor constant.
 
     The floor counts as a held node, at the machine's reference unless told otherwise: valid for hours, while a slab of
-    concrete hardly moves. It looks like a larger loss to air whose temperature does not move with the air's.
+    concrete hardly moves. It looks like a larger loss to air whose temperature does not move with the air's; what is
+    only seen, an oven or a wall in the sun, has G = 4 ε A σ T_m³ about the mean T_m of both (Stefan–Boltzmann law: to
+    0.3 % for differences up to 30 K, and 1 % for each K of T_m).
     """
 
     host = place("the part that stands on the floor")
@@ -25,7 +27,7 @@ class Foundation(Suspect, kind="foundation"):
     conductance = param("W/K", 0, 1e5, "conductance into the floor", typical=10)
     strength = "conductance"
     shapes = ("temperature",)
-    sentence = "{host} loses heat into a floor of {temperature}, at {conductance}"
+    sentence = "{host} exchanges heat with something that keeps {temperature}, like a floor or a wall, at {conductance}"
 
     def patch(self, machine: MachineLike) -> Mapping[str, Any]:
         floor = fresh("foundation", machine.nodes)
