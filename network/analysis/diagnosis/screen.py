@@ -31,7 +31,7 @@ LIKELY, RESIZED = 0.1, 8
 """Share of the best gain at the usual size from which such a candidate is tried at other sizes, and how many are."""
 SHOWS = 1.0
 """Nats of a linear score from which a candidate is looked at."""
-OFF = (-1.0, 0.0, 1.0)
+OFF = (-3.0, -1.0, -0.3, 0.0, 0.3, 1.0, 3.0)
 """Prior 1σ by which a temperature that a candidate brings is moved."""
 LEAST = 0.02
 """Multiple of the typical strength that a fit begins from at least."""
@@ -128,7 +128,7 @@ def _score(
 def _variants(c: Candidate, sizes: Sequence[float]) -> Iterator[tuple[float, dict[str, float]]]:
     """The numbers at which a candidate is looked at, each with the multiple of the typical strength. More than one size
     where it brings states of its own, for its answer is not proportional to its strength then; temperatures that it
-    brings at the middle of their priors and 1σ off, for they say which way its heat flows."""
+    brings in the middle of their priors and up to 3σ off, for they say which way its heat flows."""
     warm = [p for p in c.own[1:] if p.field.unit == "degC"]
     sized = [p for p in c.own if p.is_log][:SIZED] if _brings_states(c) else []
     for off in OFF if warm else (0.0,):
