@@ -7,8 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
+import numpy as np
+
+from network.analysis.calibration.calibrated_patch import with_fitted_numbers
 from network.analysis.calibration.estimated_constants import Numbers
 from network.analysis.calibration.gauss_newton import make_problem
 from network.analysis.calibration.generalisation import with_numbers
@@ -17,7 +20,7 @@ from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.misfit import channel_misfits, chi_of
 from network.analysis.calibration.multistart import Found, best_start
 from network.analysis.calibration.robust_fit import Fit, fit_robustly
-from network.analysis.calibration.uncertainty import Uncertainty, uncertainty
+from network.analysis.calibration.uncertainty import Uncertainty, uncertainty, uncertainty_by_curvature
 from network.analysis.calibration.unit_mistakes import misread
 from network.analysis.comparison.compare import compare
 from network.engine.response.parameters import Parameter, at_prior_centres, values_at
@@ -30,15 +33,28 @@ from network.recordings.inputs import Start
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Null(Brief):
-    """machine: with value ± standard error for each number, and how far it holds; original: as given; found: beginnings
-    tried; fit: the minimum; known: its uncertainty."""
+    """original: the machine as given; found: beginnings tried; fit: the minimum."""
 
-    machine: Machine
     original: Machine
     parameters: tuple[Parameter, ...]
     found: Found
     fit: Fit
-    known: Uncertainty
+
+    @cached_property
+    def known(self) -> Uncertainty:
+        """How well each number is known, by profiles."""
+        return uncertainty(self.fit.at)
+
+    @cached_property
+    def fitted(self) -> Machine:
+        """With value ± standard error for each number."""
+        std = np.minimum(uncertainty_by_curvature(self.fit.at).std, [p.spread for p in self.parameters])
+        return with_fitted_numbers(self.original, self.parameters, self.fit.at.theta, std)
+
+    @cached_property
+    def machine(self) -> Machine:
+        """The same, with how far it holds, which takes fits that leave runs out."""
+        return with_numbers(self.original, uncertainty_by_curvature(self.fit.at))
 
     @property
     def values(self) -> dict[str, float]:
@@ -48,7 +64,7 @@ class Null(Brief):
     def numbers(self, start: Start | None) -> Numbers:
         """What runs are compared with."""
         misfit = channel_misfits(self.fit.at)
-        return Numbers(self.machine, self.original, self.parameters, self.fit.at.theta, start, misfit)
+        return Numbers(self.fitted, self.original, self.parameters, self.fit.at.theta, start, misfit)
 
 
 def estimate_null(
@@ -72,6 +88,4 @@ def estimate_null(
     say(tell, f"{chi_of(found.at):.3g} σ left; weighing readings, finding their noise")
     fit = fit_robustly(problem.offsets, found.at, is_late)
     tell(0.9)
-    say(tell, f"{chi_of(fit.at):.3g} σ left; how well each number is known")
-    known = uncertainty(fit.at)
-    return Null(with_numbers(machine, known), machine, parameters, found, fit, known)
+    return Null(machine, parameters, found, fit)

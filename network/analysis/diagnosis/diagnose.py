@@ -13,6 +13,7 @@ from network.analysis.diagnosis.holdout_admission import admit_runs
 from network.analysis.diagnosis.hypothesis import Case
 from network.analysis.diagnosis.result import Diagnosis
 from network.analysis.diagnosis.search import last_of, search
+from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.time_budget import TimeBudget
 from network.analysis.diagnosis.verdict import conclude
 from network.engine.response.parameters import free_parameters
@@ -48,7 +49,7 @@ def diagnose(
         case = Case(machine, let_in.recordings, start, budget=budget)
         say(tell, f"{chi_of(null.fit.at):.3g} σ left; looking for what is missing")
         found = last_of(search(case, null, seed, jobs, tell), budget)
-        apart = find_disagreements(null)
+        apart = find_disagreements(null) if found.best.chi > SETTINGS.adequate else ()
         say(tell, "judging what was found, also on what was held out")
         left = 1 if found.ended == "stopped" else jobs  # a stop ends the other processes
         told = conclude(found, let_in.holdout, (*let_in.warnings, *describe_disagreements(apart)), seed, left)

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import product
 
 import numpy as np
 
@@ -23,8 +22,8 @@ from network.engine.response.parameters import Parameter
 
 MOST = 30.0
 """Multiples of the typical strength that the linear score may suppose."""
-SCALES = (0.25, 1.0, 4.0)
-"""Multiples of the typical strength tried where the answer is not one of heat alone."""
+SCALES = (0.25, 4.0)
+"""Multiples of the usual size tried where the answer is not one of heat alone."""
 SIZED = 2
 """Numbers of such a candidate that are tried so."""
 LIKELY, RESIZED = 0.1, 8
@@ -76,15 +75,17 @@ def screen(
 def score_candidates(
     fit: Linearised, candidates: Sequence[Candidate], values: Mapping[str, float], jobs: int = 1
 ) -> list[Score]:
-    """The same of candidates as they are: all at their usual sizes, then the likely ones at others too."""
-    able = _able(candidates)
-    usual = [(c, *variant) for c in able for variant in _variants(c, (1.0,))]
-    first = score_variants(fit, usual, values, jobs)
-    least = max(SHOWS, LIKELY * first[0].gain) if first else 0.0
-    sized = [s.candidate for s in first if s.gain >= least and _brings_states(s.candidate)][:RESIZED]
-    other = [(c, *v) for c in sized for v in _variants(c, SCALES) if v not in [*_variants(c, (1.0,))]]
-    more = score_variants(fit, other, values, jobs)
-    best = {s.candidate.key: s for s in sorted([*first, *more], key=lambda s: s.gain)}
+    """The same of candidates as they are: all at their usual sizes, then one number after the other of the likely ones
+    that bring states at others."""
+    usual = [(c, *variant) for c in _able(candidates) for variant in _list_usual(c)]
+    best = {s.candidate.key: s for s in score_variants(fit, usual, values, jobs)}
+    ranked = sorted(best.values(), key=lambda s: -s.gain)
+    least = max(SHOWS, LIKELY * ranked[0].gain) if ranked else 0.0
+    likely = [s.candidate.key for s in ranked if s.gain >= least and _brings_states(s.candidate)][:RESIZED]
+    for number in range(SIZED):
+        sized = [(best[key].candidate, *variant) for key in likely for variant in _resize(best[key], number)]
+        for s in score_variants(fit, sized, values, jobs):
+            best[s.candidate.key] = max(s, best[s.candidate.key], key=lambda each: each.gain)
     return sorted(best.values(), key=lambda s: -s.gain)
 
 
@@ -125,17 +126,22 @@ def _score(
     return Score(candidate, (a * g - a * a * kappa / 2) / chi2, a * scale, np.sqrt(kappa), M_d, numbers)
 
 
-def _variants(c: Candidate, sizes: Sequence[float]) -> Iterator[tuple[float, dict[str, float]]]:
-    """The numbers at which a candidate is looked at, each with the multiple of the typical strength. More than one size
-    where it brings states of its own, for its answer is not proportional to its strength then; temperatures that it
-    brings in the middle of their priors and up to 3σ off, for they say which way its heat flows."""
+def _list_usual(c: Candidate) -> Iterator[tuple[float, dict[str, float]]]:
+    """The numbers at which a candidate is looked at, each with the multiple of the typical strength: the usual ones,
+    and temperatures that it brings up to 3σ off the middle of their priors, for they say which way its heat flows."""
     warm = [p for p in c.own[1:] if p.field.unit == "degC"]
-    sized = [p for p in c.own if p.is_log][:SIZED] if _brings_states(c) else []
     for off in OFF if warm else (0.0,):
-        own = {**c.usual, **{p.path: p.value(p.centre + off * p.spread) for p in warm}}
-        for scales in product(sizes, repeat=len(sized)):
-            scaled = {p.path: _within(p, own[p.path] * x) for p, x in zip(sized, scales, strict=True)}
-            yield scaled.get(c.own[0].path, own[c.own[0].path]) / own[c.own[0].path], {**own, **scaled}
+        yield 1.0, {**c.usual, **{p.path: p.value(p.centre + off * p.spread) for p in warm}}
+
+
+def _resize(s: Score, number: int) -> Iterator[tuple[float, dict[str, float]]]:
+    """The same with one of the numbers at other sizes than it was found at: where a candidate brings states of its own
+    its answer is not proportional to its strength."""
+    first, sized = s.candidate.own[0], [p for p in s.candidate.own if p.is_log]
+    for p in sized[number : number + 1]:
+        for x in SCALES:
+            own = {**s.own, p.path: _within(p, s.own[p.path] * x)}
+            yield own[first.path] / s.candidate.usual[first.path], own
 
 
 def _within(p: Parameter, value: float) -> float:

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[str], seed: int, jobs: int) -> Diagnosis:
     """The diagnosis that a search amounts to."""
     search = replace(search, case=replace(search.case, budget=TimeBudget()))
-    before = search.calibrated.machine
+    before = search.calibrated.fitted
     search, after, fits, refuted = _withdraw_refuted(search, before, holdout, jobs)
     finer_gain = search.null.evidence - search.written.evidence
     is_told = _is_finer(search) and finer_gain > search.threshold
@@ -56,6 +56,8 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     told = [*map(_as_sentence, refuted), *_notes(search), *(u.sentence for u in unsearched)]
     told += list(_tell_unseen(fits)) if doubt and not findings else []
     notes = (*warnings, *told, *([known.sentence] if known.sentence else ()))
+    if after is before:
+        before = after = search.calibrated.machine
     return Diagnosis(
         search.given.machine, before, after, verdict, tuple(findings), _channels(fits), _trace_first(search), fits,
         tuple(list_rivals(search.steps[0], search.befores[0]) if search.steps else ()), notes, advice,

@@ -111,7 +111,7 @@ def find_onset_fault(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[On
     faults = [_make_fault(steps, o) for o in seen]
     clear = [f for f in faults if f.is_clear]
     other = [f for f in faults if not f.is_clear and f.onset.since > PER_WINDOW and _may_mend(h, f.onset)][:1]
-    groups = (clear[:CONFIRMED], (f for f in other if rival_gain() < f.gain and _lies_at(h, f.channel)))
+    groups = (clear[:CONFIRMED], (f for f in other if _lies_at(h, f.channel) and rival_gain() < f.gain))
     return next((pair for group in groups if (pair := _confirm_best(h, group)) is not None), None)
 
 
