@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from network.analysis.diagnosis.candidates import Candidate
-from network.analysis.diagnosis.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypothesis import Hypothesis, reweight
 from network.analysis.diagnosis.invariants import doubt_search, list_doubts
-from network.analysis.diagnosis.locate import locate, trace
+from network.analysis.diagnosis.locate import explain_unknown, locate, trace
 from network.analysis.diagnosis.ranking import distinct, shares
 from network.analysis.diagnosis.result import UNKNOWN, Finding, Quantity, Rival, UnknownHeat
 from network.analysis.diagnosis.settings import SETTINGS
@@ -133,10 +133,21 @@ def _sentence(h: Hypothesis, c: Candidate, after: Machine) -> str:
     return f"{sentence(c.kind.told(after, c.patch))} ({first.field.key.replace('_', ' ')} ± {std})."
 
 
-def find_unknown(search: Search) -> Finding:
-    """What no kind explains: its place, its shape and its size."""
-    about = search.best if search.best.found else search.null
-    left = locate(about.linearised, about.machine) if search.best.found else search.located
+def is_shadow(search: Search) -> bool:
+    """Whether unknown heat at one place, where the first finding does not sit, explains more than all that was found:
+    what was found may then only be bent to it."""
+    best, first = search.best, search.best.found[:1]
+    top = search.located[0]
+    if top.is_offset or any({*top.at.nodes} & {*c.places} for c in first):
+        return False
+    null = reweight(best.case, search.null)
+    return explain_unknown(null.linearised, top) > best.evidence - null.evidence
+
+
+def find_unknown(search: Search, alone: bool = False) -> Finding:
+    """What no kind explains: its place, its shape and its size; alone: with nothing of what was found beside it."""
+    about = search.null if alone or not search.best.found else search.best
+    left = search.located if about is search.null else locate(about.linearised, about.machine)
     top = left[0]
     name, size = size_of_unknown(about.machine, top)
     what = f"an unknown {name} of {format_amount(size.value, size.unit)} (rms)"

@@ -99,10 +99,17 @@ def _at_cells(data: Measured, prediction: Prediction, t: Array) -> Array:
     return np.stack([np.interp(data.centres, t, row) for row in np.eye(len(t))])
 
 
-def _explain_place(fit: Linearised, place: _Place, knots: list[Array]) -> UnknownHeat:
-    """The unknown heat of one place at its best size and correlation time."""
+def explain_unknown(fit: Linearised, of: UnknownHeat) -> float:
+    """Log evidence [nats] that unknown heat at a place gains, where nothing but noise is left beside it."""
+    knots = [heat_knots(d, KNOTS) for d in fit.problem.data]
+    return _explain_place(fit, _place(fit, of.at, knots), knots, 1.0).gain
+
+
+def _explain_place(fit: Linearised, place: _Place, knots: list[Array], scale: float | None = None) -> UnknownHeat:
+    """The unknown heat of one place at its best size and correlation time; scale: χ² that is left beside it, by
+    default what is left without it."""
     H, g = fit.weigh_runs(place.answers)
-    scale = max(1.0, float(np.mean(fit.left**2)))
+    scale = max(1.0, float(np.mean(fit.left**2))) if scale is None else scale
     unit = 1 / np.sqrt(max(float(np.diag(H).max()), 1e-300))
     gain, f, std = _explain_best(H / scale, g / scale, knots, [size * unit for size in SIZES])
     cuts = np.cumsum([len(t) for t in knots])[:-1]

@@ -15,7 +15,7 @@ from network.analysis.calibration.uncertainty import uncertainty_by_curvature
 from network.analysis.comparison.compare import Comparison, RecordingResidual
 from network.analysis.diagnosis.compact_fit import expand
 from network.analysis.diagnosis.experiments.advice import experiments
-from network.analysis.diagnosis.findings import find_unknown, list_findings, list_rivals
+from network.analysis.diagnosis.findings import find_unknown, is_shadow, list_findings, list_rivals
 from network.analysis.diagnosis.hypothesis import Hypothesis, fit_findings, reweight, state
 from network.analysis.diagnosis.invariants import doubt_unseen, list_refutations
 from network.analysis.diagnosis.isolability import isolability
@@ -156,14 +156,16 @@ def _decide_verdict(
     search: Search, findings: list[Finding], coarse: Finding | None, is_refuted: bool
 ) -> tuple[list[Finding], str]:
     """Findings and verdict. What holds on unseen runs is told, as a part of the truth where much is left; before it,
-    what has no name, where that is more or the names are less likely than not."""
+    what has no name, where that is more, the names are less likely than not, or heat at one place alone explains more
+    than they do."""
     best, cut = search.best, [coarse] if coarse else []
     is_left = best.chi > SETTINGS.doubtful and bool(search.located)
     if findings:
         holds = search.selection.explained if search.selection.is_checked else 1.0
         is_more = is_left and min(holds, max(f.confidence for f in findings)) < SETTINGS.half
-        only_sensors = not is_more and all(f.channels for f in findings)
-        told = [*([find_unknown(search)] if is_more else []), *findings, *cut]
+        is_bent = is_left and search.fault is None and is_shadow(search)
+        only_sensors = not (is_more or is_bent) and all(f.channels for f in findings)
+        told = [*([find_unknown(search, is_bent)] if is_more or is_bent else []), *findings, *cut]
         return told, "sensor_fault" if only_sensors else "missing_physics"
     if is_left or (is_refuted and best.chi > SETTINGS.adequate and search.located):
         return [*cut, find_unknown(search)], "unexplained"
