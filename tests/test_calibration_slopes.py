@@ -10,7 +10,9 @@ from fit_networks import RADIATES, STEEL, cooler, machines
 from fits import ANOTHER, USUAL, problem_of, recorded, speeds, two_blocks
 from scipy.linalg import block_diag
 
-from network.analysis.calibration.gauss_newton import linearise, minimise
+from network.analysis.calibration.gauss_newton import linearise, make_problem, minimise
+from network.analysis.calibration.linearised import weigh_anew
+from network.analysis.calibration.noise import Noise
 from network.analysis.calibration.projector import Projector
 from network.engine.assembly import build
 from network.engine.balance import affine_matrix
@@ -195,6 +197,21 @@ def test_the_linearised_gradient_is_that_of_the_cost():
             costs.append(linearise(problem, there).cost)
         by_difference = -0.5 * (costs[0] - costs[1]) / 2e-4
         assert by_difference == pytest.approx(gradient[j], rel=0.02, abs=0.02 * np.abs(gradient).max())
+
+
+def test_under_another_noise_a_fit_is_what_it_is_found_anew():
+    machine = two_blocks()
+    problem = problem_of(machine, *(recorded(machine, speeds(*s), 1) for s in (USUAL, ANOTHER)))
+    noise = Noise({"T_motor": (0.03, 900.0)})
+    other = make_problem(machine, problem.parameters, [replace(d, sigma={**d.sigma, "dz": 1e-6}) for d in problem.data],
+                         noise)  # fmt: skip
+    assert other.follows(problem) and not other.follows(replace(problem, data=problem.data[:1]))
+    at, theta = linearise(problem, centres(problem.parameters) + 0.03), centres(problem.parameters) + 0.03
+    told, anew = weigh_anew(at, other), linearise(other, theta)
+    assert np.allclose(told.slopes, anew.slopes, rtol=1e-9, atol=1e-9) and np.allclose(told.residual, anew.residual)
+    assert told.log_evidence == pytest.approx(anew.log_evidence, rel=1e-9)
+    bare = weigh_anew(linearise(replace(problem, offsets=()), theta), other)
+    assert np.allclose(bare.slopes, anew.slopes, rtol=1e-9, atol=1e-9)
 
 
 def test_folding_the_runs_gives_what_the_whole_matrix_gives():

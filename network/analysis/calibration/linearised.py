@@ -188,6 +188,19 @@ def with_slopes(
     return Linearised(problem, theta, predictions, rows, None, made_at)
 
 
+def weigh_anew(at: Linearised, problem: Problem) -> Linearised:
+    """The same in a problem of the same runs under another noise; no run is followed again for that."""
+    mean, before, parts = problem.prior[0], at.rows.slopes, []
+    for old, new, offsets, part in zip(
+        at.problem.whiteners, problem.whiteners, problem.by_offset, before.parts, strict=True
+    ):
+        by_theta, by_own = (new.again(old.colour(rows)) for rows in (part.by_theta, part.by_own))
+        parts.append(Part(by_theta, OwnPart(offsets, by_own)))
+    slopes = Slopes(tuple(parts), at.free, at.free + len(problem.offsets), len(mean))
+    rows = Rows(slopes, residual_of(problem, at.predictions), mean[at.free :])
+    return Linearised(problem, at.theta, at.predictions, rows, at.made_at, at.eta_made_at)
+
+
 def list_mean_slopes(
     problem: Problem, theta: Array, predictions: tuple[Prediction, ...], is_whole: bool = True
 ) -> list[Array]:

@@ -78,6 +78,11 @@ class Problem(Brief):
         other.__dict__["by_offset"] = self.by_offset
         return other
 
+    def follows(self, other: Problem) -> bool:
+        """Whether it is of the same runs, linear about the same constants, if of the same machine."""
+        runs = [[(id(d.recording), d.point) for d in problem.data] for problem in (self, other)]
+        return runs[0] == runs[1]
+
     @property
     def log_determinant(self) -> float:
         return sum(w.log_determinant for w in self.whiteners)

@@ -51,7 +51,7 @@ def build_surrogate(fine: Hypothesis) -> Hypothesis:
     for machine, found in _list_coarser(fine):
         try:
             coarse = replace(fine, machine=machine, found=found)
-            lack = correction_of(coarse, fine.machine)
+            lack = correction_of(coarse, fine)
             told = _fit_until_steady(coarse, lack, fine) if _rms(fine, lack) <= most else None
             if told is not None:
                 return told
@@ -65,7 +65,7 @@ def _fit_until_steady(coarse: Hypothesis, lack: Sequence[Array], fine: Hypothesi
     has followed the lumps and not the machine."""
     for _ in range(AGAIN):
         coarse, before = _fit_with_correction(coarse, lack), lack
-        lack = correction_of(coarse, fine.machine)
+        lack = correction_of(coarse, fine)
         moved = _rms(fine, [x - y for x, y in zip(lack, before, strict=True)]) / max(1.0, fine.chi)
         if moved < MOVED or moved > HOPELESS:
             return coarse if moved < MOVED else None
@@ -109,15 +109,17 @@ def _fit_with_correction(coarse: Hypothesis, lack: Sequence[Array]) -> Hypothesi
     return fit_hypothesis(case, coarse.machine, coarse.found, coarse.own, coarse.values, steps=STEPS)
 
 
-def correction_of(coarse: Hypothesis, finer: Machine) -> tuple[Array, ...]:
-    """Means of all runs on finer lumps less those on the coarse ones, at the same numbers. Raises Failed where the
-    machines do not have the same numbers."""
+def correction_of(coarse: Hypothesis, finer: Hypothesis) -> tuple[Array, ...]:
+    """Means of all runs on finer lumps less those on the coarse ones, at the numbers of their fit, which is of one of
+    both and has its own already. Raises Failed where the machines do not have the same numbers."""
     parameters, theta = coarse.fit.problem.parameters, coarse.fit.theta
     runs = [d.run for d in coarse.fit.problem.data]
     if any([p.path for p in parameters_of(m, coarse.own)] != [p.path for p in parameters]
-           for m in (coarse.machine, finer)):  # fmt: skip
+           for m in (coarse.machine, finer.machine)):  # fmt: skip
         raise Failed("the coarser machine has other numbers")
-    there, here = (Model(m, parameters, runs).predict(theta) for m in (finer, coarse.machine))
+    other = coarse.machine if coarse.fit is finer.fit else finer.machine
+    told = Model(other, parameters, runs).predict(theta)
+    there, here = (finer.predictions, told) if other is coarse.machine else (told, coarse.predictions)
     return tuple(f.cells - c.cells for f, c in zip(there, here, strict=True))
 
 

@@ -36,6 +36,6 @@ def fit_or_none(
 ) -> Hypothesis | None:  # fmt: skip
     """Findings, each laid over those before it, fitted a few steps from some numbers; None where they run away."""
     try:
-        return compact(fit_hypothesis(case, found[-1].machine, found, own, start, steps=steps))
+        return fit_hypothesis(case, found[-1].machine, found, own, start, steps=steps)
     except (Failed, np.linalg.LinAlgError):
         return None

@@ -185,14 +185,8 @@ def _accept_best(
     best = _best_on_lumps(current, before, rivals, jobs)
     if best is None or not _is_gain(current, best, threshold):
         return None
-    best = restart_from_starts(_settle(best), jobs)
+    best = restart_from_starts(settle_instants(best), jobs)
     return refine_until_converged(best.case, best, jobs)
-
-
-def _settle(h: Hypothesis) -> Hypothesis:
-    """With its instants where they explain most, if it has some, and its runs."""
-    settled = settle_instants(h)
-    return h if settled is h else reweight(settled.case, settled)
 
 
 def _best_on_lumps(
@@ -209,7 +203,7 @@ def _best_on_lumps(
 
 def _fit_on_lumps(case: Case, root: Machine, first: Hypothesis, h: Hypothesis) -> Hypothesis | None:
     told = (fit_on_finer_lumps_afresh if h.found[-1].key == first.found[-1].key else fit_on_finer_lumps)(case, h, root)
-    return told and place_best(compact(told))
+    return told and compact(place_best(told))
 
 
 def _put_first(best: Hypothesis, ranked: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:

@@ -13,6 +13,7 @@ from network.analysis.calibration.estimate import Estimate
 from network.analysis.calibration.expansion_point import move_points
 from network.analysis.calibration.gauss_newton import STEPS, Linearised, Problem, linearise, make_problem, minimise
 from network.analysis.calibration.growing_horizon import settle_starts
+from network.analysis.calibration.linearised import weigh_anew
 from network.analysis.calibration.measured_means import Measured, RunPoint, weigh_recording
 from network.analysis.calibration.misfit import chi_of, strain_of
 from network.analysis.calibration.noise import Noise
@@ -287,7 +288,9 @@ def start_from(case: Case, hypothesis: Hypothesis) -> Case:
 def reweight(case: Case, hypothesis: Hypothesis) -> Hypothesis:
     """The same hypothesis under another noise, numbers and starts as they are."""
     case = replace(case, began=hypothesis.case.began or case.began)
-    problem = case.problem(hypothesis.machine, hypothesis.fit.problem.parameters)
-    fit = linearise(problem, hypothesis.fit.theta)
-    fit = fit.temper(fit.problem.firm_theta, max(1.0, chi_of(fit)))
-    return replace(hypothesis, case=case, fit=fit)
+    before, problem = hypothesis.fit, case.problem(hypothesis.machine, hypothesis.fit.problem.parameters)
+    if isinstance(before, Linearised) and problem.follows(before.problem):
+        fit = weigh_anew(before, problem)
+    else:
+        fit = linearise(problem, before.theta)
+    return replace(hypothesis, case=case, fit=fit.temper(1.0, max(1.0, chi_of(fit))))

@@ -11,7 +11,7 @@ import numpy as np
 from network.analysis.calibration.linearised import Linearised, linearise
 from network.analysis.diagnosis.candidate_response import respond_to_candidates
 from network.analysis.diagnosis.candidates import STRETCHES, Candidate
-from network.analysis.diagnosis.compact_fit import fit_or_none
+from network.analysis.diagnosis.compact_fit import compact, fit_or_none
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.ranking import best_first
 from network.analysis.diagnosis.screen import whiten
@@ -116,7 +116,7 @@ def _step_along(first: float, last: float, step: float) -> Iterator[tuple[float,
 
 
 def _linearise(h: Hypothesis) -> Linearised:
-    return linearise(h.fit.problem, h.fit.theta)
+    return h.fit if isinstance(h.fit, Linearised) else linearise(h.fit.problem, h.fit.theta)
 
 
 def _promise_of(
@@ -138,4 +138,5 @@ def _promise_of(
 
 
 def _fit_at(best: Hypothesis, c: Candidate) -> Hypothesis | None:
-    return fit_or_none(best.case, (*best.found[:-1], c), best.own, best.values, FIT_STEPS)
+    other = fit_or_none(best.case, (*best.found[:-1], c), best.own, best.values, FIT_STEPS)
+    return other and compact(other)

@@ -95,7 +95,7 @@ def _start_trial(about: Hypothesis, about_file: Mapping[tuple[str, ...], Score],
     there = about_file.get(trial.candidate.key)
     own = there.best if there is not None and there.gain > SHOWS else trial.best
     begun = fit_with(about.case, about, trial.candidate, about.own_values | own, BRIEF)
-    return begun and move_stretch(begun)
+    return begun and compact(move_stretch(begun))
 
 
 def _continue_trial(current: Hypothesis, begun: Hypothesis) -> Hypothesis | None:
@@ -105,7 +105,7 @@ def _continue_trial(current: Hypothesis, begun: Hypothesis) -> Hypothesis | None
     if best is None or best.evidence < current.evidence:
         other = fit_with(case, current, c, current.values | c.usual, FIRST_STEPS)
         best = max((h for h in (best, other) if h is not None), key=lambda h: h.evidence, default=None)
-    return best and settle_instants(best)
+    return best and compact(settle_instants(best))
 
 
 @dataclass(frozen=True, eq=False)
