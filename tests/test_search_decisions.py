@@ -10,6 +10,7 @@ from test_small_decisions import bare
 
 from network.analysis.diagnosis import (
     coarse_surrogate,
+    findings,
     forward_selection,
     lump_convergence,
     lump_refinement,
@@ -250,12 +251,13 @@ def search_of(chi: float, explained: float = 1.0, located: Any = ("somewhere",),
     p = bare(path="links.joint.conductance")
     best = h(chi, own=(), shift=np.array([shift]), fit=bare(problem=bare(parameters=(p,))))
     return bare(
-        best=best, located=located, selection=bare(is_checked=True, explained=explained), null=bare(linearised=None)
-    )
+        best=best, located=located, selection=bare(is_checked=True, explained=explained), null=bare(linearised=None),
+        fault=None,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(
-    "search, findings, coarse, refuted, told",
+    "search, given, coarse, refuted, told",
     [
         (search_of(1.0), ["named"], None, False, (["named"], "missing_physics")),
         (search_of(1.0), ["named"], "cut", False, (["named", "cut"], "missing_physics")),
@@ -266,6 +268,8 @@ def search_of(chi: float, explained: float = 1.0, located: Any = ("somewhere",),
         (search_of(DOUBTFUL + 0.1, 0.6), ["named"], None, False, (["named"], "missing_physics")),
         (search_of(DOUBTFUL + 0.1, 0.6), ["unsure"], None, False, (["unknown", "unsure"], "missing_physics")),
         (search_of(DOUBTFUL - 0.1, 0.4), ["named"], None, False, (["named"], "missing_physics")),
+        (search_of(DOUBTFUL + 0.1, 0.6), ["bent"], None, False, (["unknown", "bent"], "missing_physics")),
+        (search_of(DOUBTFUL - 0.1, 0.6), ["bent"], None, False, (["bent"], "missing_physics")),
         (search_of(DOUBTFUL + 0.1), [], "cut", False, (["cut", "unknown"], "unexplained")),
         (search_of(DOUBTFUL + 0.1, located=()), [], "cut", False, (["cut"], "too_coarse")),
         (search_of(SETTINGS.adequate + 0.1), [], None, True, (["unknown"], "unexplained")),
@@ -276,15 +280,32 @@ def search_of(chi: float, explained: float = 1.0, located: Any = ("somewhere",),
     ],
 )  # fmt: skip
 def test_the_verdict(
-    search: Any, findings: list[str], coarse: Any, refuted: bool, told: Any, monkeypatch: pytest.MonkeyPatch
+    search: Any, given: list[str], coarse: Any, refuted: bool, told: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(verdict, "find_unknown", lambda search: bare(name="unknown"))
+    monkeypatch.setattr(verdict, "find_unknown", lambda search, alone=False: bare(name="unknown"))
     monkeypatch.setattr(verdict, "_was_off", lambda search: False)
-    given = [
-        bare(name=n, channels=("T",) * (n == "sensor"), confidence=0.3 if n == "unsure" else 0.9) for n in findings
+    monkeypatch.setattr(verdict, "is_shadow", lambda search: "bent" in given)
+    told_findings = [
+        bare(name=n, channels=("T",) * (n == "sensor"), confidence=0.3 if n == "unsure" else 0.9) for n in given
     ]
-    found, said = verdict._decide_verdict(search, given, coarse and bare(name=coarse), refuted)
+    found, said = verdict._decide_verdict(search, told_findings, coarse and bare(name=coarse), refuted)
     assert ([f.name for f in found], said) == told
+
+
+@pytest.mark.parametrize(
+    ("place", "gain", "is_shadow"),
+    [("housing", 101.0, True), ("housing", 99.0, False), ("column", 101.0, False), ("", 101.0, False)],
+)
+def test_what_is_found_is_a_shadow_where_heat_elsewhere_explains_more(
+    place: str, gain: float, is_shadow: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At another place, and of more evidence than all findings; an error of a channel explains anything of it."""
+    monkeypatch.setattr(findings, "reweight", lambda case, of: of)
+    monkeypatch.setattr(findings, "explain_unknown", lambda fit, of: gain)
+    best = h(found=(bare(places=("column",)),), evidence=150.0, case=None)
+    top = bare(at=bare(nodes=(place,)), is_offset=not place)
+    search = bare(best=best, null=h(evidence=50.0, linearised=None), located=(top,))
+    assert findings.is_shadow(search) is is_shadow
 
 
 def test_what_simulated_runs_refute_is_taken_back_step_by_step(monkeypatch: pytest.MonkeyPatch) -> None:
