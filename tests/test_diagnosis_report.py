@@ -23,11 +23,13 @@ from network.analysis.diagnosis.findings import size_of_unknown, why_not
 from network.analysis.diagnosis.isolability import DETAILS
 from network.analysis.diagnosis.location import Location
 from network.analysis.diagnosis.result import UNKNOWN, Diagnosis, Experiment, Fits, Quantity
+from network.analysis.diagnosis.screened_gain import ScreenedGain
 from network.platform.quantities.text_table import digits
 from network.platform.refusal import Refused
 from network.recordings.inputs import Start, hold
 from network.report.figures.explanations_figure import candidates_figure
 from network.report.figures.fit_figure import fit_figure
+from network.report.figures.gains_figure import gains_figure
 from network.report.figures.heat_figure import heat_figure, order_inputs
 from network.report.figures.lit_figure import lit_figure, lit_paths, moves_of
 from network.report.files.diagnosis_files import check_target, tidy, write_diagnosis
@@ -524,6 +526,20 @@ def test_rivals_are_ranked_and_the_found_one_stands_out(found: Diagnosis) -> Non
     assert told == ["28", "24", "13"] and "by 28 σ" in str(again)
     many = replace(found, tried=tuple(rival("convection", f"n{i}", 0.1, 1 + i, 50.0 - i) for i in range(40)))
     assert "the best 16 of 40" in words_of(candidates_figure(many))
+
+
+def test_the_map_of_gains_shows_kinds_at_places_the_best_first(found: Diagnosis) -> None:
+    gains = (
+        ScreenedGain("windage", ("motor",), (), 50.0), ScreenedGain("heat_source", ("motor",), (), 8.0),
+        ScreenedGain("sensor_lag", (), ("T_motor",), 200.0),
+    )  # fmt: skip
+    (axes,) = gains_figure(replace(found, screened=gains)).axes
+    assert [t.get_text() for t in axes.get_yticklabels()] == ["T_motor", "motor"]
+    assert [t.get_text() for t in axes.get_xticklabels()] == ["sensor lag", "windage", "heat source"]
+    assert [t.get_text() for t in axes.texts] == ["20", "10", "4"]
+    many = tuple(ScreenedGain(f"kind{i}", (f"n{i}",), (), 50.0 - i) for i in range(30))
+    told = words_of(gains_figure(replace(found, screened=many)))
+    assert "the best 14 of 30 places" in told and "the best 14 of 30 kinds" in told
 
 
 def test_heat_and_offsets_share_one_clock_and_are_called_what_they_are(found: Diagnosis) -> None:

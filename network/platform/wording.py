@@ -11,7 +11,7 @@ def join_either(names: list[str]) -> str:
     return _join(names, " or ")
 
 
-def join_all(names: list[str]) -> str:
+def join_names(names: list[str]) -> str:
     """a; a and b; a, b and c."""
     return _join(names, " and ")
 

@@ -11,12 +11,13 @@ from network.analysis.calibration.multistart import ADEQUATE, Found, rms
 from network.analysis.calibration.one_machine import Disagreement
 from network.analysis.calibration.robust_fit import Fit
 from network.analysis.calibration.uncertainty import CLOSELY, Uncertainty
-from network.analysis.comparison.amounts import amount, join_names
+from network.analysis.comparison.amounts import amount
 from network.analysis.comparison.compare import Comparison
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import Parameter, centres
 from network.platform.quantities.text_table import digits, span
 from network.platform.quantities.units import show, unit
+from network.platform.wording import join_names
 
 FAR_MOVED = 2.0
 WELL = 0.05

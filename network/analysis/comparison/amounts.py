@@ -24,8 +24,3 @@ def level_words(value: float, unit_text: str) -> str:
     if value == 0 and given.text == "rpm":
         return "at standstill"
     return "at " + number(given.from_si(value), given.text)
-
-
-def join_names(names: list[str]) -> str:
-    """a; a and b; a, b and c."""
-    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)

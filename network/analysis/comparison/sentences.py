@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from network.analysis.comparison.amounts import join_names
 from network.analysis.comparison.examine import ChannelTests
 from network.analysis.comparison.periodicity import Periodicity
 from network.analysis.comparison.whiteness import WHITE, Whiteness
+from network.platform.wording import join_names
 
 MOST = 5
 LEAST = 0.25

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from network.analysis.comparison.amounts import join_names
-from network.platform.wording import sentence
+from network.platform.wording import join_names, sentence
 
 
 def cuts_only(patch: Mapping[str, Any]) -> bool:

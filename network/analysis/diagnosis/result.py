@@ -10,6 +10,7 @@ from network.analysis.calibration.one_machine import Disagreement
 from network.analysis.comparison.compare import Comparison
 from network.analysis.diagnosis.location import Location
 from network.analysis.diagnosis.lump_sentences import cuts_only, lump_sentence
+from network.analysis.diagnosis.screened_gain import ScreenedGain
 from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.patch import Patch
@@ -231,7 +232,8 @@ class Diagnosis(Tabled):
     machine: as given; before: as given, calibrated; after: with the findings in it, calibrated; tried: every rival of
     the first finding that was fitted, best first; notes: sentences about the recordings and what cannot be told;
     explained: share of the misfit on unseen runs that the findings take away; ended: `budget` or `stopped` where the
-    search did not come to its end; refuted: why what was found is not told; unsearched: what was not looked for.
+    search did not come to its end; refuted: why what was found is not told; unsearched: what was not looked for;
+    screened: the map of gains.
     """
 
     machine: Machine
@@ -254,6 +256,7 @@ class Diagnosis(Tabled):
     ended: str = ""
     refuted: tuple[str, ...] = ()
     unsearched: tuple[Unsearched, ...] = ()
+    screened: tuple[ScreenedGain, ...] = ()
 
     def summary(self) -> dict[str, Any]:
         """diagnosis.json."""
@@ -272,4 +275,5 @@ class Diagnosis(Tabled):
             "left": {"rmse_in_noise": self.fits.left, "share_explained": self.explained},
             "budget_reached": self.ended == "budget", "stopped": self.ended == "stopped", "refuted": list(self.refuted),
             "settings": SETTINGS.summary(), "not_searched": [u.summary() for u in self.unsearched],
+            "gains": [g.summary() for g in self.screened],
         }  # fmt: skip

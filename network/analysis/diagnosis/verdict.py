@@ -22,6 +22,7 @@ from network.analysis.diagnosis.isolability import isolability
 from network.analysis.diagnosis.locate import trace
 from network.analysis.diagnosis.lumping_finding import find_lumping
 from network.analysis.diagnosis.result import Diagnosis, Finding, Fits, UnknownHeat
+from network.analysis.diagnosis.screened_gain import list_screened
 from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.strategies import list_unsearched
@@ -62,7 +63,7 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
         search.given.machine, before, after, verdict, tuple(findings), _channels(fits), _trace_first(search), fits,
         tuple(list_rivals(search.steps[0], search.befores[0]) if search.steps else ()), notes, advice,
         _shifts(search.best), seed, explained=search.selection.explained, ended=search.ended, refuted=tuple(refuted),
-        unsearched=tuple(unsearched),
+        unsearched=tuple(unsearched), screened=list_screened(search.screened.scores),
     )  # fmt: skip
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from network.analysis.comparison.amounts import amount, join_names
+from network.analysis.comparison.amounts import amount
 from network.analysis.drafting.channel_roles import Wishes
 from network.analysis.drafting.displacement_paths import Path
 from network.analysis.drafting.draft_entries import Names, behind
@@ -17,6 +17,7 @@ from network.analysis.drafting.lag_bench import ALWAYS, OTHER
 from network.analysis.drafting.part_models import PartModel
 from network.platform.quantities.number_format import format_amount, write_minus
 from network.platform.quantities.text_table import digits, span
+from network.platform.wording import join_names
 
 ALIKE = 0.98
 """Correlation of two inputs above which less than 4 % of what one does is its own."""

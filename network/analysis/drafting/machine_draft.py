@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path as File
 from typing import Any
 
-from network.analysis.comparison.amounts import join_names
 from network.analysis.drafting.channel_roles import FEWEST, Wishes, assign_roles
 from network.analysis.drafting.displacement_paths import Path, find_paths
 from network.analysis.drafting.draft_entries import Names, name_nodes, sections_of
@@ -28,6 +27,7 @@ from network.machine.machine import Machine
 from network.platform.printing import Result
 from network.platform.quantities.units import show
 from network.platform.refusal import Complaints, Spot, refuse
+from network.platform.wording import join_names
 from network.platform.yaml.document import Branch, dump, parse
 from network.recordings.call_arguments import as_several
 from network.recordings.recording import Recording

@@ -11,7 +11,7 @@ from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.expansions.base import choose
 from network.catalogue.mechanisms.base import Inputs
 from network.catalogue.sensors.base import SensorEffect
-from network.platform.wording import join_all
+from network.platform.wording import join_names
 
 
 class ClockShift(SensorEffect, kind="clock_shift"):
@@ -69,4 +69,4 @@ class ClockShift(SensorEffect, kind="clock_shift"):
     def told(cls, machine: MachineLike, patch: Mapping[str, Any]) -> str:
         entry = machine.by_path[cls.path_to(cls.strength, patch).entry]
         assert isinstance(entry, cls)
-        return entry.said(channel=join_all([*patch["sensors"]]))
+        return entry.said(channel=join_names([*patch["sensors"]]))

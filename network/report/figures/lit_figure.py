@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from network.analysis.comparison.amounts import join_names
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.entry_path import EntryPath, axis_of
+from network.platform.wording import join_names
 from network.report.figures.canvas import PALETTE, literal
 from network.report.figures.network_figure import Picture, draw_picture
 from network.report.figures.strokes import Stroke

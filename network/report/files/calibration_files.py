@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from network.analysis.calibration.calibrated_patch import FILE, patch_text
-from network.analysis.comparison.amounts import join_names
 from network.catalogue.declaration.entry_path import displacement
 from network.platform.publication import Kind, publication
+from network.platform.wording import join_names
 from network.report.files.result_files import as_json
 from network.report.words.recording_names import title_of
 

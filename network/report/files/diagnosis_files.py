@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from network.machine.machine import Machine
 
 ORDER = (".html", ".yaml", ".json", ".yml", ".png")
-PICTURES = ("network.png", "candidates.png", "heat.png", "fit-*.png", "holdout-fit-*.png", "experiment-*.yml",
-            "changes.png")  # fmt: skip
+PICTURES = ("network.png", "candidates.png", "gains.png", "heat.png", "fit-*.png", "holdout-fit-*.png",
+            "experiment-*.yml", "changes.png")  # fmt: skip
 DIAGNOSIS = Kind("diagnosis.json", (*PICTURES, "report.html"))
 
 

@@ -7,11 +7,11 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from network.analysis.comparison.amounts import join_names
 from network.catalogue.declaration.patch import Patch
 from network.catalogue.declaration.proposals import fresh
 from network.catalogue.declaration.sections import depth
 from network.machine.file_layers import patch_from
+from network.platform.wording import join_names
 from network.platform.yaml.document import dump
 from network.report.words.recording_names import name_recording
 

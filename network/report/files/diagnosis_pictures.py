@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 LIT = "The network with what was found in it, lit in orange."
 RANKED = "Every explanation that was fitted: how clearly it stands out (dashed: chance), and how much worse it fits."
+GAINS = "What each kind at each place would explain by itself, by the linear score that says what is worth a fit."
 HEAT = "Heat that the likeliest places would have needed, ±2 standard deviations, above the inputs."
 LACKED = (
     "What the place lacked before it was added, ±2 standard deviations, above the inputs: less than was found, for "
@@ -40,6 +41,8 @@ def pictures_of(d: Diagnosis) -> Iterator[Picture]:
         yield Picture("network.png", "found", LIT, partial(_lit, d))
     if d.tried:
         yield Picture("candidates.png", "found", RANKED, partial(_draw_ranking, d))
+    if d.screened and d.findings:
+        yield Picture("gains.png", "found", GAINS, partial(_draw_gains, d))
     if d.located and d.findings:
         yield Picture("heat.png", "where", LACKED if is_named(d) else HEAT, partial(_heat, d))
     if d.fits.holdout_before is not None and d.fits.holdout_after is not None:
@@ -68,6 +71,12 @@ def _draw_ranking(d: Diagnosis) -> Figure:
     from network.report.figures.explanations_figure import candidates_figure
 
     return candidates_figure(d)
+
+
+def _draw_gains(d: Diagnosis) -> Figure:
+    from network.report.figures.gains_figure import gains_figure
+
+    return gains_figure(d)
 
 
 def _heat(d: Diagnosis) -> Figure:

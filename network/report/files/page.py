@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from network.analysis.comparison.amounts import join_names
 from network.analysis.diagnosis.result import experiment_file
 from network.platform.quantities.text_table import format_shift, span
+from network.platform.wording import join_names
 from network.recordings.start_rule import ESTIMATED
 from network.report.files.diagnosis_patch import FILE
 from network.report.pages.chart_page import chart_style, show_charts, write_policy, write_script

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from network.analysis.calibration.identifiability_report import relative
-from network.analysis.comparison.amounts import join_names
 from network.analysis.sweep.finer_lumps import has_chosen_lumps
 from network.engine.response.parameters import Parameter
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits, format_shift, span, table
 from network.platform.quantities.units import difference, unit
+from network.platform.wording import join_names
 from network.report.words.band_words import tell_coverage
 
 if TYPE_CHECKING:

@@ -6,12 +6,11 @@ import textwrap
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from network.analysis.comparison.amounts import join_names
 from network.engine.trajectory import axis_unit
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits, span, table
 from network.platform.quantities.units import unit
-from network.platform.wording import sentence
+from network.platform.wording import join_names, sentence
 
 if TYPE_CHECKING:
     from network.analysis.change.changes import Change, Changes

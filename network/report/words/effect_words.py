@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from network.analysis.comparison.amounts import join_names
 from network.catalogue.declaration.patch import Patch
 from network.engine.simulation import simulate
 from network.engine.trajectory import Trajectory, axis_unit
@@ -18,6 +17,7 @@ from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits
 from network.platform.quantities.units import unit
 from network.platform.refusal import Failed, Refused
+from network.platform.wording import join_names
 from network.recordings.inputs import Start
 from network.report.words.recording_names import name_recording
 

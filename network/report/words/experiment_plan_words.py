@@ -9,10 +9,10 @@ import numpy as np
 
 from network.analysis.calibration.identifiability_report import list_names, relative, tie
 from network.analysis.calibration.uncertainty import PRIOR_ONLY
-from network.analysis.comparison.amounts import join_names
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits, table
 from network.platform.quantities.units import difference, unit
+from network.platform.wording import join_names
 from network.report.files.calibration_summary import prior
 from network.report.words.calibration_words import before
 

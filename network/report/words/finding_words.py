@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from network.analysis.comparison.amounts import join_names
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits
 from network.platform.quantities.units import difference, show, unit
+from network.platform.wording import join_names
 from network.report.words.heat_words import THROUGHOUT, when
 from network.report.words.recording_names import name_recording
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from network.analysis.comparison.amounts import join_names
 from network.analysis.sweep.finer_lumps import Change, has_chosen_lumps
 from network.catalogue.expansions.base import AXES
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits
 from network.platform.quantities.units import difference, unit
+from network.platform.wording import join_names
 
 if TYPE_CHECKING:
     from network.analysis.sweep.lump_choice import LumpChoice

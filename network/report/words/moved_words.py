@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from network.analysis.comparison.amounts import join_names
 from network.engine.response.parameters import Parameter, free_parameters
 from network.platform.quantities.text_table import format_shift
 from network.platform.quantities.units import show
+from network.platform.wording import join_names
 
 if TYPE_CHECKING:
     from network.analysis.diagnosis.result import Diagnosis

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from network.analysis.comparison.amounts import join_names
 from network.analysis.sweep.level_runs import PAPER, WRITTEN
 from network.catalogue.expansions.base import ANGULAR_AXES
 from network.engine.trajectory import axis_unit
@@ -15,6 +14,7 @@ from network.machine.overrides import AUTO
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits, table
 from network.platform.quantities.units import unit
+from network.platform.wording import join_names
 
 if TYPE_CHECKING:
     from network.analysis.sweep.level_runs import LevelRun

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from network.analysis.comparison.amounts import join_names
 from network.catalogue.declaration.entry_path import axis_of
-from network.platform.wording import join_either
+from network.platform.wording import join_either, join_names
 
 if TYPE_CHECKING:
     from network.analysis.diagnosis.result import Diagnosis, Finding, Rival

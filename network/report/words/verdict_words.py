@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from network.analysis.comparison.amounts import join_names
 from network.analysis.diagnosis.result import UNKNOWN
 from network.platform.quantities.text_table import digits
+from network.platform.wording import join_names
 from network.report.words.recording_names import name_recording
 from network.report.words.tie_words import seats_words
 
