@@ -33,7 +33,7 @@ from network.platform.refusal import Refused
 
 STRETCHES = ((0.0, 0.25), (0.25, 0.5), (0.5, 0.75), (0.75, 1.0))
 """Of a bar, in shares of its length, at which a candidate is looked at besides."""
-AROUND = 3.0
+AROUND, FARTHEST = 2.0, 4.0
 """Times as far from the machine's as other temperatures (prior 1σ) that of surroundings that a proposal brings may be:
 a floor, an oven, a wall in the sun; and how many of these 1σ it goes at most."""
 
@@ -255,7 +255,7 @@ def _own_degrees(machine: Machine, path: NumberPath, value: float) -> Parameter:
         return parameter(machine, path, Number(value, "normal", SETTINGS.degrees))
     spread = AROUND * SETTINGS.degrees
     own = parameter(machine, path, Number(value, "normal", spread))
-    return replace(own, low=value - AROUND * spread, high=value + AROUND * spread)
+    return replace(own, low=value - FARTHEST * spread, high=value + FARTHEST * spread)
 
 
 def _value(machine: Machine, path: NumberPath, field: ParamField) -> float:
