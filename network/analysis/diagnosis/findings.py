@@ -151,7 +151,8 @@ def find_unknown(search: Search, alone: bool = False) -> Finding:
     top = left[0]
     name, size = size_of_unknown(about.machine, top)
     what = f"an unknown {name} of {format_amount(size.value, size.unit)} (rms)"
-    said = f"{sentence(what)} at {' and '.join(top.at.seats)} that no kind of the catalogue explains."
+    more = ", and that alone explains more than all that was found elsewhere" if alone and search.best.found else ""
+    said = f"{sentence(what)} at {' and '.join(top.at.seats)} that no kind of the catalogue explains{more}."
     return Finding(
         UNKNOWN, "sensors" if top.is_offset else "sources", top.at.nodes, top.at.channels, top.probability,
         {name: size}, said, Patch({}), top.gain, search.threshold, windows_of(left),
