@@ -40,15 +40,32 @@ def nothing(original: Callable[..., Any]) -> Callable[..., Any]:
     return lambda *_, **__: None
 
 
+def never(original: Callable[..., Any]) -> Callable[..., Any]:
+    return lambda *_, **__: False
+
+
+def no_gain(original: Callable[..., Any]) -> Callable[..., Any]:
+    return lambda *_, **__: 0.0
+
+
+def always(original: Callable[..., Any]) -> Callable[..., Any]:
+    return lambda *_, **__: True
+
+
 STAGES: Mapping[str, Mapping[str, Stand]] = {
     "file-noise": {"hypothesis.estimate_noise": as_it_was},
     "as-written": {"lump_refinement.choose_lumps": nothing},
     "seen-runs": {"backward_elimination._keep_what_predicts": all_of_it, "invariants.list_refutations": on_seen_runs},
+    "no-latent": {
+        "findings.is_shadow": never,
+        "intermittent.onset_fault._lies_at": always,
+        "exchange.find_exchange._explain_unknown": no_gain,
+    },
     "no-switching": {"switching.relay_search.search_relays": none_found},
     "no-intermittent": {"intermittent.find_fault.find_reading_fault": nothing},
 }
-"""What each does without: noise told from residuals, finer lumps, checks on runs left out or held out, the search for
-relays, faults that come and go. Functions by module and name."""
+"""What each does without: noise told from residuals, finer lumps, checks on runs left out or held out, what unknown
+heat decides, the search for relays, faults that come and go. Functions by module and name."""
 
 
 def switch_off(stage: str) -> None:
