@@ -65,6 +65,9 @@ class Score:
             "members of a set, median": middle(sizes),
             "calibration error": self.calibration_error,
             "seconds on one core, median": middle([each.seconds for each in self.judgements]),
+            "seconds on one core, worst": max(
+                (each.seconds for each in self.judgements if each.seconds is not None), default=None
+            ),
             "seconds on two cores, median": middle([each.seconds_two for each in self.judgements]),
             "seconds on one core of the same, median": middle(
                 [each.seconds for each in self.judgements if each.seconds_two is not None]
