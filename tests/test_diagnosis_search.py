@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
@@ -14,17 +15,22 @@ from test_diagnosis import LADDERS, LINKS, NODES, SENSORS, SOURCES, plant, recor
 from network.analysis.calibration.coloured_noise import estimate_colours
 from network.analysis.calibration.estimated_constants import Numbers, estimate_constants
 from network.analysis.calibration.gauss_newton import linearise
-from network.analysis.diagnosis import backward_elimination
+from network.analysis.diagnosis import backward_elimination, refit
 from network.analysis.diagnosis.candidate_response import respond_to_candidates
 from network.analysis.diagnosis.candidates import Candidate, candidate, candidates
 from network.analysis.diagnosis.coarse_surrogate import build_surrogate
 from network.analysis.diagnosis.compact_fit import compact
+from network.analysis.diagnosis.forward_selection import Screening
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis, start_from
 from network.analysis.diagnosis.lump_refinement import list_finer_machines
 from network.analysis.diagnosis.placement import _widest, move_stretch, place_best
+from network.analysis.diagnosis.search import last_of
+from network.analysis.diagnosis.search_record import Search
+from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.switching.prior_samples import Judge, Space, apart
 from network.analysis.diagnosis.switching.sample_refinement import refine_samples
 from network.analysis.diagnosis.switching.share_view import View
+from network.analysis.diagnosis.time_budget import TimeBudget
 from network.catalogue.mechanisms.conduction import Conduction
 from network.engine.assembly import build
 from network.engine.channels import readouts
@@ -35,6 +41,7 @@ from network.engine.response.model import Model
 from network.engine.response.parameters import values_at
 from network.engine.response.run_beginning import Beginning
 from network.machine.machine import Machine
+from network.platform.refusal import Failed
 
 COOLER = {"cooler": {"kind": "thermostat_cooling", "into": {"housing": 1}, "watches": "housing", "set": "24 degC",
                      "hysteresis": "0.6 K", "power": "250 W"}}  # fmt: skip
@@ -333,3 +340,28 @@ def test_a_kind_that_takes_the_place_of_another_may_lack_numbers_of_it() -> None
     assert fans and any("links.column skin.coefficient" in h.values for _ in fans)
     told = respond_to_candidates([(c, h.values) for c in fans], h.fit.problem.data, h.predictions)
     assert len(told) == len(fans)
+
+
+def test_runs_that_break_down_end_a_search_and_not_the_diagnosis() -> None:
+    h = null()
+    found = Search(h.case, h.case, None, h, None, h, Selection(h), Screening(h))  # type: ignore[arg-type]
+
+    def breaks(*known: Search) -> Iterator[Search]:
+        yield from known
+        raise Failed("a relay switched 428 times by 8151 s")
+
+    assert last_of(breaks(found), TimeBudget()).ended == "broken"
+    with pytest.raises(Failed, match="428 times"):
+        last_of(breaks(), TimeBudget())
+
+
+def test_where_the_file_s_own_numbers_break_down_nothing_is_screened_about_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def breaks(*_: object) -> None:
+        raise Failed("a relay switched 428 times by 8151 s")
+
+    h = null()
+    monkeypatch.setattr(refit, "linearise", breaks)
+    assert refit._about_file(h, candidates(h.machine, h.machine.inputs), 1) == []
+    assert refit.unseen_misfit(h) == np.inf

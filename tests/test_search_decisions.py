@@ -227,8 +227,7 @@ def test_parts_are_meant_whose_lumps_change_much_of_what_those_of_any_do(monkeyp
     size = {"bed": 10.0, "column": 2.9, "spindle": 3.1, "rail": None}
     kind = FinerKind()
     parts = [Part((name,), kind, "nodes", name) for name in size]
-    monkeypatch.setattr(lumping_finding, "linearise", lambda *of: bare(problem=bare(data=()), predictions=()))
-    monkeypatch.setattr(lumping_finding, "centres", lambda parameters: None)
+    monkeypatch.setattr(lumping_finding, "linearise_at_priors", lambda *of: bare(problem=bare(data=()), predictions=()))
     monkeypatch.setattr(lumping_finding, "list_structural", lambda machine: [*parts, Part((), kind, "nodes", "")])
     monkeypatch.setattr(lumping_finding, "respond_to_candidates", lambda able, *rest: [size[c.patch] for c, _ in able])
     monkeypatch.setattr(lumping_finding, "whiten", lambda fit, change: np.array([change]))

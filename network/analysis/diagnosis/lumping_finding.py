@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from network.analysis.calibration.gauss_newton import linearise
 from network.analysis.diagnosis.candidate_response import respond_to_candidates
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.lump_refinement import list_structural
+from network.analysis.diagnosis.refit import linearise_at_priors
 from network.analysis.diagnosis.result import Finding
 from network.analysis.diagnosis.screen import whiten
 from network.catalogue.declaration.patch import Patch
-from network.engine.response.parameters import centres
 from network.machine.machine import Machine
 from network.platform.wording import sentence
 
@@ -22,7 +21,9 @@ CLEAR = 0.3
 
 def find_lumping(written: Hypothesis, now: Machine, gain: float, threshold: float) -> Finding | None:
     """The finding for a machine that was refined, with the evidence that gained; None where nothing changes."""
-    fit = linearise(written.fit.problem, centres(written.fit.problem.parameters))
+    fit = linearise_at_priors(written.fit)
+    if fit is None:
+        return None
     able = [c for c in list_structural(written.machine) if c.places]
     moved = respond_to_candidates([(c, {}) for c in able], fit.problem.data, fit.predictions)
     changes = {c: float(np.linalg.norm(whiten(fit, d))) for c, d in zip(able, moved, strict=True) if d is not None}

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from network.analysis.calibration.estimate import Estimate
 from network.analysis.calibration.gauss_newton import Linearised, chi_of, linearise
 from network.analysis.calibration.misfit import strain_of
 from network.analysis.diagnosis.candidates import Candidate
@@ -21,6 +22,7 @@ from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.timed_search import settle_instants
 from network.engine.response.parameters import centres, values_at
 from network.platform.parallel import run_all
+from network.platform.refusal import Failed
 
 SHORTLIST, LONGER, OF_A_KIND = 5, 10, 3
 """Candidates refitted for each point they were screened about, where lumps are few and fits quick, and how many of one
@@ -45,9 +47,12 @@ single run tells the rest."""
 Tell = Callable[[float], None] | None
 
 
-def linearise_at_priors(fit: Linearised) -> Linearised:
-    """The problem about the priors' centres, with priors narrowed by the misfit there."""
-    at = linearise(fit.problem, centres(fit.problem.parameters))
+def linearise_at_priors(fit: Linearised | Estimate) -> Linearised | None:
+    """The problem about the priors' centres, with priors narrowed by the misfit there; None where it breaks down."""
+    try:
+        at = linearise(fit.problem, centres(fit.problem.parameters))
+    except (Failed, np.linalg.LinAlgError):
+        return None
     chi = max(1.0, chi_of(at))
     return at.temper(chi, chi)
 
@@ -59,10 +64,11 @@ def shortlist(scores: Sequence[Score], about_file: Sequence[Score], most: int = 
 
 
 def _about_file(current: Hypothesis, candidates: Sequence[Candidate], jobs: int) -> list[Score]:
-    """The screening about the file's own numbers, where candidates are proposed; none where that would take long."""
-    if current.machine.lumps >= LARGE:
+    """The screening about the file's own numbers, where candidates are proposed; none where that would take long or
+    breaks down."""
+    about = linearise_at_priors(current.linearised) if current.machine.lumps < LARGE else None
+    if about is None:
         return []
-    about = linearise_at_priors(current.linearised)
     return score_candidates(about, candidates, values_at(about.problem.parameters, about.theta), jobs)
 
 
@@ -190,7 +196,15 @@ def _finish_fit(h: Hypothesis) -> Hypothesis:
 
 def unseen_misfit(hypothesis: Hypothesis, jobs: int = 1) -> float:
     """Cross-validation: rms in noise on runs that were left out of the fit, some at a time; of a single run on its end,
-    told from its beginning. What the constants of these runs are strained by to get there counts as misfit."""
+    told from its beginning. What the constants of these runs are strained by to get there counts as misfit; without
+    bounds where a run breaks down."""
+    try:
+        return _tell_unseen(hypothesis, jobs)
+    except (Failed, np.linalg.LinAlgError):
+        return np.inf
+
+
+def _tell_unseen(hypothesis: Hypothesis, jobs: int) -> float:
     count = len(hypothesis.case.recordings)
     if count < 2:
         misfit, rows = _misfit_of_end(hypothesis)

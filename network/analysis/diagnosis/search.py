@@ -11,6 +11,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache, partial
 
+import numpy as np
+
 from network.analysis.calibration.growing_horizon import has_relays
 from network.analysis.calibration.null import Null
 from network.analysis.diagnosis.candidates import candidates
@@ -40,6 +42,7 @@ from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.time_budget import BudgetReached, TimeBudget
 from network.platform.parallel import check_each
+from network.platform.refusal import Failed
 
 MANY = 120
 """Lumps from which it is not worked out what would not have shown, where nothing is looked for."""
@@ -135,19 +138,25 @@ def _beats(selection: Selection, best: Search, case: Case) -> bool:
 
 
 def last_of(states: Iterator[Search], budget: TimeBudget) -> Search:
-    """What a search comes to, or came to until it ran out of time or was stopped. Raises KeyboardInterrupt where it is
-    stopped before anything is known."""
+    """What a search comes to, or came to until it ran out of time, was stopped, or came upon runs that break down.
+    Raises what ended it where that was before anything is known."""
     last: Search | None = None
     try:
         with check_each(budget.check):
             for state_now in states:
                 last = state_now
-    except (BudgetReached, KeyboardInterrupt) as end:
+    except (BudgetReached, KeyboardInterrupt, Failed, np.linalg.LinAlgError) as end:
         if last is None:
             raise
-        return replace(last, ended="budget" if isinstance(end, BudgetReached) else "stopped")
+        return replace(last, ended=_how_ended(end))
     assert last is not None
     return last
+
+
+def _how_ended(end: BaseException) -> str:
+    if isinstance(end, BudgetReached):
+        return "budget"
+    return "stopped" if isinstance(end, KeyboardInterrupt) else "broken"
 
 
 def _set_right(h: Hypothesis, jobs: int) -> tuple[ReadingFault | None, Hypothesis]:

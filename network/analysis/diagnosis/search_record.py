@@ -20,7 +20,7 @@ class Search:
     from there, and what could be missing.
 
     given: the recordings as they were; fault: what was wrong with a channel of them, set right in those of the case;
-    ended: `budget` or `stopped` where it did not come to its end.
+    ended: `budget`, `stopped` or, where runs broke down, `broken` where it did not come to its end.
     """
 
     given: Case

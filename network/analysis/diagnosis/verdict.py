@@ -180,7 +180,8 @@ def _was_off(search: Search) -> bool:
     """Whether the numbers of the file, as they stand, leave more than noise."""
     from network.analysis.diagnosis.refit import linearise_at_priors
 
-    return chi_of(linearise_at_priors(search.null.linearised)) > SETTINGS.doubtful
+    at = linearise_at_priors(search.null.linearised)
+    return at is None or chi_of(at) > SETTINGS.doubtful
 
 
 def _fits(search: Search, before: Machine, after: Machine, holdout: Sequence[Recording], jobs: int) -> Fits:

@@ -38,6 +38,7 @@ ENDED = {
     "budget": " The time was up before the search came to its end: this is the best so far, and nothing of it is sure. "
     "`--budget '10 min'` lets it go on.",
     "stopped": " It was stopped before its end: this is the best so far, and nothing of it is sure.",
+    "broken": " Runs of what was tried next broke down: this is the best so far, and nothing of it is sure.",
 }
 NEXT = {
     "adequate": "Use the machine with its numbers as calibrated. What these recordings cannot show is not ruled out.",
