@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from test_diagnosis import CONCEALED, HELD_OUT, LADDERS, plant, recorded
 
+from network.analysis.calibration.estimated_constants import compare_estimating
 from network.analysis.diagnosis.candidates import candidates
 from network.analysis.diagnosis.diagnose import diagnose
 from network.analysis.diagnosis.hypothesis import Case, fit_hypothesis
@@ -62,13 +63,22 @@ def test_a_fault_is_found_with_channel_run_instant_and_size(shape: str, key: str
     assert found[1].chi < 1.1 < h.chi
 
 
-def test_a_fault_that_stays_is_told_so_and_taken_from_a_run_left_out() -> None:
-    held = fail(recorded(plant(), HELD_OUT, 9), FAULTS["offset"], begins=-1.0)
-    d = diagnose(plant(), runs_with("offset", stays=True), [held], seed=1)
+@pytest.mark.parametrize("shape", [*FAULTS])
+def test_a_fault_that_stays_is_told_so_and_is_in_the_file_that_tells_what_comes_next(shape: str) -> None:
+    held = fail(recorded(plant(), HELD_OUT, 9), FAULTS[shape], begins=-1.0)
+    d = diagnose(plant(), runs_with(shape, stays=True), [held], seed=1)
     assert d.verdict == "sensor_fault" and d.findings[0].channels == ("T_housing",)
-    assert re.search(r"in run 0 from 7\d min on, and in the later recordings", d.findings[0].sentence)
+    assert re.search(r"in run 0 from \d+ min on, and in the later recordings", d.findings[0].sentence)
     after = d.fits.holdout_after
     assert after is not None and after.rmse_in_noise < 1.2
+    (effect,) = d.after.sensors["T_housing"].effects
+    assert effect.shape == shape
+    assert compare_estimating(d.after, [held], True).rmse_in_noise < 1.2
+
+
+def test_a_fault_that_a_run_left_out_has_no_more_is_not_in_the_file() -> None:
+    d = diagnose(plant(), runs_with("offset", stays=True), [recorded(plant(), HELD_OUT, 9)], seed=1)
+    assert d.findings[0].channels == ("T_housing",) and not d.after.sensors["T_housing"].effects
 
 
 def test_what_the_scan_gains_is_what_a_fit_with_it_gains() -> None:

@@ -11,6 +11,7 @@ from network.analysis.diagnosis.hypothesis import Case
 from network.analysis.diagnosis.intermittent.change_points import Windows
 from network.analysis.diagnosis.result import Quantity, Rival
 from network.catalogue.declaration.patch import Patch
+from network.machine.machine import Machine
 from network.recordings.recording import Recording
 
 
@@ -70,6 +71,10 @@ class ReadingFault(ABC):
     def rivals(self) -> tuple[Rival, ...]:
         """What else it could be."""
         return ()
+
+    def leave_in(self, machine: Machine) -> Machine:
+        """A machine for what is recorded from now on, whose sensor goes on so; the same where it does not."""
+        return machine
 
     @abstractmethod
     def set_right(self, case: Case) -> Case:

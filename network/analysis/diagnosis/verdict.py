@@ -7,6 +7,8 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from network.analysis.calibration.estimated_constants import Numbers, compare_estimated
 from network.analysis.calibration.gauss_newton import chi_of
 from network.analysis.calibration.generalisation import with_numbers
@@ -59,6 +61,7 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     notes = (*warnings, *told, *([known.sentence] if known.sentence else ()))
     if after is before:
         before = after = search.calibrated.machine
+    after = _leave_fault(search, after, holdout, fits)
     return Diagnosis(
         search.given.machine, before, after, verdict, tuple(findings), _channels(fits), _trace_first(search), fits,
         tuple(list_rivals(search.steps[0], search.befores[0]) if search.steps else ()), notes, advice,
@@ -207,6 +210,18 @@ def _correct_readings(search: Search, found: Numbers, holdout: Sequence[Recordin
     if fault is None:
         return holdout
     return [_correct_run(fault, found, run) for run in holdout]
+
+
+def _leave_fault(search: Search, after: Machine, holdout: Sequence[Recording], fits: Fits) -> Machine:
+    """The machine with a sensor's fault that lasts, where what was held out has it, too: it tells what comes next."""
+    fault = search.fault
+    if fault is None:
+        return after
+    told = fits.holdout_after.recordings if fits.holdout_after is not None else ()
+    pairs = [(t.recording.columns[n], run.columns[n]) for t, run in zip(told, holdout, strict=True)
+             for n in fault.channels if n in run.columns]  # fmt: skip
+    is_whole = any(np.array_equal(a.values, b.values, equal_nan=True) for a, b in pairs)
+    return after if is_whole else fault.leave_in(after)
 
 
 def _correct_run(fault: ReadingFault, found: Numbers, run: Recording) -> Recording:

@@ -7,9 +7,9 @@ what full strength would add, T_air − T (loose). Source: as of the kinds that 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -60,6 +60,10 @@ class FaultShape(ABC):
     def tell(self, size: float) -> str:
         """What the channel does, in words."""
 
+    def describe_effect(self, size: float) -> Mapping[str, Any]:
+        """The YAML of the effect of a sensor that goes on like this."""
+        return {"kind": self.kind, "shape": type(self).__name__.lower(), self.key: show(size, self.unit)}
+
 
 @dataclass(frozen=True, eq=False)
 class Offset(FaultShape):
@@ -100,6 +104,9 @@ class Loose(FaultShape):
 
     def allows(self, size: float) -> bool:
         return SHARES[0] < size < SHARES[1]
+
+    def describe_effect(self, size: float) -> Mapping[str, Any]:
+        return {**self.hanging.to_plain(), self.key: show(size, self.unit)}
 
     def tell(self, size: float) -> str:
         return f"{self.channel} sits loose and reads {size:.2g} of the way from its part to the air"

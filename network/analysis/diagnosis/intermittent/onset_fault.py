@@ -33,6 +33,8 @@ from network.analysis.diagnosis.locate import locate
 from network.analysis.diagnosis.result import Quantity
 from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.declare import Array
+from network.catalogue.sensors.sensor_fault import SensorFault
+from network.machine.machine import Machine
 from network.recordings.recording import Recording
 
 CONFIRMED = 2
@@ -83,7 +85,18 @@ class OnsetFault(ChannelFault):
         o = self.onset
         later = ", and in the later recordings" if o.stays else ""
         since = f"in {self.recordings[o.run].name} from {o.t0 / 60:.0f} min on{later}"
-        return f"{o.shape.tell(o.size)}, {since}. Its readings were corrected there; the machine is unchanged."
+        file = "where it lasts the file has it, until it is mended" if self.lasts else "the machine is unchanged"
+        return f"{o.shape.tell(o.size)}, {since}. Its readings were corrected there; {file}."
+
+    @property
+    def lasts(self) -> bool:
+        return self.onset.shape.may_stay and (self.onset.stays or self.onset.run == len(self.recordings) - 1)
+
+    def leave_in(self, machine: Machine) -> Machine:
+        if not self.lasts:
+            return machine
+        effect = self.onset.shape.describe_effect(self.onset.size)
+        return machine.patched({"sensors": {self.channel: SensorFault.put_on(machine.sensors[self.channel], effect)}})
 
     def list_left_out(self, windows: Windows) -> list[tuple[float, float]]:
         reach = max(EDGE, self.onset.width)
@@ -95,10 +108,9 @@ class OnsetFault(ChannelFault):
 
     def list_corrections(self, residual: RecordingResidual) -> list[Recording]:
         """As it is; and from its beginning on, where the fault stayed to the last run."""
-        o, last, recording = self.onset, len(self.recordings) - 1, residual.recording
+        recording = residual.recording
         whole = ((float(recording.t[0]), float(recording.t[-1])),)
-        lasts = o.shape.may_stay and (o.stays or o.run == last)
-        return [recording, *([self.correct_windows(recording, whole)] if lasts else [])]
+        return [recording, *([self.correct_windows(recording, whole)] if self.lasts else [])]
 
 
 def find_onset_fault(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[OnsetFault, Hypothesis] | None:
