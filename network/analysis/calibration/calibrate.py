@@ -144,11 +144,13 @@ def _calibrate(
     say(tell, "looking at the recordings")
     let_in = admit(machine, parameters, train, start)
     null = estimate_null(machine, parameters, let_in.data, start, seed, Stage(tell, 0.1, 0.9))
-    say(tell, f"{chi_of(null.fit.at):.3g} σ left; how well each number is known, bands, every recording beside it")
+    left = f"{chi_of(null.fit.at):.3g} σ left"
+    say(tell, f"{left}; how well each number is known")
     fit, known = null.fit, null.known
-    result, left = null.machine, null.machine.calibrated.left if null.machine.calibrated else {}
+    say(tell, f"{left}; bands, and every recording beside it")
+    result, off = null.machine, null.machine.calibrated.left if null.machine.calibrated else {}
     areas = tuple(
-        bands(machine, parameters, fit.at.theta, known.theta_covariance, r, start, left) for r in (*train, *held_out)
+        bands(machine, parameters, fit.at.theta, known.theta_covariance, r, start, off) for r in (*train, *held_out)
     )
     before, before_holdout = _compare_runs(Numbers.of(at_prior_centres(machine, parameters), start), train, held_out)
     after, after_holdout = _compare_runs(replace(null.numbers(start), machine=result), train, held_out)
