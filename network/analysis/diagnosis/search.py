@@ -14,6 +14,7 @@ from functools import cache, partial
 import numpy as np
 
 from network.analysis.calibration.growing_horizon import has_relays
+from network.analysis.calibration.misfit import lasting_misfit
 from network.analysis.calibration.null import Null
 from network.analysis.diagnosis.candidates import candidates
 from network.analysis.diagnosis.exchange.find_exchange import find_exchange
@@ -59,15 +60,13 @@ def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[f
     first = Search(given, case, None, written, calibrated, written, Selection(written), Screening(written))
     fault, mended = _set_right(written, jobs)
     begun = first if fault is None else _with_fault(first, fault, mended)
-    states = _search_from(begun, seed, jobs, tell)
-    yield (now := next(states))
+    for now in _search_from(begun, seed, jobs, tell):
+        yield now
     if now.fault is not None and now.fault.competes and now.null.chi > SETTINGS.adequate:
         *_, other = _search_from(first, seed, jobs, tell, sets_right=False)
-        if _file_evidence(other) > _file_evidence(now):
+        if _is_told_better(other, now):
             yield other
             return
-    for now in states:
-        yield now
     if now.fault is None and now.best.found and leaves_something(now.best):
         yield from _search_beside(now, seed, jobs, tell)
 
@@ -178,9 +177,11 @@ def _evidence(h: Hypothesis) -> float:
     return h.evidence
 
 
-def _file_evidence(now: Search) -> float:
-    """Of what a search came to, under the noise of the file: searches apart have noises of their own."""
-    return reweight(use_file_noise(now.best.case), now.best).evidence
+def _is_told_better(other: Search, now: Search) -> bool:
+    """Whether what a search came to explains more than another, in units of how long lasts what both leave."""
+    ends = [reweight(use_file_noise(search.best.case), search.best) for search in (other, now)]
+    firm = min(lasting_misfit(h.linearised) for h in ends)
+    return (ends[0].evidence - ends[1].evidence) / firm**2 > SETTINGS.alike
 
 
 def _list_tracks(levels: Sequence[Hypothesis], best: Hypothesis) -> list[Hypothesis]:
