@@ -86,11 +86,15 @@ def estimate_left(known: Uncertainty) -> dict[str, float]:
 
 
 def with_numbers(machine: Machine, known: Uncertainty) -> Machine:
-    """A machine with what a fit tells of its numbers: value ± standard error, at most that of the prior, and how far
-    this holds."""
+    """A machine with what a fit tells of its numbers, and how far this holds, which takes fits that leave runs out."""
+    return with_validity(with_standard_errors(machine, known), state_validity(machine, known))
+
+
+def with_standard_errors(machine: Machine, known: Uncertainty) -> Machine:
+    """A machine with value ± standard error, at most that of the prior, of each number that was fitted."""
     parameters = known.at.problem.parameters
     std = np.minimum(known.std, [p.spread for p in parameters])
-    return with_validity(with_fitted_numbers(machine, parameters, known.at.theta, std), state_validity(machine, known))
+    return with_fitted_numbers(machine, parameters, known.at.theta, std)
 
 
 def state_validity(machine: Machine, known: Uncertainty) -> Validity:

@@ -9,12 +9,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
-import numpy as np
-
-from network.analysis.calibration.calibrated_patch import with_fitted_numbers
 from network.analysis.calibration.estimated_constants import Numbers
 from network.analysis.calibration.gauss_newton import make_problem
-from network.analysis.calibration.generalisation import with_numbers
+from network.analysis.calibration.generalisation import with_numbers, with_standard_errors
 from network.analysis.calibration.growing_horizon import begin_in_step, settle_starts
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.misfit import channel_misfits, chi_of
@@ -48,8 +45,7 @@ class Null(Brief):
     @cached_property
     def fitted(self) -> Machine:
         """With value ± standard error for each number."""
-        std = np.minimum(uncertainty_by_curvature(self.fit.at).std, [p.spread for p in self.parameters])
-        return with_fitted_numbers(self.original, self.parameters, self.fit.at.theta, std)
+        return with_standard_errors(self.original, uncertainty_by_curvature(self.fit.at))
 
     @cached_property
     def machine(self) -> Machine:

@@ -136,9 +136,8 @@ def _sentence(h: Hypothesis, c: Candidate, after: Machine) -> str:
 def is_shadow(search: Search) -> bool:
     """Whether unknown heat at one place, where the first finding does not sit, explains more than all that was found:
     what was found may then only be bent to it."""
-    best, first = search.best, search.best.found[:1]
-    top = search.located[0]
-    if top.is_offset or any({*top.at.nodes} & {*c.places} for c in first):
+    best, top = search.best, search.located[0]
+    if top.is_offset or {*top.at.nodes} & {*best.found[0].places}:
         return False
     null = reweight(best.case, search.null)
     return explain_unknown(null.linearised, top) > best.evidence - null.evidence
@@ -151,7 +150,7 @@ def find_unknown(search: Search, alone: bool = False) -> Finding:
     top = left[0]
     name, size = size_of_unknown(about.machine, top)
     what = f"an unknown {name} of {format_amount(size.value, size.unit)} (rms)"
-    more = ", and that alone explains more than all that was found elsewhere" if alone and search.best.found else ""
+    more = ", and that alone explains more than all that was found elsewhere" if alone else ""
     said = f"{sentence(what)} at {' and '.join(top.at.seats)} that no kind of the catalogue explains{more}."
     return Finding(
         UNKNOWN, "sensors" if top.is_offset else "sources", top.at.nodes, top.at.channels, top.probability,

@@ -199,12 +199,12 @@ def unseen_misfit(hypothesis: Hypothesis, jobs: int = 1) -> float:
     told from its beginning. What the constants of these runs are strained by to get there counts as misfit; without
     bounds where a run breaks down."""
     try:
-        return _tell_unseen(hypothesis, jobs)
+        return _cross_validate(hypothesis, jobs)
     except (Failed, np.linalg.LinAlgError):
         return np.inf
 
 
-def _tell_unseen(hypothesis: Hypothesis, jobs: int) -> float:
+def _cross_validate(hypothesis: Hypothesis, jobs: int) -> float:
     count = len(hypothesis.case.recordings)
     if count < 2:
         misfit, rows = _misfit_of_end(hypothesis)

@@ -28,9 +28,9 @@ class ScreenedGain:
 
 
 def list_screened(scores: Iterable[Score]) -> tuple[ScreenedGain, ...]:
-    """Those that show, the best of each kind and place, the best first."""
+    """Those that show, the best of each kind and place; scores: the best first, as those told are."""
     told: dict[tuple[str, tuple[str, ...]], ScreenedGain] = {}
-    for s in sorted(scores, key=lambda s: -s.gain):
+    for s in scores:
         c = s.candidate
         of = ScreenedGain(c.kind.kind, c.places, c.channels, float(s.gain))
         if s.gain > SHOWS:

@@ -23,6 +23,7 @@ from network.analysis.diagnosis.invariants import doubt_unseen, list_refutations
 from network.analysis.diagnosis.isolability import isolability
 from network.analysis.diagnosis.locate import trace
 from network.analysis.diagnosis.lumping_finding import find_lumping
+from network.analysis.diagnosis.refit import linearise_at_priors
 from network.analysis.diagnosis.result import Diagnosis, Finding, Fits, UnknownHeat
 from network.analysis.diagnosis.screened_gain import list_screened
 from network.analysis.diagnosis.selection import Selection
@@ -181,8 +182,6 @@ def _decide_verdict(
 
 def _was_off(search: Search) -> bool:
     """Whether the numbers of the file, as they stand, leave more than noise."""
-    from network.analysis.diagnosis.refit import linearise_at_priors
-
     at = linearise_at_priors(search.null.linearised)
     return at is None or chi_of(at) > SETTINGS.doubtful
 
