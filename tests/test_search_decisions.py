@@ -24,6 +24,7 @@ from network.analysis.diagnosis.intermittent import channel_fault, channel_sampl
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.switching.relay_search import rank_likely_places
 from network.analysis.diagnosis.switching.sample_refinement import DAMPED, _At, _step, refine_samples
+from network.analysis.diagnosis.time_budget import BudgetReached
 
 NOISE, ALIKE, DOUBTFUL = SETTINGS.noise, SETTINGS.alike, SETTINGS.doubtful
 
@@ -137,10 +138,41 @@ def test_relays_are_looked_for_first_where_little_is_explained_and_last_where_mu
     monkeypatch.setattr(forward_selection, "place_ranked", lambda before, smooth, jobs: smooth)
     monkeypatch.setattr(forward_selection, "_skip_misleading", lambda before, ranked, jobs: ranked)
     monkeypatch.setattr(forward_selection, "_accept_best", lambda current, before, tried, threshold, jobs: tried[0])
+    monkeypatch.setattr(forward_selection, "_take_first", lambda current, before, ranked, threshold: None)
     seen = bare(before=h(), proposed=(), scores=())
-    best, ranked = forward_selection._select_next(seen.before, seen, 12.0, 0, 1, lambda share: None)
+    *_, (best, ranked) = forward_selection._select_next(seen.before, seen, 12.0, 0, 1, lambda share: None)
     assert (widened, len(asked), "smooth" if best is kept else "relay") == ([told[0]], *told[1:])
     assert [each.evidence for each in ranked] == sorted((each.evidence for each in ranked), reverse=True)
+
+
+def test_what_explains_best_so_far_is_told_where_the_time_is_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From the first fits on, each better founded than the one before, while nothing else is found; no step further is
+    told before it is at its end."""
+    fits = [h(2.0, 50.0, ("tilt",)), h(1.5, 90.0, ("tilt",)), h(1.2, 120.0, ("tilt",))]
+    null = h(5.0, 0.0, offset_pull=0.0)
+
+    def run_out(*of: Any) -> Any:
+        yield None, []
+        for fit in fits:
+            yield fit, [fit]
+        raise BudgetReached
+
+    monkeypatch.setattr(forward_selection, "_select_next", run_out)
+    monkeypatch.setattr(forward_selection, "null_threshold", lambda scores, seed: 12.0)
+    monkeypatch.setattr(forward_selection, "compact", lambda fit: fit)
+    monkeypatch.setattr(forward_selection, "_put_first", lambda best, ranked: (best, *ranked))
+    monkeypatch.setattr(forward_selection, "screen_candidates", lambda *of: bare(before=fits[-1], scores=()))
+    monkeypatch.setattr(forward_selection, "_shows_nothing", lambda seen: False)
+    told = []
+    with pytest.raises(BudgetReached):
+        for now in forward_selection.select_forward(null, bare(before=null, scores=()), 0, 1, lambda share: None):
+            told.append(now)
+    assert [now.best for now in told] == [null, *fits] and [now.gains for now in told[1:]] == [
+        (50.0,),
+        (90.0,),
+        (120.0,),
+    ]
+    assert all(now.threshold == 12.0 and not now.is_checked for now in told[1:])
 
 
 # -- lumps ----------------------------------------------------------------------------------------------------------

@@ -46,19 +46,33 @@ def heat_balance(network: Network, T: Array, u: Inputs, modes: Array) -> Heat:
 
     One instant: T (N), inputs scalars. Many: T (M, N), inputs (M, 1).
     """
-    into = np.zeros(T.shape)
     by_mechanism = np.zeros((*T.shape[:-1], len(network.mechanisms)))
-    bound = np.isinf(network.capacity)
-    for flows in network.flows:
-        Q = flow_heat(flows, T, u, modes)
-        into += Q @ flows.spread
-        _add_columns(by_mechanism, flows.entry, Q * inward(flows, bound))
-    for heats, mode in with_modes(network, modes):
-        q = source_heat(heats, T, u, mode)
-        into += q @ heats.into.T
-        if heats.is_heat:
-            _add_columns(by_mechanism, heats.entry, q)
+    bound, into = np.isinf(network.capacity), np.zeros(T.shape)
+    for group, heat, spread in _list_heats(network, T, u, modes):
+        into += heat @ spread
+        if isinstance(group, Flows):
+            _add_columns(by_mechanism, group.entry, heat * inward(group, bound))
+        elif group.is_heat:
+            _add_columns(by_mechanism, group.entry, heat)
     return Heat(into, by_mechanism)
+
+
+def heat_into(network: Network, T: Array, u: Inputs, modes: Array) -> Array:
+    """The same into every lump alone [W]."""
+    into = np.zeros(T.shape)
+    for _, heat, spread in _list_heats(network, T, u, modes):
+        into += heat @ spread
+    return into
+
+
+def _list_heats(
+    network: Network, T: Array, u: Inputs, modes: Array
+) -> Iterator[tuple[Flows | Heats[Mechanism], Array, Array]]:
+    """Heat of every group [W], (…, members), and what of it goes into which lump (members, N)."""
+    for flows in network.flows:
+        yield flows, flow_heat(flows, T, u, modes), flows.spread
+    for heats, mode in with_modes(network, modes):
+        yield heats, source_heat(heats, T, u, mode), heats.into.T
 
 
 def _add_columns(total: Array, columns: Indices, values: Array) -> None:

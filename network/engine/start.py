@@ -10,7 +10,7 @@ import numpy as np
 from network.catalogue.declaration.declare import Array, Mask
 from network.catalogue.declaration.fields import Place
 from network.catalogue.mechanisms.base import Inputs
-from network.engine.balance import heat_balance, jacobian
+from network.engine.balance import heat_into, jacobian
 from network.engine.entry_groups import Rates
 from network.engine.network import Network
 from network.platform.refusal import Failed, Spot, likely, refuse
@@ -95,7 +95,7 @@ def steady_state(network: Network, T: Array, u: Inputs) -> Array:
     inner = np.flatnonzero(np.isfinite(network.capacity))
     off = np.zeros(sum(relays.into.shape[1] for relays in network.relays))
     for _ in range(NEWTON_STEPS):
-        left_over = heat_balance(network, T, u, off).into[inner]
+        left_over = heat_into(network, T, u, off)[inner]
         J = jacobian(network, T, u, off)[np.ix_(inner, inner)]
         if not np.linalg.cond(J) <= 1e13:
             raise Failed("there is no steady state: a part has no path to a held node; give `start:` temperatures")

@@ -18,7 +18,7 @@ from network.analysis.diagnosis.candidates import Candidate
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.entry_path import EntryPath, NumberPath
 from network.engine.assembly import build
-from network.engine.balance import heat_balance
+from network.engine.balance import heat_into
 from network.engine.channels import Readouts, readouts, states_of
 from network.engine.network import Network
 from network.engine.response.heat_sensitivity import Slots
@@ -184,21 +184,29 @@ def _further(now: Network, changed: Sequence[str], course: LinearRun, instants: 
     """The heat of the changed entries that flows now and did not before; None where that is none. instants: within
     each interval, for heat that goes on and off between its ends and counts by its mean; else it goes straight."""
     before, K = course.problem.plan.network, len(course.x0)
-    T = np.hstack([course.T_ends, _stack_new_held(now, before, course)])
-    start, end = np.split(course.inputs["time"], 2)
-    times = [np.concatenate([start + share * (end - start)] * 2) for share in instants] or [course.inputs["time"]]
-    told = [heat_balance(now, T, {**course.inputs, "time": t}, np.zeros((2 * K, 0))).into[:, : before.size]
-            for t in times]  # fmt: skip
-    heat = np.mean(told, axis=0) - _heat_before(course, changed)
-    lumps = np.flatnonzero(np.abs(heat).max(axis=0) > NOTHING)
-    lumps = lumps[np.isin(lumps, np.concatenate([before.free, before.massless]))]
+    told = _heat_at(now, course, instants) if instants else _heat_at_ends(now, course)
+    heat = told[:, : before.size] - _heat_before(course, changed)
+    lumps = np.flatnonzero((np.abs(heat).max(axis=0) > NOTHING) & ~np.isinf(before.capacity))
     return Push(lumps, heat[:K, lumps], heat[K:, lumps]) if len(lumps) else None
 
 
-def _stack_new_held(now: Network, own: Network, course: LinearRun) -> Array:
-    """Temperatures of held nodes that were not there before (2 K, ·)."""
-    columns = [held.at(course.inputs) for i, held in now.held.items() if i >= own.size]
-    return np.hstack([np.empty((2 * len(course.x0), 0)), *columns])
+def _heat_at_ends(now: Network, course: LinearRun) -> Array:
+    """Heat into all lumps of another network at the temperatures of a run, at both ends of its intervals (2 K, ·)."""
+    T, inputs = course.T_ends, course.inputs
+    held = [at.at(inputs) for i, at in now.held.items() if i >= T.shape[1]]
+    return heat_into(now, np.hstack([T, *held]) if held else T, inputs, np.zeros((len(T), 0)))
+
+
+def _heat_at(now: Network, course: LinearRun, shares: Sequence[float]) -> Array:
+    """The same at the mean over some instants within each interval, where no node is new."""
+    count, (start, end) = len(shares), np.split(course.inputs["time"], 2)
+    if ("within",) not in course.derived:
+        course.derived["within",] = np.tile(course.T_ends, (count, 1))
+    inputs = {name: np.tile(u, (count, 1)) for name, u in course.inputs.items()}
+    inputs["time"] = np.concatenate([start + share * (end - start) for share in np.repeat(shares, 2)])
+    T = course.derived["within",]
+    into = heat_into(now, T, inputs, np.zeros((len(T), 0)))
+    return np.asarray(into.reshape(count, len(course.T_ends), -1).mean(axis=0))
 
 
 def _heat_before(course: LinearRun, entries: Sequence[str]) -> Array:

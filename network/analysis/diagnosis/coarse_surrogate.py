@@ -72,10 +72,12 @@ def _fit_until_steady(coarse: Hypothesis, lack: Sequence[Array], fine: Hypothesi
     return None
 
 
-def fit_on_finer_lumps(case: Case, coarse: Hypothesis, root: Machine) -> Hypothesis | None:
+def fit_on_finer_lumps(
+    case: Case, coarse: Hypothesis, root: Machine, steps: int = CARRIED_STEPS
+) -> Hypothesis | None:  # fmt: skip
     """A hypothesis fitted on finer lumps; None where it does not fit there or runs away."""
     about = replace(case, began=coarse.case.began)
-    return fit_findings(about, root, coarse.found, coarse.values, not coarse.switches, CARRIED_STEPS)
+    return fit_findings(about, root, coarse.found, coarse.values, not coarse.switches, steps)
 
 
 def fit_on_finer_lumps_afresh(case: Case, coarse: Hypothesis, root: Machine) -> Hypothesis | None:

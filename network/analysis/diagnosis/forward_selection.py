@@ -29,6 +29,8 @@ from network.platform.parallel import run_all
 
 HOPE = 0.5
 """Linear score of a further candidate over what a name is worth, below which it is not fitted."""
+INTERIM_STEPS = 2
+"""Steps on the finer lumps of what is told if there is no time for more."""
 CARRIED = 3
 """Rivals that are fitted again on the finer lumps, or asked what they tell of runs that they have not seen."""
 
@@ -78,14 +80,15 @@ def select_forward(
             break
         threshold = now.threshold if now.steps else null_threshold(seen.scores, seed)
         told = partial(_report_share, tell, 0.15 + 0.25 * count)
-        kept, ranked = _select_next(current, seen, threshold, seed, jobs, told)
+        before, kept = now, None
+        for kept, ranked in _select_next(current, seen, threshold, seed, jobs, told):
+            now = before if kept is None else _add_step(before, seen, kept, ranked, threshold)
+            if not before.steps:  # better told than nothing where the time is up
+                yield now
         now = replace(now, threshold=threshold)
         if kept is None:
             break
-        befores, steps = (*now.befores, compact(seen.before)), (*now.steps, _put_first(kept, ranked))
-        gains = (*now.gains, kept.evidence - current.evidence)
-        now = Selection(kept, befores, steps, gains, threshold)
-        if len(steps) > 1:
+        if len(now.steps) > 1:
             now = replace(now, best=rerank_first(now, jobs))
         tell(0.4 + 0.25 * count)
         yield now
@@ -97,30 +100,54 @@ def leaves_something(h: Hypothesis) -> bool:
     return h.chi > SETTINGS.further if h.found else h.chi > SETTINGS.noise or h.offset_pull > SETTINGS.strained
 
 
+def _add_step(
+    now: Selection, seen: Screening, kept: Hypothesis, ranked: Sequence[Hypothesis], threshold: float
+) -> Selection:  # fmt: skip
+    """A selection with a further finding."""
+    befores, steps = (*now.befores, compact(seen.before)), (*now.steps, _put_first(kept, ranked))
+    return Selection(kept, befores, steps, (*now.gains, kept.evidence - now.best.evidence), threshold)
+
+
 def _select_next(
     current: Hypothesis, seen: Screening, threshold: float, seed: int, jobs: int, tell: Callable[[float], None]
-) -> tuple[Hypothesis | None, list[Hypothesis]]:  # fmt: skip
-    """What is kept beside a hypothesis, and its rivals: relays are looked for before much else is tried, where what is
-    likely explains little, and last, where much is left."""
+) -> Iterator[tuple[Hypothesis | None, list[Hypothesis]]]:
+    """What is kept beside a hypothesis, and its rivals, ever better founded: relays are looked for before much else is
+    tried, where what is likely explains little, and last, where much is left."""
     sway = partial(_search_switching, seen, seed, jobs)
     trials = start_trials(seen.before, seen.proposed, _worth_fitting(seen), jobs, tell, _is_near(seen))
     smooth = trials.rank(jobs)
+    yield _take_first(current, seen.before, smooth, threshold), smooth
     early = sway() if trials.is_poor(smooth) else None
     if not seen.before.found:
         is_told = early is None or bool(early and early[0].chi <= trials.little)
         smooth = _fit_wider(trials, smooth, is_told, jobs)
     ranked = best_first(*(early or ()), *place_ranked(seen.before, smooth, jobs))
+    yield _take_first(current, seen.before, ranked, threshold), ranked
     tried = _contenders(current, seen.before, ranked, jobs)
     kept = _accept_best(current, seen.before, tried, threshold, jobs)
+    yield kept, ranked
     switched = sway() if early is None and (kept or current).chi > SETTINGS.adequate else []
     if not switched:
-        return kept, ranked
+        return
     ranked = best_first(*switched, *ranked)
     again = _contenders(current, seen.before, ranked, jobs)
     other = _accept_best(current, seen.before, again, threshold, jobs) if again != tried else None
     if other is not None and (kept is None or other.evidence > kept.evidence):
         kept = other
-    return kept, ranked
+    yield kept, ranked
+
+
+def _take_first(
+    current: Hypothesis, before: Hypothesis, ranked: Sequence[Hypothesis], threshold: float
+) -> Hypothesis | None:
+    """The best of some explanations as it is, on the lumps of what is there; None where it gains no more than
+    chance."""
+    if not ranked or not _is_gain(before, ranked[0], threshold):
+        return None
+    best = ranked[0]
+    if before is current:
+        return reweight(best.case, best)
+    return fit_on_finer_lumps(replace(current.case, lacking=()), best, current.root, INTERIM_STEPS)
 
 
 def _fit_wider(trials: TrialFits, ranked: list[Hypothesis], is_told: bool, jobs: int) -> list[Hypothesis]:

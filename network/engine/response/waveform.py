@@ -17,7 +17,7 @@ from dataclasses import replace
 import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
-from network.engine.balance import heat_balance, jacobian
+from network.engine.balance import heat_into, jacobian
 from network.engine.channels import Readouts
 from network.engine.entry_groups import Flows
 from network.engine.response.heat_sensitivity import inputs_at_ends
@@ -160,7 +160,7 @@ class _Rounds:
 
     def _find_heat(self) -> Array:
         """Heat into all lumps at the temperatures assumed (2 K, N)."""
-        return heat_balance(self.network, self.T, self.u, self.modes).into
+        return heat_into(self.network, self.T, self.u, self.modes)
 
     def _find_latent(self) -> Array:
         """What parts that melt get beside their windows, as a heat (2 K, m)."""
@@ -206,7 +206,7 @@ class _Rounds:
             off -= heat_along(group, tuple(s[: len(off)] for s in slopes), 2 * middle - T0 - T1)
             total += off / 3 @ np.where(np.isinf(network.capacity), 0.0, spread_of(group))
         if network.melting:
-            into = heat_balance(network, middle, u, self.modes[:K]).into
+            into = heat_into(network, middle, u, self.modes[:K])
             at, ends = self.latent.heat(middle, into, self.stretch[:K]), self._find_latent()
             total += (2 * at - ends[:K] - ends[K:]) / 3 @ self.latent.spread
         return np.concatenate([total, total])

@@ -15,7 +15,7 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array
 from network.catalogue.mechanisms.base import Inputs
-from network.engine.balance import heat_balance, jacobian, relay_slices
+from network.engine.balance import heat_into, jacobian, relay_slices
 from network.engine.channels import Readouts
 from network.engine.energy import EnergyAccount, Quadrature, sum_stored_heat
 from network.engine.solvers.plan import Plan
@@ -113,7 +113,7 @@ class _Run:
         """Newton on the massless junctions: no heat stays in them."""
         at = self.network.massless
         for _ in range(NEWTON_STEPS):
-            left_over = heat_balance(self.network, T, u, self.modes).into[at]
+            left_over = heat_into(self.network, T, u, self.modes)[at]
             step = np.linalg.solve(jacobian(self.network, T, u, self.modes)[np.ix_(at, at)], left_over)
             T[at] -= step
             if np.abs(step).max() < 1e-11 * (1 + np.abs(T[at]).max()):
@@ -129,7 +129,7 @@ class _Run:
 
     def rate(self, k: int, t: float, x: Array) -> Array:
         T = self.temperatures(k, t, x)
-        into = heat_balance(self.network, T, self.plan.inputs_in(k, t), self.modes).into
+        into = heat_into(self.network, T, self.plan.inputs_in(k, t), self.modes)
         slow = into[self.network.free] / self.network.capacity[self.network.free]
         r = self.readouts
         if not r.states:
