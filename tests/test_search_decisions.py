@@ -278,12 +278,15 @@ def test_parts_are_meant_whose_lumps_change_much_of_what_those_of_any_do(monkeyp
 
 
 # -- what is said ---------------------------------------------------------------------------------------------------
-def search_of(chi: float, explained: float = 1.0, located: Any = ("somewhere",), shift: float = 0.0) -> Any:
+SHOWN, CHANCE = bare(gain=13.0), bare(gain=11.0)
+
+
+def search_of(chi: float, explained: float = 1.0, located: Any = (SHOWN,), shift: float = 0.0) -> Any:
     p = bare(path="links.joint.conductance")
     best = h(chi, own=(), shift=np.array([shift]), fit=bare(problem=bare(parameters=(p,))))
     return bare(
         best=best, located=located, selection=bare(is_checked=True, explained=explained), null=bare(linearised=None),
-        fault=None,
+        fault=None, threshold=12.0,
     )  # fmt: skip
 
 
@@ -304,6 +307,7 @@ def search_of(chi: float, explained: float = 1.0, located: Any = ("somewhere",),
         (search_of(DOUBTFUL + 0.1), [], "cut", False, (["cut", "unknown"], "unexplained")),
         (search_of(DOUBTFUL + 0.1, located=()), [], "cut", False, (["cut"], "too_coarse")),
         (search_of(SETTINGS.adequate + 0.1), [], None, True, (["unknown"], "unexplained")),
+        (search_of(SETTINGS.adequate + 0.1, located=(CHANCE,)), [], None, True, ([], "adequate")),
         (search_of(SETTINGS.adequate + 0.1), [], None, False, ([], "adequate")),
         (search_of(SETTINGS.adequate - 0.1), [], None, True, ([], "adequate")),
         (search_of(1.0, shift=SETTINGS.shift - 0.1), [], None, False, ([], "adequate")),

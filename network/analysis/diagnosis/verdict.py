@@ -172,12 +172,17 @@ def _decide_verdict(
         only_sensors = not (is_more or is_bent) and all(f.channels for f in findings)
         told = [*([find_unknown(search, is_bent)] if is_more or is_bent else []), *findings, *cut]
         return told, "sensor_fault" if only_sensors else "missing_physics"
-    if is_left or (is_refuted and best.chi > SETTINGS.adequate and search.located):
+    if is_left or (is_refuted and best.chi > SETTINGS.adequate and _stands_out(search)):
         return [*cut, find_unknown(search)], "unexplained"
     if coarse:
         return cut, "too_coarse"
     wrong = any(abs(x) > SETTINGS.shift for x in _shifts(best).values()) or _was_off(search)
     return [], "parameters_only" if wrong else "adequate"
+
+
+def _stands_out(search: Search) -> bool:
+    """Whether unknown heat at one place explains more than chance would."""
+    return bool(search.located) and search.located[0].gain > search.threshold
 
 
 def _was_off(search: Search) -> bool:
