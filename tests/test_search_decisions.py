@@ -465,12 +465,15 @@ def test_the_last_finding_is_moved(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_relays_are_looked_for_first_where_unknown_heat_explains_most() -> None:
-    parts = {"a": ("bed",), "b": ("spindle",), "c": ("spindle",), "d": ("room",)}
+    """And not where it explains hardly anything beside the best."""
+    parts = {"a": ("bed",), "b": ("spindle",), "c": ("spindle",), "d": ("room",), "e": ("head",)}
     relays = [bare(name=n, places=p, kind=bare(kind="relay"), own=(1,) * (n == "c")) for n, p in parts.items()]
-    located = [bare(at=bare(kind="node", nodes=(n,)), gain=g) for n, g in (("bed", 5.0), ("spindle", 9.0))]
+    located = [
+        bare(at=bare(kind="node", nodes=(n,)), gain=g) for n, g in (("bed", 5.0), ("spindle", 9.0), ("head", 0.8))
+    ]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("network.analysis.diagnosis.switching.relay_search.parts_about", lambda c: c.places)
-        assert [c.name for c in rank_likely_places(relays, located)] == ["c", "b", "a", "d"]
+        patch.setattr("network.analysis.diagnosis.switching.relay_search.parts_about", lambda c: {*c.places})
+        assert [c.name for c in rank_likely_places(relays, located)] == ["c", "b", "a"]
 
 
 def test_a_ladder_goes_up_in_four_even_steps_and_rests() -> None:

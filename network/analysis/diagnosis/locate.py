@@ -36,6 +36,10 @@ FINE, FINEST = 120.0, 180
 FLATTER = 0.15
 """Share of a gain in log evidence that counts towards the probability of a place: the map alone is often wrong."""
 
+LIKELY = 0.1
+"""Share of the gain at the best part from which something is looked for at another: what lies next to it gains nearly
+as much, and the map is often wrong by that."""
+
 
 @dataclass(frozen=True)
 class _Place:
@@ -54,6 +58,13 @@ def locate(fit: Linearised, machine: Machine) -> tuple[UnknownHeat, ...]:
     share /= share.sum()
     told = [replace(u, probability=float(p)) for u, p in zip(found, share, strict=True)]
     return tuple(sorted(told, key=lambda u: -u.probability))
+
+
+def list_likely_parts(located: Sequence[UnknownHeat]) -> dict[str, float]:
+    """What unknown heat gains in the parts where that is not much less than in the best of them [nats]."""
+    gains = {u.at.nodes[0]: u.gain for u in located if u.at.kind == "node"}
+    least = LIKELY * max(gains.values(), default=0.0)
+    return {name: gain for name, gain in gains.items() if gain >= least}
 
 
 def trace(fit: Linearised, of: UnknownHeat) -> UnknownHeat:

@@ -15,6 +15,7 @@ from network.analysis.calibration.linearised import linearise
 from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.compact_fit import fit_or_none
 from network.analysis.diagnosis.hypothesis import Hypothesis, parameters_of, theta_of
+from network.analysis.diagnosis.locate import list_likely_parts
 from network.analysis.diagnosis.result import UnknownHeat
 from network.analysis.diagnosis.screen import Score, score_variants
 from network.catalogue.declaration.declare import Array
@@ -35,7 +36,7 @@ def search_timed(
     before: Hypothesis, proposed: Sequence[Candidate], located: Sequence[UnknownHeat], seed: int, jobs: int
 ) -> list[Score]:
     """Scores of what acts by the clock at the likely places, at the instants at which each explains most."""
-    gain = {u.at.nodes[0]: u.gain for u in located if u.at.kind == "node"}
+    gain = list_likely_parts(located)
     able = [c for c in proposed if c.is_timed and c.parts & gain.keys()]
     likely = sorted(able, key=lambda c: -max(gain.get(n, 0.0) for n in c.parts))[:PLACES]
     return [s for s in run_all(partial(_settle, before, seed), likely, jobs) if s is not None]

@@ -13,6 +13,7 @@ from network.analysis.calibration.measured_means import RunPoint
 from network.analysis.diagnosis.candidates import Candidate, candidate
 from network.analysis.diagnosis.compact_fit import compact, fit_with
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight, theta_of, use_file_noise
+from network.analysis.diagnosis.locate import list_likely_parts
 from network.analysis.diagnosis.result import UnknownHeat
 from network.analysis.diagnosis.switching.affine_surrogate import straighten
 from network.analysis.diagnosis.switching.prior_samples import Space, parts_about
@@ -86,9 +87,10 @@ def tell_unsearched(null: Hypothesis, switched: Sequence[Candidate]) -> str:
 
 
 def rank_likely_places(switched: Sequence[Candidate], located: Sequence[UnknownHeat]) -> list[Candidate]:
-    """Those at the places where unknown heat explains most first; of two there, the one with more to it."""
-    gain = {u.at.nodes[0]: u.gain for u in located if u.at.kind == "node"}
-    return sorted(switched, key=lambda c: (-max((gain.get(n, 0.0) for n in parts_about(c)), default=0.0), -len(c.own)))
+    """Those at the parts where unknown heat explains most first; of two there, the one with more to it."""
+    gain = list_likely_parts(located)
+    able = [c for c in switched if gain.keys() & parts_about(c)]
+    return sorted(able, key=lambda c: (-max(gain.get(n, 0.0) for n in parts_about(c)), -len(c.own)))
 
 
 def _about(null: Hypothesis, theta: Array) -> Linearised:
