@@ -17,6 +17,7 @@ from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.strength import standard_errors
 from network.catalogue.declaration.entry_path import axis_of
 from network.catalogue.declaration.patch import Patch
+from network.catalogue.suspects.ambient_drift import AmbientDrift
 from network.engine.response.parameters import Parameter
 from network.engine.trajectory import axis_unit
 from network.machine.machine import Machine
@@ -134,10 +135,11 @@ def _sentence(h: Hypothesis, c: Candidate, after: Machine) -> str:
 
 
 def is_shadow(search: Search) -> bool:
-    """Whether unknown heat at one place, where the first finding does not sit, explains more than all that was found:
-    what was found may then only be bent to it."""
+    """Whether unknown heat at one place, where the first finding does not sit, or another temperature of surroundings,
+    explains more than all that was found: what was found may then only be bent to it."""
     best, top = search.best, search.located[0]
-    if top.is_offset or {*top.at.nodes} & {*best.found[0].places}:
+    here, found = {*top.at.nodes}, {*best.found[0].places}
+    if top.is_offset or (here == found if top.is_room else here & found):
         return False
     null = reweight(best.case, search.null)
     return explain_unknown(null.linearised, top) > best.evidence - null.evidence
@@ -148,6 +150,8 @@ def find_unknown(search: Search, alone: bool = False) -> Finding:
     about = search.null if alone or not search.best.found else search.best
     left = search.located if about is search.null else locate(about.linearised, about.machine)
     top = left[0]
+    if top.is_room:
+        return _find_room(search, about, left)
     name, size = size_of_unknown(about.machine, top)
     what = f"an unknown {name} of {format_amount(size.value, size.unit)} (rms)"
     more = ", and that alone explains more than all that was found elsewhere" if alone else ""
@@ -159,11 +163,28 @@ def find_unknown(search: Search, alone: bool = False) -> Finding:
     )  # fmt: skip
 
 
+def _find_room(search: Search, about: Hypothesis, left: Sequence[UnknownHeat]) -> Finding:
+    """Surroundings that are not what is stated, otherwise in each run: no number of the file can tell the next one."""
+    top = left[0]
+    name, size = size_of_unknown(about.machine, top)
+    low, high = (format_amount(float(end([end(T) for T in top.heat])), "K", 2) for end in (np.min, np.max))
+    said = (
+        f"{sentence(str(top.at))} does not stay at what is given for it: it would have to lie between {low} and {high} "
+        "beside that, otherwise in each run. A thermometer there would tell."
+    )
+    return Finding(
+        AmbientDrift.kind, "nodes", top.at.nodes, (), min(top.probability, SETTINGS.barred), {name: size}, said,
+        Patch({}), top.gain, search.threshold, windows_of(left), course=trace(about.linearised, top),
+        doubts=("its course is another one in each run, so that no run that was not seen can test it",),
+    )  # fmt: skip
+
+
 def size_of_unknown(machine: Machine, unknown: UnknownHeat) -> tuple[str, Quantity]:
-    """Its rms as a heat [W], or at a channel as an offset in that channel's unit."""
+    """Its rms as a heat [W], as a temperature of surroundings [K], or at a channel as an offset in that channel's
+    unit."""
     std = float(np.sqrt(np.mean(np.concatenate(unknown.std) ** 2)))
     if not unknown.is_offset:
-        return "heat", Quantity(unknown.rms, std, "W")
+        return unknown.quantity, Quantity(unknown.rms, std, "K" if unknown.is_room else "W")
     sensor = machine.sensors.get(unknown.at.channel)
     text = sensor.unit if sensor else axis_unit(axis_of(unknown.at.channel) or unknown.at.channel)
     return "offset", Quantity(unknown.rms, std, "K" if unit(text).is_temperature else text)

@@ -1,4 +1,5 @@
-"""Where the mismatch is: unknown heat at a part, through a link, or an unknown offset of a channel, over time.
+"""Where the mismatch is: unknown heat at a part, through a link, an unknown offset of a channel, or an unknown
+temperature of surroundings of which no course is given, over time.
 
 Heat f(t) ~ OU(σ, ℓ), straight between knots, enters at one place; with its answers G (whitened) and the parameters free
 again (M as in the screening) its log evidence over no such heat is
@@ -20,7 +21,7 @@ from network.analysis.calibration.gauss_newton import Linearised
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.diagnosis.location import Location
 from network.analysis.diagnosis.result import UnknownHeat
-from network.analysis.diagnosis.unknown_heat import heat_answers, heat_knots, ou, part_spread
+from network.analysis.diagnosis.unknown_heat import heat_answers, heat_knots, ou, part_spread, temperature_answers
 from network.catalogue.declaration.declare import Array
 from network.engine.response.model import Prediction
 from network.machine.machine import Machine
@@ -36,6 +37,8 @@ FINE, FINEST = 120.0, 180
 FLATTER = 0.15
 """Share of a gain in log evidence that counts towards the probability of a place: the map alone is often wrong."""
 
+STEADY = 1e-6
+"""K: what moves less is taken as constant."""
 LIKELY = 0.1
 """Share of the gain at the best part from which something is looked for at another: what lies next to it gains nearly
 as much, and the map is often wrong by that."""
@@ -43,7 +46,8 @@ as much, and the map is often wrong by that."""
 
 @dataclass(frozen=True)
 class _Place:
-    """answers: of every run, whitened, to 1 W (or 1 SI unit) about each of its knots (knots, rows)."""
+    """answers: of every run, whitened, to 1 W (1 K of surroundings, 1 SI unit of a channel) about each of its knots
+    (knots, rows)."""
 
     at: Location
     answers: Sequence[Array]
@@ -78,18 +82,34 @@ def trace(fit: Linearised, of: UnknownHeat) -> UnknownHeat:
 def _list_locations(fit: Linearised, machine: Machine) -> Iterator[Location]:
     yield from (Location((name,)) for name, node in machine.nodes.items() if node.is_part)
     yield from (Location((a, b)) for a, b in machine.list_joined_parts())
+    yield from (Location((name,), is_held=True) for name in _list_stated(fit, machine))
     yield from (Location(channel=name) for name in dict.fromkeys(n for d in fit.problem.data for n in d.run.channels))
+
+
+def _list_stated(fit: Linearised, machine: Machine) -> Iterator[str]:
+    """Held nodes that parts are joined to and that stay at one temperature in every run: nobody recorded them."""
+    courses = [p.course for p in fit.predictions]
+    for name in (n for n, node in machine.nodes.items() if node.is_held):
+        given = [c.T_ends[:, c.problem.plan.network.parts[name]] for c in courses]
+        if all(np.ptp(T) < STEADY for T in given):
+            yield name
 
 
 def _place(fit: Linearised, at: Location, knots: list[Array]) -> _Place:
     if at.kind == "channel":
         return _Place(at, _offsets(fit, knots, at.channel))
+    if at.kind == "surroundings":
+        return _Place(at, _answers(fit, knots, lambda p, t: temperature_answers(p, at.nodes[0], t)))
     into, *out_of = reversed(at.nodes)
-    return _Place(at, _answers(fit, knots, lambda p: sum((-part_spread(p, n) for n in out_of), part_spread(p, into))))
+
+    def answer(p: Prediction, t: Array) -> Array:
+        return heat_answers(p, sum((-part_spread(p, n) for n in out_of), part_spread(p, into)), t)
+
+    return _Place(at, _answers(fit, knots, answer))
 
 
-def _answers(fit: Linearised, knots: list[Array], spread: Callable[[Prediction], Array]) -> list[Array]:
-    rows = (heat_answers(p, spread(p), t) for p, t in zip(fit.predictions, knots, strict=True))
+def _answers(fit: Linearised, knots: list[Array], answer: Callable[[Prediction, Array], Array]) -> list[Array]:
+    rows = (answer(p, t) for p, t in zip(fit.predictions, knots, strict=True))
     return [whiten(r) for whiten, r in zip(fit.problem.whiteners, rows, strict=True)]
 
 

@@ -1,23 +1,28 @@
-"""Where something that is not explained can sit: in a part, between two parts that a link joins, or in a channel."""
+"""Where something that is not explained can sit: in a part, between two parts that a link joins, in a channel, or in
+surroundings of which no course is given."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-Kind: TypeAlias = Literal["node", "link", "channel"]
+Kind: TypeAlias = Literal["node", "link", "channel", "surroundings"]
 
 
 @dataclass(frozen=True, slots=True)
 class Location:
-    """nodes: the part, or the two parts in the direction of the heat; channel: a sensor's name, where it is one."""
+    """nodes: the part, the two parts in the direction of the heat, or the node of the surroundings, which is held;
+    channel: a sensor's name, where it is one."""
 
     nodes: tuple[str, ...] = ()
     channel: str = ""
+    is_held: bool = False
 
     @property
     def kind(self) -> Kind:
-        return "channel" if self.channel else "node" if len(self.nodes) == 1 else "link"
+        if self.channel or self.is_held:
+            return "channel" if self.channel else "surroundings"
+        return "node" if len(self.nodes) == 1 else "link"
 
     @property
     def channels(self) -> tuple[str, ...]:

@@ -87,6 +87,11 @@ class Finding:
         return "part" if self.doubts or self.kind == UNKNOWN else "whole"
 
     @property
+    def is_room(self) -> bool:
+        """Whether it is surroundings that are not what is given for them, for which no number of a file can stand."""
+        return self.course is not None and self.course.is_room
+
+    @property
     def members(self) -> list[str]:
         """The explanations of which it is one, with SETTINGS.covered of the belief, the most likely first."""
         told, belief = [name_member(self.kind, self.places, self.channels)], self.confidence
@@ -126,7 +131,8 @@ def name_member(kind: str, places: Sequence[str], channels: Sequence[str]) -> st
 @dataclass(frozen=True, eq=False, repr=False)
 class UnknownHeat(Brief):
     """Heat that a place would need for simulation and recordings to agree, before anything was added; at a channel it
-    is an offset in the channel's unit, SI. t, heat, std: for each recording [s, W]; files: of these."""
+    is an offset in the channel's unit, SI; of surroundings K beside what is given. t, heat, std: for each recording
+    [s, W]; files: of these."""
 
     at: Location
     probability: float
@@ -142,11 +148,25 @@ class UnknownHeat(Brief):
     def is_offset(self) -> bool:
         return self.at.kind == "channel"
 
+    @property
+    def is_room(self) -> bool:
+        return self.at.kind == "surroundings"
+
+    @property
+    def quantity(self) -> str:
+        """What it is."""
+        return {"channel": "offset", "surroundings": "temperature"}.get(self.at.kind, "heat")
+
     def list_courses(self) -> list[dict[str, Any]]:
-        """Over time in every recording: heat [W], or an offset [SI], with its 1σ."""
-        word = "offset" if self.is_offset else "heat"
+        """Over time in every recording: heat [W], a temperature [K] or an offset [SI], with its 1σ."""
         runs = zip(self.files, self.t, self.heat, self.std, strict=True)
-        return [{"file": f, "t": t.tolist(), word: x.tolist(), "std": s.tolist()} for f, t, x, s in runs]
+        return [{"file": f, "t": t.tolist(), self.quantity: x.tolist(), "std": s.tolist()} for f, t, x, s in runs]
+
+    def summary(self) -> dict[str, Any]:
+        """A part or a link with its heat, or surroundings with their temperature."""
+        rms = {"value": self.rms, "unit": "K" if self.is_room else "W"}
+        return {"name": str(self.at), "probability": self.probability, f"{self.quantity}_rms": rms,
+                **({"course": self.list_courses()} if self.files else {})}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -260,13 +280,12 @@ class Diagnosis(Tabled):
 
     def summary(self) -> dict[str, Any]:
         """diagnosis.json."""
-        nodes = [{"name": str(u.at), "probability": u.probability, "heat_rms": {"value": u.rms, "unit": "W"},
-                  **({"course": u.list_courses()} if u.files else {})}
-                 for u in self.located if not u.is_offset]  # fmt: skip
+        rooms = [u.summary() for u in self.located if u.is_room]
+        nodes = [u.summary() for u in self.located if not (u.is_offset or u.is_room)]
         channels = [{"name": n, "rmse_in_noise": x} for n, x in self.channels.items()]
         return {
             "verdict": self.verdict, "findings": [f.summary() for f in self.findings],
-            "located": {"channels": channels, "nodes": nodes}, "fit": self.fits.summary(),
+            "located": {"channels": channels, "nodes": nodes, "surroundings": rooms}, "fit": self.fits.summary(),
             "advice": [e.summary() | ({"scenario": experiment_file(k)} if e.scenario else {})
                        for k, e in enumerate(self.advice, 1)], "machine": "machine.diagnosed.yaml",
             "seconds": self.seconds, "seed": self.seed, "notes": list(self.notes),

@@ -24,7 +24,7 @@ from network.analysis.diagnosis.isolability import isolability
 from network.analysis.diagnosis.locate import trace
 from network.analysis.diagnosis.lumping_finding import find_lumping
 from network.analysis.diagnosis.refit import linearise_at_priors
-from network.analysis.diagnosis.result import Diagnosis, Finding, Fits, UnknownHeat
+from network.analysis.diagnosis.result import UNKNOWN, Diagnosis, Finding, Fits, UnknownHeat
 from network.analysis.diagnosis.screened_gain import list_screened
 from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS
@@ -173,7 +173,8 @@ def _decide_verdict(
         told = [*([find_unknown(search, is_bent)] if is_more or is_bent else []), *findings, *cut]
         return told, "sensor_fault" if only_sensors else "missing_physics"
     if is_left or (is_refuted and best.chi > SETTINGS.adequate and _stands_out(search)):
-        return [*cut, find_unknown(search)], "unexplained"
+        unknown = find_unknown(search)
+        return [*cut, unknown], "unexplained" if unknown.kind == UNKNOWN else "missing_physics"
     if coarse:
         return cut, "too_coarse"
     wrong = any(abs(x) > SETTINGS.shift for x in _shifts(best).values()) or _was_off(search)

@@ -64,7 +64,7 @@ def heat_figure(d: Diagnosis) -> Figure:
         _share_scale([column[row] for column in panels])
     for row, place in enumerate(places):
         headline(panels[0][row], _describe_heat(d, place))
-        label_y(panels[0][row], "offset" if place.is_offset else "heat", _unit(d, place))
+        label_y(panels[0][row], place.quantity, _unit(d, place))
     below = "what each place would need to agree with the recordings, nothing added; shaded ±2 σ"
     if is_named(d):
         below = "what its place lacked before it was added, the rest hidden in bent numbers; shaded ±2 σ"
@@ -73,8 +73,9 @@ def heat_figure(d: Diagnosis) -> Figure:
 
 
 def _kinds(places: Sequence[UnknownHeat]) -> str:
-    """What is shown: heat, offsets of channels, or both."""
-    what = {"offset of a channel" if place.is_offset else "heat" for place in places}
+    """What is shown: heat, temperatures of surroundings, offsets of channels."""
+    words = {"offset": "offset of a channel", "temperature": "temperature of surroundings"}
+    what = {words.get(place.quantity, place.quantity) for place in places}
     return f"unknown {' or '.join(sorted(what))}"
 
 
@@ -158,7 +159,9 @@ def _share_scale(row: Sequence[Axes]) -> None:
 
 
 def _describe_heat(d: Diagnosis, u: UnknownHeat) -> str:
-    what = {"node": "heat into", "link": "heat from", "channel": "offset of"}[u.at.kind]
+    what = {"node": "heat into", "link": "heat from", "channel": "offset of", "surroundings": "another temperature of"}[
+        u.at.kind
+    ]
     size = u.rms / gap_unit(_unit(d, u)).scale
     told = f"{what} {name_text(str(u.at))}: rms {size:.3g} {pretty(gap_unit(_unit(d, u)).text)}"
     return told if is_named(d) else f"{told}, probability {percent(u.probability)}"

@@ -104,12 +104,16 @@ def _what(d: Diagnosis, u: UnknownHeat, seen: Course) -> str:
         low, high = _size(d, u, seen.low), _size(d, u, seen.high)
         if u.is_offset:
             return f"{u.at} reads up to {low} lower and up to {high} higher than the model"
+        if u.is_room:
+            return f"{u.at} would have to be up to {low} colder and up to {high} warmer than is given, by turns"
         who = f"{u.at} gets" if u.at.kind == "node" else f"from {u.at} flow"
         return f"{who} up to {low} less and up to {high} more heat than in the model, by turns"
     size = f"on average {_size(d, u, seen.mean)}"
     less = seen.mean < 0
     if u.at.kind == "node":
         return f"{u.at} gets {size} {'less' if less else 'more'} heat than the model gives it"
+    if u.is_room:
+        return f"{u.at} would have to be {size} {'colder' if less else 'warmer'} than is given"
     if u.at.kind == "link":
         return f"{size} {'less' if less else 'more'} flow from {u.at} than in the model"
     return f"{u.at} reads {size} {'lower' if less else 'higher'} than the model"
@@ -124,9 +128,9 @@ def _size(d: Diagnosis, u: UnknownHeat, value: float) -> str:
 
 
 def unit_of(d: Diagnosis, u: UnknownHeat) -> str:
-    """W, or the unit of the channel (of an axis)."""
+    """W, K of surroundings, or the unit of the channel (of an axis)."""
     if not u.is_offset:
-        return "W"
+        return "K" if u.is_room else "W"
     channel = u.at.channel
     sensor = d.machine.sensors.get(channel)
     return sensor.unit if sensor else axis_unit(axis_of(channel) or channel)
@@ -171,5 +175,5 @@ def where_words(d: Diagnosis) -> str:
 
 
 def _unknown(u: UnknownHeat) -> str:
-    what = {"node": "heat in", "link": "heat from", "channel": "an offset of"}
+    what = {"node": "heat in", "link": "heat from", "channel": "an offset of", "surroundings": "another temperature of"}
     return f"{what[u.at.kind]} {u.at}"

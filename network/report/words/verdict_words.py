@@ -26,6 +26,11 @@ MEANING = {
     "unexplained": "{machine} and its recordings differ{where}, and nothing in the catalogue explains it: after all "
     "that was tried, {left} is left.",
 }
+ROOM = (
+    "{machine} and its recordings differ as they would if what surrounds it did not stay what is given for it: {left} "
+    "is left."
+)
+"""Where that is what was found first."""
 UNENDED = "With its numbers calibrated {machine} leaves {left}; nothing was found so far that it lacks."
 DIFFERS = "{machine} and its recordings differ{where}: {left} is left, and nothing that explains it was found so far."
 """Where the search did not come to its end, a verdict that names nothing says no more than that."""
@@ -52,6 +57,11 @@ NEXT = {
     "unexplained": "Look at the machine where heat or movement is unaccounted for, with its history in hand. The patch "
     "holds only what did hold.",
 }
+NEXT_ROOM = (
+    "Hang a thermometer there, record it as a column with the next runs, and diagnose again: until then it hides what "
+    "else may be missing."
+)
+"""Where surroundings are not what is given for them."""
 NEXT_CHANNEL = (
     "Check that sensor and what it is fixed to first: it reads what no heat in this machine would make it read. The "
     "patch holds only what did hold."
@@ -67,13 +77,18 @@ def verdict_words(d: Diagnosis) -> str:
         "channels": join_names(list(dict.fromkeys(n for f in d.findings for n in f.channels))) or "a channel",
     }  # fmt: skip
     so_far = {**dict.fromkeys(CLEAN, UNENDED), "unexplained": DIFFERS} if d.ended else {}
-    meaning = so_far.get(d.verdict, MEANING[d.verdict])
+    meaning = ROOM if _is_room(d) else so_far.get(d.verdict, MEANING[d.verdict])
     return "".join([meaning.format_map(words), _part(d), _but(d), ENDED.get(d.ended, "")])
+
+
+def _is_room(d: Diagnosis) -> bool:
+    """Whether the first that was found is not in the file that is written, but around the machine."""
+    return any(f.is_room for f in d.findings[:2]) and not any(f.patch and f.parameters for f in d.findings)
 
 
 def _part(d: Diagnosis) -> str:
     """That what was found is a part of the truth, where much is left beside it."""
-    if d.verdict not in FOUND or d.fits.train_after.rmse_in_noise < LEAVES:
+    if d.verdict not in FOUND or _is_room(d) or d.fits.train_after.rmse_in_noise < LEAVES:
         return ""
     share = f", {100 * d.explained:.0f} % of what was unexplained on unseen runs" if d.explained else ""
     return f" That is a part of the truth{share}: {digits(d.fits.train_after.rmse_in_noise, 3)} σ is left."
@@ -90,6 +105,8 @@ def _but(d: Diagnosis) -> str:
 
 def next_words(d: Diagnosis) -> str:
     """What to do next; nothing where a clean verdict is not the last word."""
+    if _is_room(d):
+        return NEXT_ROOM
     if d.verdict == "unexplained" and d.findings and all(f.channels for f in d.findings if f.kind == UNKNOWN):
         return NEXT_CHANNEL
     return "" if d.ended and d.verdict in CLEAN else NEXT[d.verdict]
