@@ -7,6 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
+import numpy as np
 import pytest
 from build import machine
 from diagnosed import diagnosed, unknown_heat
@@ -18,8 +19,12 @@ from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothes
 from network.analysis.diagnosis.locate import locate
 from network.analysis.diagnosis.location import Location
 from network.analysis.diagnosis.placement import _aside, _elsewhere
+from network.analysis.diagnosis.unknown_heat import heat_knots, temperature_answers
 from network.catalogue.declaration.places import Place
+from network.engine.response.input_slopes import input_slopes
 from network.machine.machine import Machine
+from network.recordings.inputs import constant, linear
+from network.recordings.recording import Recording
 from network.report.words.heat_words import is_found_at, where_words
 
 HEAD, AXIS = "head to ram", "d'axe"
@@ -41,6 +46,7 @@ def oddly_named(lumps: int = 1) -> Machine:
     (Location((HEAD,)), "node", HEAD, (HEAD,)),
     (Location((HEAD, AXIS)), "link", f"{HEAD} to {AXIS}", (HEAD, AXIS)),
     (Location(channel="T head"), "channel", "T head", ("T head",)),
+    (Location(("air",), is_held=True), "surroundings", "air", ("air",)),
 ])  # fmt: skip
 def test_a_location_knows_its_kind_and_its_seats(at: Location, kind: str, text: str, seats: tuple[str, ...]) -> None:
     assert (at.kind, str(at), at.seats) == (kind, text, seats)
@@ -66,6 +72,56 @@ def test_places_of_something_unknown_are_parts_of_the_machine() -> None:
         (course,) = told["course"]
         assert course["file"] == case.recordings[0].file
         assert len(course["t"]) == len(course["offset" if at.channels else "heat"]) == len(course["std"]) > 60
+
+
+WARMING, COOLING = 1.5, -2.0
+"""K/h"""
+
+
+def aired() -> Machine:
+    """With both parts in the air: heat into one of them does not do the same."""
+    cover = {"kind": "convection", "between": [HEAD, "air"], "conductance": "9 W/K ± 30 %"}
+    return oddly_named().patched({"links": {"cover": cover}})
+
+
+def stated(rate: float) -> Recording:
+    """A run in a room that drifts, of which a constant is stated."""
+    room = linear("ambient", "degC", np.array([0.0, 4 * 3600.0]), 20 + np.array([0.0, 4 * rate]))
+    run = recorded(aired(), speeds(*USUAL, ambient=room), 1)
+    columns = {name: column for name, column in run.columns.items() if name != "ambient"}
+    told = constant("ambient", "degC", 20.0, 1.0)
+    return replace(run, columns=columns, constants={"ambient": told})
+
+
+def test_a_room_that_does_not_stay_what_is_stated_is_found_by_its_course_in_each_run() -> None:
+    """And no part or sensor beside it; no number of a file could stand for both runs."""
+    case = Case(aired(), (stated(WARMING), stated(COOLING)))
+    null = fit_hypothesis(case, case.machine)
+    first, *rest = locate(null.fit, null.machine)
+    assert first.at == Location(("air",), is_held=True) and first.gain > 20 + max(u.gain for u in rest)
+    for rate, t, T in zip((WARMING, COOLING), first.t, first.heat, strict=True):
+        assert np.polyfit(t / 3600, T, 1)[0] == pytest.approx(rate, rel=0.2)
+    search = SimpleNamespace(best=null, null=null, located=(first, *rest), threshold=9.0)
+    finding = find_unknown(cast(Any, search))
+    assert (finding.kind, finding.places, finding.part, finding.is_room) == ("ambient_drift", ("air",), "part", True)
+    assert "otherwise in each run" in finding.sentence and "temperature" in finding.summary()["course"][0]
+    assert first.summary()["temperature_rms"]["unit"] == "K"
+
+
+def test_a_room_that_was_recorded_is_no_suspect() -> None:
+    case = Case(aired(), (recorded(aired(), speeds(*USUAL), 1),))
+    null = fit_hypothesis(case, case.machine)
+    assert not any(u.is_room for u in locate(null.fit, null.machine))
+
+
+def test_answers_to_a_room_are_those_of_runs_in_another_room() -> None:
+    """Hats on all knots add up to one kelvin more all along."""
+    case = Case(aired(), (stated(0.0),))
+    fit = fit_hypothesis(case, case.machine).linearised
+    (p,), (data,) = fit.predictions, fit.problem.data
+    (slope,) = input_slopes([p], [{"ambient": 1.0}])
+    answers = temperature_answers(p, "air", heat_knots(data, 900.0))
+    np.testing.assert_allclose(answers.sum(axis=0), slope[0], atol=1e-6 * np.abs(slope).max())
 
 
 def test_a_link_that_reads_like_a_part_is_not_taken_for_it(tmp_path: Path) -> None:

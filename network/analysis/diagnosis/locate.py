@@ -37,8 +37,6 @@ FINE, FINEST = 120.0, 180
 FLATTER = 0.15
 """Share of a gain in log evidence that counts towards the probability of a place: the map alone is often wrong."""
 
-STEADY = 1e-6
-"""K: what moves less is taken as constant."""
 LIKELY = 0.1
 """Share of the gain at the best part from which something is looked for at another: what lies next to it gains nearly
 as much, and the map is often wrong by that."""
@@ -87,12 +85,9 @@ def _list_locations(fit: Linearised, machine: Machine) -> Iterator[Location]:
 
 
 def _list_stated(fit: Linearised, machine: Machine) -> Iterator[str]:
-    """Held nodes that parts are joined to and that stay at one temperature in every run: nobody recorded them."""
-    courses = [p.course for p in fit.predictions]
-    for name in (n for n, node in machine.nodes.items() if node.is_held):
-        given = [c.T_ends[:, c.problem.plan.network.parts[name]] for c in courses]
-        if all(np.ptp(T) < STEADY for T in given):
-            yield name
+    """Held nodes whose temperature nobody recorded: one that the file or what came with a recording states."""
+    recorded = {name for d in fit.problem.data for name in d.recording.columns}
+    yield from (n for n, node in machine.nodes.items() if node.is_held and not recorded & node.needs().keys())
 
 
 def _place(fit: Linearised, at: Location, knots: list[Array]) -> _Place:
