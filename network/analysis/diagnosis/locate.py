@@ -24,6 +24,7 @@ from network.analysis.diagnosis.result import UnknownHeat
 from network.analysis.diagnosis.unknown_heat import heat_answers, heat_knots, ou, part_spread, temperature_answers
 from network.catalogue.declaration.declare import Array
 from network.engine.response.model import Prediction
+from network.machine.checks import places_of
 from network.machine.machine import Machine
 
 TIMES = (600.0, 5400.0, 43200.0)
@@ -85,9 +86,13 @@ def _list_locations(fit: Linearised, machine: Machine) -> Iterator[Location]:
 
 
 def _list_stated(fit: Linearised, machine: Machine) -> Iterator[str]:
-    """Held nodes whose temperature nobody recorded: one that the file or what came with a recording states."""
+    """Held nodes whose temperature nobody recorded, and the file or what came with a recording states. What is joined
+    to one part alone is no other suspect than heat in that part."""
     recorded = {name for d in fit.problem.data for name in d.recording.columns}
-    yield from (n for n, node in machine.nodes.items() if node.is_held and not recorded & node.needs().keys())
+    joined = [{place.node for _, place in places_of(link)} for link in machine.links.values()]
+    for name in (n for n, node in machine.nodes.items() if node.is_held and not recorded & node.needs().keys()):
+        if len({n for places in joined if name in places for n in places}) > 2:
+            yield name
 
 
 def _place(fit: Linearised, at: Location, knots: list[Array]) -> _Place:
