@@ -317,7 +317,7 @@ def search_of(chi: float, explained: float = 1.0, located: Any = (SHOWN,), shift
 def test_the_verdict(
     search: Any, given: list[str], coarse: Any, refuted: bool, told: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(verdict, "find_unknown", lambda search, alone=False: bare(name="unknown"))
+    monkeypatch.setattr(verdict, "find_unknown", lambda search, alone=False: bare(name="unknown", kind="unknown"))
     monkeypatch.setattr(verdict, "_was_off", lambda search: False)
     monkeypatch.setattr(verdict, "is_shadow", lambda search: "bent" in given)
     told_findings = [
@@ -329,7 +329,14 @@ def test_the_verdict(
 
 @pytest.mark.parametrize(
     ("place", "gain", "is_shadow"),
-    [("housing", 101.0, True), ("housing", 99.0, False), ("column", 101.0, False), ("", 101.0, False)],
+    [
+        ("housing", 101.0, True),
+        ("housing", 99.0, False),
+        ("column", 101.0, False),
+        ("", 101.0, False),
+        ("room", 101.0, True),
+        ("room", 99.0, False),
+    ],
 )
 def test_what_is_found_is_a_shadow_where_heat_elsewhere_explains_more(
     place: str, gain: float, is_shadow: bool, monkeypatch: pytest.MonkeyPatch
@@ -337,8 +344,8 @@ def test_what_is_found_is_a_shadow_where_heat_elsewhere_explains_more(
     """At another place, and of more evidence than all findings; an error of a channel explains anything of it."""
     monkeypatch.setattr(findings, "reweight", lambda case, of: of)
     monkeypatch.setattr(findings, "explain_unknown", lambda fit, of: gain)
-    best = h(found=(bare(places=("column",)),), evidence=150.0, case=None)
-    top = bare(at=bare(nodes=(place,)), is_offset=not place)
+    best = h(found=(bare(places=("column", "room")),), evidence=150.0, case=None)
+    top = bare(at=bare(nodes=(place,)), is_offset=not place, is_room=place == "room")
     search = bare(best=best, null=h(evidence=50.0, linearised=None), located=(top,))
     assert findings.is_shadow(search) is is_shadow
 
@@ -409,6 +416,17 @@ def test_every_window_of_a_fault_costs_what_chance_would_explain_by_it(monkeypat
     assert (before.evidence, after.evidence) == (20.0, 100.0) and gain == 80.0 - 3 * channel_fault.PER_WINDOW
     assert channel_fault.fit_both(of, fault, bare(values="told")) is not None
     assert begun == ["bent", "file", "bent", "told"]
+
+
+def test_readings_set_right_are_fitted_from_bent_numbers_where_the_file_s_lead_astray(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As where relays fall out of step."""
+    ends = {("as they were", "bent"): 20.0, ("set right", "file"): -500.0, ("set right", "bent"): 90.0}
+    monkeypatch.setattr(channel_fault, "_fit", lambda of, case, begin: h(evidence=ends[case, begin], values=begin))
+    fault = bare(windows=(((0.0, 1.0),),), correct=lambda case, right=True: "set right" if right else "as they were")
+    _, after, gain = channel_fault.fit_both(bare(case=None, values="bent", own_values="file"), fault) or (None, None, 0)
+    assert after is not None and (after.values, gain) == ("bent", 70.0 - channel_fault.PER_WINDOW)
 
 
 def test_the_share_of_a_fault_is_told_by_all_readings_in_its_windows(monkeypatch: pytest.MonkeyPatch) -> None:

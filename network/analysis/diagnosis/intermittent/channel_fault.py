@@ -84,10 +84,12 @@ def fit_both(
     """Fits to the readings as they were and set right, those around its jumps left out of both, and what the second
     explains more than chance does [nats]; None where what is set right is nothing that a machine could show. begin: a
     fit from whose numbers the second begins; default are those of the file, for those of a fit to readings that are not
-    true are bent."""
+    true are bent, and where that comes to less than these do – relays fall out of step – theirs."""
     try:
         before = _fit(h, fault.correct(h.case, False), h.values)
-        after = _fit(h, fault.correct(h.case), begin.values if begin else h.own_values)
+        after = _fit(h, right := fault.correct(h.case), begin.values if begin else h.own_values)
+        if after.evidence < before.evidence:
+            after = max(after, _fit(h, right, before.values), key=lambda fit: fit.evidence)
     except (Failed, Refused, np.linalg.LinAlgError):
         return None
     return before, after, after.evidence - before.evidence - PER_WINDOW * sum(map(len, fault.windows))
