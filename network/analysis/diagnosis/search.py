@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache, partial
+from itertools import chain
 
 import numpy as np
 
@@ -60,15 +61,28 @@ def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[f
     first = Search(given, case, None, written, calibrated, written, Selection(written), Screening(written))
     fault, mended = _set_right(written, jobs)
     begun = first if fault is None else _with_fault(first, fault, mended)
-    for now in _search_from(begun, seed, jobs, tell):
-        yield now
+    states = _search_from(begun, seed, jobs, tell)
+    yield (now := next(states))
     if now.fault is not None and now.fault.competes and now.null.chi > SETTINGS.adequate:
-        *_, other = _search_from(first, seed, jobs, tell, sets_right=False)
-        if _is_told_better(other, now):
-            yield other
-            return
+        states = _weigh_fault(now, states, _search_from(first, seed, jobs, tell, sets_right=False))
+    for now in states:
+        yield now
     if now.fault is None and now.best.found and leaves_something(now.best):
         yield from _search_beside(now, seed, jobs, tell)
+
+
+def _weigh_fault(now: Search, states: Iterator[Search], others: Iterator[Search]) -> Iterator[Search]:
+    """On from the null of a machine whose readings were set right (now), and from the one without that: from the other
+    alone where its lumps explain more, and else to what it comes to where that explains more."""
+    other = next(others)
+    if _is_told_better(other, now):
+        yield from chain([other], others)
+        return
+    for now in states:
+        yield now
+    *_, other = chain([other], others)
+    if _is_told_better(other, now):
+        yield other
 
 
 def _search_beside(found: Search, seed: int, jobs: int, tell: Callable[[float], None]) -> Iterator[Search]:
