@@ -20,7 +20,7 @@ from network.analysis.diagnosis import (
 )
 from network.analysis.diagnosis.experiments import advice, separation
 from network.analysis.diagnosis.experiments.programs import Driver, _ladder
-from network.analysis.diagnosis.intermittent import channel_fault, channel_samples, intermittent_fault
+from network.analysis.diagnosis.intermittent import channel_fault, channel_samples, intermittent_fault, onset_fault
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.switching.relay_search import rank_likely_places
 from network.analysis.diagnosis.switching.sample_refinement import DAMPED, _At, _step, refine_samples
@@ -427,6 +427,18 @@ def test_readings_set_right_are_fitted_from_bent_numbers_where_the_file_s_lead_a
     fault = bare(windows=(((0.0, 1.0),),), correct=lambda case, right=True: "set right" if right else "as they were")
     _, after, gain = channel_fault.fit_both(bare(case=None, values="bent", own_values="file"), fault) or (None, None, 0)
     assert after is not None and (after.values, gain) == ("bent", 70.0 - channel_fault.PER_WINDOW)
+
+
+@pytest.mark.parametrize(
+    ("channel", "gain", "beats"), [("T motor", 1.0, True), ("", 50.0, True), ("", 30.0, False), ("dz", 30.0, False)]
+)
+def test_a_fault_with_its_few_numbers_explains_more_than_any_course_of_heat(
+    channel: str, gain: float, beats: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Or an error of any course of its own channel does. channel: where unknown errors or heat (none) explain most."""
+    monkeypatch.setattr(onset_fault, "locate", lambda fit, machine: [bare(at=bare(channel=channel), gain=40.0)])
+    of = bare(linearised=None, machine=None)
+    assert onset_fault._beats_unknown(of, bare(channel="T motor", gain=gain)) is beats
 
 
 def test_the_share_of_a_fault_is_told_by_all_readings_in_its_windows(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -58,7 +58,7 @@ STAGES: Mapping[str, Mapping[str, Stand]] = {
     "seen-runs": {"backward_elimination._keep_what_predicts": all_of_it, "invariants.list_refutations": on_seen_runs},
     "no-latent": {
         "findings.is_shadow": never,
-        "intermittent.onset_fault._lies_at": always,
+        "intermittent.onset_fault._beats_unknown": always,
         "exchange.find_exchange._explain_unknown": no_gain,
     },
     "no-switching": {"switching.relay_search.search_relays": none_found},

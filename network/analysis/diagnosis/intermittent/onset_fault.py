@@ -123,13 +123,15 @@ def find_onset_fault(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[On
     faults = [_make_fault(steps, o) for o in seen]
     clear = [f for f in faults if f.is_clear]
     other = [f for f in faults if not f.is_clear and f.onset.since > PER_WINDOW and _may_mend(h, f.onset)][:1]
-    groups = (clear[:CONFIRMED], (f for f in other if _lies_at(h, f.channel) and rival_gain() < f.gain))
+    groups = (clear[:CONFIRMED], (f for f in other if _beats_unknown(h, f) and rival_gain() < f.gain))
     return next((pair for group in groups if (pair := _confirm_best(h, group)) is not None), None)
 
 
-def _lies_at(h: Hypothesis, channel: str) -> bool:
-    """Whether an error of that channel over time explains more than any other, and than heat anywhere."""
-    return locate(h.linearised, h.machine)[0].at.channel == channel
+def _beats_unknown(h: Hypothesis, fault: OnsetFault) -> bool:
+    """Whether an error of its channel over time explains more than any other, and than heat anywhere; or it alone does,
+    with the few numbers that it has."""
+    first, *_ = locate(h.linearised, h.machine)
+    return first.at.channel == fault.channel or first.gain < fault.gain
 
 
 def _make_fault(steps: ResidualSteps, o: Onset) -> OnsetFault:
