@@ -145,11 +145,12 @@ def test_relays_are_looked_for_first_where_little_is_explained_and_last_where_mu
     assert [each.evidence for each in ranked] == sorted((each.evidence for each in ranked), reverse=True)
 
 
-def test_what_explains_best_so_far_is_told_where_the_time_is_up(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("runs", [2, 1])
+def test_what_explains_best_so_far_is_told_where_the_time_is_up(runs: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """From the first fits on, each better founded than the one before, while nothing else is found; no step further is
-    told before it is at its end."""
+    told before it is at its end, and nothing so far of a single recording."""
     fits = [h(2.0, 50.0, ("tilt",)), h(1.5, 90.0, ("tilt",)), h(1.2, 120.0, ("tilt",))]
-    null = h(5.0, 0.0, offset_pull=0.0)
+    null = h(5.0, 0.0, offset_pull=0.0, case=bare(recordings=("run",) * runs))
 
     def run_out(*of: Any) -> Any:
         yield None, []
@@ -167,6 +168,9 @@ def test_what_explains_best_so_far_is_told_where_the_time_is_up(monkeypatch: pyt
     with pytest.raises(BudgetReached):
         for now in forward_selection.select_forward(null, bare(before=null, scores=()), 0, 1, lambda share: None):
             told.append(now)
+    if runs == 1:
+        assert not told
+        return
     assert [now.best for now in told] == [null, *fits] and [now.gains for now in told[1:]] == [
         (50.0,),
         (90.0,),

@@ -68,7 +68,8 @@ def screen_candidates(current: Hypothesis, seed: int, jobs: int) -> Screening:
 def select_forward(
     null: Hypothesis, first: Screening, seed: int, jobs: int, tell: Callable[[float], None]
 ) -> Iterator[Selection]:
-    """The steps from one null, each as it is taken, then what of them holds. first: its screening.
+    """The steps from one null, each as it is taken, then what of them holds. first: its screening. The first step is
+    told while it is made, for there may be no time to end it; but not of a single recording, which nothing else tests.
 
     The noise is that of the null all along: evidence under different noises cannot be compared.
     """
@@ -83,7 +84,7 @@ def select_forward(
         before, kept = now, None
         for kept, ranked in _select_next(current, seen, threshold, seed, jobs, told):
             now = before if kept is None else _add_step(before, seen, kept, ranked, threshold)
-            if not before.steps:  # better told than nothing where the time is up
+            if not before.steps and len(current.case.recordings) > 1:  # better told than nothing if the time is up
                 yield now
         now = replace(now, threshold=threshold)
         if kept is None:
