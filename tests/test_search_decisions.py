@@ -139,7 +139,7 @@ def test_relays_are_looked_for_first_where_little_is_explained_and_last_where_mu
     monkeypatch.setattr(forward_selection, "_skip_misleading", lambda before, ranked, jobs: ranked)
     monkeypatch.setattr(forward_selection, "_accept_best", lambda current, before, tried, threshold, jobs: tried[0])
     monkeypatch.setattr(forward_selection, "_take_first", lambda current, before, ranked, threshold: None)
-    seen = bare(before=h(), proposed=(), scores=())
+    seen = bare(before=h(case=bare(recordings=("run",) * 2)), proposed=(), scores=())
     *_, (best, ranked) = forward_selection._select_next(seen.before, seen, 12.0, 0, 1, lambda share: None)
     assert (widened, len(asked), "smooth" if best is kept else "relay") == ([told[0]], *told[1:])
     assert [each.evidence for each in ranked] == sorted((each.evidence for each in ranked), reverse=True)

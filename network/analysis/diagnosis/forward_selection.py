@@ -84,7 +84,7 @@ def select_forward(
         before, kept = now, None
         for kept, ranked in _select_next(current, seen, threshold, seed, jobs, told):
             now = before if kept is None else _add_step(before, seen, kept, ranked, threshold)
-            if not before.steps and len(current.case.recordings) > 1:  # better told than nothing if the time is up
+            if _is_told_so_far(current):
                 yield now
         now = replace(now, threshold=threshold)
         if kept is None:
@@ -99,6 +99,11 @@ def select_forward(
 def leaves_something(h: Hypothesis) -> bool:
     """Whether more than noise is left, or nothing is found yet and only sensors that are far off keep it from that."""
     return h.chi > SETTINGS.further if h.found else h.chi > SETTINGS.noise or h.offset_pull > SETTINGS.strained
+
+
+def _is_told_so_far(current: Hypothesis) -> bool:
+    """Whether a step is told while it is made: better than nothing where the time is up."""
+    return not current.found and len(current.case.recordings) > 1
 
 
 def _add_step(
@@ -117,13 +122,15 @@ def _select_next(
     sway = partial(_search_switching, seen, seed, jobs)
     trials = start_trials(seen.before, seen.proposed, _worth_fitting(seen), jobs, tell, _is_near(seen))
     smooth = trials.rank(jobs)
-    yield _take_first(current, seen.before, smooth, threshold), smooth
+    if _is_told_so_far(current):
+        yield _take_first(current, seen.before, smooth, threshold), smooth
     early = sway() if trials.is_poor(smooth) else None
     if not seen.before.found:
         is_told = early is None or bool(early and early[0].chi <= trials.little)
         smooth = _fit_wider(trials, smooth, is_told, jobs)
     ranked = best_first(*(early or ()), *place_ranked(seen.before, smooth, jobs))
-    yield _take_first(current, seen.before, ranked, threshold), ranked
+    if _is_told_so_far(current):
+        yield _take_first(current, seen.before, ranked, threshold), ranked
     tried = _contenders(current, seen.before, ranked, jobs)
     kept = _accept_best(current, seen.before, tried, threshold, jobs)
     yield kept, ranked
