@@ -184,7 +184,7 @@ def size_of_unknown(machine: Machine, unknown: UnknownHeat) -> tuple[str, Quanti
     unit."""
     std = float(np.sqrt(np.mean(np.concatenate(unknown.std) ** 2)))
     if not unknown.is_offset:
-        return unknown.quantity, Quantity(unknown.rms, std, "K" if unknown.is_room else "W")
+        return unknown.quantity, Quantity(unknown.rms, std, unknown.unit)
     sensor = machine.sensors.get(unknown.at.channel)
     text = sensor.unit if sensor else axis_unit(axis_of(unknown.at.channel) or unknown.at.channel)
     return "offset", Quantity(unknown.rms, std, "K" if unit(text).is_temperature else text)

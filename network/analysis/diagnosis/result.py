@@ -157,6 +157,11 @@ class UnknownHeat(Brief):
         """What it is."""
         return {"channel": "offset", "surroundings": "temperature"}.get(self.at.kind, "heat")
 
+    @property
+    def unit(self) -> str:
+        """Of a heat or a temperature; an offset has that of its channel."""
+        return "K" if self.is_room else "W"
+
     def list_courses(self) -> list[dict[str, Any]]:
         """Over time in every recording: heat [W], a temperature [K] or an offset [SI], with its 1σ."""
         runs = zip(self.files, self.t, self.heat, self.std, strict=True)
@@ -164,7 +169,7 @@ class UnknownHeat(Brief):
 
     def summary(self) -> dict[str, Any]:
         """A part or a link with its heat, or surroundings with their temperature."""
-        rms = {"value": self.rms, "unit": "K" if self.is_room else "W"}
+        rms = {"value": self.rms, "unit": self.unit}
         return {"name": str(self.at), "probability": self.probability, f"{self.quantity}_rms": rms,
                 **({"course": self.list_courses()} if self.files else {})}  # fmt: skip
 

@@ -130,7 +130,7 @@ def _size(d: Diagnosis, u: UnknownHeat, value: float) -> str:
 def unit_of(d: Diagnosis, u: UnknownHeat) -> str:
     """W, K of surroundings, or the unit of the channel (of an axis)."""
     if not u.is_offset:
-        return "K" if u.is_room else "W"
+        return u.unit
     channel = u.at.channel
     sensor = d.machine.sensors.get(channel)
     return sensor.unit if sensor else axis_unit(axis_of(channel) or channel)
