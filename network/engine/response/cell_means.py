@@ -15,13 +15,14 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
 from network.engine.response.cells import Averages, Samples
+from network.engine.response.heat_series import HeatSeries
 from network.engine.response.linear_run import LinearRun
 from network.engine.response.output_map import OutputMap
-from network.engine.response.segments import Push, Segment
+from network.engine.response.segments import Push, Segment, as_modes, rates_of
 from network.engine.response.series import Cells, cells_of, compile_means
 from network.engine.response.state_jumps import Kicks
 
-Modal = Callable[[Sequence[Push], int, Indices, Array], tuple[list[Array], Array]]
+Modal = Callable[[HeatSeries, int, Indices, Array], tuple[list[Array], Array]]
 
 SLOW = 1e-3
 """λ h below which the factors come from a series, for their differences would cancel."""
@@ -29,11 +30,15 @@ SLOW = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Factors:
-    """E, F₀, F₁ of the intervals of a stretch (k, n)."""
+    """E, F₀, F₁ of intervals (k, n)."""
 
     E: Array
     F0: Array
     F1: Array
+
+    def within(self, s: Segment) -> Factors:
+        """Those of a stretch."""
+        return Factors(*(as_modes(own[s.first : s.last], s.modes) for own in (self.E, self.F0, self.F1)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,9 +51,13 @@ class Means:
     @cached_property
     def factors(self) -> tuple[tuple[Factors, ...], ...]:
         """Of every stretch, for each set of samples."""
-        steps = self.course.problem.plan.steps
-        return tuple(tuple(_factors(samples, s, steps[s.first : s.last]) for samples in self.over.samples)
-                     for s in self.course.segments)  # fmt: skip
+        problem, rates = self.course.problem, rates_of(self.course.modes)
+        whole = [_factors(samples, rates, problem.regime_of, problem.plan.steps) for samples in self.over.samples]
+        return tuple(tuple(f.within(s) for f in whole) for s in self.course.segments)
+
+    def _rows(self, output_map: OutputMap) -> list[Array]:
+        """Rows over the modes of every regime (count, n)."""
+        return [over @ modes.V for over, modes in zip(output_map.over, self.course.modes, strict=True)]
 
     def bulge(self, output_map: OutputMap) -> Array:
         """What the run's own means differ by from those of straight lines between its ends: (count, cells)."""
@@ -62,15 +71,16 @@ class Means:
     def _average(self, output_map: OutputMap, left: Array, right: Array) -> Array:
         """Means over cells of what is seen of the states, less that of weights on both ends of the intervals."""
         out = np.zeros((output_map.count, self.over.cells), complex if self._is_complex else float)
+        is_bent, by_regime = bool(left.any() or right.any()), self._rows(output_map)
         for s, factors in zip(self.course.segments, self.factors, strict=True):
             here, ends = slice(s.first, s.last), self.course.modal_ends(s)
             cells, starts = self.over.find_touched(s.first, s.last)
-            rows = output_map.over[s.index] @ s.modes.V
+            rows = by_regime[s.index]
             for i, channels in self.over.groups():
                 f = factors[i]
                 mean = f.F0 * ends.p0
                 mean += f.F1 * ends.p1
-                if left.any() or right.any():
+                if is_bent:
                     mean += (f.E - left[i, here, None]) * ends.m0
                     mean -= right[i, here, None] * ends.m1
                 else:
@@ -98,11 +108,12 @@ class Means:
 
     def _by_heat(self, pushes: Sequence[Push], output_map: OutputMap, modal: Modal) -> Array:
         out = np.zeros((self.over.cells, len(pushes), output_map.count))
-        x = np.zeros((len(pushes), self.course.problem.order))
+        x, by_regime = np.zeros((len(pushes), self.course.problem.order)), self._rows(output_map)
+        heat = HeatSeries.of(pushes, self.course)
         for index, s in enumerate(self.course.segments):
             cells, starts = self.over.find_touched(s.first, s.last)
-            rows = (output_map.over[s.index] @ s.modes.V).T
-            means, end = modal(pushes, index, starts, x @ s.modes.W.T)
+            rows = by_regime[s.index].T
+            means, end = modal(heat, index, starts, x @ s.modes.W.T)
             x = np.real(end @ s.modes.V.T)
             for i, channels in self.over.groups():
                 out[cells][..., channels] += np.real(means[i] @ rows[:, channels])
@@ -110,19 +121,17 @@ class Means:
                     out[cells][..., channels] += self._direct(s, i, pushes, output_map, starts)[..., channels]
         return out.transpose(1, 2, 0)
 
-    def _series(self, pushes: Sequence[Push], index: int, starts: Indices, x: Array) -> tuple[list[Array], Array]:
+    def _series(self, heat: HeatSeries, index: int, starts: Indices, x: Array) -> tuple[list[Array], Array]:
         """Means of the modes (cells, pushes, n) for each set of samples, and modal states after a stretch, for pushes
         of one series."""
         s = self.course.segments[index]
         fast = compile_means() if s.modes.is_real else None
         if fast is None and self.cells[index][0] is None:
-            return self._force_pushes(pushes, index, starts, x)
-        q0, q1 = (np.hstack([q[s.first : s.last] for q in side]) for side in
-                  ([p.q0 for p in pushes], [p.q1 for p in pushes]))  # fmt: skip
-        by, means = np.concatenate([push.into(s.heat) for push in pushes]), []
-        which = np.repeat(np.arange(len(starts)), np.diff(np.append(starts, s.last - s.first)))
+            return self._force_pushes(heat, index, starts, x)
+        (q0, q1, by), means = heat.within(s), []
         for i, f in enumerate(self.factors[index]):
             if fast is not None:
+                which = np.repeat(np.arange(len(starts)), np.diff(np.append(starts, s.last - s.first)))
                 out, end = np.zeros((len(starts), *x.shape)), x.copy()
                 fast(which, q0, q1, by, s.gain, s.c0, s.c1, f.E, f.F0, f.F1, end, out)
             else:
@@ -141,10 +150,10 @@ class Means:
             found.append(tuple(cells_of(starts, s.gain, s.c0, s.c1, f.E, f.F0, f.F1) for f in factors))
         return tuple(found)
 
-    def _force_pushes(self, pushes: Sequence[Push], index: int, starts: Indices, x: Array) -> tuple[list[Array], Array]:
+    def _force_pushes(self, heat: HeatSeries, index: int, starts: Indices, x: Array) -> tuple[list[Array], Array]:
         """The same for any pushes."""
         s, factors = self.course.segments[index], self.factors[index]
-        p0, p1 = s.force_modes(pushes)
+        p0, p1 = heat.force_modes(s)
         m, end = s.march_forced(p0, p1, x)
         means = []
         for i, f in enumerate(factors):
@@ -164,11 +173,11 @@ class Means:
         return np.stack(parts, axis=1)
 
     def _by_kicks(self, pushes: Sequence[Push], output_map: OutputMap) -> Array:
-        kicks = Kicks(self.course, pushes)
+        kicks, by_regime = Kicks(self.course, pushes), self._rows(output_map)
         out = np.zeros((len(pushes), self.over.cells, output_map.count))
         x = np.zeros((len(pushes), self.course.problem.order))
         for s, factors in zip(self.course.segments, self.factors, strict=True):
-            m, decays, rows = x @ s.modes.W.T, kicks.decays(s), output_map.over[s.index] @ s.modes.V
+            m, decays, rows = x @ s.modes.W.T, kicks.decays(s), by_regime[s.index]
             cells, starts = self.over.split(kicks.cuts(s))
             seen = np.empty((len(starts), output_map.count, m.shape[1]), np.result_type(rows, decays))
             for i, channels in self.over.groups():
@@ -191,19 +200,20 @@ def _scale(factor: Array, values: Array, in_place: bool) -> Array:
     return np.multiply(factor[:, None], values, out=values if in_place else None)
 
 
-def _factors(samples: Samples, s: Segment, steps: Array) -> Factors:
-    rates = s.modes.rates
-    E = samples.sum_decays(rates, s.first, s.last)
-    w, first, t2, t3, t4 = samples.moments[s.first : s.last].T[:, :, None]
-    fast = np.abs(rates) * float(steps.max()) >= SLOW
+def _factors(samples: Samples, rates: Array, regime_of: Indices, steps: Array) -> Factors:
+    """Those of all intervals, by the rates of their regimes (regimes, n)."""
+    E, h, rates = samples.sum_decays(rates, regime_of), steps[:, None], rates[regime_of]
+    w, first, *_ = samples.moments.T[:, :, None]
+    fast = np.abs(rates) * h >= SLOW
     safe = np.where(fast, rates, 1.0)
     one = (w - E) / safe
     two = (first - one) / safe
     if not fast.all():
-        slow = rates[~fast]
-        one[:, ~fast] = first - slow * t2 / 2 + slow**2 * t3 / 6
-        two[:, ~fast] = t2 / 2 - slow * t3 / 6 + slow**2 * t4 / 24
-    F1 = two / steps[:, None]
+        k, j = np.nonzero(~fast)
+        slow, (_, first, t2, t3, t4) = rates[k, j], samples.moments[k].T
+        one[k, j] = first - slow * t2 / 2 + slow**2 * t3 / 6
+        two[k, j] = t2 / 2 - slow * t3 / 6 + slow**2 * t4 / 24
+    F1 = two / h
     return Factors(E, one - F1, F1)
 
 

@@ -28,14 +28,15 @@ class Samples:
     share: Array
     count: int
 
-    def sum_decays(self, rates: Array, first: int, last: int) -> Array:
-        """Σ share · e^(−λτ) over the samples of intervals first to last (excluded), for all rates λ: (intervals, n)."""
+    def sum_decays(self, rates: Array, regime_of: Indices) -> Array:
+        """Σ share · e^(−λτ) over the samples of every interval, for the rates λ of its regime (regimes, n): (count,
+        n)."""
         s = self.stretches
-        own = slice(*np.searchsorted(s.interval, (first, last)).tolist())
-        decays = np.exp(np.multiply.outer(-s.since[own], rates))
-        decays *= s.sum_even(rates).take(s.kind[own], axis=0)
-        decays *= s.share[own, None]
-        return _sum_by_interval(s.interval[own] - first, decays, last - first)
+        regime = regime_of[s.interval]
+        decays = np.exp(-s.since[:, None] * rates[regime])
+        decays *= s.sum_even(rates, regime)
+        decays *= s.share[:, None]
+        return _sum_by_interval(s.interval, decays, self.count)
 
     @cached_property
     def stretches(self) -> Stretches:
@@ -73,12 +74,14 @@ class Stretches:
     kinds: Array
     kind: Indices
 
-    def sum_even(self, rates: Array) -> Array:
-        """Σ e^(−λ i δ), i from 0 to below the number: (kinds, n)."""
-        spacing, number = self.kinds[:, :1], self.kinds[:, 1:]
-        whole, each = np.expm1(-spacing * number * rates), np.expm1(-spacing * rates)
+    def sum_even(self, rates: Array, regime: Indices) -> Array:
+        """Σ e^(−λ i δ), i from 0 to below the number, for the rates of the regime of each: (stretches, n)."""
+        pairs, pair = np.unique(regime * len(self.kinds) + self.kind, return_inverse=True)
+        r, kind = np.divmod(pairs, len(self.kinds))
+        (spacing, number), own = self.kinds[kind].T[:, :, None], rates[r]
+        whole, each = np.expm1(-spacing * number * own), np.expm1(-spacing * own)
         still = each == 0
-        return np.asarray(np.where(still, number, whole / np.where(still, 1.0, each)))
+        return np.asarray(np.where(still, number, whole / np.where(still, 1.0, each)).take(pair, axis=0))
 
 
 def _sum_by_interval(k: Indices, values: Array, count: int) -> Array:
@@ -124,9 +127,15 @@ class Averages:
 
     def find_touched(self, first: int, last: int) -> tuple[slice, Indices]:
         """The cells that intervals first to last (excluded) touch, and where they begin among these."""
-        begin = int(np.searchsorted(self.starts, first, side="right")) - 1
-        end = int(np.searchsorted(self.starts, last))
-        return slice(begin, end), np.maximum(self.starts[begin:end] - first, 0)
+        if (first, last) not in self._touched:
+            begin = int(np.searchsorted(self.starts, first, side="right")) - 1
+            end = int(np.searchsorted(self.starts, last))
+            self._touched[first, last] = slice(begin, end), np.maximum(self.starts[begin:end] - first, 0)
+        return self._touched[first, last]
+
+    @cached_property
+    def _touched(self) -> dict[tuple[int, int], tuple[slice, Indices]]:
+        return {}
 
     def split(self, cuts: Sequence[int]) -> tuple[Indices, Indices]:
         """Where cells or pieces begin among the intervals from the first cut to the last, and the cell of each."""

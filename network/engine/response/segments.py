@@ -123,22 +123,34 @@ class Segment:
 
 def segments(problem: LinearProblem, modes: Sequence[Modes]) -> Iterator[Segment]:
     """The segments of a run, in order."""
-    cuts, (lengths, of_step) = np.flatnonzero(np.diff(problem.regime_of)) + 1, problem.plan.step_lengths
+    cuts = (np.flatnonzero(np.diff(problem.regime_of)) + 1).tolist()
     heat = [m.W @ regime.F_heat for m, regime in zip(modes, problem.regimes, strict=True)]
-    for first, last in zip([0, *cuts.tolist()], [*cuts.tolist(), len(problem.regime_of)], strict=True):
+    factors = _factors(problem, modes)
+    for first, last in zip([0, *cuts], [*cuts, len(problem.regime_of)], strict=True):
         r = int(problem.regime_of[first])
-        gain, c0, c1 = _factors(modes[r].rates, lengths, of_step[first:last])
+        gain, c0, c1 = (as_modes(factor[first:last], modes[r]) for factor in factors)
         yield Segment(first, last, r, problem.regimes[r], modes[r], heat[r], gain, c0, c1)
 
 
-def _factors(rates: Array, lengths: Array, of_step: Indices) -> tuple[Array, Array, Array]:
-    """Decay over every step, and what heat at its two ends adds; steps of one length are worked out once."""
-    if len(of_step) < len(lengths):
-        mine, of_step = np.unique(of_step, return_inverse=True)
-        lengths = lengths[mine]
-    h = lengths[:, None]
-    z = -rates * h
+def as_modes(values: Array, modes: Modes) -> Array:
+    """Values of the modes of one regime, which stood among those of others; real where its modes are."""
+    return np.ascontiguousarray(values.real) if modes.is_real and np.iscomplexobj(values) else values
+
+
+def rates_of(modes: Sequence[Modes]) -> Array:
+    """Decay rates of the modes of every regime (regimes, n)."""
+    return np.array([m.rates for m in modes])
+
+
+def _factors(problem: LinearProblem, modes: Sequence[Modes]) -> tuple[Array, Array, Array]:
+    """Decay over every step, and what heat at its two ends adds (K, n); steps of one length in one regime are worked
+    out once."""
+    lengths, of_step = problem.plan.step_lengths
+    kinds, kind = np.unique(problem.regime_of * len(lengths) + of_step, return_inverse=True)
+    r, length = np.divmod(kinds, len(lengths))
+    h: Array = lengths[length, None]
+    z = -rates_of(modes)[r] * h
     one, two, _ = phi(z)
-    c1 = h * two
-    gain, c0, c1 = (factor.take(of_step, axis=0) for factor in (np.exp(z), h * one - c1, c1))
+    late = h * two
+    gain, c0, c1 = (np.take(factor, kind, axis=0) for factor in (np.exp(z), h * one - late, late))
     return gain, c0, c1
