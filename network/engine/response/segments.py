@@ -124,7 +124,7 @@ class Segment:
 def segments(problem: LinearProblem, modes: Sequence[Modes]) -> Iterator[Segment]:
     """The segments of a run, in order."""
     cuts = (np.flatnonzero(np.diff(problem.regime_of)) + 1).tolist()
-    heat = [m.W @ regime.F_heat for m, regime in zip(modes, problem.regimes, strict=True)]
+    heat = [regime.see_driven(m.W) for m, regime in zip(modes, problem.regimes, strict=True)]
     factors = _factors(problem, modes)
     for first, last in zip([0, *cuts], [*cuts, len(problem.regime_of)], strict=True):
         r = int(problem.regime_of[first])

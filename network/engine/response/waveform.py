@@ -255,7 +255,7 @@ def _lay_out(
     for w, regime in enumerate(regimes):
         mine = np.flatnonzero(of == w)
         for f, given, at in ((f0, held[0], mine), (f1, held[1], mine + K)):
-            f[mine] = given[mine] @ regime.F_held.T + heat[at] @ regime.F_heat.T
+            f[mine] = given[mine] @ regime.F_held.T + regime.drive(heat[at])
             f[mine, len(network.free) :] += readouts.state_constant
     forcing = Forcing(held, (heat[:K], heat[K:]), ())
     first = regimes[int(of[0])]

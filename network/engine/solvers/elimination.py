@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from network.catalogue.declaration.declare import Array
+from network.catalogue.declaration.declare import Array, Indices
 from network.engine.channels import Readouts
 from network.engine.network import Network
 from network.platform.refusal import Failed
@@ -24,6 +25,31 @@ class Regime:
     F_heat: Array
     is_symmetric: bool
     K: Array
+
+    def drive(self, heat: Array) -> Array:
+        """What heats of all lumps (·, N) do to the states: (·, n)."""
+        if self._driven is None:
+            return np.asarray(heat @ self.F_heat.T)
+        states, lumps, by = self._driven
+        out = np.zeros((len(heat), len(self.F_heat)))
+        out[:, states] = heat[:, lumps] * by
+        return out
+
+    def see_driven(self, rows: Array) -> Array:
+        """Rows over the states (·, n) as rows over the heat that drives these (·, N)."""
+        if self._driven is None:
+            return np.asarray(rows @ self.F_heat)
+        states, lumps, by = self._driven
+        out = np.zeros((len(rows), self.F_heat.shape[1]), rows.dtype)
+        out[:, lumps] = rows[:, states] * by
+        return out
+
+    @cached_property
+    def _driven(self) -> tuple[Indices, Indices, Array] | None:
+        """States, the one lump whose heat drives each, and by how much; None where it is not one to one."""
+        states, lumps = np.nonzero(self.F_heat)
+        one_to_one = all((np.bincount(which, minlength=1) <= 1).all() for which in (states, lumps))
+        return (states, lumps, self.F_heat[states, lumps]) if one_to_one else None
 
 
 KnownRegimes = dict[tuple[float, ...], Regime]
