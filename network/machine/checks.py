@@ -6,7 +6,7 @@ consequence of that is told.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -16,7 +16,7 @@ from network.catalogue.declaration.entry_path import EntryPath, displacement
 from network.catalogue.declaration.fields import Place, PlacesField, SharesField
 from network.catalogue.declaration.sections import CALIBRATED, TCP, is_empty, section
 from network.catalogue.expansions.base import AXES
-from network.catalogue.mechanisms.base import Stream
+from network.catalogue.mechanisms.base import Link, Source, Stream
 from network.catalogue.nodes import Node
 from network.catalogue.sensors.sensor import Sensor
 from network.machine.size_checks import check_sizes
@@ -56,18 +56,36 @@ def check_machine(machine: Entries, complaints: Complaints) -> None:
         return
     if not check_sizes(machine, complaints):
         return
-    _check_entries(machine, complaints)
-    _check_links(machine, complaints)
-    _check_sources(machine, complaints)
+    _check_entries(machine, machine.by_path, complaints)
+    _check_links(machine, machine.links, complaints)
+    _check_sources(machine, machine.sources, complaints)
     _check_sensors(machine, complaints)
     _check_inputs(machine, complaints)
     _check_connections(machine, complaints)
     _check_validity(machine, complaints)
 
 
-def _check_entries(machine: Entries, complaints: Complaints) -> None:
+def check_added(before: Entries, machine: Entries, added: Mapping[EntryPath, Declared], complaints: Complaints) -> None:
+    """The same of entries put into a machine that has no faults, as far as these could be at fault."""
+    if not check_sizes(machine, complaints):
+        return
+    links = {path.name: machine.links[path.name] for path in added if path.section == "links"}
+    sources = {path.name: machine.sources[path.name] for path in added if path.section == "sources"}
+    sections, read = {path.section for path in added}, [pair for e in added.values() for pair in e.needs().items()]
+    has_nodes, is_read = Node.section in sections, any(before.inputs.get(name) != text for name, text in read)
+    _check_entries(machine, machine.by_path if has_nodes else added, complaints)
+    _check_links(machine, links, complaints)
+    _check_sources(machine, sources, complaints)
+    if has_nodes or is_read or not sections.isdisjoint((TCP, Sensor.section)):
+        _check_sensors(machine, complaints)
+        _check_inputs(machine, complaints)
+    if has_nodes or not sources.keys().isdisjoint(before.sources) or not all(map(before.joins_as, links.values())):
+        _check_connections(machine, complaints)
+
+
+def _check_entries(machine: Entries, entries: Mapping[EntryPath, Declared], complaints: Complaints) -> None:
     """What the entries say against themselves; expansions know the machine by now and are asked again."""
-    for path, entry in machine.by_path.items():
+    for path, entry in entries.items():
         for field, wrong, right in entry.faults() if path.section == TCP else ():
             complaints.refuse(entry.spot_of(field), f"{path}: {wrong}", right)
         for field, wrong, right in entry.doubts():
@@ -78,8 +96,8 @@ def _check_entries(machine: Entries, complaints: Complaints) -> None:
             complaints.warn(entry.spot_of("temperature"), wrong, "an input is meant here; link nodes to join them")
 
 
-def _check_links(machine: Entries, complaints: Complaints) -> None:
-    for name, link in machine.links.items():
+def _check_links(machine: Entries, links: Mapping[str, Link | Stream], complaints: Complaints) -> None:
+    for name, link in links.items():
         places = link.places
         field = "through" if isinstance(link, Stream) else "between"
         for a, b in pairwise(places):
@@ -91,8 +109,8 @@ def _check_links(machine: Entries, complaints: Complaints) -> None:
             complaints.warn(link.spot_of(field), wrong, "it changes nothing; link a part, or take it out")
 
 
-def _check_sources(machine: Entries, complaints: Complaints) -> None:
-    for name, source in machine.sources.items():
+def _check_sources(machine: Entries, sources: Mapping[str, Source], complaints: Complaints) -> None:
+    for name, source in sources.items():
         for place, _ in source.into:
             if machine.nodes[place.node].is_held:
                 wrong = f"sources.{name}: heats {place.node}, whose temperature is held"

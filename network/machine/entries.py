@@ -68,6 +68,11 @@ class Entries(ABC):
                 seen.add(frozenset(pair))
                 yield pair[0], pair[1]
 
+    def joins_as(self, link: Link | Stream) -> bool:
+        """Whether a link joins what one of its name does, or there is none."""
+        old = self.links.get(link.name)
+        return old is None or [p.node for p in old.places] == [p.node for p in link.places]
+
     @cached_property
     def expansions(self) -> Mapping[tuple[str, str], Expansion]:
         """(axis, name) → entry."""

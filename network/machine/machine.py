@@ -12,6 +12,7 @@ from network.catalogue.declaration.sections import check_sections
 from network.machine.checks import check_machine
 from network.machine.entries import Entries
 from network.machine.file_layers import load_tree
+from network.machine.increment import AS_READ, extend
 from network.machine.lumps import level_patch
 from network.machine.overrides import part_numbers, set_lumps, set_value
 from network.machine.reader import MachineReader
@@ -54,7 +55,9 @@ class Machine(Entries, Drawn):
         machine = MachineReader(tree, file, collected).machine(cls)
         check_machine(machine, collected)
         collected.raise_if_any()
-        return replace(machine, warnings=tuple(sorted(set(collected.warnings))))
+        machine = replace(machine, warnings=tuple(sorted(set(collected.warnings))))
+        machine.__dict__[AS_READ] = True
+        return machine
 
     def patched(self, patch: Mapping[str, Any], origin: str = "patch") -> Self:
         """This machine with a patch laid over it; `origin` stands in messages. Raises Refused.
@@ -70,4 +73,4 @@ class Machine(Entries, Drawn):
         tree = Patch(whole).over(self.tree, Spot(origin)) if whole else self.tree
         for path, value in numbers:
             tree = set_value(tree, f"{path}={value}")
-        return self.read(tree, self.file)
+        return extend(self, tree) or self.read(tree, self.file)

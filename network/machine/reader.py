@@ -65,6 +65,18 @@ class MachineReader:
                                 ("sensors", ""): sensors})  # fmt: skip
         return machine
 
+    def read_added(self, tree: Branch) -> dict[tuple[str, str], dict[str, Any]]:
+        """The entries of a part of the tree, by section and axis, nothing filled in. Raises Refused for too many."""
+        self._check_size()
+        open_rooms()
+        whole, self.tree = self.tree, tree
+        found: dict[tuple[str, str], dict[str, Any]] = {("nodes", ""): {**self._plain(Node)}}
+        found |= {(where, ""): {**self._kinds(where)} for where in ("links", "sources")}
+        found |= {(TCP, axis): {**own} for axis, own in self._tcp().items()}
+        found["sensors", ""] = {**self._plain(Sensor)}
+        self.tree = whole
+        return {where: own for where, own in found.items() if own}
+
     def _check_size(self) -> None:
         for key in SECTIONS:
             count, most = len(section(self.tree, key).items), MOST_NODES if key == Node.section else MOST_ENTRIES
@@ -188,12 +200,13 @@ class MachineReader:
         """Entries that name what is not there are told and taken out; the others look up what they need."""
         for (section_name, axis), holder in holders.items():
             for name, entry in list(holder.items()):
-                if self._finds_all(machine, EntryPath(section_name, axis, name), entry):
+                if self.finds_all(machine, EntryPath(section_name, axis, name), entry):
                     holder[name] = entry.resolve(machine)
                 else:
                     del holder[name]
 
-    def _finds_all(self, machine: Entries, path: EntryPath, entry: Declared) -> bool:
+    def finds_all(self, machine: Entries, path: EntryPath, entry: Declared) -> bool:
+        """Whether all that an entry names is there."""
         material = entry.material if isinstance(entry, Node) else None
         if material is not None and material not in machine.materials:
             self._missing(path, entry, "material", material, "materials", machine.materials)
