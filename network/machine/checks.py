@@ -76,7 +76,7 @@ def check_added(before: Entries, machine: Entries, added: Mapping[EntryPath, Dec
     _check_entries(machine, machine.by_path if has_nodes else added, complaints)
     _check_links(machine, links, complaints)
     _check_sources(machine, sources, complaints)
-    if has_nodes or is_read or not sections.isdisjoint((TCP, Sensor.section)):
+    if has_nodes or is_read or Sensor.section in sections:
         _check_sensors(machine, complaints)
         _check_inputs(machine, complaints)
     if has_nodes or not sources.keys().isdisjoint(before.sources) or not all(map(before.joins_as, links.values())):
