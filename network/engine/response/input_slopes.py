@@ -36,6 +36,9 @@ def _difference(prediction: Prediction, name: str, step: float) -> Array:
 
 
 def _predict(beside: Prediction, run: Run, plan: Plan) -> Prediction:
-    outputs = beside.course.readouts
-    course = build_switched_course(plan, outputs, {}) if plan.network.relays else course_of(plan, outputs, None, {})
+    """The run under other inputs, with the modes of what stays as it is."""
+    outputs, near = beside.course.readouts, beside.course
+    known = {regime.A.tobytes(): own for regime, own in zip(near.problem.regimes, near.modes, strict=True)}
+    solve = build_switched_course if plan.network.relays else course_of
+    course = solve(plan, outputs, known=known)
     return Prediction(run, beside.machine, course, run.resampled(course.problem.plan.edges), beside.known)

@@ -251,12 +251,14 @@ def _lay_out(
     """Windows with a heat into all lumps (2 K, N) beside their matrices. held: given temperatures at both ends."""
     network, K = plan.network, len(plan.steps)
     n = len(network.free) + readouts.states
-    f0, f1 = np.empty((K, n)), np.empty((K, n))
+    alike = not len(network.massless) and not network.melting
+    driven = regimes[0].drive(heat) if alike else np.empty((2 * K, n))
     for w, regime in enumerate(regimes):
         mine = np.flatnonzero(of == w)
-        for f, given, at in ((f0, held[0], mine), (f1, held[1], mine + K)):
-            f[mine] = given[mine] @ regime.F_held.T + regime.drive(heat[at])
-            f[mine, len(network.free) :] += readouts.state_constant
+        for given, at in ((held[0], mine), (held[1], mine + K)):
+            driven[at] = given[mine] @ regime.F_held.T + (driven[at] if alike else regime.drive(heat[at]))
+            driven[at, len(network.free) :] += readouts.state_constant
+    f0, f1 = driven[:K], driven[K:]
     forcing = Forcing(held, (heat[:K], heat[K:]), ())
     first = regimes[int(of[0])]
     x0 = np.concatenate([plan.T0[network.free], np.zeros(readouts.states)])
