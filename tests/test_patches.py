@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import islice
 from pathlib import Path
 
 import pytest
 from test_refusals import BENCH, edited
 
+from network.analysis.diagnosis.candidates import kinds
 from network.machine.machine import Machine
 from network.platform.refusal import Refused, Spot
 from network.platform.yaml.document import Branch, dump, tree_of
@@ -292,3 +294,28 @@ def test_an_entry_written_and_read_again_is_the_same(path: Path) -> None:
             sections.setdefault(entry.section, {})[entry.name] = entry.to_plain()
     again = machine.patched(sections)
     assert dict(again.entries()) == dict(machine.entries())
+
+
+# -- one entry more -------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
+def test_a_machine_with_an_entry_more_is_the_one_that_is_read_as_a_whole(path: Path) -> None:
+    machine = Machine.load(path)
+    patches = [patch for kind in kinds() for patch in islice(kind.proposes(machine), 2)]
+    for patch in patches:
+        try:
+            patched = machine.patched(patch)
+        except Refused as refused:
+            assert str(refused)
+            continue
+        whole = Machine.read(patched.tree, machine.file)
+        assert [*patched.by_path] == [*whole.by_path] and patched.by_path == whole.by_path
+        assert (patched.inputs, patched.warnings) == (whole.inputs, whole.warnings)
+
+
+def test_what_an_entry_more_leaves_wrong_is_refused_as_in_the_whole_file(tmp_path: Path) -> None:
+    machine = Machine.load(files(tmp_path, bench=BENCH))
+    same = {"kind": "conduction", "between": ["housing", "housing"], "conductance": "5 W/K"}
+    nowhere = {"kind": "conduction", "between": ["housing", "attic"], "conductance": "5 W/K"}
+    for body, wrong in ((same, "joins housing with itself"), (nowhere, "there is no node 'attic'")):
+        with pytest.raises(Refused, match=wrong):
+            machine.patched({"links": {"more": body}})
