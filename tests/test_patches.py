@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from test_refusals import BENCH, edited
 
-from network.analysis.diagnosis.candidates import kinds
+from network.analysis.diagnosis.candidates import candidates, kinds, lay_over
 from network.machine.machine import Machine
 from network.platform.refusal import Refused, Spot
 from network.platform.yaml.document import Branch, dump, tree_of
@@ -319,3 +319,10 @@ def test_what_an_entry_more_leaves_wrong_is_refused_as_in_the_whole_file(tmp_pat
     for body, wrong in ((same, "joins housing with itself"), (nowhere, "there is no node 'attic'")):
         with pytest.raises(Refused, match=wrong):
             machine.patched({"links": {"more": body}})
+
+
+def test_two_findings_with_one_number_cannot_be_laid_one_over_the_other(tmp_path: Path) -> None:
+    machine = Machine.load(files(tmp_path, bench=BENCH))
+    faults = [c for c in candidates(machine, machine.inputs) if c.kind.kind == "sensor_fault"]
+    assert faults and lay_over(machine, faults[:1]) is not None
+    assert lay_over(machine, [faults[0], faults[0]]) is None

@@ -185,8 +185,9 @@ def candidate(machine: Machine, kind: type[Effect], patch: Mapping[str, Any]) ->
 
 
 def lay_over(machine: Machine, found: Iterable[Candidate]) -> tuple[Machine, tuple[Candidate, ...]] | None:
-    """Another machine with findings laid over it, one on the other, and these; None where one does not fit, or where
-    the numbers of an earlier one do not stand any more: an effect of a sensor moves those behind it."""
+    """Another machine with findings laid over it, one on the other, and these; None where one does not fit, where two
+    have one number, or where the numbers of an earlier one do not stand any more: an effect of a sensor moves those
+    behind it."""
     laid: list[Candidate] = []
     for c in found:
         again = candidate(machine, c.kind, c.patch)
@@ -194,7 +195,9 @@ def lay_over(machine: Machine, found: Iterable[Candidate]) -> tuple[Machine, tup
             return None
         laid.append(replace(again, proposed=c.proposed))
         machine = again.machine
-    return (machine, tuple(laid)) if has_numbers(machine, (p for c in laid for p in c.own)) else None
+    own = {p.path: p for c in laid for p in c.own}
+    is_once = len(own) == sum(len(c.own) for c in laid)
+    return (machine, tuple(laid)) if is_once and has_numbers(machine, own.values()) else None
 
 
 def has_numbers(machine: Machine, own: Iterable[Parameter]) -> bool:
