@@ -20,6 +20,7 @@ from network.recordings.hygiene.set_aside import SetAside
 from network.recordings.inputs import Schedule, Signal, Start, hold, is_slow, is_stepped, linear
 from network.recordings.mapping import load_mapping
 from network.recordings.pieces import Cut, extents, find_cuts, piece_column, tell_cuts
+from network.recordings.relay_mode import RelayMode
 from network.recordings.stamps import AUTO
 from network.recordings.table_rows import Header
 from network.recordings.yaml_values import collecting
@@ -34,7 +35,8 @@ class Recording(Result):
     and how it runs between samples (linear, held; default by its unit); source: the CSV, whose line lines[k] holds
     t[k] (k + 2 without); zeroed: channels told less their first value; excluded: what was set aside of it, None before
     it was judged; offsets: whether its sensors may be off by a constant; starts: whether its parts may begin
-    elsewhere than the start rule says.
+    elsewhere than the start rule says; modes: whether a relay of the machine is on (1) or off (0), by its name, where
+    readings tell.
     """
 
     name: str
@@ -52,6 +54,7 @@ class Recording(Result):
     excluded: tuple[SetAside, ...] | None = None
     offsets: bool = True
     starts: bool = True
+    modes: Mapping[str, RelayMode] = field(default_factory=dict)
 
     def __str__(self) -> str:
         hours = (self.t[-1] - self.t[0]) / 3600
@@ -106,7 +109,9 @@ class Recording(Result):
 
     def _keep(self, kept: Mask) -> Recording:
         columns = {n: replace(c, values=c.values[kept]) for n, c in self.columns.items()}
-        return replace(self, t=self.t[kept], columns=columns, lines=None if self.lines is None else self.lines[kept])
+        t, lines = self.t[kept], None if self.lines is None else self.lines[kept]
+        modes = {n: m.until(float(t[-1])) for n, m in self.modes.items()}
+        return replace(self, t=t, columns=columns, lines=lines, modes=modes)
 
     def measured(self, name: str) -> Column:
         """The column. Raises Refused where there is none of that name."""
@@ -117,6 +122,8 @@ class Recording(Result):
         mapping says otherwise. Raises Refused: not there, or gaps and no way told."""
         if name in self.constants:
             return self.constants[name]
+        if name in self.modes:
+            return self.modes[name].signal
         column = self._column(name, spot or Spot(self.file))
         read = unit(column.unit)
         is_held = is_switch or not is_slow(read) or is_stepped(read, column.values)
@@ -126,7 +133,7 @@ class Recording(Result):
     def schedule(self, input_names: Iterable[str], switches: Container[str] = ()) -> Schedule:
         """The inputs a machine needs, at the times of the recording; switches: those that say whether something is
         there. Raises Refused with every one that is missing."""
-        complaints, signals, known = Complaints(), dict[str, Signal](), [*self.columns, *self.constants]
+        complaints, signals, known = Complaints(), dict[str, Signal](), [*self.columns, *self.constants, *self.modes]
         for name in input_names:
             with collecting(complaints, Spot(self.file), name):
                 if name not in known:

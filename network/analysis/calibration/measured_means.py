@@ -147,7 +147,7 @@ class Measured(Brief):
 
     def pushes(self, course: LinearRun) -> list[Push]:
         """What the starts, then the edges do to a run."""
-        jumps = edge_pushes(course, lone_jumps(self.run.knots)) if self.edges else []
+        jumps = edge_pushes(course, instants_of(self.run, self.recording)) if self.edges else []
         return [*start_pushes(course, [n.name for n in self.starts]), *jumps]
 
 
@@ -173,7 +173,7 @@ def weigh_recording(
     sigma = {n: max(declared[n], c.noise, c.quantum * EDGE) for n, c in looked.items()}
     return Measured(
         run, recording, looked, laid.means, laid.counts, sigma, declared,
-        tuple(_starts(machine, parts, recording, known)), tuple(_edges(run, schedule.t)),
+        tuple(_starts(machine, parts, recording, known)), tuple(_edges(run, recording)),
         tuple(_inputs(machine, schedule)),
     )  # fmt: skip
 
@@ -193,11 +193,13 @@ def _lay_out(
     recording: Recording, inputs: frozenset[str], switches: frozenset[str], channels: tuple[tuple[str, float], ...]
 ) -> _LaidOut:
     """Channels (with their declared σ) on the knots of some inputs."""
-    signals = {name: recording.signal(name, is_switch=name in switches) for name in sorted(inputs)}
+    signals = {name: recording.signal(name, is_switch=name in switches) for name in sorted(inputs - {*recording.modes})}
     schedule = Schedule(recording.name, recording.file, recording.t, signals, recording.start)
     knots, looked = make_knots(schedule), {n: _look_at_column(recording, n, sigma) for n, sigma in channels}
     looked = {n: c for n, c in looked.items() if c.used.any()}
-    run = Run(recording.name, on_knots(schedule, knots), knots, {}, {n: c.used for n, c in looked.items()})
+    driven = on_knots(schedule, knots)
+    driven = replace(driven, signals={**driven.signals, **{n: m.signal for n, m in recording.modes.items()}})
+    run = Run(recording.name, driven, knots, {}, {n: c.used for n, c in looked.items()})
     means, counts = zip(*(_means(run, c) for c in looked.values()), strict=True)
     return _LaidOut(run, looked, np.concatenate(means), np.concatenate(counts))
 
@@ -241,12 +243,21 @@ def lone_jumps(knots: Knots) -> Array:
     return lone if len(lone) <= MOST_JUMPS else lone[:0]
 
 
-def _edges(run: Run, samples: Array) -> Iterator[Nuisance]:
-    """How much later than recorded an input jumped: at most a sample earlier."""
+def instants_of(run: Run, recording: Recording) -> Array:
+    """Instants of jumps that are not known exactly: of inputs, then of relays whose modes are read."""
+    return np.concatenate([lone_jumps(run.knots), *(mode.t[1:] for mode in recording.modes.values())])
+
+
+def _edges(run: Run, recording: Recording) -> Iterator[Nuisance]:
+    """How much later than recorded an input jumped: at most a sample earlier; and a relay switched."""
+    samples = recording.t
     for t in lone_jumps(run.knots):
         k = int(first_from(samples, t))
         h = float(samples[k] - samples[k - 1]) if k else 0.0
         yield Nuisance(f"jump at {t:.6g} s", -h / 2, max(h * EDGE, 1e-3))
+    for mode in recording.modes.values():
+        for t, spread in zip(mode.t[1:], mode.spread, strict=True):
+            yield Nuisance(f"{mode.name} at {t:.6g} s", 0.0, float(spread))
 
 
 def _inputs(machine: Machine, schedule: Schedule) -> Iterator[Nuisance]:

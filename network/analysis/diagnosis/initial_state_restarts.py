@@ -11,7 +11,6 @@ from functools import partial
 
 import numpy as np
 
-from network.analysis.calibration.growing_horizon import has_relays
 from network.analysis.calibration.measured_means import RunPoint
 from network.analysis.diagnosis.compact_fit import compact
 from network.analysis.diagnosis.hypothesis import (
@@ -35,7 +34,7 @@ TRIED, REST = (0.25, 0.4, 0.6), (0.8,)
 
 def restart_from_starts(best: Hypothesis, jobs: int = 1) -> Hypothesis:
     """The hypothesis fitted about the starts that it finds, and about others, where relays switch and that helps."""
-    if not has_relays(best.machine):
+    if not best.fit.problem.model.switches:
         return best
     best = _better(best, fit_findings(start_from(best.case, best), best.root, best.found, best.values))
     loose = {n for c in best.found if c.switches for n in Space(c).parts}

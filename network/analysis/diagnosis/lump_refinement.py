@@ -18,7 +18,7 @@ from math import ceil
 
 import numpy as np
 
-from network.analysis.calibration.growing_horizon import begin_in_step, has_relays
+from network.analysis.calibration.growing_horizon import begin_in_step
 from network.analysis.calibration.linearised import Linearised
 from network.analysis.calibration.misfit import lasting_misfit
 from network.analysis.diagnosis.candidates import Candidate, candidates
@@ -76,7 +76,7 @@ def refine_lumps(case: Case, written: Hypothesis, jobs: int = 1) -> list[Hypothe
 def _fit_finer(case: Case, machine: Machine, start: Mapping[str, float] | None) -> Hypothesis:
     """The machine fitted on finer lumps; relays that fall out of step there are led back into it."""
     direct = fit_hypothesis(case, machine, start=start)
-    if direct.chi < SETTINGS.doubtful or not has_relays(machine):
+    if direct.chi < SETTINGS.doubtful or not direct.fit.problem.model.switches:
         return direct
     parameters, is_late = parameters_of(machine, ()), partial(case.budget.is_past, SETTINGS.searched)
     begin = begin_in_step(machine, parameters, case.lay_out(machine), case.start, is_late)

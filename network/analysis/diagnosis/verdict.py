@@ -13,10 +13,12 @@ from network.analysis.calibration.estimated_constants import Numbers, compare_es
 from network.analysis.calibration.gauss_newton import chi_of
 from network.analysis.calibration.generalisation import with_numbers
 from network.analysis.calibration.misfit import channel_misfits
+from network.analysis.calibration.recorded_modes import forget_modes
 from network.analysis.calibration.uncertainty import uncertainty_by_curvature
 from network.analysis.comparison.compare import Comparison, RecordingResidual
 from network.analysis.diagnosis.compact_fit import expand
 from network.analysis.diagnosis.experiments.advice import experiments
+from network.analysis.diagnosis.faced_relays import face_relays
 from network.analysis.diagnosis.findings import find_unknown, is_shadow, list_findings, list_rivals
 from network.analysis.diagnosis.hypothesis import Hypothesis, fit_findings, reweight, state
 from network.analysis.diagnosis.invariants import doubt_unseen, list_refutations
@@ -32,6 +34,7 @@ from network.analysis.diagnosis.strategies import list_unsearched
 from network.analysis.diagnosis.time_budget import TimeBudget
 from network.machine.machine import Machine
 from network.platform.parallel import run_all
+from network.platform.refusal import Failed
 from network.platform.wording import sentence
 from network.recordings.recording import Recording
 
@@ -107,15 +110,27 @@ def _withdraw_refuted(
 ) -> tuple[Search, Machine, Fits, list[str]]:
     """The search without the last findings, then without finer lumps, while simulated runs speak against them, and what
     did."""
-    after, fits = _simulate_both(search, before, holdout, jobs)
-    refuted = told = list_refutations(search.selection, fits) if after is not before else []
+    told = _test_simulated(search, before, holdout, jobs)
+    refuted = told[2]
     for rest in _list_retreats(search):
-        if not told:
+        if not told[2]:
             break
-        search = rest
-        after, fits = _simulate_both(search, before, holdout, jobs)
-        told = list_refutations(search.selection, fits) if after is not before else []
+        search, told = rest, _test_simulated(rest, before, holdout, jobs)
+    after, fits, left = told
+    if fits is None:
+        raise Failed(left[0])
     return search, after, fits, refuted
+
+
+def _test_simulated(
+    search: Search, before: Machine, holdout: Sequence[Recording], jobs: int
+) -> tuple[Machine, Fits | None, list[str]]:
+    """What a search comes to, simulated, and what speaks against it; runs that break down do."""
+    try:
+        after, fits = _simulate_both(search, before, holdout, jobs)
+    except (Failed, np.linalg.LinAlgError) as broken:
+        return before, None, [f"with it a run breaks down: {broken}"]
+    return after, fits, list_refutations(search.selection, fits) if after is not before else []
 
 
 def _list_retreats(search: Search) -> Iterator[Search]:
@@ -143,9 +158,11 @@ def _bare_of(search: Search) -> Hypothesis:
 
 def _simulate_both(search: Search, before: Machine, holdout: Sequence[Recording], jobs: int) -> tuple[Machine, Fits]:
     """The machine with what was found and its numbers, and how it tells the recordings, simulated."""
-    best = search.best
-    after = numbers_in(best) if search.fault or best.found or _is_finer(search) else before
-    return after, _fits(search, before, after, holdout, jobs)
+    if not (search.fault or search.best.found or _is_finer(search)):
+        return before, _fits(search, search.best, before, before, holdout, jobs)
+    best = face_relays(search.best)
+    after = numbers_in(best)
+    return after, _fits(search, best, before, after, holdout, jobs)
 
 
 def _is_finer(search: Search) -> bool:
@@ -192,11 +209,14 @@ def _was_off(search: Search) -> bool:
     return at is None or chi_of(at) > SETTINGS.doubtful
 
 
-def _fits(search: Search, before: Machine, after: Machine, holdout: Sequence[Recording], jobs: int) -> Fits:
-    given, best = search.calibrated.numbers(search.given.start), search.best
+def _fits(
+    search: Search, best: Hypothesis, before: Machine, after: Machine, holdout: Sequence[Recording], jobs: int
+) -> Fits:
+    given = search.calibrated.numbers(search.given.start)
     found = given if after is before else _numbers(best, after)
     held = _correct_readings(search, found, holdout)
-    sets = [(given, search.given.recordings), (found, search.case.recordings), (given, holdout), (found, held)]
+    bare = tuple(forget_modes(search.case.recordings))
+    sets = [(given, search.given.recordings), (found, bare), (given, holdout), (found, held)]
     items = [(i, i > 1, run) for i, (_, runs) in enumerate(sets) for run in runs]
     told = iter(run_all(partial(_compare_run, [numbers for numbers, _ in sets]), items, jobs))
     train, fitted, *rest = (Comparison(of.machine, tuple(next(told) for _ in runs)) for of, runs in sets)

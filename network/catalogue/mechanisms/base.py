@@ -168,6 +168,15 @@ class Relay(Mechanism):
     def pause(self) -> Array:
         """Time between the guard and the switching [s]."""
 
+    def levels(self) -> tuple[Place, float, float] | None:
+        """The place whose temperature alone switches it, and the levels [°C] at which it goes on and off; None where
+        more than that switches it."""
+        return None
+
+    def follow(self, mode: str) -> Mapping[str, Any] | None:
+        """Its entry in the file were it an input, 0 or 1, that switched it; None where none says that."""
+        return None
+
 
 class Flow(Mechanism):
     """Heat driven by two temperatures."""

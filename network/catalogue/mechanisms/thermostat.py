@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
-from network.catalogue.declaration.fields import param, place
+from network.catalogue.declaration.fields import Place, param, place
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.proposals import fresh
 from network.catalogue.mechanisms.base import Inputs, Relay, Source, beyond
@@ -38,6 +38,14 @@ class Thermostat(Source, Relay):
 
     def pause(self) -> Array:
         return self.delay
+
+    def levels(self) -> tuple[Place, float, float] | None:
+        away = -self.sign * float(self.hysteresis)
+        return self.watches, float(self.set) + away, float(self.set) - away
+
+    def follow(self, mode: str) -> Mapping[str, Any] | None:
+        kept = {key: value for key, value in self.to_plain().items() if key in ("into", "power", "while")}
+        return {"kind": "heat_source", **kept, "with": mode, "at": f"{self.sign:g}"}
 
     @classmethod
     def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:

@@ -14,6 +14,7 @@ from network.engine.assembly import build
 from network.engine.channels import Readouts, readouts
 from network.engine.network import Network
 from network.engine.response.fixed_switchings import differ_at_switchings, runs_alike
+from network.engine.response.followed_relays import follow_relays, own_numbers
 from network.engine.response.heat_sensitivity import Slots, push_of
 from network.engine.response.joint_course import can_join, solve_together
 from network.engine.response.joint_means import JointMeans, common_starts
@@ -42,28 +43,31 @@ SHOWN = (TCP, "sensors")
 
 
 class Model:
-    """A machine with free parameters on some runs; switches: whether it has relays, so that what it predicts is rough;
-    warm: what is left of its last predictions."""
+    """A machine with free parameters on some runs, its relays switched by their modes where all runs tell these;
+    switches: whether it has others, so that what it predicts is rough; warm: what is left of its last predictions."""
 
     def __init__(self, machine: Machine, parameters: Sequence[Parameter], runs: Sequence[Run]) -> None:
-        self.machine, self.parameters, self.runs = machine, tuple(parameters), tuple(runs)
-        network = build(machine)
+        self.original, self.parameters, self.runs = machine, tuple(parameters), tuple(runs)
+        self.machine = follow_relays(machine, _shared_inputs(self.runs))
+        self.own = own_numbers(self.machine, self.original, self.parameters)
+        network = build(self.machine)
         check_followed(network)
         self.switches = bool(network.relays)
-        self.slots = Slots(network, tuple(p for p in self.parameters if p.entry.section not in SHOWN))
-        self.shown = tuple(p for p in self.parameters if p.entry.section in SHOWN)
+        self.slots = Slots(network, tuple(p for p in self.own if p.entry.section not in SHOWN))
+        self.shown = tuple(p for p in self.own if p.entry.section in SHOWN)
         acting = self.slots.acting
-        self._otherwise = [j for j, p in enumerate(self.parameters) if p not in acting]
+        self._idle = [j for j, p in enumerate(self.parameters) if p not in self.own]
+        self._otherwise = [j for j, p in enumerate(self.parameters) if p in self.own and p not in acting]
         self._readouts = readouts(network, parts=False)
         self.warm = WarmStart()
 
     def afresh(self) -> Model:
         """The same without what its predictions left."""
-        return Model(self.machine, self.parameters, self.runs)
+        return Model(self.original, self.parameters, self.runs)
 
     def at(self, theta: Array) -> tuple[Machine, Network]:
         """Machine and network at θ."""
-        values = values_at(self.parameters, theta)
+        values = self.values_at(theta)
         if not self.slots.suffice:
             machine = at_values(self.machine, values)
             return machine, build(machine)
@@ -72,6 +76,11 @@ class Model:
             return self.machine, network
         machine = at_values(self.machine, {p.path: values[p.path] for p in self.shown})
         return machine, replace(network, machine=machine)
+
+    def values_at(self, theta: Array) -> dict[str, float]:
+        """Numbers in SI by path, those that it has."""
+        values = values_at(self.parameters, theta)
+        return {p.path: values[p.path] for p in self.own} if self._idle else values
 
     def predict(self, theta: Array, starts: Sequence[Mapping[str, float]] | None = None) -> tuple[Prediction, ...]:
         """All runs at θ. Raises Failed where one runs away."""
@@ -197,8 +206,9 @@ class Model:
 
     def _pushes(self, theta: Array, course: LinearRun) -> tuple[list[int], list[Push], Array | None]:
         """Parameters that act by heat, their pushes, and how they move the guards of relays."""
-        known = self.slots.stands
-        found = [(j, push_of(p, course, float(theta[j]), known.get(p))) for j, p in enumerate(self.parameters)]
+        known, idle = self.slots.stands, {*self._idle}
+        acting = ((j, p) for j, p in enumerate(self.parameters) if j not in idle)
+        found = [(j, push_of(p, course, float(theta[j]), known.get(p))) for j, p in acting]
         by_heat, pushes = [j for j, p in found if p is not None], [p for _, p in found if p is not None]
         if not isinstance(course, SwitchedCourse):
             return by_heat, pushes, None
@@ -207,7 +217,8 @@ class Model:
 
     def _others(self, theta: Array, predictions: Sequence[Prediction], cells: bool = False) -> dict[int, list[Array]]:
         """∂(channels)/∂θ_j, or of their cells' means, run by run, of parameters that act otherwise than by heat."""
-        return {j: self._differences(theta, j, predictions, cells) for j in self._otherwise}
+        moved = {j: self._differences(theta, j, predictions, cells) for j in self._otherwise}
+        return moved | {j: [np.zeros_like(p.cells if cells else p.values) for p in predictions] for j in self._idle}
 
     def _differences(self, theta: Array, j: int, predictions: Sequence[Prediction], cells: bool) -> list[Array]:
         """∂(channels)/∂θ_j by a difference of whole runs; means over cells are the same cells where relays switch at
@@ -232,6 +243,10 @@ class Model:
         if cells:
             return [(m.cells - q.cells) / step for m, q in zip(moved, predictions, strict=True)]
         return [(_onto(m, q) - q.values) / step for m, q in zip(moved, predictions, strict=True)]
+
+
+def _shared_inputs(runs: Sequence[Run]) -> set[str]:
+    return set.intersection(*({*run.schedule.signals} for run in runs)) if runs else set()
 
 
 def _differ_in_states(machine: Machine, outputs: Readouts, at: Prediction, step: float, cells: bool) -> Array:

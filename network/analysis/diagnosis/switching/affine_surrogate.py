@@ -22,6 +22,7 @@ from network.catalogue.declaration.fields import REQUIRED
 from network.catalogue.mechanisms.base import Link, Relay
 from network.engine.entry_groups import Flows
 from network.engine.network import Network
+from network.engine.response.followed_relays import follow_relays
 from network.engine.response.model import Model
 from network.engine.response.nonlinear_laws import heat_of
 from network.engine.response.parameters import at_values, free_parameters
@@ -37,11 +38,13 @@ def straighten(h: Hypothesis, relay: Candidate | None = None) -> Hypothesis | No
     of what was found, beside which the difference is taken, so that it does not stand in that."""
     network = h.predictions[0].course.problem.plan.network
     bent, reading = _find_bent(network), [n for n in _find_reading(network) if relay is None or n in relay.base.sources]
-    if not bent and not reading:
+    machine = follow_relays(h.root, h.fit.problem.data[0].run.schedule.signals)
+    if not bent and not reading and machine is h.root:
         return None if network.melting else h
     try:
         patch: dict[str, Any] = {"links": dict(_straight_links(h, network, bent)), "sources": dict.fromkeys(reading)}
         machine = at_values(relay.base if relay else h.machine, _own_values(h, relay)).patched(patch)
+        machine = follow_relays(machine, h.fit.problem.data[0].run.schedule.signals)
         return None if network.melting else _correct(h, machine, relay)
     except (Failed, Refused, np.linalg.LinAlgError):
         return None

@@ -1,0 +1,34 @@
+"""Relays whose modes a recording tells: in a fit an input switches them, and not what they watch.
+
+A relay that is simulated falls out of step where anything else is wrong, and no slope leads back. Where readings show
+when it was on, its heat is that of a source that follows these modes, and the machine is straight between them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container, Sequence
+from typing import Any
+
+from network.catalogue.mechanisms.base import Relay
+from network.engine.response.parameters import Parameter
+from network.machine.machine import Machine
+
+MODE = "mode of "
+"""Before the name of a relay: the input that tells whether it is on."""
+
+
+def follow_relays(machine: Machine, inputs: Container[str]) -> Machine:
+    """The machine with those relays switched by inputs for which there is one; itself where there is none."""
+    bodies: dict[str, Any] = {}
+    for name, entry in machine.sources.items():
+        if isinstance(entry, Relay) and MODE + name in inputs and (body := entry.follow(MODE + name)) is not None:
+            bodies[name] = body
+    return machine.patched({"sources": bodies}) if bodies else machine
+
+
+def own_numbers(followed: Machine, machine: Machine, parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
+    """Those of the numbers of a machine that it still has where its relays are followed."""
+    if followed is machine:
+        return tuple(parameters)
+    fields = {path: {f.key for f in entry.params().values()} for path, entry in followed.by_path.items()}
+    return tuple(p for p in parameters if p.field.key in fields.get(p.entry, ()))
