@@ -46,9 +46,7 @@ def write_table(path: Path, header: Iterable[object], rows: Iterable[Iterable[ob
     write_text(path, text.getvalue())
 
 
-def run_summary(
-    run: Trajectory, shares: Superposition | None, lumping: LumpingError | None = None
-) -> dict[str, Any]:
+def run_summary(run: Trajectory, shares: Superposition | None, lumping: LumpingError | None = None) -> dict[str, Any]:
     """What summary.json holds; `from`: where the movement comes from; `lumping`: what finer lumps would change."""
     found = {"from": summarise_superposition(shares)} if shares is not None else {}
     return run.summary() | found | {"lumping": None if lumping is None else lumping.summary()}

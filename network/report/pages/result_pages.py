@@ -83,11 +83,11 @@ def page_of_comparison(comparison: Comparison, lumping: LumpingError | None = No
 
 def page_of_calibration(c: Calibration) -> str:
     """What `lptn calibrate` says, and every recording before and after."""
-    from network.report.words.calibration_words import band_lines, head_of, number_rows, rmse_rows
+    from network.report.words.calibration_words import band_lines, fit_rows, head_of, number_rows
 
     notes = [*band_lines(c), *(f"{sentence}." for sentence in c.sentences), *tell_cut(c.cut)]
     notes += [f"Warning: {w}" for w in c.warnings]
-    tables = [Table(*rmse_rows(c), "What is left, in units of noise"), Table(*number_rows(c), "Numbers of the file")]
+    tables = [Table(*fit_rows(c), "What is left, in units of noise"), Table(*number_rows(c), "Numbers of the file")]
     page = Page(f"{c.original.name}: calibrated", [f"{head_of(c)}."], tables, notes, [*_charts_of(c)], BOTH)
     return fill_page(page)
 
