@@ -175,7 +175,7 @@ class _Run:
             last = len(t_out) if t >= end else int(np.searchsorted(t_out, t, side="left"))
             self._deliver(k, dense, t_out[done:last], y[:, done:last], heat[done:last], first)
             done = max(done, last)
-            self._sum_heat(k, dense, first, t)
+            self._sum_heat(k, dense)
         return x
 
     def _solve(self, k: int, t: float, stop: float, x: Array) -> tuple[OdeSolution, float, Array]:
@@ -210,7 +210,7 @@ class _Run:
             T = self.temperatures(k, float(instant), x)
             y[:, i], temperatures[i] = np.concatenate([self.readouts.rows @ T, x[self.n :]]), T
 
-    def _sum_heat(self, k: int, dense: OdeSolution, first: float, last: float) -> None:
+    def _sum_heat(self, k: int, dense: OdeSolution) -> None:
         """Gauss–Legendre over every step that the solver took."""
         steps = dense.ts
         half, middle = np.diff(steps)[:, None] / 2, (steps[1:] + steps[:-1])[:, None] / 2
