@@ -1,4 +1,4 @@
-"""Relays in a step by step solution: their modes, and the first instant within a step at which one is to switch."""
+"""Relays along a solution: their modes, which of them are about to switch, and when one is to within a step."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from network.catalogue.declaration.declare import Array
 from network.catalogue.mechanisms.base import Inputs
 from network.engine.balance import relay_slices
 from network.engine.solvers.plan import Plan
-from network.engine.solvers.switch_count import check_count
+from network.engine.solvers.switch_count import MOST_SWITCHES, check_count
 
 LONGEST = 30.0
 """s: longest distance at which guards are looked at, so that two crossings in one step are not missed."""
@@ -25,9 +25,11 @@ Seen = Callable[[Array], tuple[Array, Inputs]]
 
 @dataclass
 class RelayModes:
-    """on: 1 or 0 for each relay; pending: when those that are about to switch do; switches: (instant, relay, mode)."""
+    """on: 1 or 0 for each relay; pending: when those that are about to switch do; switches: (instant, relay, mode);
+    most: how many of them may be."""
 
     plan: Plan
+    most: int = MOST_SWITCHES
     on: Array = field(init=False)
     pending: dict[int, float] = field(default_factory=dict)
     switches: list[tuple[float, int, int]] = field(default_factory=list)
@@ -48,7 +50,7 @@ class RelayModes:
                             (*T.shape[:-1], part.stop - part.start))
             for group, part in self.groups
         ]  # fmt: skip
-        return np.concatenate(values, axis=-1)
+        return np.concatenate([np.zeros((*T.shape[:-1], 0)), *values], axis=-1)
 
     def begin(self, T: Array, u: Inputs) -> None:
         """On where the guard says so at the start."""
@@ -67,7 +69,7 @@ class RelayModes:
             self.on[j] = 1.0 - self.on[j]
             self.switches.append((t, j, int(self.on[j])))
             del self.pending[j]
-        check_count(self.plan, self.switches)
+        check_count(self.plan, self.switches, self.most)
         return bool(due)
 
     def next_due(self, t: float, end: float) -> float:
