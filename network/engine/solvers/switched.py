@@ -22,8 +22,7 @@ from network.engine.solvers.guards import Watch, Within
 from network.engine.solvers.linear import LinearProblem, reduce
 from network.engine.solvers.modal import WORST_CONDITION, Modes, modes_of
 from network.engine.solvers.plan import SAME_INSTANT, Plan
-from network.engine.solvers.relay_modes import RelayModes
-from network.engine.solvers.switch_count import MOST_SWITCHES
+from network.engine.solvers.relay_modes import MOST_SWITCHES, RelayModes
 
 LEAST_AHEAD, MOST_AHEAD = 8, 256
 """Intervals looked at in one scan: as many as the last switching took twice, then ever more."""
@@ -45,7 +44,7 @@ def find(
     before, by the matrix of their regime, regimes: by the inputs that make them; those found here come in. Raises
     Failed from more than `most` switchings."""
     known = {} if known is None else known
-    relays = sum(group.into.shape[1] for group in plan.network.relays)
+    relays = plan.network.relay_count
     problem = reduce(replace(plan, modes=np.zeros((len(plan.steps), relays))), readouts, regimes)
     keys = [regime.A.tobytes() for regime in problem.regimes]
     for key, regime in zip(keys, problem.regimes, strict=True):
