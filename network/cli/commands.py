@@ -132,7 +132,8 @@ def draw(machine: AskedMachine, output: str) -> None:
         results_go_to(path.parent)
         loaded = machine.read()
         from network.platform.folders import folder
-        from network.report.figures.all_figures import network_figure, save
+        from network.report.figures.canvas import save
+        from network.report.figures.network_figure import network_figure
 
         folder(path.parent)
         save(network_figure(loaded), path)
@@ -194,14 +195,11 @@ def _write(
     pictures: bool, page: bool, parquet: bool,
 ) -> list[Path]:  # fmt: skip
     from network.platform.publication import publication
-    from network.report.files.result_files import RUN, write_run
+    from network.report.files.result_files import RUN, write_bands, write_run
 
     with publication(output, RUN) as draft:
         made = write_run(result, draft, shares, lumping, parquet)
-        if bands:
-            from network.report.files.band_files import write_bands
-
-            made += write_bands(result, bands, draft)
+        made += write_bands(result, bands, draft)
         if pictures:
             from network.report.files.pictures import draw_run
 

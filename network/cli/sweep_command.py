@@ -98,14 +98,11 @@ def _check(count: int | None, levels: str | None, tolerance: str | None, parquet
 
 def _write(result: Sweep | Sample, output: str | None, parquet: bool, say: Callable[[], None]) -> list[Path]:
     from network.analysis.sweep.sweep import Sweep
+    from network.report.files.sweep_files import write_sample, write_sweep
 
     if output is None:
         return []
     if not isinstance(result, Sweep):
-        from network.report.files.sample_files import write_sample
-
         return write_sample(result, output, parquet)
     say()
-    from network.report.files.sweep_files import write_sweep
-
     return write_sweep(result, output)

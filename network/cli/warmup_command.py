@@ -43,7 +43,7 @@ def warmup(
         if output is not None:
             from network.platform.files import write_text
             from network.platform.publication import publication
-            from network.report.figures.all_figures import save
+            from network.report.figures.canvas import save
             from network.report.figures.warm_up_figure import warm_up_figure
             from network.report.files.result_files import as_json as json_text
 
