@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from network.analysis.comparison.resample import mean_in_cells
 from network.catalogue.declaration.declare import Array
 from network.recordings.hygiene.data_quality import look_at
 from network.recordings.hygiene.frozen import hanging
@@ -63,12 +64,8 @@ def _read_input(run: Recording, name: str, step: float, cells: int) -> Array:
 def _read_channel(run: Recording, name: str, step: float, cells: int) -> Array:
     if name not in run.columns:
         return np.full(cells, np.nan)
-    values = true_readings(run, name)
-    there = np.isfinite(values)
-    index = np.floor((run.t[there] - run.t[0]) / step + 1e-9).astype(int)
-    count = np.bincount(index, minlength=cells)
-    total = np.bincount(index, weights=values[there], minlength=cells)
-    return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan))
+    index = np.floor((run.t - run.t[0]) / step + 1e-9).astype(int)
+    return mean_in_cells(true_readings(run, name), index, cells)
 
 
 def true_readings(run: Recording, name: str) -> Array:
