@@ -34,11 +34,11 @@ from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
 from network.report.figures.canvas import PALETTE, gap_unit, look, save, shorten
 from network.report.figures.comparison_figure import comparison_figure
-from network.report.figures.contributions_figure import contributions_figure
 from network.report.figures.labels import spread
 from network.report.figures.lines import MOST_POINTS, alone, outline, thin, time_ticks, with_gaps
 from network.report.figures.network_figure import network_figure
 from network.report.figures.run_figure import run_figure
+from network.report.figures.sources_figure import contributions_figure
 from network.report.figures.symbols import examples
 
 SHARED = Path(__file__).parents[2] / "shared" / "cases"

@@ -11,10 +11,9 @@ from network.engine.superposition.superposition import Superposition
 from network.engine.trajectory import Trajectory
 from network.report.figures.canvas import save
 from network.report.figures.comparison_figure import comparison_figure
-from network.report.figures.contributions_figure import contributions_figure
 from network.report.figures.network_figure import network_figure
 from network.report.figures.run_figure import run_figure
-from network.report.figures.sources_figure import sources_figure
+from network.report.figures.sources_figure import contributions_figure, sources_figure
 from network.report.words.recording_names import stems_of
 
 
