@@ -23,7 +23,6 @@ INSIDE = 4
 class Course:
     """One run. step: length of a cell [s]; values: by name, a mean over each cell [SI], NaN where nothing was read."""
 
-    file: str
     step: float
     values: Mapping[str, Array]
 
@@ -52,7 +51,7 @@ def _course(run: Recording, inputs: Sequence[str], readings: Sequence[str], most
     values = {name: _read_input(run, name, step, cells) for name in inputs}
     for name in readings:
         values[name] = _read_channel(run, name, step, cells)
-    return Course(run.file, step, values)
+    return Course(step, values)
 
 
 def _read_input(run: Recording, name: str, step: float, cells: int) -> Array:
