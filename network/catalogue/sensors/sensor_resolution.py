@@ -24,6 +24,7 @@ class SensorResolution(SensorEffect, kind="sensor_resolution"):
     quantities = ("temperature",)
     steps = whole("steps in a kelvin, 10 for 0.1 K", 1, 100_000)
     strength = "steps"
+    searched = False
     sentence = "{channel} reads in steps of a kelvin over {steps}"
 
     def is_steady(self) -> bool:
@@ -36,10 +37,6 @@ class SensorResolution(SensorEffect, kind="sensor_resolution"):
     def truth(self, reading: Array, u: Inputs) -> Array:
         """The middle of what would read so."""
         return reading
-
-    @classmethod
-    def is_searched(cls) -> bool:
-        return False
 
     @classmethod
     def typical_on(cls, machine: MachineLike) -> dict[str, Any]:

@@ -26,15 +26,12 @@ class ChilledSupply(Suspect, kind="pi_cooling"):
     reset_time = param("s", 0, 36_000, "time in which the integral repeats it", positive=True, typical=600)
     conductance = param("W/K", 0, 1e5, "conductance between tank and surroundings", typical=20)
     strength = "reset_time"
+    searched = False
     shapes = ("set", "gain", "heat_capacity", "conductance")
     sentence = "{host} is a tank of {heat_capacity} under PI control at {set}: {gain}, reset time {reset_time}"
 
     def patch(self, machine: MachineLike) -> Mapping[str, Any]:
         return put_tank(self, machine, self.host.node, "chiller", self.write_numbers("set", "gain", "reset_time"))
-
-    @classmethod
-    def is_searched(cls) -> bool:
-        return False
 
     @classmethod
     def suspected(cls, machine: MachineLike) -> Iterator[Self]:
