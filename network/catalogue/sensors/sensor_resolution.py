@@ -24,11 +24,9 @@ class SensorResolution(SensorEffect, kind="sensor_resolution"):
     quantities = ("temperature",)
     steps = whole("steps in a kelvin, 10 for 0.1 K", 1, 100_000)
     strength = "steps"
+    is_steady = False
     searched = False
     sentence = "{channel} reads in steps of a kelvin over {steps}"
-
-    def is_steady(self) -> bool:
-        return False
 
     def reading(self, truth: Array, state: Array, u: Inputs) -> Array:
         seen = np.real(truth)
