@@ -43,7 +43,6 @@ class ReferenceSolution:
     T_end: Array
     account: EnergyAccount
     switches: list[tuple[float, int, int]]
-    evaluations: int
     heat: Array
 
 
@@ -85,7 +84,7 @@ class _Run:
         T_end = self.temperatures(len(plan.steps) - 1, float(plan.edges[-1]), x)
         heat = sum_stored_heat(self.network, heat) - sum_stored_heat(self.network, T0.copy())
         account = self.quadrature.account(T0, T_end)
-        return ReferenceSolution(y, T0, T_end, account, self.relays.switches, self.evaluations, heat)
+        return ReferenceSolution(y, T0, T_end, account, self.relays.switches, heat)
 
     # -- temperatures and rates -------------------------------------------------------------------------------------
     def temperatures(self, k: int, t: float, x: Array) -> Array:
