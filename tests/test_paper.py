@@ -200,7 +200,7 @@ def test_the_table_under_cutting_heat_bends_by_its_heat_flow() -> None:
     """
     table = bending_run()
     at = dict(zip(column_of(table, "time [min]"), range(4), strict=True))
-    moment, faces, paper = (table.column(f"{by} [µm]") for by in BY)
+    moment, faces, paper = (column_of(table, f"{by} [µm]") for by in BY)
     settled = 1.1e6 * np.tan(1.08e-5 * 2.2 * 300 / 1.3 / (8 * 48))
     assert moment[at[120]] == pytest.approx(settled, rel=1e-3) and faces[at[120]] == pytest.approx(settled, rel=1e-2)
     theta = 1.08e-5 * 300 * 7200 / (7200 * 500 * 1.3 * 0.28 / 2.2 * 0.28)
