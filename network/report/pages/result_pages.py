@@ -94,7 +94,5 @@ def page_of_calibration(c: Calibration) -> str:
 
 def _charts_of(c: Calibration) -> Iterator[Chart]:
     """The held-out recordings first: they show what was learned."""
-    sides = [("held out", c.before_holdout, c.after_holdout), ("calibrated on", c.before, c.after)]
-    for word, before, after in sides:
-        if before is not None and after is not None:
-            yield from chart_fits(before, after, word, lambda residual: title_of(residual.recording))
+    sides = (("held out", c.before_holdout, c.after_holdout), ("calibrated on", c.before, c.after))
+    return chart_fits(sides, lambda residual: title_of(residual.recording))
