@@ -23,8 +23,10 @@ from network.recordings.columns import Column
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
-from network.report.figures.all_figures import band_figure, fit_figure, residual_figure, save, shift_figure
-from network.report.figures.canvas import PALETTE
+from network.report.figures.calibration_figure import band_figure, shift_figure
+from network.report.figures.canvas import PALETTE, save
+from network.report.figures.fit_figure import fit_figure
+from network.report.figures.residual_figure import residual_figure
 
 BLUE, ORANGE = PALETTE[0], PALETTE[1]
 

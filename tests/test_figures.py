@@ -32,10 +32,13 @@ from network.recordings.columns import Column
 from network.recordings.inputs import hold, linear
 from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
-from network.report.figures.all_figures import comparison_figure, contributions_figure, network_figure, run_figure, save
-from network.report.figures.canvas import PALETTE, gap_unit, look, shorten
+from network.report.figures.canvas import PALETTE, gap_unit, look, save, shorten
+from network.report.figures.comparison_figure import comparison_figure
 from network.report.figures.labels import spread
 from network.report.figures.lines import MOST_POINTS, alone, outline, thin, time_ticks, with_gaps
+from network.report.figures.network_figure import network_figure
+from network.report.figures.run_figure import run_figure
+from network.report.figures.sources_figure import contributions_figure
 from network.report.figures.symbols import examples
 
 SHARED = Path(__file__).parents[2] / "shared" / "cases"
@@ -641,7 +644,7 @@ def test_a_png_is_1200_pixels_wide(mill: Machine, tmp_path: Path) -> None:
 
 def test_matplotlib_is_loaded_with_the_first_figure_and_pyplot_never() -> None:
     code = (
-        "import sys, network.report.figures.all_figures, network.report.words.words; "
+        "import sys, network.report.files.pictures, network.report.words.words; "
         "assert 'matplotlib' not in sys.modules; "
         "from network.report.figures.canvas import new_figure; new_figure(2); "
         "assert 'matplotlib.pyplot' not in sys.modules"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+import tomllib
 from collections import Counter
 from pathlib import Path
 
@@ -65,6 +66,12 @@ def test_no_import_runs_in_a_circle() -> None:
     arrows = [(name, other) for name in MODULES for other in imported(name) - packages]
     circles = [sorted(group) for group in nx.strongly_connected_components(nx.DiGraph(arrows)) if len(group) > 1]
     assert not circles
+
+
+def test_the_wheel_carries_every_room() -> None:
+    settings = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text(encoding="utf-8"))
+    rooms = {name for name, path in MODULES.items() if path.name == "__init__.py"}
+    assert rooms | {"network.machines", "network.scenarios"} == {*settings["tool"]["setuptools"]["packages"]}
 
 
 def test_every_room_is_on_the_map() -> None:

@@ -157,7 +157,7 @@ def test_a_run_of_more_values_than_can_be_held_is_refused_and_without_parts_is_n
 
 @pytest.mark.parametrize("method", ["auto", "solve_ivp:LSODA"])
 def test_a_jump_in_time_does_not_let_a_relay_switch_for_ever(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    import network.engine.solvers.switch_count as counting
+    import network.engine.solvers.relay_modes as counting
 
     monkeypatch.setattr(counting, "MOST_UNSEEN", 100)
     cooled = machine(

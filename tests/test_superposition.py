@@ -20,7 +20,7 @@ from network.cli import main
 from network.engine.superposition.frozen_network import FrozenRun
 from network.engine.superposition.superpose import ALONG, AT_ONCE, EXACTLY, freeze
 from network.engine.trajectory import Trajectory
-from network.report.figures.all_figures import sources_figure
+from network.report.figures.sources_figure import sources_figure
 
 ROOT = Path(__file__).parents[1]
 GANTRY, WARM_UP = ROOT / "machines" / "gantry_spindle.yaml", ROOT / "scenarios" / "warm_up_and_stop.yaml"

@@ -17,6 +17,7 @@ from network.analysis.calibration.recording_admission import admit
 from network.analysis.change.change_screening import measure_difference
 from network.analysis.change.change_search import is_reached, split_changes
 from network.analysis.change.changes import Changes
+from network.analysis.change.paired_fit import fit_sets
 from network.cli import main
 from network.cli.diagnose_command import spread_references
 from network.engine.response.parameters import free_parameters
@@ -191,5 +192,5 @@ def test_a_change_that_the_fit_did_not_follow_is_none() -> None:
     split = split_changes(plain, data[:2], data[2:])
     (entry,) = split.at.split
     assert split.at.sets.parameters[entry].path == "links.skin.conductance" and is_reached(split.at, entry)
-    stuck = replace(split.unchanged, split=split.at.split)
+    stuck = replace(fit_sets(split.at.sets), split=split.at.split)
     assert measure_difference(stuck, entry).sigma > split.limit and not is_reached(stuck, entry)

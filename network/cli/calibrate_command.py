@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 import click
 
 from network.cli.options import (
+    AskedMachine,
     FileName,
     Whole,
     json_flag,
     machine_options,
     page_flag,
     read_fitting,
-    read_machine,
     read_start,
     recordings_of,
     results_go_to,
@@ -51,17 +51,16 @@ AGAIN = 2
 @page_flag
 @json_flag
 def calibrate(
-    machine: str, recordings: Sequence[str], holdout: Sequence[str], output: str | None, plan: str | None, seed: int,
-    start: str | None, no_plots: bool, page: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str],
-    as_json: bool,
+    machine: AskedMachine, recordings: Sequence[str], holdout: Sequence[str], output: str | None, plan: str | None,
+    seed: int, start: str | None, no_plots: bool, page: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """The uncertain numbers of a MACHINE (± or unknown) from RECORDINGS, with their uncertainty."""
     if plan is None and not recordings:
         raise refuse(Spot("lptn calibrate"), "no recording is given", "name at least one, or a schedule with --plan")
-    with share_bar(f"calibrating {Path(machine).name}") as bar:
+    with share_bar(f"calibrating {machine.name}") as bar:
         results_go_to(output if plan is not None else output or "out")
         read = recordings_of(recordings)
-        loaded = read_machine(machine, level, lumps, sets, read if plan is None else sources_of([plan]), start)
+        loaded = machine.read(read if plan is None else sources_of([plan]), start)
         answer: Foresight | Calibration
         if plan is not None:
             _check_no_recordings(recordings, holdout)

@@ -23,6 +23,7 @@ from network.cli.follow_command import follow
 from network.cli.iso230_command import iso230
 from network.cli.new_command import new
 from network.cli.options import (
+    AskedMachine,
     FileName,
     Whole,
     json_flag,
@@ -32,7 +33,6 @@ from network.cli.options import (
     page_flag,
     print_json,
     read_fitting,
-    read_machine,
     read_start,
     results_go_to,
     sources_of,
@@ -94,18 +94,16 @@ cli.add_command(warmup)
 @machine_options
 @click.argument("sources", nargs=-1, type=FileName())
 @json_flag
-def check(
-    machine: str, sources: Sequence[str], level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool
-) -> None:
+def check(machine: AskedMachine, sources: Sequence[str], as_json: bool) -> None:
     """What is in a MACHINE, what is uncertain, what is wrong; with recordings or scenarios: whether they fit."""
     from network.machine.lumps import check_levels
     from network.report.words.check_summary import machine_summary, tell_source
     from network.report.words.describe import describe
 
-    loaded = read_machine(machine, level, lumps, sets, sources_of(sources))
+    loaded = machine.read(sources_of(sources))
     words = [] if as_json else [describe(loaded)]
     complaints = Complaints()
-    if level is None:
+    if machine.level is None:
         check_levels(loaded, complaints)
     for path in sources:
         try:
@@ -123,18 +121,19 @@ def check(
 @cli.command()
 @machine_options
 @click.option("-o", "--output", required=True, type=FileName(), metavar="FILE", help="picture: .png, .svg or .pdf")
-def draw(machine: str, output: str, level: str | None, lumps: Sequence[str], sets: Sequence[str]) -> None:
+def draw(machine: AskedMachine, output: str) -> None:
     """The network of a MACHINE as a picture."""
     from network.platform.refusal import Spot, refuse
 
     path = Path(output)
     if path.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise refuse(Spot(output), "is no picture that can be drawn", "end it in .png, .svg or .pdf")
-    with share_bar(f"drawing {Path(machine).name}"):
+    with share_bar(f"drawing {machine.name}"):
         results_go_to(path.parent)
-        loaded = read_machine(machine, level, lumps, sets)
+        loaded = machine.read()
         from network.platform.folders import folder
-        from network.report.figures.all_figures import network_figure, save
+        from network.report.figures.canvas import save
+        from network.report.figures.network_figure import network_figure
 
         folder(path.parent)
         save(network_figure(loaded), path)
@@ -154,18 +153,18 @@ def draw(machine: str, output: str, level: str | None, lumps: Sequence[str], set
 @page_flag
 @json_flag
 def simulate(
-    machine: str, source: str, output: str, method: str, start: str | None, no_plots: bool, parquet: bool, noise: bool,
-    seed: int, page: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
+    machine: AskedMachine, source: str, output: str, method: str, start: str | None, no_plots: bool, parquet: bool,
+    noise: bool, seed: int, page: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Run a MACHINE through a scenario, or along the inputs of a recording (SOURCE)."""
-    with share_bar(f"simulating {Path(machine).name}") as bar:
+    with share_bar(f"simulating {machine.name}") as bar:
         results_go_to(output)
         if parquet:
             from network.report.files.parquet_files import check_parquet
 
             check_parquet()
         read = sources_of([source])
-        loaded, (driver,) = read_machine(machine, level, lumps, sets, read, start), read()
+        loaded, (driver,) = machine.read(read, start), read()
         from network.analysis.sweep.lumping_error import estimate_lumping
         from network.engine.simulation import simulate as run
         from network.engine.superposition.superpose import superpose
@@ -196,14 +195,11 @@ def _write(
     pictures: bool, page: bool, parquet: bool,
 ) -> list[Path]:  # fmt: skip
     from network.platform.publication import publication
-    from network.report.files.result_files import RUN, write_run
+    from network.report.files.result_files import RUN, write_bands, write_run
 
     with publication(output, RUN) as draft:
         made = write_run(result, draft, shares, lumping, parquet)
-        if bands:
-            from network.report.files.band_files import write_bands
-
-            made += write_bands(result, bands, draft)
+        made += write_bands(result, bands, draft)
         if pictures:
             from network.report.files.pictures import draw_run
 

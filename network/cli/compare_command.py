@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from network.cli.options import (
+    AskedMachine,
     FileName,
     check_page,
     machine_options,
     method_option,
     page_flag,
-    read_machine,
     read_start,
     recordings_of,
     results_go_to,
@@ -46,18 +46,18 @@ if TYPE_CHECKING:
 @click.option("--held-out", is_flag=True, help="estimate each start from its beginning, not scored, as calibrate does")
 @click.option("--no-plots", is_flag=True, help="no pictures")
 def compare(
-    machine: str, recordings: Sequence[str], json_file: str | None, output: str | None, page: bool, method: str,
-    start: str | None, held_out: bool, no_plots: bool, level: str | None, lumps: Sequence[str], sets: Sequence[str],
+    machine: AskedMachine, recordings: Sequence[str], json_file: str | None, output: str | None, page: bool,
+    method: str, start: str | None, held_out: bool, no_plots: bool,
 ) -> None:  # fmt: skip
     """Residuals of a MACHINE on RECORDINGS, per channel, in units of noise; --start estimated finds the temperatures at
     the start of each from it, --held-out from its beginning alone, as calibrate and diagnose tell runs held out."""
     check_page(page, output)
-    with share_bar(f"comparing {Path(machine).name}") as bar:
+    with share_bar(f"comparing {machine.name}") as bar:
         results_go_to(output)
         if json_file not in (None, "-"):
             results_go_to(Path(str(json_file)).parent)
         read = recordings_of(recordings)
-        loaded = read_machine(machine, level, lumps, sets, read, start)
+        loaded = machine.read(read, start)
         from network.analysis.comparison.common_start import doubt_starts
         from network.analysis.sweep.lumping_error import estimate_on_recording
         from network.recordings.channel_match import overheard

@@ -23,7 +23,7 @@ from network.platform.quantities.unit_values import in_difference_unit
 from network.recordings.csv_table import write_csv
 from network.recordings.recording import Recording
 from network.recordings.scenario import Scenario
-from network.report.figures.all_figures import save
+from network.report.figures.canvas import save
 from network.report.figures.sweep_figure import levels_figure
 from network.report.files.pictures import draw_comparison, draw_run
 from network.report.files.result_files import RUN, write_run

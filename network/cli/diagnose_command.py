@@ -9,18 +9,17 @@ from pathlib import Path
 import click
 
 from network.cli.options import (
+    AskedMachine,
     FileName,
     Whole,
     json_flag,
     machine_options,
     output_folder,
     print_json,
-    read_machine,
     read_start,
     recordings_of,
     results_go_to,
     start_option,
-    take_time,
     tell_result,
     warn_of_extrapolation,
 )
@@ -33,6 +32,13 @@ LAST = 60.0
 jobs_option = click.option(
     "--jobs", type=Whole(1), default=os.cpu_count() or 1, show_default=True, metavar="N", help="processes"
 )
+
+
+def take_time(ctx: click.Context, param: click.Parameter, value: str) -> float:
+    """A time above zero, `5 min`, in seconds. Raises Refused."""
+    from network.recordings.yaml_values import read_time
+
+    return read_time(f"--{param.name}", value)
 
 
 class TwoSets(click.Command):
@@ -74,9 +80,8 @@ def spread_references(words: Sequence[str]) -> list[str]:
 @click.option("--no-plots", is_flag=True, help="no pictures")
 @json_flag
 def diagnose(
-    machine: str, recordings: Sequence[str], holdout: Sequence[str], reference: Sequence[str], output: str, jobs: int,
-    seed: int, start: str | None, budget: float, no_plots: bool, level: str | None, lumps: Sequence[str],
-    sets: Sequence[str], as_json: bool,
+    machine: AskedMachine, recordings: Sequence[str], holdout: Sequence[str], reference: Sequence[str], output: str,
+    jobs: int, seed: int, start: str | None, budget: float, no_plots: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Where a MACHINE and RECORDINGS differ, which physics was left out, and whether adding it holds.
 
@@ -85,16 +90,16 @@ def diagnose(
     if reference and holdout:
         raise click.UsageError("--reference and --holdout do not go together; leave --holdout out")
     if reference:
-        _compare_sets(machine, recordings, reference, output, seed, start, no_plots, level, lumps, sets, as_json)
+        _compare_sets(machine, recordings, reference, output, seed, start, no_plots, as_json)
         return
-    with share_bar(f"diagnosing {Path(machine).name}") as bar:
+    with share_bar(f"diagnosing {machine.name}") as bar:
         from network.analysis.diagnosis.diagnose import diagnose as run
         from network.recordings.channel_match import overheard
         from network.report.files.diagnosis_files import check_target, summarise_diagnosis, tidy, write_diagnosis
 
         results_go_to(output)
         read = recordings_of(recordings)
-        loaded = read_machine(machine, level, lumps, sets, read, start)
+        loaded = machine.read(read, start)
         where = check_target(loaded, Path(output))
         begins, runs, held_out = read_start(start), read(), recordings_of(holdout)()
         with time_to_tell(LAST):
@@ -109,18 +114,18 @@ def diagnose(
 
 
 def _compare_sets(
-    machine: str, new: Sequence[str], old: Sequence[str], output: str, seed: int, start: str | None, no_plots: bool,
-    level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
+    machine: AskedMachine, new: Sequence[str], old: Sequence[str], output: str, seed: int, start: str | None,
+    no_plots: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Then and now."""
-    with share_bar(f"comparing {Path(machine).name} then and now") as bar:
+    with share_bar(f"comparing {machine.name} then and now") as bar:
         from network.analysis.change.changes import find_changes
         from network.report.files.change_files import write_changes
         from network.report.files.diagnosis_files import check_target
 
         results_go_to(output)
         both = recordings_of([*new, *old])
-        loaded = read_machine(machine, level, lumps, sets, both, start)
+        loaded = machine.read(both, start)
         where, begins = check_target(loaded, Path(output)), read_start(start)
         now, then = both()[: len(new)], both()[len(new) :]
         found = find_changes(loaded, now, then, start=begins, seed=seed, progress=bar)

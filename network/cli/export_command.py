@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from network.cli.options import (
+    AskedMachine,
     Whole,
     json_flag,
     machine_options,
     output_folder,
-    read_machine,
     results_go_to,
     sources_of,
     tell_result,
@@ -38,14 +38,14 @@ FORMS = ("c", "fmu", "table", "sinumerik", "heidenhain", "beckhoff")
 @output_folder("out")
 @json_flag
 def export(
-    machine: str, sources: Sequence[str], form: str, inputs: str | None, states: int | None, step: str, output: str,
-    level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
+    machine: AskedMachine, sources: Sequence[str], form: str, inputs: str | None, states: int | None, step: str,
+    output: str, as_json: bool,
 ) -> None:  # fmt: skip
     """A MACHINE as a correction for a control, with the micrometres lost on every scenario or recording (SOURCES)."""
-    with share_bar(f"exporting {Path(machine).name}"):
+    with share_bar(f"exporting {machine.name}"):
         results_go_to(output)
         read = sources_of(sources)
-        loaded = read_machine(machine, level, lumps, sets, read)
+        loaded = machine.read(read)
         from network.analysis.correction.channels_given import read_channels
         from network.platform.publication import publication
         from network.recordings.yaml_values import read_time
@@ -53,9 +53,7 @@ def export(
         channels, given = read_channels(loaded, inputs), read()
         with publication(output) as draft:
             if form in ("c", "fmu"):
-                text, summary, made = _as_code(
-                    loaded, given, form, channels, states, read_time("--step", step), draft
-                )
+                text, summary, made = _as_code(loaded, given, form, channels, states, read_time("--step", step), draft)
             else:
                 text, summary, made = _as_formulas(loaded, given, channels, form, draft)
         written = [Path(output) / path.name for path in made]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from network.cli.options import machine_options, read_machine, results_go_to, warn
+from network.cli.options import AskedMachine, machine_options, results_go_to, warn
 
 if TYPE_CHECKING:
     from network.analysis.correction.filter_model import FilterModel
@@ -27,13 +27,10 @@ EVERY = 100
 @click.option("--picture", type=click.Path(), metavar="FILE", help="what was told, drawn when the lines end")
 @click.option("--inputs", metavar="A,B,…", help="the inputs and sensors that the lines hold; default all")
 @click.option("--step", default="10 s", show_default=True, metavar="TIME", help="of the filter")
-def follow(
-    machine: str, state: str | None, picture: str | None, inputs: str | None, step: str, level: str | None,
-    lumps: Sequence[str], sets: Sequence[str],
-) -> None:  # fmt: skip
+def follow(machine: AskedMachine, state: str | None, picture: str | None, inputs: str | None, step: str) -> None:
     """Runs beside a MACHINE: lines of a recording on standard input, with its header first; out go the movement of the
     tool centre point, half its band of 95 %, and a warning where readings leave what the model expects."""
-    loaded = read_machine(machine, level, lumps, sets)
+    loaded = machine.read()
     from network.analysis.correction.channels_given import read_channels
     from network.analysis.correction.correction import make_correction
     from network.analysis.correction.follower import Follower

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 import click
 
 from network.cli.options import (
+    AskedMachine,
     check_page,
     json_flag,
     machine_options,
     page_flag,
-    read_machine,
     read_start,
     results_go_to,
     sources_of,
@@ -44,17 +44,16 @@ PROGRAMS = ("etve", "spindle_constant", "spindle_spectrum", "linear_axis", "rota
 @start_option
 @json_flag
 def iso230(
-    machine: str, program: str, tops: Sequence[str], names: Sequence[str], tool_length: str | None, output: str | None,
-    page: bool, start: str | None, stable: str | None, level: str | None, lumps: Sequence[str], sets: Sequence[str],
-    as_json: bool,
+    machine: AskedMachine, program: str, tops: Sequence[str], names: Sequence[str], tool_length: str | None,
+    output: str | None, page: bool, start: str | None, stable: str | None, as_json: bool,
 ) -> None:  # fmt: skip
     """A thermal test of ISO 230-3 on a MACHINE: simulated along PROGRAM (a scenario, or one of the programs shipped:
     etve, spindle_constant, spindle_spectrum, linear_axis, rotary_axis), or from a recording."""
     check_page(page, output)  # which stands in the folder anyway
-    with share_bar(f"testing {Path(machine).name}") as bar:
+    with share_bar(f"testing {machine.name}") as bar:
         results_go_to(output)
         read = _fitted(program, tops, names)
-        loaded = read_machine(machine, level, lumps, sets, read, start)
+        loaded = machine.read(read, start)
         from network.analysis.acceptance.thermal_test import evaluate_thermal_test
 
         length, share, (source,) = _read_length(tool_length), _read_share(stable), read()

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import cache
+from dataclasses import dataclass
+from functools import cache, wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -22,18 +23,6 @@ if TYPE_CHECKING:
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 
-def machine_options(command: Command) -> Command:
-    """MACHINE and the three ways to change it."""
-    for option in (
-        click.option("--set", "sets", multiple=True, metavar="PATH=VALUE", help="e.g. 'links.skin.conductance=5 W/K'"),
-        click.option("--lumps", multiple=True, metavar="N|NODE=N|auto", help="of every bar, of one, or what it takes"),
-        click.option("--level", metavar="NAME", help="a simplification level of the machine file"),
-        click.argument("machine", type=FileName()),
-    ):
-        command = option(command)
-    return command
-
-
 class Whole(click.IntRange):
     """A whole number from a least one on."""
 
@@ -46,13 +35,6 @@ class Whole(click.IntRange):
             self.fail(f"'{value}' is not one; give a whole number from {self.min}", param, ctx)
 
 
-def take_time(ctx: click.Context, param: click.Parameter, value: str) -> float:
-    """A time above zero, `5 min`, in seconds. Raises Refused."""
-    from network.recordings.yaml_values import read_time
-
-    return read_time(f"--{param.name}", value)
-
-
 class FileName(click.Path):
     """A path; an empty one, of which Python makes the working folder, is none."""
 
@@ -62,6 +44,51 @@ class FileName(click.Path):
         if not os.fspath(value):
             self.fail("is empty; give the name of a file or a folder", param, ctx)
         return super().convert(value, param, ctx)
+
+
+@dataclass(frozen=True)
+class AskedMachine:
+    """A machine file by its path, and how it is to be changed."""
+
+    path: str
+    level: str | None
+    lumps: Sequence[str]
+    sets: Sequence[str]
+
+    @property
+    def name(self) -> str:
+        """Of the file."""
+        return Path(self.path).name
+
+    def read(self, along: Callable[[], Sequence[Scenario | Recording]] = tuple, start: str | None = None) -> Machine:
+        """The machine, changed; along: what reads the scenarios and recordings by which `--lumps auto` chooses, with
+        their start. A machine that is refused is told before they are."""
+        from network.cli.lumps_option import cut_as_wished, split_wishes
+        from network.machine.machine import Machine
+
+        numbers, wish = split_wishes(self.lumps)
+        machine = Machine.load(self.path, level=self.level, lumps=numbers, sets=self.sets)
+        if wish is None:
+            return machine
+        begins = None if start == ESTIMATED else read_start(start)
+        return cut_as_wished(machine, wish, numbers, along(), begins)
+
+
+def machine_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Gives a command the argument MACHINE and its options; it takes them as one `machine: AskedMachine`."""
+
+    @wraps(command)
+    def told(machine: str, level: str | None, lumps: Sequence[str], sets: Sequence[str], **rest: Any) -> None:
+        command(machine=AskedMachine(machine, level, lumps, sets), **rest)
+
+    for option in (
+        click.option("--set", "sets", multiple=True, metavar="PATH=VALUE", help="e.g. 'links.skin.conductance=5 W/K'"),
+        click.option("--lumps", multiple=True, metavar="N|NODE=N|auto", help="of every bar, of one, or what it takes"),
+        click.option("--level", metavar="NAME", help="a simplification level of the machine file"),
+        click.argument("machine", type=FileName()),
+    ):
+        told = option(told)
+    return told
 
 
 json_flag = click.option("--json", "as_json", is_flag=True, help="print JSON instead of words")
@@ -97,23 +124,6 @@ def results_go_to(path: str | Path | None) -> None:
 
     if path is not None:
         check_folder(path)
-
-
-def read_machine(
-    path: str, level: str | None, lumps: Sequence[str], sets: Sequence[str],
-    along: Callable[[], Sequence[Scenario | Recording]] = tuple, start: str | None = None,
-) -> Machine:  # fmt: skip
-    """The machine, changed; along: what reads the scenarios and recordings by which `--lumps auto` chooses, with their
-    start. A machine that is refused is told before they are."""
-    from network.cli.lumps_option import cut_as_wished, split_wishes
-    from network.machine.machine import Machine
-
-    numbers, wish = split_wishes(lumps)
-    machine = Machine.load(path, level=level, lumps=numbers, sets=sets)
-    if wish is None:
-        return machine
-    begins = None if start == ESTIMATED else read_start(start)
-    return cut_as_wished(machine, wish, numbers, along(), begins)
 
 
 def sources_of(paths: Sequence[str | Path]) -> Callable[[], list[Scenario | Recording]]:

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import click
 
 from network.cli.options import (
+    AskedMachine,
     FileName,
     Whole,
     json_flag,
     machine_options,
     method_option,
-    read_machine,
     read_start,
     results_go_to,
     sources_of,
@@ -50,17 +50,17 @@ if TYPE_CHECKING:
 @start_option
 @json_flag
 def sweep(
-    machine: str, source: str, levels: str | None, vary: Sequence[str], count: int | None, seed: int,
+    machine: AskedMachine, source: str, levels: str | None, vary: Sequence[str], count: int | None, seed: int,
     resume: str | None, parquet: bool, tolerance: str | None, jobs: int, cluster: str | None, output: str | None,
-    method: str, start: str | None, level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
+    method: str, start: str | None, as_json: bool,
 ) -> None:  # fmt: skip
     """How far a MACHINE may be simplified along SOURCE, how its tool centre point answers to varied numbers, or how
     sure it is with numbers drawn from their ±."""
     _check(count, levels, tolerance, parquet)
-    with share_bar(f"sweeping {Path(machine).name}") as bar:
+    with share_bar(f"sweeping {machine.name}") as bar:
         results_go_to(output)
         read = sources_of([source])
-        loaded = read_machine(machine, level, lumps, sets, read, start)
+        loaded = machine.read(read, start)
         (driver,), begin = read(), read_start(start)
         result: Sweep | Sample
         if count is not None:
@@ -98,14 +98,11 @@ def _check(count: int | None, levels: str | None, tolerance: str | None, parquet
 
 def _write(result: Sweep | Sample, output: str | None, parquet: bool, say: Callable[[], None]) -> list[Path]:
     from network.analysis.sweep.sweep import Sweep
+    from network.report.files.sweep_files import write_sample, write_sweep
 
     if output is None:
         return []
     if not isinstance(result, Sweep):
-        from network.report.files.sample_files import write_sample
-
         return write_sample(result, output, parquet)
     say()
-    from network.report.files.sweep_files import write_sweep
-
     return write_sweep(result, output)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
 import click
 
-from network.cli.options import json_flag, machine_options, read_machine, results_go_to, tell_result
+from network.cli.options import AskedMachine, json_flag, machine_options, results_go_to, tell_result
 from network.report.progress import share_bar
 
 
@@ -22,16 +21,16 @@ from network.report.progress import share_bar
 @click.option("-o", "--output", type=click.Path(), metavar="DIR", help="warmup.json and a picture of the trade")
 @json_flag
 def warmup(
-    machine: str, scenario: str, tolerance: str, speeds: str | None, driven: str | None, longest: str,
-    output: str | None, level: str | None, lumps: Sequence[str], sets: Sequence[str], as_json: bool,
+    machine: AskedMachine, scenario: str, tolerance: str, speeds: str | None, driven: str | None, longest: str,
+    output: str | None, as_json: bool,
 ) -> None:  # fmt: skip
     """The shortest warm-up of a MACHINE after which its tool centre point moves less than a tolerance over SCENARIO."""
-    with share_bar(f"warming up {Path(machine).name}") as bar:
+    with share_bar(f"warming up {machine.name}") as bar:
         results_go_to(output)
         from network.recordings.scenario import Scenario
 
         read = cache(lambda: [Scenario.load(scenario)])
-        loaded = read_machine(machine, level, lumps, sets, read)
+        loaded = machine.read(read)
         from network.analysis.sweep.warm_up import find_warm_up
         from network.recordings.yaml_values import read_time
 
@@ -44,7 +43,7 @@ def warmup(
         if output is not None:
             from network.platform.files import write_text
             from network.platform.publication import publication
-            from network.report.figures.all_figures import save
+            from network.report.figures.canvas import save
             from network.report.figures.warm_up_figure import warm_up_figure
             from network.report.files.result_files import as_json as json_text
 

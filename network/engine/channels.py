@@ -122,7 +122,7 @@ def _states(network: Network) -> tuple[tuple[tuple[str, int], ...], Array, Array
         assert sensor.place is not None
         row, z_row, shift = network.row(sensor.place), np.zeros(nz), 0.0
         for i, effect in enumerate(sensor.effects):
-            if not effect.is_steady():
+            if not effect.is_steady:
                 break
             k = index.get((name, i))
             unit_z = np.eye(nz)[k] if k is not None else np.zeros(nz)

@@ -82,7 +82,7 @@ class EnergyAccount(Brief):
 
 def sum_stored_heat(network: Network, T: Array) -> Array:
     """Heat in every lump above 0 °C [J], latent heat included; zero for held and massless lumps and states."""
-    finite = np.where(np.isfinite(network.capacity), network.capacity, 0.0)
+    finite = network.heat_capacity
     heat = np.where(finite > 0, finite * np.where(np.isfinite(T), T, 0.0), 0.0)
     for name in network.melting:
         part, melting = network.parts[name], network.machine.nodes[name].stored

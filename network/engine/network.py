@@ -71,6 +71,15 @@ class Network(Brief):
         return np.flatnonzero(np.isinf(self.capacity))
 
     @cached_property
+    def heat_capacity(self) -> Array:
+        """Of every lump [J/K], 0 for held ones too."""
+        return np.where(np.isfinite(self.capacity), self.capacity, 0.0)
+
+    @property
+    def relay_count(self) -> int:
+        return sum(relays.into.shape[1] for relays in self.relays)
+
+    @cached_property
     def bodies(self) -> Mapping[str, slice]:
         """The parts that hold heat: all but the states of entries."""
         return {name: part for name, part in self.parts.items() if name not in self.states}

@@ -93,7 +93,7 @@ def _settle_unnamed(network: Network, recording: Recording, named: Mapping[str, 
 def steady_state(network: Network, T: Array, u: Inputs) -> Array:
     """Temperatures at which every part and junction gets no heat, at the inputs u; relays are off. Newton."""
     inner = np.flatnonzero(np.isfinite(network.capacity))
-    off = np.zeros(sum(relays.into.shape[1] for relays in network.relays))
+    off = np.zeros(network.relay_count)
     for _ in range(NEWTON_STEPS):
         left_over = heat_into(network, T, u, off)[inner]
         J = jacobian(network, T, u, off)[np.ix_(inner, inner)]

@@ -12,7 +12,7 @@ from network.engine.network import Network
 def time_constants(network: Network) -> Array:
     """Time constants of a linear network at rest [s], increasing; inf for what never settles or grows."""
     u = {name: np.zeros(()) for name in (*network.machine.inputs, "time")}
-    modes = np.zeros(sum(relays.into.shape[1] for relays in network.relays))
+    modes = np.zeros(network.relay_count)
     K = jacobian(network, np.full(network.size, network.machine.reference), u, modes)
     free, massless = network.free, network.massless
     inner = K[np.ix_(free, free)]

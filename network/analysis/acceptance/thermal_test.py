@@ -96,19 +96,14 @@ def evaluate_thermal_test(
     told = {axis: (run.t, values) for axis, values in run.tcp.items()} if run is not None else {}
     position = run.inputs.get(motion.position) if run is not None else None
     asked = Asked(tool_length, stable_share)
-    evaluated = evaluate_axes(told, motion, asked, position)
-    if isinstance(source, Scenario):
-        notes = tuple(_notes(motion, run))
-        return ThermalTest(
-            machine, source, motion, evaluated, False, None, run, tool_length, stable_share, notes, begins, lumping
-        )
-    measured = dict(_measured(machine, source))
-    axes = evaluate_axes(measured, motion, asked, None)
-    beside = {axis: drift for axis, drift in evaluated.items() if axis in axes} or None
-    notes = tuple(_notes(motion, run))
+    axes, beside = evaluate_axes(told, motion, asked, position), None
+    if isinstance(source, Recording):
+        simulated, axes = axes, evaluate_axes(dict(_measured(machine, source)), motion, asked, None)
+        beside = {axis: drift for axis, drift in simulated.items() if axis in axes} or None
     return ThermalTest(
-        machine, source, motion, axes, True, beside, run, tool_length, stable_share, notes, begins, lumping
-    )
+        machine, source, motion, axes, isinstance(source, Recording), beside, run, tool_length, stable_share,
+        tuple(_notes(motion, run)), begins, lumping,
+    )  # fmt: skip
 
 
 def _check(machine: Machine, source: Scenario | Recording, tool_length: float | None) -> None:

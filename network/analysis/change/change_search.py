@@ -50,11 +50,10 @@ ALL_FREE = 2.0
 
 @dataclass(frozen=True, eq=False)
 class Split:
-    """What was found. unchanged, at: fits with nothing and with all changes split; differences: of these, in the order
-    found; alike: entry → others that explain it as well; tested: entries that could have differed, each alone beside
-    what was found; limit: σ beyond which one counts."""
+    """What was found. at: the fit with all changes split; differences: of these, in the order found; alike: entry →
+    others that explain it as well; tested: entries that could have differed, each alone beside what was found; limit:
+    σ beyond which one counts."""
 
-    unchanged: PairedFit
     at: PairedFit
     differences: tuple[Difference, ...]
     alike: dict[int, tuple[int, ...]]
@@ -85,7 +84,7 @@ def split_changes(
             break
         tell(0.7 + 0.3 * len(at.split) / MOST)
     tested = {j: measure_difference(at, j) for j in candidates}
-    return Split(unchanged, at, tuple(tested[j] for j in at.split), alike, tuple(tested.values()), limit)
+    return Split(at, tuple(tested[j] for j in at.split), alike, tuple(tested.values()), limit)
 
 
 def _make_sets(

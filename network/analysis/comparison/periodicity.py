@@ -63,11 +63,9 @@ class Periodicity:
 
 @dataclass(frozen=True)
 class Peak:
-    """low..high: frequencies of the peak, in steps of 1/length; centre: its middle; variance: what it adds;
-    clarity: power within a factor 2 of the centre over that of the background."""
+    """centre: its middle, in steps of 1/length; variance: what it adds; clarity: power within a factor 2 of the centre
+    over that of the background."""
 
-    low: int
-    high: int
     centre: float
     variance: float
     clarity: float
@@ -117,7 +115,7 @@ def highest_peak(power: Array, n: int) -> Peak | None:
         return None
     around = slice(int(centre / 2), int(centre * 2))
     clarity = float(power[around].sum() / below[around].sum())
-    return Peak(low + 1, high, centre, 2 / n * float(above.sum()), clarity, p)
+    return Peak(centre, 2 / n * float(above.sum()), clarity, p)
 
 
 def _bands(ratio: Array) -> Iterator[tuple[float, int, int]]:

@@ -43,10 +43,7 @@ class Grid:
         """Means of the finite samples in each step, NaN where there is none."""
         if self.is_identity:
             return values
-        there = np.isfinite(values)
-        count = np.bincount(self.index[there], minlength=self.n)
-        total = np.bincount(self.index[there], weights=values[there], minlength=self.n)
-        return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan))
+        return mean_in_cells(values, self.index, self.n)
 
     def hold(self, values: Array) -> Array:
         """The first value in each step, before an empty step the one before: for inputs, which have no gaps."""
@@ -54,6 +51,14 @@ class Grid:
             return values
         latest = np.searchsorted(self.index, np.arange(self.n), side="right") - 1
         return values[latest]
+
+
+def mean_in_cells(values: Array, index: Indices, cells: int) -> Array:
+    """Means of the finite samples in each cell, NaN where there is none. index: of the cell of each sample."""
+    there = np.isfinite(values)
+    count = np.bincount(index[there], minlength=cells)
+    total = np.bincount(index[there], weights=values[there], minlength=cells)
+    return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan))
 
 
 def reading_step(values: Array) -> float:

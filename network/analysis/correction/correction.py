@@ -96,11 +96,11 @@ def make_correction(
     model = linearise(machine, runs, sensors)
     constant, tables = tabulate(model, _tops(machine, runs))
     noise = np.array([machine.sensors[name].sigma for name in sensors])
-    to, back = balance(model.A, _drives(model, tables), _outputs(model, noise))
+    to, back = balance(model.A, _drives(model, tables), _outputs(model))
     made: dict[int, tuple[FilterModel, tuple[Loss, ...]]] = {}
     for count in range(1, len(to) + 1) if states is None and runs else [min(states or len(to), len(to))]:
         reduced = cut(model.A, model.C, to, back, count)
-        filter_ = _without(_filter(model, reduced, constant, tables, noise, step), machine, runs, channels)
+        filter_ = _without(_filter(model, reduced, constant, tables, noise, step), runs, channels)
         made[count] = filter_, tuple(_lose(model, filter_, run, reduced) for run in runs)
         if _largest(made[count][1]) <= _unseen(machine):
             break
@@ -144,7 +144,7 @@ def _uniform(model: LinearModel) -> Array:
     return np.where(model.network.is_state[model.network.free], 0.0, 1.0)
 
 
-def _outputs(model: LinearModel, noise: Array) -> Array:
+def _outputs(model: LinearModel) -> Array:
     """Axes in µm; a kelvin at a sensor counts as a micrometre."""
     return np.concatenate([model.C[: len(model.axes)] * 1e6, model.C[len(model.axes) :]])
 
@@ -212,9 +212,7 @@ def _held(model: LinearModel, columns: Array) -> tuple[dict[str, Array], Array]:
     return held, fixed
 
 
-def _without(
-    filter_: FilterModel, machine: Machine, runs: Sequence[Trajectory], channels: Sequence[str] | None
-) -> FilterModel:
+def _without(filter_: FilterModel, runs: Sequence[Trajectory], channels: Sequence[str] | None) -> FilterModel:
     """The filter of a control that lacks some inputs: they stay at their mean over the runs."""
     lacking = [name for name in filter_.inputs if channels is not None and name not in channels]
     constant = filter_.constant.copy()

@@ -101,7 +101,7 @@ def _rest(network: Network, point: Array, u: Inputs) -> Array:
 
 def _output_rows(network: Network, point: Array, u: Inputs, sensors: Sequence[str]) -> tuple[Array, Array]:
     """Rows of y over the rises of all lumps, and y at the point: axes, then sensors."""
-    machine, capacity = network.machine, np.where(np.isfinite(network.capacity), network.capacity, 0.0)
+    machine, capacity = network.machine, network.heat_capacity
     rows, shift = [], []
     for axis in machine.tcp:
         row, at = np.zeros(network.size), 0.0

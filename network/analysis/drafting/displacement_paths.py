@@ -15,7 +15,7 @@ from itertools import combinations
 import numpy as np
 
 from network.analysis.drafting.identification import Identified
-from network.analysis.drafting.lag_bench import noise_in
+from network.analysis.drafting.lag_bench import typical_noise
 from network.analysis.drafting.lag_fit import count_independent
 from network.catalogue.declaration.declare import Array, Indices
 from network.recordings.recording import Recording
@@ -24,7 +24,8 @@ STEEL = 1.1e-5
 """1/K: the expansion that lengths are told for."""
 REPEATS, TIMES = 0.9, 5.0
 """Share of readings that repeat the one before while a display is frozen, and how many times as often it moves else."""
-FEWEST = 12
+FEWEST, RESOLUTION = 12, 1e-7
+"""Readings that tell nothing, and the noise of a probe that shows none [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,14 +50,10 @@ def find_paths(runs: Sequence[Recording], found: Identified) -> tuple[Path, ...]
 
 def _find_path(runs: Sequence[Recording], found: Identified, name: str, axis: str) -> Path:
     gate = next((i for i in found.roles.inputs if _is_frozen(runs, name, i)), "")
-    there = [run.columns[name].values for run in runs if name in run.columns]
-    known = [row[np.isfinite(row)] for row in there]
-    told = [noise_in(row) for row in known if len(row) > FEWEST]
-    noise = float(np.median(told)) if told else 0.0
     target = _targets(found, name, gate)
     slopes, left = _select(found, target)
     moved = float(np.sqrt(np.nanmean(target**2))) if np.isfinite(target).any() else 0.0
-    return Path(name, axis, slopes, left, moved, noise if noise > 0 else 1e-7, gate)
+    return Path(name, axis, slopes, left, moved, typical_noise(runs, name, FEWEST, RESOLUTION), gate)
 
 
 def _is_frozen(runs: Sequence[Recording], name: str, gate: str) -> bool:

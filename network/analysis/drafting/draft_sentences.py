@@ -114,7 +114,7 @@ def _tell_links(model: PartModel, names: Names) -> Iterator[str]:
             yield f"{names.held[name]} ({100 * share:.0f} % of what it exchanges)"
 
 
-def tell_scale(found: Identified, sizes: Sequence[Sizes]) -> Iterator[str]:
+def tell_scale(sizes: Sequence[Sizes]) -> Iterator[str]:
     known = [k for k, size in enumerate(sizes) if size.is_known]
     if len(known) == len(sizes):
         yield "Heat capacities and conductances are those at which the recorded power becomes heat in what it warms."

@@ -3,17 +3,15 @@ that of its surroundings, and which is where its heat comes from."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from network.analysis.drafting.channel_roles import Roles
-from network.analysis.drafting.lag_bench import AROUND, SQUARED, LagBench, list_gapless, set_up
+from network.analysis.drafting.lag_bench import AROUND, LagBench, list_gapless, set_up
 from network.analysis.drafting.part_models import PartModel, Progress, group_alike, link_parts
-from network.analysis.drafting.recorded_course import Course
 from network.catalogue.declaration.declare import Array
-from network.platform.quantities.units import unit
 from network.recordings.recording import Recording
 
 FEWEST_BESIDE, MOST = 2, 0.5
@@ -21,24 +19,10 @@ FEWEST_BESIDE, MOST = 2, 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Identified:
-    """models: from the fastest part to the slowest; level: the surroundings where none are recorded [°C], spread: how
-    far that may be off [K]; noise: 1σ of every sensor [K]; largest: of every input, the largest size
-    recorded [SI]; units: of all columns; gapless: temperatures that all recordings have without gaps."""
+class Identified(LagBench):
+    """What was recorded, with the parts that it tells of. models: from the fastest part to the slowest."""
 
-    roles: Roles
-    courses: tuple[Course, ...]
     models: tuple[PartModel, ...]
-    level: float
-    spread: float
-    noise: Mapping[str, float]
-    largest: Mapping[str, float]
-    units: Mapping[str, str]
-    gapless: tuple[str, ...]
-
-    def goes_squared(self, name: str) -> bool:
-        """Whether the heat of an input goes with its square."""
-        return name in self.largest and unit(self.units[name]).dimension in SQUARED
 
 
 def identify(runs: Sequence[Recording], roles: Roles, tell: Progress = lambda _: None) -> Identified:
@@ -71,9 +55,9 @@ def find_leader(found: Identified) -> str:
     """The sensor of the part whose temperature explains best those that are nearer to the surroundings than it is, by
     the nats that they gain: heat comes from there. '' where they gain none. One without gaps, for it becomes an
     input."""
-    parts = found.models
+    parts, gapless = found.models, list_gapless(found.runs, found.roles)
     rises = [float(np.nanmean(m.group.mean**2)) for m in parts]
-    whole = [[n for n in m.group.sensors if n in found.gapless] for m in parts]
+    whole = [[n for n in m.group.sensors if n in gapless] for m in parts]
     gains = [
         sum(max(m.gains.get(k, 0.0), 0.0) for m, rise in zip(parts, rises, strict=True) if rise < rises[k])
         for k in range(len(parts))
@@ -98,6 +82,4 @@ def _list_gains_around(bench: LagBench, names: Sequence[str]) -> dict[str, Array
 
 def _identify(runs: Sequence[Recording], roles: Roles, tell: Progress) -> Identified:
     bench = set_up(runs, roles)
-    models = link_parts(bench, group_alike(bench, tell), tell)
-    rest = bench.noise, bench.largest, bench.units, list_gapless(runs, roles)
-    return Identified(bench.roles, bench.courses, models, bench.level, bench.spread, *rest)
+    return Identified(**vars(bench), models=link_parts(bench, group_alike(bench, tell), tell))

@@ -44,6 +44,10 @@ class LagBench:
     noise: Mapping[str, float]
     largest: Mapping[str, float]
 
+    def goes_squared(self, name: str) -> bool:
+        """Whether the heat of an input goes with its square."""
+        return name in self.largest and unit(self.units[name]).dimension in SQUARED
+
     def bank(self, means: Mapping[str, Array]) -> LagBank:
         """What is recorded of drivers, and these temperatures over the cells of all runs."""
         columns: dict[str, Sequence[Array]] = {AROUND: [self._around(c) for c in self.courses]}
@@ -52,9 +56,8 @@ class LagBench:
             columns[name] = [self._heat(name, c) for c in self.courses]
         for name in self.roles.held:
             columns[name] = [c.values[name] - self._base(c) for c in self.courses]
-        ends = np.cumsum([c.cells for c in self.courses])[:-1]
         for title, mean in means.items():
-            columns[title] = [_bridge(row) for row in np.split(mean, ends)]
+            columns[title] = [_bridge(row) for row in self._by_run(mean)]
         return bank_of(self.courses, columns)
 
     def fitting(self, bank: LagBank, target: Array, floor: float) -> Fitting:
@@ -84,8 +87,10 @@ class LagBench:
 
     def is_in_all(self, mean: Array) -> bool:
         """Whether every run has it."""
-        ends = np.cumsum([c.cells for c in self.courses])[:-1]
-        return all(np.isfinite(row).sum() > 1 for row in np.split(mean, ends))
+        return all(np.isfinite(row).sum() > 1 for row in self._by_run(mean))
+
+    def _by_run(self, mean: Array) -> list[Array]:
+        return np.split(mean, np.cumsum([c.cells for c in self.courses])[:-1])
 
     @property
     def known(self) -> list[str]:
@@ -115,7 +120,7 @@ def set_up(runs: Sequence[Recording], roles: Roles) -> LagBench:
     largest = {n: max(float(np.abs(c.values[n]).max()) for c in courses) for n in roles.inputs}
     units = {name: signal.unit for run in runs for name, signal in run.constants.items()}
     units |= {name: column.unit for run in runs for name, column in run.columns.items()}
-    noise = {name: _noise(runs, name) for name in roles.temperatures}
+    noise = {name: typical_noise(runs, name, FEWEST, RESOLUTION) for name in roles.temperatures}
     return LagBench(runs, roles, courses, level, spread, units, noise, largest)
 
 
@@ -159,13 +164,12 @@ def noise_in(values: Array) -> float:
     return float(max(noise_of(values), max(quantum_of(values), reading_step(values)) / np.sqrt(12), of_jumps))
 
 
-def _noise(runs: Sequence[Recording], name: str) -> float:
-    """1σ of a sample, that of a typical run."""
+def typical_noise(runs: Sequence[Recording], name: str, fewest: int, resolution: float) -> float:
+    """1σ of a sample, that of a typical run of more than so many readings; what cannot be seen where none shows."""
     rows = [run.columns[name].values for run in runs if name in run.columns]
-    rows = [row[np.isfinite(row)] for row in rows]
-    told = [noise_in(row) for row in rows if len(row) > FEWEST]
+    told = [noise_in(row[np.isfinite(row)]) for row in rows if np.isfinite(row).sum() > fewest]
     typical = float(np.median(told)) if told else 0.0
-    return typical if typical > 0 else RESOLUTION
+    return typical if typical > 0 else resolution
 
 
 def _bridge(row: Array) -> Array:

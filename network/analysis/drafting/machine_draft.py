@@ -137,7 +137,7 @@ def _tell(
     for path in paths:
         yield tell_path(path, names)
     yield tell_noise(found)
-    yield from tell_scale(found, sizes)
+    yield from tell_scale(sizes)
     yield from tell_unused(found)
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from network.analysis.comparison.resample import mean_in_cells
 from network.catalogue.declaration.declare import Array
 from network.recordings.hygiene.data_quality import look_at
 from network.recordings.hygiene.frozen import hanging
@@ -22,7 +23,6 @@ INSIDE = 4
 class Course:
     """One run. step: length of a cell [s]; values: by name, a mean over each cell [SI], NaN where nothing was read."""
 
-    file: str
     step: float
     values: Mapping[str, Array]
 
@@ -51,7 +51,7 @@ def _course(run: Recording, inputs: Sequence[str], readings: Sequence[str], most
     values = {name: _read_input(run, name, step, cells) for name in inputs}
     for name in readings:
         values[name] = _read_channel(run, name, step, cells)
-    return Course(run.file, step, values)
+    return Course(step, values)
 
 
 def _read_input(run: Recording, name: str, step: float, cells: int) -> Array:
@@ -63,12 +63,8 @@ def _read_input(run: Recording, name: str, step: float, cells: int) -> Array:
 def _read_channel(run: Recording, name: str, step: float, cells: int) -> Array:
     if name not in run.columns:
         return np.full(cells, np.nan)
-    values = true_readings(run, name)
-    there = np.isfinite(values)
-    index = np.floor((run.t[there] - run.t[0]) / step + 1e-9).astype(int)
-    count = np.bincount(index, minlength=cells)
-    total = np.bincount(index, weights=values[there], minlength=cells)
-    return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan))
+    index = np.floor((run.t - run.t[0]) / step + 1e-9).astype(int)
+    return mean_in_cells(true_readings(run, name), index, cells)
 
 
 def true_readings(run: Recording, name: str) -> Array:

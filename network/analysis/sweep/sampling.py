@@ -18,7 +18,7 @@ from network.catalogue.declaration.entry_path import NumberPath
 from network.engine.response.parameters import Parameter, free_parameters, parameter
 from network.machine.machine import Machine
 from network.platform.quantities.unit_values import in_own_unit
-from network.platform.quantities.units import NUMBER, BadNumber, Number, difference, unit
+from network.platform.quantities.units import NUMBER, BadNumber, Number, unit, unit_of_output
 from network.platform.refusal import Spot, likely, refuse, short
 
 MOST_SAMPLES = 1_000_000
@@ -54,8 +54,7 @@ class Drawn:
 
     def shown(self, values: Array) -> Array:
         """Values [SI] in the unit of the number."""
-        given = unit(self.unit)
-        return in_own_unit(values, difference(given) if self.unit == "K" else given)
+        return in_own_unit(values, unit_of_output(self.unit))
 
     def summary(self) -> dict[str, Any]:
         prior = "uniform" if self.ends is not None or self.parameter.is_unknown else "normal"

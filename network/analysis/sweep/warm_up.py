@@ -104,7 +104,7 @@ def find_warm_up(
     wanted = parse_tolerance(tolerance, machine)
     schedule = schedule_for(machine, scenario)
     check_length(machine, schedule)
-    name = _find_driven(machine, schedule, driven)
+    name = _find_driven(machine, driven)
     values = _read_speeds(speeds, schedule.signals[name], machine.inputs[name])
     lengths = np.append(np.arange(STEP, longest, STEP), longest)
     none, attempts = _left(machine, schedule, wanted, 0.0), []
@@ -198,7 +198,7 @@ def _later(signal: Signal, t0: float, length: float, value: float | None) -> Sig
     return replace(signal, t=t, start=start, end=stop)
 
 
-def _find_driven(machine: Machine, schedule: Schedule, asked: str | None) -> str:
+def _find_driven(machine: Machine, asked: str | None) -> str:
     """The input that warms up: the one asked for, else a speed, else a feed."""
     known = [name for name, text in machine.inputs.items() if text in DRIVEN]
     if asked is not None and asked not in known:

@@ -214,6 +214,8 @@ class Effect(Declared):
     """s: a recording that is shorter than this cannot tell it from anything that goes up and down once."""
     shows_in_readings: ClassVar[bool] = False
     """Whether a diagnosis finds it in the readings themselves, before anything is proposed."""
+    searched: ClassVar[bool] = True
+    """Whether a diagnosis tries its proposals, as far as it can."""
 
     def needs(self) -> Mapping[str, str]:
         named = ((self.__dict__[field], unit) for field, unit in input_fields(type(self)))
@@ -230,7 +232,7 @@ class Effect(Declared):
     @classmethod
     def is_searched(cls) -> bool:
         """Whether a diagnosis tries its proposals."""
-        return True
+        return cls.searched
 
     @classmethod
     @abstractmethod

@@ -52,11 +52,6 @@ class EntryPath:
         """The way to it from the top of the file, key by key."""
         return (self.section, *((self.axis,) if self.section == TCP else ()), self.name, *self.inner)
 
-    @property
-    def by_name(self) -> EntryPath:
-        """The entry that has a name: itself, or the one it stands in."""
-        return replace(self, inner=()) if self.inner else self
-
     def list_inner(self, entry: Mapping[str, Any]) -> Iterator[tuple[EntryPath, Any]]:
         """What an entry holds (its YAML, or its values by name), each with its path."""
         for key, many in NESTED.get(self.section, {}).items():

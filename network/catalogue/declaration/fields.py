@@ -12,7 +12,7 @@ from network.catalogue.declaration.entry_reading import Nested, read_kind
 from network.catalogue.declaration.field import REQUIRED, Field, word_of
 from network.catalogue.declaration.input_field import ANY, InputField, channel, merge_inputs
 from network.catalogue.declaration.number_fields import Amount, AmountField, ParamField
-from network.catalogue.declaration.places import Path, Place, PlaceField, PlacesField, SharesField, parse_place
+from network.catalogue.declaration.places import Place, PlaceField, PlacesField, SharesField, parse_place
 from network.catalogue.declaration.positions import AlongField
 from network.platform.quantities.units import BadNumber
 from network.platform.refusal import likely, short
@@ -20,7 +20,7 @@ from network.platform.yaml.tree import Tree
 
 __all__ = [
     "ANY", "REQUIRED", "AlongField", "Amount", "AmountField", "Field", "FlagField", "InputField", "Nested",
-    "ParamField", "Path", "Place", "PlaceField", "PlacesField", "SharesField", "WholeField", "WordField", "along",
+    "ParamField", "Place", "PlaceField", "PlacesField", "SharesField", "WholeField", "WordField", "along",
     "amount", "channel", "flag", "merge_inputs", "nested", "param", "parse_place", "place", "places", "read_kind",
     "shares", "whole", "word", "word_of",
 ]  # fmt: skip

@@ -6,7 +6,7 @@ Only what lies below the catalogue is named here, so that nothing is imported up
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,7 +71,8 @@ class LinkLike(EntryLike, Protocol):
 class EffectLike(EntryLike, Protocol):
     """What a sensor does to the truth."""
 
-    def is_steady(self) -> bool: ...
+    is_steady: ClassVar[bool]
+
     @property
     def follows(self) -> str: ...
 
@@ -85,8 +86,6 @@ class SensorLike(EntryLike, Protocol):
     def measures(self) -> Any: ...
     @property
     def quantity(self) -> str: ...
-    @property
-    def exchanged(self) -> str: ...
     @property
     def effects(self) -> Sequence[EffectLike]: ...
 

@@ -28,6 +28,8 @@ class DisplacementStep(Expansion, kind="displacement_step"):
     size = param("um", 0, 10_000, "how far it jumps", typical=5)
     begins = instant(0, 1e6, "when it jumps", typical=60)
     strength = "size"
+    searched = False
+    """By no slope: its instant shows in the readings."""
     sentence = "the tool centre point jumps along {way} by {size} at {begins}"
 
     def readings(self) -> tuple[Reading, ...]:
@@ -37,11 +39,6 @@ class DisplacementStep(Expansion, kind="displacement_step"):
         jumped = np.real(u["time"]) + SAME_INSTANT >= np.real(self.begins)
         d: Array = self.direction * self.size * jumped
         return d
-
-    @classmethod
-    def is_searched(cls) -> bool:
-        """By no slope: its instant shows in the readings."""
-        return False
 
     @classmethod
     def subjects(cls, machine: MachineLike, axis: str) -> Iterator[tuple[str, dict[str, Any]]]:

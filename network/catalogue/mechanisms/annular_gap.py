@@ -31,6 +31,7 @@ class AnnularGap(Link, kind="annular_gap"):
     input = channel("speed", "rpm")
     affine = False
     strength = "area"
+    searched = False
     sentence = "{between[0]} and {between[1]} exchange heat over an air gap of {gap} around {diameter}, {area}"
 
     def taylor(self, T: Array, u: Inputs) -> Array:
@@ -47,10 +48,6 @@ class AnnularGap(Link, kind="annular_gap"):
         largest = float(np.max(self.taylor(np.array(20.0), u)))
         if largest > 1e4:
             yield f"Ta = {largest:.2g} at 20 degC, and its correlation holds to 1e4"
-
-    @classmethod
-    def is_searched(cls) -> bool:
-        return False
 
     @classmethod
     def candidates(cls, machine: MachineLike) -> Iterator[tuple[str, str]]:

@@ -93,7 +93,7 @@ class Mechanism(Effect):
     @classmethod
     def is_searched(cls) -> bool:
         """Not with states of its own, nor where a guard switches a conductance: no quick look shows what they do."""
-        return not cls.states and (cls.section == "sources" or not issubclass(cls, Relay))
+        return cls.searched and not cls.states and (cls.section == "sources" or not issubclass(cls, Relay))
 
     @classmethod
     def places_read(cls) -> tuple[str, ...]:

@@ -28,6 +28,7 @@ class MovingFilm(SurfaceLink):
     area = param("m^2", 0, 1000, "area of the surface", typical=0.1)
     affine = False
     strength = "area"
+    searched = False
 
     @abstractmethod
     def coefficient(self, T_a: Array, T_b: Array, u: Inputs) -> Array:
@@ -45,10 +46,6 @@ class MovingFilm(SurfaceLink):
         largest = float(np.max(self.reynolds(USUAL, u)))
         if largest > self.most:
             yield f"Re = {largest:.2g} at 20 degC, and its correlation holds to {self.most:.2g}"
-
-    @classmethod
-    def is_searched(cls) -> bool:
-        return False
 
 
 class TurningFilm(MovingFilm):

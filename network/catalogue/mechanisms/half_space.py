@@ -37,6 +37,7 @@ class HalfSpace(Source, kind="half_space"):
     states = {f"layer{i}": State("K", f"temperature of layer {i} of {LAYERS}, counted from 0 degC")
               for i in range(1, LAYERS + 1)}  # fmt: skip
     strength = "conductivity"
+    searched = False
     shapes = ("diffusivity", "temperature")
     sentence = "{into} stands with {area} on ground of {conductivity} and {diffusivity}, {temperature} far below"
 
@@ -52,7 +53,3 @@ class HalfSpace(Source, kind="half_space"):
 
     def begin(self, u: Inputs, *T: Array) -> tuple[Array, ...]:
         return (T[0],) * LAYERS
-
-    @classmethod
-    def is_searched(cls) -> bool:
-        return False

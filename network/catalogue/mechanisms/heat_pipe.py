@@ -33,6 +33,7 @@ class HeatPipe(Link, kind="heat_pipe"):
     )
     affine = False
     strength = "conductance"
+    searched = False
     shapes = ("limit",)
     sentence = "{between[0]} and {between[1]} are joined by a heat pipe of {conductance}, {limit} at the most"
 
@@ -51,7 +52,3 @@ class HeatPipe(Link, kind="heat_pipe"):
         beyond = 4 * (warmer - self.opens) / self.within
         beyond = np.where(np.abs(np.real(beyond)) < STEEPEST, beyond, np.sign(np.real(beyond)) * STEEPEST)
         return np.asarray(share / (1 + np.exp(-beyond)))
-
-    @classmethod
-    def is_searched(cls) -> bool:
-        return False

@@ -8,9 +8,9 @@ import numpy as np
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import channel, param
 from network.catalogue.declaration.machine_protocol import MachineLike
-from network.catalogue.declaration.proposals import fresh
+from network.catalogue.declaration.proposals import set_in_each
 from network.catalogue.mechanisms.base import Inputs, Source, raise_to_power
-from network.catalogue.typical_values import size_body, usual_speed
+from network.catalogue.typical_values import usual_speed
 
 
 class MotorLoss(Source, kind="motor_loss"):
@@ -40,6 +40,4 @@ class MotorLoss(Source, kind="motor_loss"):
     @classmethod
     def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """Iron loss in every part that has a heat capacity."""
-        for name in cls.hosts(machine):
-            body = size_body(cls, machine, into={name: 1}, **usual_speed(machine))
-            yield {"sources": {fresh(f"{cls.kind} {name}", machine.sources): body}}
+        return set_in_each(super().besides(machine), **usual_speed(machine))

@@ -32,6 +32,7 @@ class PalmgrenFriction(Rubbing, kind="palmgren_friction"):
     load = param("N", 0, 1e7, "load that makes friction", default=0, typical=500)
     reads = place("where the oil's temperature is read; default the first place of `into`", default=None)
     strength = "lubrication_factor"
+    searched = False
     affine = False
     derived = ("walther_A", "walther_B")
     walther_A: Array
@@ -46,10 +47,6 @@ class PalmgrenFriction(Rubbing, kind="palmgren_friction"):
         viscosity = find_viscosity(T[0], self.walther_A, self.walther_B)
         stirred = find_palmgren_torque(self.lubrication_factor, viscosity, u[self.input], self.mean_diameter)
         return np.asarray(stirred + self.load_factor * self.load * self.mean_diameter)
-
-    @classmethod
-    def is_searched(cls) -> bool:
-        return False
 
     @classmethod
     def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:

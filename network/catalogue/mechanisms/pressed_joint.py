@@ -34,6 +34,7 @@ class PressedJoint(Link, kind="pressed_joint"):
     asperity_slope = param("1", 0, 2, "mean slope of the asperities", positive=True, default=None, typical=0.15)
     fluid = word("what fills the gaps", *FLUIDS, default="air")
     strength = "area"
+    searched = False
     sentence = "{between[0]} and {between[1]} are pressed together with {pressure} over {area}"
 
     @property
@@ -58,7 +59,3 @@ class PressedJoint(Link, kind="pressed_joint"):
         if not LEAST <= pressed <= MOST:
             right = f"the correlation holds for {LEAST:.0e} to {MOST:.1e}"
             yield "pressure", f"is {pressed:.1e} of the hardness", right
-
-    @classmethod
-    def is_searched(cls) -> bool:
-        return False

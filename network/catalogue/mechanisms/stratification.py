@@ -24,13 +24,10 @@ class Stratification(Source, kind="stratification"):
     height = param("m", -100, 100, "mean height of the surface above the thermometer", typical=1.5)
     input = channel(None, "m", "a position that the surface rises with, added to its height")
     strength = "gradient"
+    searched = False
     changed = {"gradient": ("air that is layered more", "air that is layered less: a fan that stirs it, a door")}
     sentence = "{into} stands in air that is warmer by {gradient} upwards, {height} above the thermometer"
 
     def heat(self, u: Inputs, *T: Array) -> Array:
         height = self.height if self.input is None else self.height + u[self.input]
         return np.asarray(self.conductance * self.gradient * height * np.ones_like(u["time"]))
-
-    @classmethod
-    def is_searched(cls) -> bool:
-        return False

@@ -31,6 +31,7 @@ class Thermoelectric(Source, kind="thermoelectric"):
     resistance = param("mohm", 0, 1e4, "electric resistance of a couple", typical=15)
     input = channel("current", "A")
     strength = "couples"
+    searched = False
     shapes = ("seebeck", "resistance")
     sentence = "{into} is the {side} side of a Peltier module of {couples} couples, {seebeck} and {resistance} each"
 
@@ -38,10 +39,6 @@ class Thermoelectric(Source, kind="thermoelectric"):
         current, way = u[self.input], 1 if self.side == "hot" else -1
         peltier = way * self.seebeck * current * (T[0] + ZERO_CELSIUS)
         return np.asarray(self.couples * (current**2 * self.resistance / 2 + peltier))
-
-    @classmethod
-    def is_searched(cls) -> bool:
-        return False
 
     @classmethod
     def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:

@@ -13,7 +13,4 @@ class ThermostatHeating(Thermostat, kind="thermostat_heating"):
 
     sign, warmer = 1.0, 10.0
     sentence = "a heater gives {power} to {into}, on and off around {set} ± {hysteresis} at {watches}"
-
-    @classmethod
-    def is_searched(cls) -> bool:
-        return False
+    searched = False

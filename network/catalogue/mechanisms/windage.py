@@ -8,10 +8,10 @@ import numpy as np
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import channel, param
 from network.catalogue.declaration.machine_protocol import MachineLike
-from network.catalogue.declaration.proposals import fresh
+from network.catalogue.declaration.proposals import set_in_each
 from network.catalogue.mechanisms.base import Inputs, Source, raise_to_power
 from network.catalogue.mechanisms.friction import turning
-from network.catalogue.typical_values import size_body, usual_speed
+from network.catalogue.typical_values import usual_speed
 
 
 class Windage(Source, kind="windage"):
@@ -34,7 +34,8 @@ class Windage(Source, kind="windage"):
 
     @classmethod
     def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
-        """At every part that turns."""
-        for name in turning(machine):
-            body = size_body(cls, machine, into={name: 1}, **usual_speed(machine))
-            yield {"sources": {fresh(f"{cls.kind} {name}", machine.sources): body}}
+        return set_in_each(super().besides(machine), **usual_speed(machine))
+
+    @classmethod
+    def hosts(cls, machine: MachineLike) -> Iterator[str]:
+        return turning(machine)

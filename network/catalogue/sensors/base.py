@@ -19,7 +19,8 @@ class SensorEffect(Effect):
 
     quantities: what a channel may measure for it to act on; has_state: it keeps a state z of its own, dz/dt = rate;
     comes_and_goes: it may hold for some time and not for some, otherwise in every run (its `truth` is then needed);
-    looks_back: what is read depends on the truth at other times.
+    looks_back: what is read depends on the truth at other times; is_steady: the reading follows from truth and state
+    alone, at all times, and only then may one with a state come after.
     """
 
     section = "effects"
@@ -27,6 +28,7 @@ class SensorEffect(Effect):
     has_state: ClassVar[bool] = False
     comes_and_goes: ClassVar[bool] = False
     looks_back: ClassVar[bool] = False
+    is_steady: ClassVar[bool] = True
 
     @property
     def exchanges(self) -> str:
@@ -41,10 +43,6 @@ class SensorEffect(Effect):
     def take(self, other: Self) -> Self:
         """The same with the numbers of another that it follows."""
         return self
-
-    def is_steady(self) -> bool:
-        """Its reading follows from truth and state alone, at all times; only then may one with a state come after."""
-        return True
 
     def rate(self, truth: Array, state: Array) -> Array:
         """dz/dt; only for effects with a state. Linear in both."""
@@ -70,7 +68,7 @@ class SensorEffect(Effect):
         """The YAML of a channel with one more effect, before the first that is not steady."""
         body = sensor.to_plain()
         effects = list(body.get("effects", []))
-        effects.insert(sum(1 for _ in takewhile(lambda one: one.is_steady(), sensor.effects)), dict(effect))
+        effects.insert(sum(1 for _ in takewhile(lambda one: one.is_steady, sensor.effects)), dict(effect))
         return {**body, "effects": effects}
 
     @classmethod

@@ -31,6 +31,7 @@ class ClockShift(SensorEffect, kind="clock_shift"):
     taken: Array | None = None
     looks_back = True
     strength = "late"
+    is_steady = False
     sentence = "the clock of {channel} is {much} late against that of the inputs"
 
     @property
@@ -44,9 +45,6 @@ class ClockShift(SensorEffect, kind="clock_shift"):
 
     def take(self, other: Self) -> Self:
         return self.replaced(taken=other.late)
-
-    def is_steady(self) -> bool:
-        return False
 
     def reading(self, truth: Array, state: Array, u: Inputs) -> Array:
         t = np.real(u["time"]) * np.ones(np.shape(truth))

@@ -164,4 +164,4 @@ class Sensor(Declared):
                 yield "effects", wrong, "it acts on " + " or ".join(f"a {name}" for name in effect.quantities)
             if before and effect.has_state:
                 yield "effects", f"{effect.kind} stands behind {before}", f"list {effect.kind} first"
-            before = before or ("" if effect.is_steady() else effect.kind)
+            before = before or ("" if effect.is_steady else effect.kind)

@@ -51,10 +51,8 @@ class SensorCrosstalk(SensorEffect, kind="sensor_crosstalk"):
     share = cast(Array, ShareField("K/%", -100, 100, "what it reads too much per unit of the input", REQUIRED,
                                    typical=0.03))  # fmt: skip
     strength = "share"
+    is_steady = False
     sentence = "{channel} reads {share} of {driver} too much"
-
-    def is_steady(self) -> bool:
-        return False
 
     def needs(self) -> Mapping[str, str]:
         return {self.driver: input_unit(getattr(self.field_of("share"), "unit", "K/%"))}

@@ -53,6 +53,7 @@ class SensorFault(SensorEffect, kind="sensor_fault"):
     ends = param("min", 0, 1e6, "when it holds again; default not before the end", default=None, positive=True)
     one_of = (("share", "surroundings"), ("size",))
     strength = "share"
+    is_steady = False
     sentence = "{channel} {fails}{window}"
 
     @property
@@ -78,9 +79,6 @@ class SensorFault(SensorEffect, kind="sensor_fault"):
     def window(self) -> str:
         begins = f" from {show(float(self.begins), 'min')} on" if self.begins > 0 else ""
         return begins + (f" until {show(float(self.ends), 'min')}" if self.ends is not None else "")
-
-    def is_steady(self) -> bool:
-        return False
 
     def needs(self) -> Mapping[str, str]:
         return {self.surroundings: "degC"} if isinstance(self.surroundings, str) else {}

@@ -28,11 +28,10 @@ class SensorOutliers(SensorEffect, kind="sensor_outliers"):
     share = param("1", 0, 1, "of the readings that are hit", default=0.01, typical=0.01)
     seed = whole("another one hits other readings", 0, 1_000_000, default=0)
     strength = "size"
+    is_steady = False
+    searched = False
     shapes = ("share",)
     sentence = "{channel} reads {size} too much in {share} of its readings"
-
-    def is_steady(self) -> bool:
-        return False
 
     def is_hit(self, t: Array) -> Array:
         """Which instants are hit."""
@@ -48,7 +47,3 @@ class SensorOutliers(SensorEffect, kind="sensor_outliers"):
 
     def truth(self, reading: Array, u: Inputs) -> Array:
         return np.asarray(reading - self.size * self.is_hit(u["time"]))
-
-    @classmethod
-    def is_searched(cls) -> bool:
-        return False

@@ -24,10 +24,9 @@ class SensorResolution(SensorEffect, kind="sensor_resolution"):
     quantities = ("temperature",)
     steps = whole("steps in a kelvin, 10 for 0.1 K", 1, 100_000)
     strength = "steps"
+    is_steady = False
+    searched = False
     sentence = "{channel} reads in steps of a kelvin over {steps}"
-
-    def is_steady(self) -> bool:
-        return False
 
     def reading(self, truth: Array, state: Array, u: Inputs) -> Array:
         seen = np.real(truth)
@@ -36,10 +35,6 @@ class SensorResolution(SensorEffect, kind="sensor_resolution"):
     def truth(self, reading: Array, u: Inputs) -> Array:
         """The middle of what would read so."""
         return reading
-
-    @classmethod
-    def is_searched(cls) -> bool:
-        return False
 
     @classmethod
     def typical_on(cls, machine: MachineLike) -> dict[str, Any]:

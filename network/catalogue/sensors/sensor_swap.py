@@ -22,6 +22,8 @@ class SensorSwap(SensorEffect, kind="sensor_swap"):
     shows_in_readings = True
     other = word("the name of the sensor it is exchanged with", key="with")
     strength = "other"
+    searched = False
+    """By no slope: all pairs are tried in the readings."""
     sentence = "{channel} and {other} are exchanged"
 
     @property
@@ -30,11 +32,6 @@ class SensorSwap(SensorEffect, kind="sensor_swap"):
 
     def reading(self, truth: Array, state: Array, u: Inputs) -> Array:
         return truth
-
-    @classmethod
-    def is_searched(cls) -> bool:
-        """By no slope: all pairs are tried in the readings."""
-        return False
 
     @classmethod
     def proposes(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:

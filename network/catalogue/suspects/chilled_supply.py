@@ -3,12 +3,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, Self
 
-from network.catalogue.declaration.fields import Place, param, place
+from network.catalogue.declaration.fields import param, place
 from network.catalogue.declaration.machine_protocol import MachineLike
-from network.catalogue.declaration.proposals import fresh
 from network.catalogue.suspects.base import Suspect
-from network.catalogue.suspects.coolant_tank import close_streams, list_held_coolants
-from network.catalogue.typical_values import size_value, usual_surroundings
+from network.catalogue.suspects.coolant_tank import put_tank, suspect_tanks
 
 
 class ChilledSupply(Suspect, kind="pi_cooling"):
@@ -28,29 +26,13 @@ class ChilledSupply(Suspect, kind="pi_cooling"):
     reset_time = param("s", 0, 36_000, "time in which the integral repeats it", positive=True, typical=600)
     conductance = param("W/K", 0, 1e5, "conductance between tank and surroundings", typical=20)
     strength = "reset_time"
+    searched = False
     shapes = ("set", "gain", "heat_capacity", "conductance")
     sentence = "{host} is a tank of {heat_capacity} under PI control at {set}: {gain}, reset time {reset_time}"
 
     def patch(self, machine: MachineLike) -> Mapping[str, Any]:
-        tank = self.host.node
-        chiller = {"kind": "pi_cooling", "into": {tank: 1}, "watches": tank}
-        between = [tank, usual_surroundings(machine, besides=tank)]
-        around = {"kind": "convection", "between": between, **self.write_numbers("conductance")}
-        return {
-            "nodes": {tank: self.write_numbers("heat_capacity")},
-            "links": {fresh(f"{tank} to surroundings", machine.links): around, **close_streams(machine, tank)},
-            "sources": {
-                fresh(f"{tank} chiller", machine.sources): chiller | self.write_numbers("set", "gain", "reset_time")
-            },
-        }
-
-    @classmethod
-    def is_searched(cls) -> bool:
-        return False
+        return put_tank(self, machine, self.host.node, "chiller", self.write_numbers("set", "gain", "reset_time"))
 
     @classmethod
     def suspected(cls, machine: MachineLike) -> Iterator[Self]:
-        """Every node held at a constant that is linked to a part, where another held node remains as surroundings."""
-        for name, temperature in list_held_coolants(machine):
-            sized = {key: size_value(cls, key, machine) for key in ("heat_capacity", "gain", "conductance")}
-            yield cls.typical(host=Place(name), set=temperature, **sized)
+        yield from suspect_tanks(cls, machine, "gain")

@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 from network.catalogue.declaration.fields import Place, param, place
 from network.catalogue.declaration.machine_protocol import MachineLike
@@ -9,6 +9,8 @@ from network.catalogue.declaration.proposals import fresh
 from network.catalogue.mechanisms.base import Stream
 from network.catalogue.suspects.base import Suspect
 from network.catalogue.typical_values import links_to, size_value, usual_surroundings
+
+Tank = TypeVar("Tank", bound=Suspect)
 
 
 class CoolantTank(Suspect, kind="thermostat_cooling"):
@@ -30,36 +32,37 @@ class CoolantTank(Suspect, kind="thermostat_cooling"):
     sentence = "{host} is a tank of {heat_capacity}, cooled by {power} on and off around {set} ± {hysteresis}"
 
     def patch(self, machine: MachineLike) -> Mapping[str, Any]:
-        tank = self.host.node
-        cooler = {"kind": "thermostat_cooling", "into": {tank: 1}, "watches": tank}
-        cooler |= self.write_numbers("set", "hysteresis", "power")
-        between = [tank, usual_surroundings(machine, besides=tank)]
-        around = {"kind": "convection", "between": between, **self.write_numbers("conductance")}
-        links = {fresh(f"{tank} to surroundings", machine.links): around}
-        return {
-            "nodes": {tank: self.write_numbers("heat_capacity")},
-            "links": {**links, **close_streams(machine, tank)},
-            "sources": {fresh(f"{tank} cooler", machine.sources): cooler},
-        }
+        return put_tank(self, machine, self.host.node, "cooler", self.write_numbers("set", "hysteresis", "power"))
 
     @classmethod
     def suspected(cls, machine: MachineLike) -> Iterator[Self]:
-        """Every node held at a constant that is linked to a part, where another held node remains as surroundings."""
-        for name, temperature in list_held_coolants(machine):
-            sized = {key: size_value(cls, key, machine) for key in ("heat_capacity", "power", "conductance")}
-            yield cls.typical(host=Place(name), set=temperature, **sized)
+        yield from suspect_tanks(cls, machine, "power")
 
 
-def list_held_coolants(machine: MachineLike) -> Iterator[tuple[str, float]]:
-    """Nodes held at a constant that are linked to a part, with their temperature [°C]; none where no other is held."""
+def put_tank(of: Suspect, machine: MachineLike, tank: str, title: str, cooler: Mapping[str, Any]) -> dict[str, Any]:
+    """The patch that makes a tank of a held node, with surroundings and a cooler of the kind of the suspect."""
+    between = [tank, usual_surroundings(machine, besides=tank)]
+    around = {"kind": "convection", "between": between, **of.write_numbers("conductance")}
+    into = {"kind": of.kind, "into": {tank: 1}, "watches": tank}
+    return {
+        "nodes": {tank: of.write_numbers("heat_capacity")},
+        "links": {fresh(f"{tank} to surroundings", machine.links): around, **_close_streams(machine, tank)},
+        "sources": {fresh(f"{tank} {title}", machine.sources): {**into, **cooler}},
+    }
+
+
+def suspect_tanks(cls: type[Tank], machine: MachineLike, cooler: str) -> Iterator[Tank]:
+    """Every node held at a constant that is linked to a part, where another held node remains as surroundings; cooler:
+    the number that is sized after the machine."""
     held = [name for name, node in machine.nodes.items() if node.is_held]
     for name in held if len(held) > 1 else ():
         temperature = machine.nodes[name].temperature
         if not isinstance(temperature, str) and links_to(machine, name):
-            yield name, float(temperature)
+            sized = {key: size_value(cls, key, machine) for key in ("heat_capacity", cooler, "conductance")}
+            yield cls.typical(host=Place(name), set=float(temperature), **sized)
 
 
-def close_streams(machine: MachineLike, tank: str) -> dict[str, Any]:
+def _close_streams(machine: MachineLike, tank: str) -> dict[str, Any]:
     """Streams that came from the held coolant, led back into the tank: now it loses what they bring."""
     streams = {name: link for name, link in machine.links.items() if isinstance(link, Stream)}
     return {

@@ -26,16 +26,13 @@ class PhaseChange(Suspect, kind="phase_change"):
     at = param("degC", -50, 1000, "middle of the melting range", typical=28)
     over = param("K", 0, 200, "width of the melting range", positive=True, typical=WIDTH)
     strength = "latent_heat"
+    searched = False
     shapes = ("at", "over")
     sentence = "{host} melts around {at}, over {over}, and takes up {latent_heat}"
 
     def patch(self, machine: MachineLike) -> Mapping[str, Any]:
         body = machine.nodes[self.host.node].to_plain()
         return {"nodes": {self.host.node: {**body, "melts": self.write_numbers("at", "over", "latent_heat")}}}
-
-    @classmethod
-    def is_searched(cls) -> bool:
-        return False
 
     @classmethod
     def suspected(cls, machine: MachineLike) -> Iterator[Self]:

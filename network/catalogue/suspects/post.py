@@ -34,6 +34,7 @@ class Post(Suspect, kind="post"):
     loss = param("W/K", 0, 1e4, "conductance between it and the surroundings", positive=True, typical=0.3)
     length = param("mm", 0, 10_000, "length that grows", positive=True, typical=60)
     strength = "length"
+    searched = False
     shapes = ("heat_capacity", "conductance")
     sentence = "a post near {near} of {heat_capacity}, joined by {conductance}, grows over {length} and moves {way}"
 
@@ -54,10 +55,6 @@ class Post(Suspect, kind="post"):
             "links": {name: tie, f"{name} to surroundings": {**around, "conductance": loss}},
             "tcp": {axis: {name: {**grows, **self.write_numbers("length")}}},
         }
-
-    @classmethod
-    def is_searched(cls) -> bool:
-        return False
 
     @classmethod
     def suspected(cls, machine: MachineLike) -> Iterator[Self]:

@@ -34,7 +34,7 @@ def bend_table(by: str, rise: Array) -> float:
     network, entry = build(machine), machine.tcp["z"]["table bends"]
     T = np.zeros(network.size)
     T[network.parts["table"]] = rise
-    heat = np.where(np.isfinite(network.capacity), network.capacity, 0.0) * T
+    heat = network.heat_capacity * T
     readings = (
         network.heat_row(reading.place) @ heat if reading.how == "heat" else network.reading_row(reading) @ T
         for reading in entry.readings()

@@ -31,11 +31,6 @@ class PaperTable:
         for note in self.notes:
             yield from wrap(note, WIDTH, initial_indent="  - ", subsequent_indent="    ")
 
-    def column(self, name: str) -> list[Any]:
-        """The cells below one name. Raises ValueError for an unknown one."""
-        k = list(self.columns).index(name)
-        return [row[k] for row in self.rows]
-
     def as_dict(self) -> dict[str, Any]:
         rows = [dict(zip(self.columns, row, strict=True)) for row in self.rows]
         return {"title": self.title, "rows": rows, "notes": list(self.notes)}

@@ -60,7 +60,7 @@ def force_sources(plan: Plan) -> Forcing:
     network, count = plan.network, len(plan.edges) - 1
     begin, end = plan.just_inside
     groups = [*network.heats, *network.relays]
-    modes = plan.modes if plan.modes is not None else np.zeros(sum(relays.into.shape[1] for relays in network.relays))
+    modes = plan.modes if plan.modes is not None else np.zeros(network.relay_count)
     first = [source_series(heats, begin, mode, count) for heats, mode in with_modes(network, modes)]
     last = [
         source_series(heats, end, mode, count) if plan.is_ramped(heats.law) else same

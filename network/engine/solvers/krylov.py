@@ -12,7 +12,7 @@ The error is the largest difference, at instants spread over the run, to the sam
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,7 +20,7 @@ import numpy as np
 from scipy.sparse import csr_matrix, diags
 from scipy.sparse.linalg import spsolve
 
-from network.catalogue.declaration.declare import Array, Indices
+from network.catalogue.declaration.declare import Array
 from network.engine.channels import Readouts
 from network.engine.network import Network
 from network.engine.solvers.elimination import Regime
@@ -207,11 +207,8 @@ def _restrict(fine: LinearProblem, along: Array) -> LinearProblem:
 def _difference(fine: LinearProblem, coarse: LinearProblem) -> float:
     """The largest between readings of the two, at some instants of output and just after all edges."""
     plan = fine.plan
-    at = np.unique(np.concatenate([plan.bounds[:-1], *_spread(len(plan.t))]))
+    spread = np.linspace(0, len(plan.t) - 1, LOOKED_AT).astype(int)
+    at = np.unique(np.concatenate([plan.bounds[:-1], spread]))
     some = replace(plan, t=plan.t[at[at < len(plan.t)]])
     a, b = (solve(replace(problem, plan=some)) for problem in (fine, coarse))
     return float("inf") if a is None or b is None else float(np.abs(a.courses.all() - b.courses.all()).max(initial=0))
-
-
-def _spread(count: int) -> Iterator[Indices]:
-    yield np.unique(np.linspace(0, count - 1, LOOKED_AT).astype(int))

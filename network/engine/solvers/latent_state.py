@@ -6,16 +6,17 @@ So a narrow melting range cannot be stepped over, and no heat is lost in one.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from network.catalogue.declaration.declare import Array
 from network.engine.network import Network
 
 
 class LatentState:
-    """Of the lumps that are solved for, all but the held ones."""
+    """Of the lumps that are solved for."""
 
-    def __init__(self, network: Network) -> None:
-        place = np.cumsum(np.isfinite(network.capacity)) - 1
+    def __init__(self, network: Network, solved: NDArray[np.bool_]) -> None:
+        place = np.cumsum(solved) - 1
         self.melting = [
             (slice(int(place[part.start]), int(place[part.stop - 1]) + 1), stored, node.capacity)
             for name, node in network.machine.nodes.items() if (stored := node.stored) is not None

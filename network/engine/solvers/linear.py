@@ -142,7 +142,7 @@ def reduce(plan: Plan, readouts: Readouts, known: KnownRegimes | None = None) ->
 def _find_regime(plan: Plan, k: int, readouts: Readouts) -> Regime:
     """The regime of interval k, all relays off."""
     network = plan.network
-    modes = np.zeros(sum(relays.into.shape[1] for relays in network.relays))
+    modes = np.zeros(network.relay_count)
     u = {name: values[k] for name, values in plan.left.items()}
     return regime_from(network, affine_matrix(network, u, modes), readouts)
 

@@ -8,26 +8,25 @@ in it (over its capacity, so that it is a temperature while nothing melts): a na
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
 from network.catalogue.mechanisms.base import Inputs
-from network.engine.balance import heat_into, jacobian, relay_slices
+from network.engine.balance import heat_into, jacobian
 from network.engine.channels import Readouts
 from network.engine.energy import EnergyAccount, Quadrature, sum_stored_heat
+from network.engine.solvers.latent_state import LatentState
 from network.engine.solvers.plan import Plan
-from network.engine.solvers.switch_count import check_count
+from network.engine.solvers.relay_modes import LONGEST, RelayModes
 from network.platform.refusal import Failed
 
 if TYPE_CHECKING:
     from scipy.integrate import OdeSolution
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)
-RELAY_STEP = 30.0
-"""s: longest step while a relay waits, so that two crossings in one step are not missed."""
 NEWTON_STEPS = 50
 MOST_EVALUATIONS = 200_000
 """Of the rate, from one switching or change of an input to the next: 10 to 20 s. An explicit method takes as many in a
@@ -44,7 +43,6 @@ class ReferenceSolution:
     T_end: Array
     account: EnergyAccount
     switches: list[tuple[float, int, int]]
-    evaluations: int
     heat: Array
 
 
@@ -63,20 +61,13 @@ class _Run:
     method: str
     rtol: float
     atol: float
-    switches: list[tuple[float, int, int]] = field(default_factory=list)
     evaluations: int = 0
 
     def __post_init__(self) -> None:
         network = self.plan.network
         self.network, self.n = network, len(network.free)
         self.latest = self.plan.T0.copy()
-        self.melting = [
-            (network.parts[name], stored, node.capacity)
-            for name, node in network.machine.nodes.items() if (stored := node.stored) is not None
-        ]  # fmt: skip
-        self.modes = np.zeros(sum(relays.into.shape[1] for relays in network.relays))
-        self.pauses = [float(p) for g in network.relays for p in np.broadcast_to(g.law.pause(), g.into.shape[1])]
-        self.pending: dict[int, float] = {}
+        self.latent, self.relays = LatentState(network, np.ones(network.size, bool)), RelayModes(self.plan)
         self.quadrature = Quadrature.empty(network)
 
     def run(self, progress: Callable[[float], None] | None) -> ReferenceSolution:
@@ -93,16 +84,14 @@ class _Run:
         T_end = self.temperatures(len(plan.steps) - 1, float(plan.edges[-1]), x)
         heat = sum_stored_heat(self.network, heat) - sum_stored_heat(self.network, T0.copy())
         account = self.quadrature.account(T0, T_end)
-        return ReferenceSolution(y, T0, T_end, account, self.switches, self.evaluations, heat)
+        return ReferenceSolution(y, T0, T_end, account, self.relays.switches, heat)
 
     # -- temperatures and rates -------------------------------------------------------------------------------------
     def temperatures(self, k: int, t: float, x: Array) -> Array:
         """All lumps: free ones from the state, held ones from the inputs, massless ones where their heat is zero."""
         u = self.plan.inputs_in(k, t)
-        T = self.latest
-        T[self.network.free] = x[: self.n]
-        for part, melting, capacity in self.melting:
-            T[part] = melting.temperature(T[part], capacity)
+        self.latest[self.network.free] = x[: self.n]
+        self.latest = T = self.latent.temperature(self.latest)
         for i, held in self.network.held.items():
             T[i] = held.at(u)
         if len(self.network.massless):
@@ -113,23 +102,16 @@ class _Run:
         """Newton on the massless junctions: no heat stays in them."""
         at = self.network.massless
         for _ in range(NEWTON_STEPS):
-            left_over = heat_into(self.network, T, u, self.modes)[at]
-            step = np.linalg.solve(jacobian(self.network, T, u, self.modes)[np.ix_(at, at)], left_over)
+            left_over = heat_into(self.network, T, u, self.relays.on)[at]
+            step = np.linalg.solve(jacobian(self.network, T, u, self.relays.on)[np.ix_(at, at)], left_over)
             T[at] -= step
             if np.abs(step).max() < 1e-11 * (1 + np.abs(T[at]).max()):
                 return
         raise Failed(f"the temperature of a massless junction did not settle (last step {np.abs(step).max():.2g} K)")
 
-    def _softening(self, T: Array) -> Array:
-        """∂T/∂state of the free lumps: 1, and less where heat goes into melting."""
-        slope = np.ones(self.network.size)
-        for part, melting, capacity in self.melting:
-            slope[part] = capacity / (capacity + melting.apparent_capacity(T[part]))
-        return slope[self.network.free]
-
     def rate(self, k: int, t: float, x: Array) -> Array:
         T = self.temperatures(k, t, x)
-        into = heat_into(self.network, T, self.plan.inputs_in(k, t), self.modes)
+        into = heat_into(self.network, T, self.plan.inputs_in(k, t), self.relays.on)
         slow = into[self.network.free] / self.network.capacity[self.network.free]
         r = self.readouts
         if not r.states:
@@ -139,24 +121,22 @@ class _Run:
     def slope(self, k: int, t: float, x: Array) -> Array:
         T, network, r = self.temperatures(k, t, x), self.network, self.readouts
         free, massless = network.free, network.massless
-        J = jacobian(network, T, self.plan.inputs_in(k, t), self.modes)
+        J, soft = jacobian(network, T, self.plan.inputs_in(k, t), self.relays.on), self.latent.softening(T)
         P = np.zeros((network.size, self.n))
         P[free, np.arange(self.n)] = 1.0
         if len(massless):
             P[massless] = -np.linalg.solve(J[np.ix_(massless, massless)], J[np.ix_(massless, free)])
-        P *= self._softening(T)
+        if soft is not None:
+            P *= soft[free]
         upper = J[free] @ P / network.capacity[free][:, None]
         lower = np.hstack([r.state_T @ P, r.state_z])
         return np.vstack([np.hstack([upper, np.zeros((self.n, r.states))]), lower])
 
     def _start(self) -> Array:
-        theta = self.plan.T0.copy()
-        for part, melting, capacity in self.melting:
-            theta[part] += melting.compute_latent_heat(theta[part]) / capacity
+        theta, t0 = self.latent.state(self.plan.T0), float(self.plan.edges[0])
         x = np.concatenate([theta[self.network.free], np.zeros(self.readouts.states)])
-        T = self.temperatures(0, float(self.plan.edges[0]), x)
-        for j, guard in enumerate(self._guards(0, float(self.plan.edges[0]), x)):
-            self.modes[j] = 1.0 if guard > 0 else 0.0
+        T = self.temperatures(0, t0, x)
+        self.relays.begin(T, self.plan.inputs_in(0, t0))
         if self.readouts.states:
             x[self.n :] = self.readouts.start_states(T)
         return x
@@ -167,15 +147,14 @@ class _Run:
         t, end = float(self.plan.edges[k]), float(self.plan.edges[k + 1])
         done = 0
         while t < end:
-            self._note_crossings(k, t, x)
-            t = self._switch_due(k, t, x)
-            stop = min([end, *(due for due in self.pending.values() if due > t)])
+            self.relays.note(t, self.temperatures(k, t, x), self.plan.inputs_in(k, t))
+            self.relays.switch_due(t)
             first = t
-            dense, t, x = self._solve(k, t, stop, x)
+            dense, t, x = self._solve(k, t, self.relays.next_due(t, end), x)
             last = len(t_out) if t >= end else int(np.searchsorted(t_out, t, side="left"))
             self._deliver(k, dense, t_out[done:last], y[:, done:last], heat[done:last], first)
             done = max(done, last)
-            self._sum_heat(k, dense, first, t)
+            self._sum_heat(k, dense)
         return x
 
     def _solve(self, k: int, t: float, stop: float, x: Array) -> tuple[OdeSolution, float, Array]:
@@ -186,7 +165,7 @@ class _Run:
             result = solve_ivp(
                 lambda s, z: self._count(k, s, z, until), (t, stop), x, method=self.method, rtol=self.rtol,
                 atol=self.atol, dense_output=True, events=guards or None,
-                max_step=RELAY_STEP if len(self.modes) else np.inf,
+                max_step=LONGEST if len(self.relays) else np.inf,
                 **({} if self.method == "RK45" else {"jac": lambda s, z: self.slope(k, s, z)}),
             )  # fmt: skip
         if not result.success or not np.isfinite(result.y[:, -1]).all():
@@ -210,7 +189,7 @@ class _Run:
             T = self.temperatures(k, float(instant), x)
             y[:, i], temperatures[i] = np.concatenate([self.readouts.rows @ T, x[self.n :]]), T
 
-    def _sum_heat(self, k: int, dense: OdeSolution, first: float, last: float) -> None:
+    def _sum_heat(self, k: int, dense: OdeSolution) -> None:
         """Gauss–Legendre over every step that the solver took."""
         steps = dense.ts
         half, middle = np.diff(steps)[:, None] / 2, (steps[1:] + steps[:-1])[:, None] / 2
@@ -218,40 +197,15 @@ class _Run:
         x = dense(instants).T
         T = np.array([self.temperatures(k, s, z) for s, z in zip(instants, x, strict=True)])
         u = {name: np.asarray(value)[:, None] for name, value in self.plan.inputs_in(k, instants).items()}
-        self.quadrature.add(T, u, self.modes, weights)
+        self.quadrature.add(T, u, self.relays.on, weights)
 
     # -- relays -----------------------------------------------------------------------------------------------------
-    def _guards(self, k: int, t: float, x: Array) -> Array:
-        T, u = self.temperatures(k, t, x), self.plan.inputs_in(k, t)
-        values = [
-            np.broadcast_to(
-                relays.law.guard(self.modes[part], u, *(R @ T for R in relays.reads)), part.stop - part.start
-            )
-            for relays, part in relay_slices(self.network)
-        ]
-        return np.concatenate(values) if values else np.zeros(0)
-
     def _events(self, k: int) -> Iterator[Callable[[float, Array], float]]:
-        for j in range(len(self.modes)):
-            if j not in self.pending:
+        for j in range(len(self.relays)):
+            if j not in self.relays.pending:
 
                 def guard(t: float, x: Array, j: int = j) -> float:
-                    return float(self._guards(k, t, x)[j])
+                    return float(self.relays.guards(self.temperatures(k, t, x), self.plan.inputs_in(k, t))[j])
 
                 guard.terminal, guard.direction = True, 1.0  # type: ignore[attr-defined]
                 yield guard
-
-    def _note_crossings(self, k: int, t: float, x: Array) -> None:
-        """Relays whose guard has been crossed will switch after their pause."""
-        for j, value in enumerate(self._guards(k, t, x)):
-            if value >= -1e-9 and j not in self.pending:
-                self.pending[j] = t + self.pauses[j]
-
-    def _switch_due(self, k: int, t: float, x: Array) -> float:
-        for j, due in list(self.pending.items()):
-            if due <= t + 1e-9:
-                self.modes[j] = 1.0 - self.modes[j]
-                self.switches.append((t, j, int(self.modes[j])))
-                del self.pending[j]
-        check_count(self.plan, self.switches)
-        return t

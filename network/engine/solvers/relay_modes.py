@@ -1,4 +1,4 @@
-"""Relays in a step by step solution: their modes, and the first instant within a step at which one is to switch."""
+"""Relays along a solution: their modes, which of them are about to switch, and when one is to within a step."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from network.catalogue.declaration.declare import Array
 from network.catalogue.mechanisms.base import Inputs
 from network.engine.balance import relay_slices
 from network.engine.solvers.plan import Plan
-from network.engine.solvers.switch_count import check_count
+from network.platform.refusal import Failed
 
 LONGEST = 30.0
 """s: longest distance at which guards are looked at, so that two crossings in one step are not missed."""
@@ -19,15 +19,21 @@ FEWEST, INSTANT = 4, 1e-9
 """Pieces of a step at least, and how exactly a crossing is found [s]."""
 CROSSED, EXACT = -1e-9, 1e-12
 """A guard above the first has been crossed; one as close to zero as the second is at its crossing [K]."""
+MOST_SWITCHES = 100_000
+"""Of a run: some minute of computing."""
+MOST_UNSEEN = 10_000
+"""Between two instants of output: a relay that switches every ten seconds of a day. More are a jump in time."""
 Seen = Callable[[Array], tuple[Array, Inputs]]
 """Temperatures of all lumps (M, N) and inputs (M, 1) at shares of a step."""
 
 
 @dataclass
 class RelayModes:
-    """on: 1 or 0 for each relay; pending: when those that are about to switch do; switches: (instant, relay, mode)."""
+    """on: 1 or 0 for each relay; pending: when those that are about to switch do; switches: (instant, relay, mode);
+    most: how many of them may be."""
 
     plan: Plan
+    most: int = MOST_SWITCHES
     on: Array = field(init=False)
     pending: dict[int, float] = field(default_factory=dict)
     switches: list[tuple[float, int, int]] = field(default_factory=list)
@@ -48,7 +54,7 @@ class RelayModes:
                             (*T.shape[:-1], part.stop - part.start))
             for group, part in self.groups
         ]  # fmt: skip
-        return np.concatenate(values, axis=-1)
+        return np.concatenate([np.zeros((*T.shape[:-1], 0)), *values], axis=-1)
 
     def begin(self, T: Array, u: Inputs) -> None:
         """On where the guard says so at the start."""
@@ -67,8 +73,23 @@ class RelayModes:
             self.on[j] = 1.0 - self.on[j]
             self.switches.append((t, j, int(self.on[j])))
             del self.pending[j]
-        check_count(self.plan, self.switches)
+        self._check_count()
         return bool(due)
+
+    def _check_count(self) -> None:
+        switches, t = self.switches, self.plan.t
+        if len(switches) > self.most:
+            at = f"{self.most} times by {switches[-1][0]:.4g} s"
+            raise Failed(f"a relay switched {at}; give it a wider hysteresis or a delay")
+        if len(switches) > MOST_UNSEEN:
+            since, now = switches[-MOST_UNSEEN - 1][0], switches[-1][0]
+            k = int(np.searchsorted(t, since, side="right"))
+            if k < len(t) and not t[k] <= now:
+                between = f"between {float(t[max(k - 1, 0)]):.10g} s and {t[k]:.10g} s"
+                raise Failed(
+                    f"a relay switches more than {MOST_UNSEEN} times {between}, two instants of the run with nothing "
+                    "in between; look for a jump in time, or give it a wider hysteresis"
+                )
 
     def next_due(self, t: float, end: float) -> float:
         """The next instant at which one switches, or the end."""

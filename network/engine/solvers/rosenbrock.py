@@ -46,7 +46,8 @@ class _Run:
     def __init__(self, plan: Plan, readouts: Readouts, tolerance: float) -> None:
         self.plan, self.readouts, self.tolerance = plan, readouts, tolerance
         self.heat, self.network = StepHeat(plan), plan.network
-        self.latent, self.relays, self.n = LatentState(plan.network), RelayModes(plan), len(self.heat.solved)
+        self.latent = LatentState(plan.network, np.isfinite(plan.network.capacity))
+        self.relays, self.n = RelayModes(plan), len(self.heat.solved)
         self.mass = np.concatenate([self.network.capacity[self.heat.solved], np.ones(readouts.states)])
         self.steps = Steps(plan)
         self._lay_out()

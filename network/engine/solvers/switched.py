@@ -22,7 +22,7 @@ from network.engine.solvers.guards import Watch, Within
 from network.engine.solvers.linear import LinearProblem, reduce
 from network.engine.solvers.modal import WORST_CONDITION, Modes, modes_of
 from network.engine.solvers.plan import SAME_INSTANT, Plan
-from network.engine.solvers.switch_count import MOST_SWITCHES, check_count
+from network.engine.solvers.relay_modes import MOST_SWITCHES, RelayModes
 
 LEAST_AHEAD, MOST_AHEAD = 8, 256
 """Intervals looked at in one scan: as many as the last switching took twice, then ever more."""
@@ -44,7 +44,7 @@ def find(
     before, by the matrix of their regime, regimes: by the inputs that make them; those found here come in. Raises
     Failed from more than `most` switchings."""
     known = {} if known is None else known
-    relays = sum(group.into.shape[1] for group in plan.network.relays)
+    relays = plan.network.relay_count
     problem = reduce(replace(plan, modes=np.zeros((len(plan.steps), relays))), readouts, regimes)
     keys = [regime.A.tobytes() for regime in problem.regimes]
     for key, regime in zip(keys, problem.regimes, strict=True):
@@ -59,15 +59,9 @@ class _Search:
     """Walks through the run from switching to switching."""
 
     def __init__(self, problem: LinearProblem, modes: list[Modes], most: int) -> None:
-        self.problem, self.plan, self.modes, self.most = problem, problem.plan, modes, most
-        self.watch = Watch(problem, modes)
-        self.pauses = np.concatenate(
-            [np.broadcast_to(np.asarray(g.law.pause(), float), g.into.shape[1]) for g in self.plan.network.relays]
-        )
-        self.on = np.zeros(self.watch.count)
-        self.pending: dict[int, float] = {}
+        self.problem, self.plan, self.modes = problem, problem.plan, modes
+        self.watch, self.relays = Watch(problem, modes), RelayModes(problem.plan, most)
         self.reach = LEAST_AHEAD
-        self.switches: list[tuple[float, int, int]] = []
         self.edges: list[float] = []
         self.history: list[Array] = []
 
@@ -78,15 +72,15 @@ class _Search:
             if k == 0:
                 self._switch_on_at_start(window, m)
             while k < window.last and t < end - SAME_INSTANT:
-                due = min(self.pending.values(), default=np.inf)
-                k, t, m = self._until_crossing(window.ahead(k, t, m, self.on, self.reach, due))
-                self._switch_due(t)
+                due = min(self.relays.pending.values(), default=np.inf)
+                k, t, m = self._until_crossing(window.ahead(k, t, m, self.relays.on, self.reach, due))
+                self.relays.switch_due(t)
                 if progress:
                     progress(t)
             x = np.real(window.modes.V @ m)
         self.edges.append(end)
         edges, modes = np.array(self.edges), np.array(self.history)
-        return Switching(replace(with_edges(self.plan, edges), modes=modes), tuple(self.switches))
+        return Switching(replace(with_edges(self.plan, edges), modes=modes), tuple(self.relays.switches))
 
     def _windows(self) -> Iterator[Window]:
         """All intervals of the run, some of one regime at a time."""
@@ -107,7 +101,7 @@ class _Search:
         self._note(s.edges[:n], t)
         if tau is not None:
             for j in self._find_crossed(s, i, tau):
-                self.pending[j] = t + float(self.pauses[j])
+                self.relays.pending[j] = t + float(self.relays.pauses[j])
         self.reach = max(2 * n, LEAST_AHEAD)
         return s.k + n - (0 if t >= self.plan.edges[s.k + n] - SAME_INSTANT else 1), t, m
 
@@ -117,7 +111,7 @@ class _Search:
         steps, curvature = s.edges[1:] - s.edges[:-1], self.watch.curvature(s.window.regime, s.first_bends)
         bound = np.maximum(left, right) + steps[:, None] ** 2 / 8 * curvature
         for i in np.flatnonzero((bound > 0).any(axis=1)).tolist():
-            guards = Within(self.watch, s, i, self.on, self.pending)
+            guards = Within(self.watch, s, i, self.relays.on, self.relays.pending)
             tau = first_crossing(guards, 0.0, float(steps[i]), curvature[i])
             if tau is not None:
                 return i, tau
@@ -128,36 +122,26 @@ class _Search:
         n, k = len(s), np.arange(s.k, s.k + len(s))
         both = np.concatenate([s.states[:-1], s.states[1:]])
         t = np.concatenate([s.edges[:-1], s.edges[1:]])
-        values = self.watch.guards(s, np.concatenate([k, k]), t, both, self.on, self.pending)
+        values = self.watch.guards(s, np.concatenate([k, k]), t, both, self.relays.on, self.relays.pending)
         return values[:n], values[n:]
 
     def _find_crossed(self, s: Ahead, i: int, tau: float) -> list[int]:
         """The relays whose guards are crossed at tau in interval i."""
         if self.watch.count == 1:
             return [0]
-        values = Within(self.watch, s, i, self.on, self.pending).values(np.array([tau]))[0]
+        values = Within(self.watch, s, i, self.relays.on, self.relays.pending).values(np.array([tau]))[0]
         return np.flatnonzero(values >= min(0.0, values.max())).tolist()
 
     def _note(self, starts: Array, t: float) -> None:
         for start in starts.tolist():
             if start < t - SAME_INSTANT and (not self.edges or start > self.edges[-1] + SAME_INSTANT):
                 self.edges.append(start)
-                self.history.append(self.on)
+                self.history.append(self.relays.on)
 
-    # -- switching --------------------------------------------------------------------------------------------------
     def _switch_on_at_start(self, window: Window, m: Array) -> None:
         """A relay whose guard is already crossed begins switched on."""
-        s = window.ahead(0, float(self.plan.edges[0]), m, self.on, 1, np.inf)
-        self.on = (self._at_edges(s)[0][0] > 0).astype(float)
-
-    def _switch_due(self, t: float) -> None:
-        for j, due in list(self.pending.items()):
-            if due <= t + SAME_INSTANT:
-                self.on = self.on.copy()
-                self.on[j] = 1.0 - self.on[j]
-                self.switches.append((t, j, int(self.on[j])))
-                del self.pending[j]
-        check_count(self.plan, self.switches, self.most)
+        s = window.ahead(0, float(self.plan.edges[0]), m, self.relays.on, 1, np.inf)
+        self.relays.on = (self._at_edges(s)[0][0] > 0).astype(float)
 
 
 def with_edges(plan: Plan, edges: Array) -> Plan:

@@ -89,7 +89,7 @@ def _check_size(run: Trajectory, causes: int, plain: Outcome) -> None:
 
 
 def _readings(network: Network) -> Iterator[_Reading]:
-    capacity = np.where(np.isfinite(network.capacity), network.capacity, 0.0)
+    capacity = network.heat_capacity
     for (axis, name), entry in network.machine.expansions.items():
         for i, reading in enumerate(entry.readings()):
             is_heat = reading.how == "heat"
@@ -139,7 +139,7 @@ def _rows_over_time(readings: Sequence[_Reading], frozen: FrozenRun) -> Array:
     if not network.melting:
         return np.broadcast_to(rows, (len(T), *rows.shape))
     cold = np.full(network.size, network.machine.reference)
-    rise, capacity = T - cold, np.where(np.isfinite(network.capacity), network.capacity, 0.0)
+    rise, capacity = T - cold, network.heat_capacity
     held = sum_stored_heat(network, T) - sum_stored_heat(network, cold)
     plain = capacity * rise
     ratio = np.where(plain != 0, held / np.where(plain != 0, plain, 1.0), 1.0)

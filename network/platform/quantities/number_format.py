@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 
-from network.platform.quantities.units import difference, unit
+from network.platform.quantities.units import unit_of_output
 
 FEWEST, LARGEST = 1e-3, 1e9
 """Sizes between which no exponent is written."""
@@ -23,7 +23,7 @@ def pretty(unit_text: str) -> str:
 def format_amount(value: float, unit_text: str, most: int = 3) -> str:
     """A value inside (SI, °C) in a unit, of so many digits (three: one more for temperatures and thousands), without
     exponent where it reads so: 5.57 W/K, 21.62 °C, 10 000 rpm."""
-    given = (difference(unit(unit_text)) if unit_text == "K" else unit(unit_text)).from_si(value)
+    given = unit_of_output(unit_text).from_si(value)
     is_long = most > 2 and (abs(given) >= 1e3 or unit_text == "degC")
     number = float(f"{given:.{most + is_long}g}")
     if number and not FEWEST <= abs(number) < LARGEST:

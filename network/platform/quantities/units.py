@@ -193,12 +193,12 @@ def show(value: float, unit_text: str, digits: int = 4) -> str:
     """
     if digits >= 16:
         return format_exactly(value, unit_text)
-    return _with_unit(f"{_unit_of_output(unit_text).from_si(value):.{digits}g}", unit_text)
+    return _with_unit(f"{unit_of_output(unit_text).from_si(value):.{digits}g}", unit_text)
 
 
 def format_exactly(value: float, unit_text: str) -> str:
     """A value as text in the given unit, with as many digits as it takes to read back as the same value."""
-    given = _unit_of_output(unit_text)
+    given = unit_of_output(unit_text)
     number = given.from_si(value)
     rounded = (float(f"{number:.{digits}g}") for digits in range(4, 17))
     exact = next((short for short in rounded if given.to_si(short) == value), number)
@@ -209,5 +209,6 @@ def _with_unit(number: str, unit_text: str) -> str:
     return number if unit_text in ("", "1") else f"{number} {unit_text}"
 
 
-def _unit_of_output(unit_text: str) -> Unit:
+def unit_of_output(unit_text: str) -> Unit:
+    """The unit that a value inside is written in; K is one of differences."""
     return difference(unit(unit_text)) if unit_text == "K" else unit(unit_text)

@@ -93,7 +93,7 @@ def _stretches(t: Array, column: Column, away: list[int], jumps: list[int]) -> I
             continue
         rows = k + np.flatnonzero(np.isfinite(values[k:end]))
         why = why or "leaves the other temperatures at once, for good,"
-        yield SetAside(column.name, float(t[rows[0]]), float(t[rows[-1]]), size, column.unit, why, rows)
+        yield SetAside.of(t, column, rows, why, size)
 
 
 def _unit_of(values: Array, k: int) -> str:

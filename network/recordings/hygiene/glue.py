@@ -31,7 +31,6 @@ def find_glued(t: Array, columns: Iterable[Column]) -> list[tuple[int, list[str]
         return []
     chance = np.array([chance_of_steps(t, c.values) for c in temperatures])
     jumps = chance < FALSE_ALARM / 2
-    inputs = held_inputs(several, len(t))
     at_once = jumps.mean(axis=0) > MOST
     inputs = held_inputs(several, len(t))
     rows = [k for k in np.flatnonzero(at_once).tolist() if not _may_be_driven(inputs, at_once, k)]

@@ -45,10 +45,7 @@ def _of_channel(machine: Machine, recording: Recording, column: Column, inputs: 
     rows = np.flatnonzero(hanging(column.values))
     if len(rows):
         always = len(rows) == np.isfinite(column.values).sum()
-        why = ALWAYS if always else "is stuck"
-        yield SetAside(
-            column.name, float(recording.t[rows[0]]), float(recording.t[rows[-1]]), 0.0, column.unit, why, rows
-        )
+        yield SetAside.of(recording.t, column, rows, ALWAYS if always else "is stuck")
         return
     yield from find_lone_readings(recording.t, column, sensor.sigma, inputs)
 

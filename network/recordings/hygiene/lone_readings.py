@@ -32,4 +32,4 @@ def find_lone_readings(t: Array, column: Column, declared: float, inputs: Array)
     away = column.values[rows] - np.array(around)
     size = float(away[np.argmax(np.abs(away))])
     why = "has readings far from their neighbours, up to" if len(rows) > 1 else "has a reading far from its neighbours,"
-    yield SetAside(column.name, float(t[rows[0]]), float(t[rows[-1]]), size, column.unit, why, rows)
+    yield SetAside.of(t, column, rows, why, size)

@@ -40,5 +40,4 @@ def find_scatter(t: Array, columns: Mapping[str, Column]) -> Iterator[SetAside]:
             rows = np.flatnonzero(np.isfinite(columns[name].values))
             times = value / np.exp(middle)
             why = f"scatters {times:.0f} times as much from sample to sample as the other temperatures,"
-            ends = float(t[rows[0]]), float(t[rows[-1]])
-            yield SetAside(name, *ends, value, columns[name].unit, why, rows, is_told_only=True)
+            yield SetAside.of(t, columns[name], rows, why, value, is_told_only=True)

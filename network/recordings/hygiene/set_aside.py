@@ -6,9 +6,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from network.catalogue.declaration.declare import Indices
+from network.catalogue.declaration.declare import Array, Indices
 from network.platform.quantities.text_table import digits, span
 from network.platform.quantities.units import difference, unit
+from network.recordings.columns import Column
 
 ALWAYS = "reads the same at all times"
 
@@ -29,6 +30,14 @@ class SetAside:
     why: str
     rows: Indices
     is_told_only: bool = False
+
+    @classmethod
+    def of(
+        cls, t: Array, column: Column, rows: Indices, why: str, size: float = 0.0, is_told_only: bool = False
+    ) -> SetAside:
+        """Those rows of a channel."""
+        ends = float(t[rows[0]]), float(t[rows[-1]])
+        return cls(column.name, *ends, size, column.unit, why, rows, is_told_only)
 
     @property
     def readings(self) -> int:

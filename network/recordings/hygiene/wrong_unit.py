@@ -28,5 +28,4 @@ def find_wrong_units(machine: Machine, recording: Recording) -> Iterator[SetAsid
         if among and not ((values[known] >= low) & (values[known] <= high)).any():
             rows = np.flatnonzero(known)
             why = f"reads as if it were told in {text}, above the other temperatures"
-            ends = float(recording.t[rows[0]]), float(recording.t[rows[-1]])
-            yield SetAside(name, *ends, above, every[name].unit, why, rows)
+            yield SetAside.of(recording.t, every[name], rows, why, above)

@@ -29,6 +29,8 @@ INK, GREY, FAINT = "#1a1a1a", "#6f6f6f", "#d9d9d9"
 DPI = 120
 WIDTH = 10.0
 """Inches: 1200 pixels."""
+EDGE, BETWEEN = 0.15, 0.16
+"""Left of the title; between panels [in]."""
 FONT, SMALL, TITLE = 8.5, 7.5, 11.5
 FORMATS = (".png", ".svg", ".pdf")
 
@@ -102,14 +104,14 @@ def add_axes(figure: Figure, left: float, bottom: float, width: float, height: f
     return axes
 
 
-def write_title(figure: Figure, title: str, below: str = "", left: float = 0.15) -> None:
+def write_title(figure: Figure, title: str, below: str = "") -> None:
     """Title and the line below it, cut to the width of the figure."""
     width, height = figure.get_size_inches()
     lines = ((title, TITLE, "bold", INK, 0.3), (below, FONT, "normal", GREY, 0.52))
     for text, size, weight, colour, down in lines:
         if text:
-            cut = _cut_to(text, size, weight == "bold", (width - 2 * left) * 72)
-            figure.text(left / width, 1 - down / height, literal(cut), fontsize=size, fontweight=weight, color=colour)
+            cut = _cut_to(text, size, weight == "bold", (width - 2 * EDGE) * 72)
+            figure.text(EDGE / width, 1 - down / height, literal(cut), fontsize=size, fontweight=weight, color=colour)
 
 
 def _cut_to(text: str, size: float, bold: bool, points: float) -> str:
@@ -153,13 +155,13 @@ def save(figure: Figure, path: str | Path) -> Path:
     return path
 
 
-def stack_panels(heights: Sequence[float], right: float = 1.7, gap: float = 0.16) -> tuple[Figure, list[Axes]]:
+def stack_panels(heights: Sequence[float], right: float = 1.7) -> tuple[Figure, list[Axes]]:
     """Panels of these heights [in] under one another, with room for a title above and labels on the right [in]."""
     left, top, bottom = 0.8, 0.75, 0.5
-    figure = new_figure(top + sum(heights) + gap * (len(heights) - 1) + bottom)
+    figure = new_figure(top + sum(heights) + BETWEEN * (len(heights) - 1) + bottom)
     high = figure.get_size_inches()[1] - top
     panels = []
     for height in heights:
         panels.append(add_axes(figure, left, high - height, WIDTH - left - right, height))
-        high -= height + gap
+        high -= height + BETWEEN
     return figure, panels

@@ -12,10 +12,9 @@ from network.analysis.sweep.variations import Variation
 from network.catalogue.declaration.declare import Array
 from network.engine.trajectory import axis_unit
 from network.platform.quantities.number_format import pretty
-from network.report.figures.canvas import FONT, GREY, label_y, look, name_text, stack_panels, write_title
+from network.report.figures.canvas import FONT, GREY, label_y, look, name_text, write_title
 from network.report.figures.labels import label_ends
-from network.report.figures.panels import Curve, Panel, beside, room_for
-from network.report.figures.sweep_figure import draw_curves
+from network.report.figures.panels import Curve, Panel, draw_curves, lay_panels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,8 +32,7 @@ def grid_figure(sweep: Sweep) -> Figure:
     value furthest from zero, and the final one, with a curve for every combination of the other numbers."""
     across = max(sweep.variations, key=lambda variation: len(variation.values))
     panels = list(_alone(sweep) if len(sweep.variations) == 1 else _together(sweep, across))
-    heights = [max(panel.height, room_for(len(panel.labels))) for panel in panels]
-    figure, drawn = stack_panels(heights, right=beside([label for panel in panels for label in panel.labels]))
+    figure, drawn = lay_panels(panels)
     for panel, axes in zip(panels, drawn, strict=True):
         draw_curves(axes, panel.curves, marker="o" if len(across.values) <= MANY_POINTS else "")
         if len(across.values) > 1:

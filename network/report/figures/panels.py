@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -82,17 +82,27 @@ def _extent(values: Array) -> float:
     return float(np.ptp(finite)) if len(finite) else -1.0
 
 
+def draw_curves(axes: Axes, curves: Iterable[Curve], length: float = 1.0, marker: str = "") -> None:
+    """Lines in the unit of the axes; `length`: of the unit of the axis across."""
+    for curve in curves:
+        style: dict[str, Any] = {"color": curve.colour, "linestyle": curve.dashes, "linewidth": curve.width}
+        axes.plot(curve.t / length, curve.values, marker=marker, markersize=3, **style)
+    axes.margins(y=0.08)
+
+
+def lay_panels(panels: Sequence[Panel]) -> tuple[Figure, list[Axes]]:
+    """Empty axes for all, with room for their labels."""
+    heights = [max(panel.height, room_for(len(panel.labels))) for panel in panels]
+    return stack_panels(heights, right=beside([label for panel in panels for label in panel.labels]))
+
+
 def draw_panels(panels: Sequence[Panel], t: Array) -> tuple[Figure, list[Axes]]:
     """The figure with all panels, their labels and the time axis."""
-    heights = [max(panel.height, room_for(len(panel.labels))) for panel in panels]
-    figure, drawn = stack_panels(heights, right=beside([label for panel in panels for label in panel.labels]))
+    figure, drawn = lay_panels(panels)
     for panel, axes in zip(panels, drawn, strict=True):
         for shade in panel.shades:
             axes.fill_between(shade.t / clock(t)[1], shade.low, shade.high, color=shade.colour, alpha=0.22, linewidth=0)
-        for curve in panel.curves:
-            style: dict[str, Any] = {"color": curve.colour, "linestyle": curve.dashes, "linewidth": curve.width}
-            axes.plot(curve.t / clock(t)[1], curve.values, **style)
-        axes.margins(y=0.08)
+        draw_curves(axes, panel.curves, clock(t)[1])
         if panel.from_zero:
             axes.update_datalim([(panel.curves[0].t[0] / clock(t)[1], 0.0)])
             axes.autoscale_view()

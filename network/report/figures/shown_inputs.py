@@ -20,11 +20,11 @@ MOST = 2
 """Inputs below a picture of one recording."""
 
 
-def choose_inputs(residual: RecordingResidual, most: int = MOST) -> list[Signal]:
+def choose_inputs(residual: RecordingResidual) -> list[Signal]:
     """What the residuals of a recording follow, the strongest first; then the speed, else an input that varies."""
     usual = rank_inputs([residual])[:1]
     followed = [name for name in followed_inputs([residual]) if signal_of(residual, name) is not None]
-    names = list(dict.fromkeys([*followed[: most - 1], *usual, *followed]))[:most]
+    names = list(dict.fromkeys([*followed[: MOST - 1], *usual, *followed]))[:MOST]
     found = (signal_of(residual, name) for name in names)
     return [signal for signal in found if signal is not None]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,16 +12,30 @@ from network.engine.trajectory import drop_rounding
 from network.platform.quantities.number_format import number
 from network.platform.quantities.unit_values import in_own_unit
 from network.platform.quantities.units import unit
-from network.report.figures.canvas import GREY, PALETTE, name_text
+from network.report.figures.canvas import GREY, PALETTE, label_y, name_text, stack_panels
 from network.report.figures.labels import EndLabel, label_ends
-from network.report.figures.lines import clock, decimate_together
+from network.report.figures.lines import clock, decimate_together, set_clock
+from network.report.figures.panels import beside, room_for
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 HATCHED = (0, (0.5, 0.25))
 MOST_BANDS = 10
 """Beyond, the smallest shares are added up."""
+
+
+def draw_stacks(t: Array, stacks: Sequence[tuple[str, float, Stack]]) -> Figure:
+    """Stacks on one time axis t [s], each with its quantity and a height [in], more where its labels need it."""
+    heights = [max(height, room_for(len(stack.rows) + 1)) for _, height, stack in stacks]
+    labels = [label for *_, stack in stacks for label in stack.labels()]
+    figure, panels = stack_panels(heights, right=beside(labels))
+    for (quantity, _, stack), axes in zip(stacks, panels, strict=True):
+        stack.draw(axes)
+        label_y(axes, quantity, stack.unit)
+    set_clock(panels, t)
+    return figure
 
 
 class Stack:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from network.engine.trajectory import axis_unit
 from network.platform.quantities.unit_values import in_own_unit
@@ -11,11 +11,10 @@ from network.report.figures.canvas import INK, WIDTH, add_axes, label_y, look, n
 from network.report.figures.convergence import draw_gaps, draw_times
 from network.report.figures.labels import label_ends
 from network.report.figures.lines import clock, set_clock, thin
-from network.report.figures.panels import Curve, beside, room_for
+from network.report.figures.panels import Curve, beside, draw_curves, room_for
 from network.report.words.sweep_words import lumps_of
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from network.analysis.sweep.sweep import Sweep
@@ -56,11 +55,3 @@ def _curves(sweep: Sweep, axis: str) -> Iterator[tuple[str, Curve]]:
     for i, run in enumerate([sweep.finest, *others]):
         t, values = thin(run.t, in_own_unit(run.tcp[axis], axis_unit(axis)))
         yield run.level, Curve(t, values, *(look(i - 1) if i else (INK, "solid")), 1.2 if i else BOLD)
-
-
-def draw_curves(axes: Axes, curves: Iterable[Curve], length: float = 1.0, marker: str = "") -> None:
-    """Lines in the unit of the axes; `length`: of the unit of the axis across."""
-    for curve in curves:
-        style: dict[str, Any] = {"color": curve.colour, "linestyle": curve.dashes, "linewidth": curve.width}
-        axes.plot(curve.t / length, curve.values, marker=marker, markersize=3, **style)
-    axes.margins(y=0.08)

@@ -14,7 +14,7 @@ from network.catalogue.declaration.entry_path import displacement
 from network.platform.publication import Kind, publication
 from network.platform.wording import join_names
 from network.report.files.result_files import as_json
-from network.report.words.recording_names import title_of
+from network.report.words.recording_names import stems_of, title_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -99,8 +99,3 @@ def _reads(machine: Machine, name: str, axis: str) -> bool:
     """Whether a channel reads an axis as it is, but for where its zero lies: not changed by effects."""
     sensor = machine.sensors[name]
     return sensor.axis == axis and not sensor.effects
-
-
-def stems_of(comparison: Comparison) -> list[str]:
-    stems = [Path(r.recording.file).stem for r in comparison.recordings]
-    return stems if len(set(stems)) == len(stems) else [f"{i}-{stem}" for i, stem in enumerate(stems, 1)]

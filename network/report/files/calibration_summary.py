@@ -58,8 +58,12 @@ def prior(p: Parameter) -> dict[str, Any]:
     kind = "log" if p.is_log else "normal"
     if p.is_unknown:
         return {"kind": "unknown", "low": p.to_unit(p.value(p.low)), "high": p.to_unit(p.value(p.high))}
-    std = p.spread if p.is_log else p.std_to_unit(p.spread)
-    return {"kind": kind, "value": p.to_unit(p.value(p.centre)), "std": std}
+    return {"kind": kind, "value": p.to_unit(p.value(p.centre)), "std": told_std(p, p.spread)}
+
+
+def told_std(p: Parameter, std: float) -> float:
+    """1σ of a number: that of its logarithm, or in its unit."""
+    return std if p.is_log else p.std_to_unit(std)
 
 
 def noise_summary(c: Calibration) -> dict[str, Any]:

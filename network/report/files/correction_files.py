@@ -7,7 +7,7 @@ from typing import Any
 
 from network.analysis.correction.correction import Correction
 from network.platform.files import write_text
-from network.report.figures.all_figures import save
+from network.report.figures.canvas import save
 from network.report.figures.correction_figure import correction_figure
 from network.report.files.correction_c import write_c
 from network.report.files.fmu import write_fmu

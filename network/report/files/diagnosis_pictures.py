@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
-from network.report.files.calibration_files import stems_of
 from network.report.words.heat_words import is_named
-from network.report.words.recording_names import name_recording
+from network.report.words.recording_names import name_recording, stems_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -71,10 +71,9 @@ def page(d: Diagnosis, pictures: Sequence[Shown], patch: str, where: Path) -> st
 
 def charts_of_fits(d: Diagnosis) -> list[Chart]:
     """Of every recording, the held-out ones first."""
-    sides = [("held out", d.fits.holdout_before, d.fits.holdout_after)]
-    sides.append(("fitted", d.fits.train_before, d.fits.train_after))
-    pairs = [(word, b, a) for word, b, a in sides if b is not None and a is not None]
-    return [chart for word, b, a in pairs for chart in chart_fits(b, a, word, lambda r: name_recording(d, r))]
+    fits = d.fits
+    sides = (("held out", fits.holdout_before, fits.holdout_after), ("fitted", fits.train_before, fits.train_after))
+    return [*chart_fits(sides, lambda residual: name_recording(d, residual))]
 
 
 def embed(picture: Shown) -> Markup:

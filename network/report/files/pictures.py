@@ -9,14 +9,12 @@ from network.analysis.calibration.tcp_bands import Band
 from network.analysis.comparison.compare import Comparison
 from network.engine.superposition.superposition import Superposition
 from network.engine.trajectory import Trajectory
-from network.report.figures.all_figures import (
-    comparison_figure,
-    contributions_figure,
-    network_figure,
-    run_figure,
-    save,
-    sources_figure,
-)
+from network.report.figures.canvas import save
+from network.report.figures.comparison_figure import comparison_figure
+from network.report.figures.network_figure import network_figure
+from network.report.figures.run_figure import run_figure
+from network.report.figures.sources_figure import contributions_figure, sources_figure
+from network.report.words.recording_names import stems_of
 
 
 def draw_run(
@@ -35,9 +33,7 @@ def draw_run(
 
 def draw_comparison(comparison: Comparison, where: Path) -> list[Path]:
     """One picture for each recording, named like its file."""
-    stems = [Path(residual.recording.file).stem for residual in comparison.recordings]
-    names = stems if len(set(stems)) == len(stems) else [f"{i}-{stem}" for i, stem in enumerate(stems, 1)]
-    written = [where / f"{name}.png" for name in names]
+    written = [where / f"{stem}.png" for stem in stems_of(comparison)]
     for residual, path in zip(comparison.recordings, written, strict=True):
         save(comparison_figure(residual), path)
     return written

@@ -5,11 +5,12 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from network.catalogue.declaration.declare import Array
 from network.engine.superposition.superposition import Superposition
 from network.engine.trajectory import Trajectory
 from network.platform.files import write_text
@@ -18,6 +19,7 @@ from network.recordings.csv_table import write_csv
 from network.report.words.source_words import summarise_superposition
 
 if TYPE_CHECKING:
+    from network.analysis.calibration.tcp_bands import Band
     from network.analysis.sweep.lumping_error import LumpingError
 
 RUN = Kind("summary.json", ("run.png", "network.png", "contributions.png", "sources.png", "bands.csv", "report.html"))
@@ -46,9 +48,7 @@ def write_table(path: Path, header: Iterable[object], rows: Iterable[Iterable[ob
     write_text(path, text.getvalue())
 
 
-def run_summary(
-    run: Trajectory, shares: Superposition | None, lumping: LumpingError | None = None
-) -> dict[str, Any]:
+def run_summary(run: Trajectory, shares: Superposition | None, lumping: LumpingError | None = None) -> dict[str, Any]:
     """What summary.json holds; `from`: where the movement comes from; `lumping`: what finer lumps would change."""
     found = {"from": summarise_superposition(shares)} if shares is not None else {}
     return run.summary() | found | {"lumping": None if lumping is None else lumping.summary()}
@@ -72,3 +72,17 @@ def write_run(
             write_csv(path, run.t, {name: (unit_text, values) for name, unit_text, values in columns})
     write_text(summary, as_json(run_summary(run, shares, lumping)))
     return [results, parts, summary]
+
+
+def write_bands(run: Trajectory, bands: Sequence[Band], where: Path) -> list[Path]:
+    """bands.csv: what the tool centre point lies in with 95 %, lower and upper end for each axis; nothing without
+    bands."""
+    path = where / "bands.csv"
+    if not bands:
+        return []
+    columns: dict[str, tuple[str, Array]] = {}
+    for band in bands:
+        low, high = band.limits(run.t, run.tcp[band.axis])
+        columns |= {f"{band.axis}_low": (band.unit, low), f"{band.axis}_high": (band.unit, high)}
+    write_csv(path, run.t, columns)
+    return [path]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from network.platform.files import write_text
 from network.platform.publication import Kind
-from network.report.figures.all_figures import save
+from network.report.figures.canvas import save
 from network.report.figures.thermal_test_figure import thermal_test_figure
 from network.report.files.page import Shown, embed
 from network.report.files.result_files import as_json

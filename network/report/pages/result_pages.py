@@ -83,18 +83,16 @@ def page_of_comparison(comparison: Comparison, lumping: LumpingError | None = No
 
 def page_of_calibration(c: Calibration) -> str:
     """What `lptn calibrate` says, and every recording before and after."""
-    from network.report.words.calibration_words import band_lines, head_of, number_rows, rmse_rows
+    from network.report.words.calibration_words import band_lines, fit_rows, head_of, number_rows
 
     notes = [*band_lines(c), *(f"{sentence}." for sentence in c.sentences), *tell_cut(c.cut)]
     notes += [f"Warning: {w}" for w in c.warnings]
-    tables = [Table(*rmse_rows(c), "What is left, in units of noise"), Table(*number_rows(c), "Numbers of the file")]
+    tables = [Table(*fit_rows(c), "What is left, in units of noise"), Table(*number_rows(c), "Numbers of the file")]
     page = Page(f"{c.original.name}: calibrated", [f"{head_of(c)}."], tables, notes, [*_charts_of(c)], BOTH)
     return fill_page(page)
 
 
 def _charts_of(c: Calibration) -> Iterator[Chart]:
     """The held-out recordings first: they show what was learned."""
-    sides = [("held out", c.before_holdout, c.after_holdout), ("calibrated on", c.before, c.after)]
-    for word, before, after in sides:
-        if before is not None and after is not None:
-            yield from chart_fits(before, after, word, lambda residual: title_of(residual.recording))
+    sides = (("held out", c.before_holdout, c.after_holdout), ("calibrated on", c.before, c.after))
+    return chart_fits(sides, lambda residual: title_of(residual.recording))

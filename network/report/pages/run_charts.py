@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import count
 from typing import TYPE_CHECKING
 
@@ -80,11 +80,13 @@ def chart_comparison(after: RecordingResidual, before: RecordingResidual | None 
 
 
 def chart_fits(
-    before: Comparison, after: Comparison, word: str, name_of: Callable[[RecordingResidual], str]
+    sides: Iterable[tuple[str, Comparison | None, Comparison | None]], name_of: Callable[[RecordingResidual], str]
 ) -> Iterator[Chart]:
-    """Of every recording, before and after; word: what became of it, like held out."""
-    for b, a in zip(before.recordings, after.recordings, strict=True):
-        yield chart_comparison(a, b, f"{name_of(a)}, {word}")
+    """Of every recording, before and after; sides: what became of some, like held out, where there are any."""
+    for word, before, after in sides:
+        if before is not None and after is not None:
+            for b, a in zip(before.recordings, after.recordings, strict=True):
+                yield chart_comparison(a, b, f"{name_of(a)}, {word}")
 
 
 def _plot_channel(channel: ChannelResidual, t: Array, before: ChannelResidual | None) -> Plot:

@@ -12,9 +12,9 @@ from network.analysis.sweep.finer_lumps import has_chosen_lumps
 from network.engine.response.parameters import Parameter
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits, format_shift, span, table
-from network.platform.quantities.units import difference, unit
 from network.platform.wording import join_names
 from network.report.words.band_words import tell_coverage
+from network.report.words.words import rmse_rows
 
 if TYPE_CHECKING:
     from network.analysis.calibration.calibrate import Calibration
@@ -71,8 +71,7 @@ def _value(c: Calibration, j: int) -> str:
 
 
 def _bare(p: Parameter, value: float) -> str:
-    given = unit(p.field.unit)
-    return digits((difference(given) if p.field.unit == "K" else given).from_si(value), 3)
+    return digits(p.to_unit(value), 3)
 
 
 def _remark(c: Calibration, j: int) -> str:
@@ -82,27 +81,19 @@ def _remark(c: Calibration, j: int) -> str:
 
 
 def _residuals(c: Calibration) -> Iterator[str]:
-    header, rows = rmse_rows(c)
+    header, rows = fit_rows(c)
     yield from table(header, rows, header[1:])
     if any(p.is_unknown for p in c.parameters):
         yield "  before: unknown numbers at the middle of their range"
 
 
-def rmse_rows(c: Calibration) -> tuple[list[str], list[list[str]]]:
+def fit_rows(c: Calibration) -> tuple[list[str], list[list[str]]]:
     """Header and a row for each channel: before and after, where it was calibrated and where it was held out."""
-    from network.analysis.calibration.calibrate import pool_channels
-
-    columns = [("calibrated on", c.before, c.after), ("held out", c.before_holdout, c.after_holdout)]
-    pairs = [(name, b, a) for name, b, a in columns if b is not None and a is not None]
-    header = ["rmse [σ]", *(f"{name}: {side}" for name, _, _ in pairs for side in ("before", "after"))]
-    each = [[pool_channels(x) for x in pair[1:]] for pair in pairs]
-    names = dict.fromkeys(n for pair in each for side in pair for n in side)
-    rows = [
-        [n, *(digits(side[n]["rmse_in_noise"], 3) if n in side else "–" for pair in each for side in pair)]
-        for n in names
-    ]
-    rows.append(["all channels", *(digits(x.rmse_in_noise, 3) for _, b, a in pairs for x in (b, a))])
-    return header, rows
+    columns = [
+        ("calibrated on: before", c.before), ("calibrated on: after", c.after),
+        ("held out: before", c.before_holdout), ("held out: after", c.after_holdout),
+    ]  # fmt: skip
+    return rmse_rows([(name, comparison) for name, comparison in columns if comparison is not None])
 
 
 def band_lines(c: Calibration) -> Iterator[str]:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from network.catalogue.nodes import Node
 from network.machine.machine import Machine
 from network.platform.quantities.units import show
 from network.recordings.recording import Recording
@@ -18,13 +19,7 @@ def machine_summary(machine: Machine) -> dict[str, Any]:
         "machine": machine.name,
         "nodes": {
             name: {
-                "kind": "held"
-                if node.is_held
-                else "massless"
-                if node.is_massless
-                else "bar"
-                if node.is_bar
-                else "mass",
+                "kind": _kind_of(node),
                 "heat_capacity": {"value": node.capacity, "unit": "J/K"} if node.is_part else None,
                 "lumps": node.lumps,
             }
@@ -40,6 +35,10 @@ def machine_summary(machine: Machine) -> dict[str, Any]:
         },
         "warnings": [str(warning) for warning in machine.warnings],
     }
+
+
+def _kind_of(node: Node) -> str:
+    return "held" if node.is_held else "massless" if node.is_massless else "bar" if node.is_bar else "mass"
 
 
 def tell_source(machine: Machine, source: Scenario | Recording) -> str:

@@ -14,7 +14,7 @@ from network.machine.checks import places_of
 from network.machine.machine import Machine
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits, span, table
-from network.platform.quantities.units import Number, difference, show, unit
+from network.platform.quantities.units import Number, difference, show, unit, unit_of_output
 from network.report.figures.strokes import conductance
 from network.report.words.entry_settings import settings_of
 
@@ -123,7 +123,7 @@ def _uncertain(machine: Machine) -> list[str]:
 
 
 def _uncertain_row(path: str, unit_text: str, number: Number) -> list[str]:
-    given = difference(unit(unit_text)) if unit_text == "K" else unit(unit_text)
+    given = unit_of_output(unit_text)
     if number.prior == "unknown":
         low, high = (digits(given.from_si(value), 3) for value in (number.low, number.high))
         return [path, "unknown", f"{low}..{high}", pretty(unit_text)]

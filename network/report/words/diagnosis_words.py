@@ -31,6 +31,7 @@ from network.report.words.heat_words import (
 )
 from network.report.words.moved_words import describe_moved
 from network.report.words.verdict_words import next_words, verdict_words
+from network.report.words.words import rmse_by_channel, rmse_rows
 
 if TYPE_CHECKING:
     from network.analysis.comparison.compare import Comparison
@@ -85,40 +86,21 @@ def where_lines(d: Diagnosis) -> list[str]:
 def fit_rows(d: Diagnosis) -> tuple[list[str], list[list[str]]]:
     """Header and rows: rms residual of every channel in noise units, before and after; once where
     both are the same."""
-    columns = list(_columns(d))
-    each = [by_channel(comparison) for _, comparison in columns]
-    names = dict.fromkeys(name for column in each for name in column)
-    rows = [[name, *(_sigma(column.get(name)) for column in each)] for name in names]
-    rows.append(["all channels", *(_sigma(comparison.rmse_in_noise) for _, comparison in columns)])
-    return ["rmse [σ]", *(name for name, _ in columns)], rows
+    return rmse_rows(list(_columns(d)))
 
 
 def _columns(d: Diagnosis) -> Iterator[tuple[str, Comparison]]:
-    sides = (("fitted", d.fits.train_before, d.fits.train_after), ("held out", *holdout_of(d)))
+    fits = d.fits
+    sides = (("fitted", fits.train_before, fits.train_after), ("held out", fits.holdout_before, fits.holdout_after))
     for name, before, after in sides:
         if before is not None and after is not None:
             yield from ((name, after),) if is_unchanged(d) else ((f"{name}, before", before), (f"{name}, after", after))
 
 
-def holdout_of(d: Diagnosis) -> tuple[Comparison | None, Comparison | None]:
-    return d.fits.holdout_before, d.fits.holdout_after
-
-
 def is_unchanged(d: Diagnosis) -> bool:
     """Whether the machine is as before: nothing was added to it, nothing cut more finely."""
-    before, after = (by_channel(comparison) for comparison in (d.fits.train_before, d.fits.train_after))
+    before, after = (rmse_by_channel(comparison) for comparison in (d.fits.train_before, d.fits.train_after))
     return before == after
-
-
-def by_channel(comparison: Comparison) -> dict[str, float]:
-    """Rms residual of every channel over all recordings, in noise units."""
-    from network.analysis.calibration.calibrate import pool_channels
-
-    return {name: told["rmse_in_noise"] for name, told in pool_channels(comparison).items()}
-
-
-def _sigma(value: float | None) -> str:
-    return "–" if value is None else digits(value, 3)
 
 
 def _next_experiment(number: int, experiment: Experiment) -> str:

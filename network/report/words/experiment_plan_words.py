@@ -11,9 +11,8 @@ from network.analysis.calibration.identifiability_report import list_names, rela
 from network.analysis.calibration.uncertainty import PRIOR_ONLY
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits, table
-from network.platform.quantities.units import difference, unit
 from network.platform.wording import join_names
-from network.report.files.calibration_summary import prior
+from network.report.files.calibration_summary import prior, told_std
 from network.report.words.calibration_words import before
 
 if TYPE_CHECKING:
@@ -92,7 +91,7 @@ def summary(f: Foresight) -> dict[str, Any]:
     return {
         "machine": f.machine.file, "schedule": f.schedule,
         "parameters": [
-            {"path": p.path, "prior": prior(p), "std": float(f.std[j]) / _scale(f, j),
+            {"path": p.path, "prior": prior(p), "std": told_std(p, float(f.std[j])),
              "posterior_over_prior": float(f.share[j]), "verdict": verdict(f, j)} for j, p in enumerate(f.parameters)],
         "pairs": [{"a": f.parameters[i].path, "b": f.parameters[j].path, "correlation": r} for i, j, r in f.pairs],
         "tcp_bands": [{"axis": a.axis, "before": b.largest, "after": a.largest, "unit": a.unit}
@@ -102,9 +101,3 @@ def summary(f: Foresight) -> dict[str, Any]:
                     for c in f.candidates],
         "sentences": sentences(f),
     }  # fmt: skip
-
-
-def _scale(f: Foresight, j: int) -> float:
-    """std is that of the logarithm, or in the number's unit."""
-    p = f.parameters[j]
-    return 1.0 if p.is_log else difference(unit(p.field.unit)).scale

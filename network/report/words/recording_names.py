@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from network.analysis.comparison.compare import RecordingResidual
+    from network.analysis.comparison.compare import Comparison, RecordingResidual
     from network.analysis.diagnosis.result import Diagnosis
     from network.recordings.recording import Recording
 
@@ -25,6 +25,12 @@ def title_of(recording: Recording) -> str:
     path = Path(recording.file.partition(", part ")[0])
     folder = path.absolute().parent.name
     return f"{folder}/{recording.name}" if folder and recording.name.startswith(path.stem) else recording.name
+
+
+def stems_of(comparison: Comparison) -> list[str]:
+    """What the files of a comparison are called without their endings, numbered where two are called alike."""
+    stems = [Path(r.recording.file).stem for r in comparison.recordings]
+    return stems if len(set(stems)) == len(stems) else [f"{i}-{stem}" for i, stem in enumerate(stems, 1)]
 
 
 def apart(files: Iterable[str]) -> dict[str, str]:

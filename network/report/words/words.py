@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from network.analysis.comparison.amounts import amount
 from network.analysis.comparison.sentences import telling
 from network.analysis.comparison.spikes import calm_spikes
 from network.analysis.comparison.window import worst_window
 from network.catalogue.declaration.declare import Array
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits, table
-from network.platform.quantities.units import difference, unit
+from network.platform.quantities.units import unit
 
 if TYPE_CHECKING:
     from network.analysis.comparison.channel_residual import ChannelResidual
@@ -64,11 +65,25 @@ def tell_worst(residual: RecordingResidual) -> str:
     if worst.rmse_in_noise <= GOOD:
         return f"Every channel agrees within its noise (worst: {worst.name}, {digits(worst.rmse_in_noise, 3)} σ)."
     first, last, mean = worst_window(worst)
-    given = unit(worst.unit)
-    temperature = given.is_temperature
-    way = ("cold" if mean > 0 else "warm") if temperature else ("low" if mean > 0 else "high")
-    size = f"{digits(abs(mean) / difference(given).scale, 3)} {'K' if temperature else pretty(worst.unit)}"
+    way = ("cold" if mean > 0 else "warm") if unit(worst.unit).is_temperature else ("low" if mean > 0 else "high")
+    size = amount(mean, worst.unit)
     return f"Worst is {worst.name}: simulated {size} too {way} {_between(first, last, worst.t)}."
+
+
+def rmse_by_channel(comparison: Comparison) -> dict[str, float]:
+    """Rms residual of every channel over all recordings, in noise units."""
+    from network.analysis.calibration.calibrate import pool_channels
+
+    return {name: told["rmse_in_noise"] for name, told in pool_channels(comparison).items()}
+
+
+def rmse_rows(columns: Sequence[tuple[str, Comparison]]) -> tuple[list[str], list[list[str]]]:
+    """Header and a row for each channel, with a column for each comparison; – where it lacks the channel."""
+    each = [rmse_by_channel(comparison) for _, comparison in columns]
+    names = dict.fromkeys(name for column in each for name in column)
+    rows = [[name, *(digits(column[name], 3) if name in column else "–" for column in each)] for name in names]
+    rows.append(["all channels", *(digits(comparison.rmse_in_noise, 3) for _, comparison in columns)])
+    return ["rmse [σ]", *(name for name, _ in columns)], rows
 
 
 def _between(first: float, last: float, t: Array) -> str:
