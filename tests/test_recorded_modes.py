@@ -61,6 +61,8 @@ def test_what_nothing_reads_is_simulated(chilled: Machine, tmp_path: Path) -> No
     _, recording = _record(chilled, tmp_path)
     deaf = chilled.patched({"sensors": {"T_tank": None}})
     assert not read_modes(deaf, [recording])[0].modes
+    slow = {**chilled.sensors["T_tank"].to_plain(), "effects": [{"kind": "sensor_lag", "lag": "60 s"}]}
+    assert not read_modes(chilled.patched({"sensors": {"T_tank": slow}}), [recording])[0].modes
     rough = chilled.patched({"sensors": {"T_tank": {**chilled.sensors["T_tank"].to_plain(), "noise": "0.5 K"}}})
     assert not read_modes(rough, [recording])[0].modes
 
@@ -70,3 +72,6 @@ def test_a_followed_relay_is_a_source_that_an_input_switches(chilled: Machine) -
     followed = follow_relays(chilled, {MODE + name})
     assert followed.sources[name].kind == "heat_source" and MODE + name in followed.inputs
     assert follow_relays(chilled, set()) is chilled
+    late = {**chilled.sensors["T_tank"].to_plain(), "effects": [{"kind": "clock_shift", "late": "60 s"}]}
+    behind = chilled.patched({"sensors": {"T_tank": late}})
+    assert follow_relays(behind, {MODE + name}) is behind

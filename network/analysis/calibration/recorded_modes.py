@@ -17,9 +17,8 @@ from itertools import pairwise
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
-from network.catalogue.declaration.fields import Place
 from network.catalogue.mechanisms.base import Relay
-from network.engine.response.followed_relays import MODE
+from network.engine.response.followed_relays import MODE, list_readers
 from network.machine.machine import Machine
 from network.recordings.recording import Recording
 from network.recordings.relay_mode import RelayMode
@@ -86,8 +85,8 @@ def _read_run(machine: Machine, recording: Recording) -> Mapping[str, RelayMode]
 
 def _read_mode(machine: Machine, relay: Relay, name: str, recording: Recording) -> RelayMode | None:
     levels = relay.levels()
-    sensor = None if levels is None or relay.follow("") is None else _find_sensor(machine, recording, levels[0])
-    if levels is None or sensor is None:
+    sensor = next((n for n in list_readers(machine, relay) if n in recording.columns), None)
+    if levels is None or sensor is None or relay.follow("") is None:
         return None
     sign = np.sign(levels[1] - levels[2])
     values = recording.columns[sensor].values
@@ -100,17 +99,6 @@ def _read_mode(machine: Machine, relay: Relay, name: str, recording: Recording) 
         return None
     t = np.array([recording.t[0], *(bend.t for bend in found)])
     return RelayMode(MODE + name, t, np.array([bend.spread for bend in found]), float(swing.x[0] > swing.on))
-
-
-def _find_sensor(machine: Machine, recording: Recording, watched: Place) -> str | None:
-    """A sensor that reads what is watched as it is."""
-    whole = machine.nodes[watched.node].length is None
-    for name, sensor in machine.sensors.items():
-        place = sensor.place
-        same = place is not None and (place == watched or (whole and place.node == watched.node))
-        if same and not sensor.effects and name in recording.columns:
-            return name
-    return None
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,24 @@ def follow_relays(machine: Machine, inputs: Container[str]) -> Machine:
     bodies: dict[str, Any] = {}
     for name, entry in machine.sources.items():
         if isinstance(entry, Relay) and MODE + name in inputs and (body := entry.follow(MODE + name)) is not None:
-            bodies[name] = body
+            bodies |= {name: body} if list_readers(machine, entry) else {}
     return machine.patched({"sources": bodies}) if bodies else machine
+
+
+def list_readers(machine: Machine, relay: Relay) -> list[str]:
+    """Sensors that read what a relay watches, and at once: one that is slow, or whose clock is off, does not tell when
+    it switched."""
+    levels = relay.levels()
+    if levels is None:
+        return []
+    watched, found = levels[0], []
+    whole = machine.nodes[watched.node].length is None
+    for name, sensor in machine.sensors.items():
+        place = sensor.place
+        same = place is not None and (place == watched or (whole and place.node == watched.node))
+        if same and not any(effect.has_state or effect.looks_back for effect in sensor.effects):
+            found.append(name)
+    return found
 
 
 def own_numbers(followed: Machine, machine: Machine, parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
