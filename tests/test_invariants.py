@@ -14,7 +14,7 @@ from network.analysis.comparison.compare import Comparison, compare
 from network.analysis.diagnosis.candidates import Candidate, candidates
 from network.analysis.diagnosis.diagnose import diagnose
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
-from network.analysis.diagnosis.invariants import doubt_unseen, find_worse_runs, list_doubts, list_strains
+from network.analysis.diagnosis.invariants import doubt_unseen, find_worse_runs, is_one_thing, list_doubts, list_strains
 from network.analysis.diagnosis.result import Fits
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.strength import strength_in_errors
@@ -93,3 +93,15 @@ def test_what_is_not_tested_to_the_end_is_not_sure(ended: str, checked: bool, ru
     search = SimpleNamespace(ended=ended, selection=selection, case=case, best=h)
     doubts = list(list_doubts(search, c))  # type: ignore[arg-type]
     assert (len(doubts) == 1 and why in doubts[0]) if why else not doubts
+
+
+def test_findings_at_one_place_may_be_one_thing() -> None:
+    """A pile of chips is a mass and a heat: neither is told as sure where both are found there."""
+    machine = plant()
+    by_name = {(c.kind.kind, c.places): c for c in candidates(machine, machine.inputs)}
+    mass, heat = by_name["hidden_mass", ("column",)], by_name["heat_source", ("column",)]
+    above = candidates(mass.machine, machine.inputs)
+    on_it = [c for c in above if c.kind.kind == "heat_source" and not {*c.places} & {*machine.nodes}]
+    elsewhere = next(c for (kind, places), c in by_name.items() if kind == "heat_source" and places != ("column",))
+    assert is_one_thing(mass, heat) and on_it and all(is_one_thing(c, mass) for c in on_it)
+    assert not is_one_thing(mass, elsewhere)

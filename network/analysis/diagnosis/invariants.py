@@ -15,6 +15,7 @@ from network.analysis.diagnosis.result import Fits
 from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.strength import errors_from_nothing, strength_in_errors
+from network.catalogue.declaration.sections import TCP
 
 if TYPE_CHECKING:
     from network.analysis.diagnosis.search_record import Search
@@ -95,5 +96,15 @@ def list_strains(h: Hypothesis, c: Candidate) -> Iterator[str]:
         yield f"its size is less than {SETTINGS.errors:.0f} of its standard errors"
     bounded = [i for i in at_bound(h.fit.problem.parameters, h.fit.theta) if i in own]
     yield from (f"its {h.fit.problem.parameters[i].field.key.replace('_', ' ')} stands at its bound" for i in bounded)
+    if any(is_one_thing(c, other) for other in h.found if other is not c):
+        yield "another finding sits in the same place: they may be one thing that the catalogue does not have"
     if h.is_bent:
         yield f"a number of the file is bent by more than {SETTINGS.errors:.0f} of its ±"
+
+
+def is_one_thing(a: Candidate, b: Candidate) -> bool:
+    """Whether the heat of two findings sits in the same parts, or that of one in a part that the other brings."""
+    if TCP in (a.section, b.section):
+        return False
+    brought = [{name for name in c.patch.get("nodes", ()) if name not in c.base.nodes} for c in (a, b)]
+    return bool(a.parts and a.parts == b.parts) or bool(brought[0] & b.parts) or bool(brought[1] & a.parts)
