@@ -19,7 +19,7 @@ _PLAIN_TAGS = {
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _FAULTS = (
     # where the reader was, what it says, whether the fault lies where that began; what is wrong, what would be right
-    ("", "maximum nesting depth", True, "a value is nested too deeply", f"at most {DEEPEST} levels"),  # libyaml 0.2.6
+    ("", "maximum nesting depth", True, "a value is nested too deeply", f"at most {DEEPEST} levels"),
     ("quoted scalar", "unexpected", True, "a quote is opened here and not closed", "close it"),
     ("quoted scalar", "", False, "a backslash means nothing here", "use single quotes, or write it twice"),
     ("flow", "", True, "a bracket is opened here and not closed properly", "close it, with commas inside"),
