@@ -16,6 +16,7 @@ from network.analysis.diagnosis import (
     lump_refinement,
     lumping_finding,
     placement,
+    simulated_findings,
     verdict,
 )
 from network.analysis.diagnosis.experiments import advice, separation
@@ -25,6 +26,7 @@ from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.switching.relay_search import rank_likely_places
 from network.analysis.diagnosis.switching.sample_refinement import DAMPED, _At, _step, refine_samples
 from network.analysis.diagnosis.time_budget import BudgetReached
+from network.platform.refusal import Failed
 
 NOISE, ALIKE, DOUBTFUL = SETTINGS.noise, SETTINGS.alike, SETTINGS.doubtful
 
@@ -357,9 +359,9 @@ def test_what_is_found_is_a_shadow_where_heat_elsewhere_explains_more(
 def test_what_simulated_runs_refute_is_taken_back_step_by_step(monkeypatch: pytest.MonkeyPatch) -> None:
     """The last finding first, then all, then finer lumps; at once where the time is up; nothing twice, and with all the
     time it takes."""
-    monkeypatch.setattr(verdict, "replace", lambda of, **new: bare(**{**vars(of), **new}))
-    monkeypatch.setattr(verdict, "fit_findings", lambda case, root, found, values: h(found=found, case=case))
-    monkeypatch.setattr(verdict, "reweight", lambda case, of: of)
+    monkeypatch.setattr(simulated_findings, "replace", lambda of, **new: bare(**{**vars(of), **new}))
+    monkeypatch.setattr(simulated_findings, "fit_findings", lambda case, root, found, values: h(found=found, case=case))
+    monkeypatch.setattr(simulated_findings, "reweight", lambda case, of: of)
     written, null = h(name="written"), h(name="null")
     best = h(found=("a", "b", "c"), case=bare(budget="is over"), root=None, values={})
     search = bare(
@@ -371,15 +373,15 @@ def test_what_simulated_runs_refute_is_taken_back_step_by_step(monkeypatch: pyte
         written=written,
         fault=None,
     )
-    tried = [each.selection for each in verdict._list_retreats(search)]
+    tried = [each.selection for each in simulated_findings.list_retreats(search)]
     assert [t.best.case.budget for t in tried[:2]] == ["has no end"] * 2
     assert [t.best.found for t in tried[:2]] == [("a", "b"), ("a",)] and [t.gains for t in tried[:2]] == [(3, 2), (3,)]
     assert [t.best for t in tried[2:]] == [null, written]
     search.ended = True
-    assert [t.selection.best for t in verdict._list_retreats(search)] == [null, written]
+    assert [t.selection.best for t in simulated_findings.list_retreats(search)] == [null, written]
     search.best = h(name="null", case=bare())
     search.null = search.best
-    assert [t.selection.best for t in verdict._list_retreats(search)] == [written]
+    assert [t.selection.best for t in simulated_findings.list_retreats(search)] == [written]
 
 
 @pytest.mark.parametrize(
@@ -582,3 +584,23 @@ def test_draws_go_to_where_they_are_most_likely() -> None:
     found, misfits = refine_samples(judge, view, best + np.array([[0.9, -0.9], [0.1, 0.5]]), 3)
     np.testing.assert_allclose(found, [best, best], atol=1e-3 * 0.05)
     assert misfits == pytest.approx(judge.misfits(view, best[None], judge.residuals(view, best[None]))[0], rel=1e-6)
+
+
+def test_what_breaks_down_when_it_is_simulated_is_taken_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing of it is told; where nothing at all can be simulated, that ends the diagnosis with its sentence."""
+    whole, rest = bare(selection="whole"), bare(selection="rest")
+
+    def simulate(search: Any, *_: Any) -> tuple[str, str]:
+        if search is whole:
+            raise Failed("housing runs away")
+        return "machine", "fits"
+
+    monkeypatch.setattr(simulated_findings, "_simulate_both", simulate)
+    monkeypatch.setattr(simulated_findings, "list_refutations", lambda selection, fits: [])
+    monkeypatch.setattr(simulated_findings, "list_retreats", lambda search: iter([rest]))
+    search, after, fits, refuted = simulated_findings.withdraw_refuted(whole, "before", (), 1)
+    assert (search, after, fits) == (rest, "machine", "fits")
+    assert refuted == ["with it a run breaks down: housing runs away"]
+    monkeypatch.setattr(simulated_findings, "list_retreats", lambda search: iter(()))
+    with pytest.raises(Failed, match="breaks down"):
+        simulated_findings.withdraw_refuted(whole, "before", (), 1)

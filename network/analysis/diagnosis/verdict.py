@@ -4,42 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from network.analysis.calibration.estimated_constants import Numbers, compare_estimated
 from network.analysis.calibration.gauss_newton import chi_of
-from network.analysis.calibration.generalisation import with_numbers
-from network.analysis.calibration.misfit import channel_misfits
-from network.analysis.calibration.recorded_modes import forget_modes
-from network.analysis.calibration.uncertainty import uncertainty_by_curvature
-from network.analysis.comparison.compare import Comparison, RecordingResidual
-from network.analysis.diagnosis.compact_fit import expand
 from network.analysis.diagnosis.experiments.advice import experiments
-from network.analysis.diagnosis.faced_relays import face_relays
 from network.analysis.diagnosis.findings import find_unknown, is_shadow, list_findings, list_rivals
-from network.analysis.diagnosis.hypothesis import Hypothesis, fit_findings, reweight, state
-from network.analysis.diagnosis.invariants import doubt_unseen, list_refutations
+from network.analysis.diagnosis.hypothesis import Hypothesis
+from network.analysis.diagnosis.invariants import doubt_unseen
 from network.analysis.diagnosis.isolability import isolability
 from network.analysis.diagnosis.locate import trace
 from network.analysis.diagnosis.lumping_finding import find_lumping
 from network.analysis.diagnosis.refit import linearise_at_priors
 from network.analysis.diagnosis.result import UNKNOWN, Diagnosis, Finding, Fits, UnknownHeat
 from network.analysis.diagnosis.screened_gain import list_screened
-from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.simulated_findings import is_finer, leave_fault, withdraw_refuted
 from network.analysis.diagnosis.strategies import list_unsearched
 from network.analysis.diagnosis.time_budget import TimeBudget
-from network.machine.machine import Machine
-from network.platform.parallel import run_all
-from network.platform.refusal import Failed
 from network.platform.wording import sentence
 from network.recordings.recording import Recording
 
 if TYPE_CHECKING:
-    from network.analysis.diagnosis.reading_fault import ReadingFault
     from network.analysis.diagnosis.search_record import Search
 
 
@@ -47,9 +32,9 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     """The diagnosis that a search amounts to."""
     search = replace(search, case=replace(search.case, budget=TimeBudget()))
     before = search.calibrated.fitted
-    search, after, fits, refuted = _withdraw_refuted(search, before, holdout, jobs)
+    search, after, fits, refuted = withdraw_refuted(search, before, holdout, jobs)
     finer_gain = search.null.evidence - search.written.evidence
-    is_told = _is_finer(search) and finer_gain > search.threshold
+    is_told = is_finer(search) and finer_gain > search.threshold
     coarse = find_lumping(search.written, search.best.root, finer_gain, search.threshold) if is_told else None
     findings, verdict = _decide_verdict(search, list_findings(search, after), coarse, bool(refuted))
     doubt = doubt_unseen(fits)
@@ -65,7 +50,7 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     notes = (*warnings, *told, *([known.sentence] if known.sentence else ()))
     if after is before:
         before = after = search.calibrated.machine
-    after = _leave_fault(search, after, holdout, fits)
+    after = leave_fault(search, after, holdout, fits)
     return Diagnosis(
         search.given.machine, before, after, verdict, tuple(findings), _channels(fits), _trace_first(search), fits,
         tuple(list_rivals(search.steps[0], search.befores[0]) if search.steps else ()), notes, advice,
@@ -105,75 +90,6 @@ def _as_sentence(told: str) -> str:
     return f"{sentence(told)}: it is not added."
 
 
-def _withdraw_refuted(
-    search: Search, before: Machine, holdout: Sequence[Recording], jobs: int
-) -> tuple[Search, Machine, Fits, list[str]]:
-    """The search without the last findings, then without finer lumps, while simulated runs speak against them, and what
-    did."""
-    told = _test_simulated(search, before, holdout, jobs)
-    refuted = told[2]
-    for rest in _list_retreats(search):
-        if not told[2]:
-            break
-        search, told = rest, _test_simulated(rest, before, holdout, jobs)
-    after, fits, left = told
-    if fits is None:
-        raise Failed(left[0])
-    return search, after, fits, refuted
-
-
-def _test_simulated(
-    search: Search, before: Machine, holdout: Sequence[Recording], jobs: int
-) -> tuple[Machine, Fits | None, list[str]]:
-    """What a search comes to, simulated, and what speaks against it; runs that break down do."""
-    try:
-        after, fits = _simulate_both(search, before, holdout, jobs)
-    except (Failed, np.linalg.LinAlgError) as broken:
-        return before, None, [f"with it a run breaks down: {broken}"]
-    return after, fits, list_refutations(search.selection, fits) if after is not before else []
-
-
-def _list_retreats(search: Search) -> Iterator[Search]:
-    """The search with ever less of what it found, to the machine as written; at once where the time is up."""
-    best, chosen = search.best, search.selection
-    case = replace(best.case, budget=search.case.budget)
-    for count in range(0 if search.ended else len(best.found) - 1, 0, -1):
-        fewer = fit_findings(case, best.root, best.found[:count], best.values)
-        if fewer is not None:
-            yield replace(search, selection=replace(chosen, best=fewer, gains=chosen.gains[:count]))
-    for rest in (search.null, search.written):
-        if rest is not best:
-            yield replace(search, selection=Selection(reweight(best.case, rest)))
-    if search.fault is not None:
-        bare = _bare_of(search)
-        yield replace(search, fault=None, case=search.given, written=bare, selection=Selection(bare))
-
-
-def _bare_of(search: Search) -> Hypothesis:
-    """The machine as given on the recordings as they were, where a fault of readings is taken back."""
-    if search.fault is None or not search.fault.patch:
-        return reweight(search.given, search.written)
-    return state(search.given, search.given.machine, search.calibrated.values)
-
-
-def _simulate_both(search: Search, before: Machine, holdout: Sequence[Recording], jobs: int) -> tuple[Machine, Fits]:
-    """The machine with what was found and its numbers, and how it tells the recordings, simulated."""
-    if not (search.fault or search.best.found or _is_finer(search)):
-        return before, _fits(search, search.best, before, before, holdout, jobs)
-    best = face_relays(search.best)
-    after = numbers_in(best)
-    return after, _fits(search, best, before, after, holdout, jobs)
-
-
-def _is_finer(search: Search) -> bool:
-    return search.best.root.to_plain() != search.written.machine.to_plain()
-
-
-def numbers_in(h: Hypothesis) -> Machine:
-    """The machine of a hypothesis with its numbers ± their standard errors, and how far it holds."""
-    return with_numbers(h.machine, uncertainty_by_curvature(expand(h).linearised))
-
-
 def _decide_verdict(
     search: Search, findings: list[Finding], coarse: Finding | None, is_refuted: bool
 ) -> tuple[list[Finding], str]:
@@ -207,63 +123,6 @@ def _was_off(search: Search) -> bool:
     """Whether the numbers of the file, as they stand, leave more than noise."""
     at = linearise_at_priors(search.null.linearised)
     return at is None or chi_of(at) > SETTINGS.doubtful
-
-
-def _fits(
-    search: Search, best: Hypothesis, before: Machine, after: Machine, holdout: Sequence[Recording], jobs: int
-) -> Fits:
-    given = search.calibrated.numbers(search.given.start)
-    found = given if after is before else _numbers(best, after)
-    held = _correct_readings(search, found, holdout)
-    bare = tuple(forget_modes(search.case.recordings))
-    sets = [(given, search.given.recordings), (found, bare), (given, holdout), (found, held)]
-    items = [(i, i > 1, run) for i, (_, runs) in enumerate(sets) for run in runs]
-    told = iter(run_all(partial(_compare_run, [numbers for numbers, _ in sets]), items, jobs))
-    train, fitted, *rest = (Comparison(of.machine, tuple(next(told) for _ in runs)) for of, runs in sets)
-    return Fits(train, fitted, *(rest if holdout else (None, None)))
-
-
-def _numbers(h: Hypothesis, machine: Machine) -> Numbers:
-    """A machine with the numbers of a hypothesis."""
-    misfit = channel_misfits(h.fit)
-    return Numbers(machine, h.machine, h.fit.problem.parameters, h.fit.theta, h.case.start, misfit)
-
-
-def _correct_readings(search: Search, found: Numbers, holdout: Sequence[Recording]) -> Sequence[Recording]:
-    """Held-out recordings without the fault that was found in the others."""
-    fault = search.fault
-    if fault is None:
-        return holdout
-    return [_correct_run(fault, found, run) for run in holdout]
-
-
-def _leave_fault(search: Search, after: Machine, holdout: Sequence[Recording], fits: Fits) -> Machine:
-    """The machine with a sensor's fault that lasts, where what was held out has it, too: it tells what comes next."""
-    fault = search.fault
-    if fault is None:
-        return after
-    told = fits.holdout_after.recordings if fits.holdout_after is not None else ()
-    pairs = [(t.recording.columns[n], run.columns[n]) for t, run in zip(told, holdout, strict=True)
-             for n in fault.channels if n in run.columns]  # fmt: skip
-    is_whole = any(np.array_equal(a.values, b.values, equal_nan=True) for a, b in pairs)
-    return after if is_whole else fault.leave_in(after)
-
-
-def _correct_run(fault: ReadingFault, found: Numbers, run: Recording) -> Recording:
-    """The run set right in the way that leaves least."""
-    raw = compare_estimated(found, run, held_out=True)
-    if not {*fault.channels} <= {*raw.channels}:
-        return run
-    ways = fault.list_corrections(raw)
-    if len(ways) == 1:
-        return ways[0]
-    return min(ways, key=lambda way: compare_estimated(found, way, held_out=True).rmse_in_noise)
-
-
-def _compare_run(of: Sequence[Numbers], item: tuple[int, bool, Recording]) -> RecordingResidual:
-    """Residuals of a run, held out or not, of one of some machines, its constants estimated."""
-    i, held_out, run = item
-    return compare_estimated(of[i], run, held_out)
 
 
 def _channels(fits: Fits) -> Mapping[str, float]:

@@ -1,0 +1,163 @@
+"""Readings of what a relay watches: where they bend, it switched.
+
+A temperature under hysteresis goes up and down between two levels, and bends at every switching by as much as the heat
+that goes on or off makes its rate change. A switching is looked for from where the readings come near a level, and
+lies where a line with a bend in it fits them best (two-phase regression; Hinkley, Biometrika 56 (1969) 495;
+unverified). Levels are those of the file, moved by what the sensor and the file may both be off: the middle between
+the highest and the lowest turning points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Array
+
+NEAR = 0.25
+"""Share of the half width before a level from which a switching is looked for: what noise and a level that is off by
+less leave of it is on the safe side."""
+FEWEST = 4
+"""Samples of an approach to a level from which a bend can be told from noise."""
+AFTER = 2
+"""Times as long as an approach that a bend is looked for after it."""
+LEAST = 0.5
+"""Share of the turn that most bends have below which one is none: as near to nothing as to a switching."""
+INSTANTS, NUMBERS = 60, 4
+"""Instants at which a bend is tried, and what is fitted: two rates, a level and the instant."""
+
+
+@dataclass(frozen=True, eq=False)
+class Swing:
+    """Readings of what a relay watches, counted so that it goes on when they rise: t [s], x [K], and the levels at
+    which it goes on and off."""
+
+    t: Array
+    x: Array
+    on: float
+    off: float
+
+    @property
+    def near(self) -> float:
+        return NEAR * (self.on - self.off) / 2
+
+    def centred(self) -> Swing:
+        """About the middle between the turning points, where there are two of either kind."""
+        high, low = _list_turns(self.x, (self.on - self.off) / 2)
+        if min(len(high), len(low)) < 2:
+            return self
+        by = (np.median(high) + np.median(low) - self.on - self.off) / 2
+        return replace(self, on=self.on + by, off=self.off + by)
+
+
+@dataclass(frozen=True)
+class Bend:
+    """t, spread: an instant and its 1σ [s]; x: the readings there; turn: by how much their rate changes there the way
+    it should [K/s]."""
+
+    t: float
+    spread: float
+    x: float
+    turn: float
+
+
+def find_switchings(swing: Swing) -> list[Bend] | None:
+    """Bends where it switched; None where the readings do not show it. All turn by as much, the relay's heat over what
+    it heats: where they come near a level and turn by less than half of that, the load kept them from it."""
+    refused = set[int]()
+    while True:
+        crossings = _list_crossings(swing, refused)
+        told = _find_bends(swing, crossings)
+        least = LEAST * float(np.median([bend.turn for bend in told])) if told else 0.0
+        faint = [near for (_, near, _, _), bend in zip(crossings, told, strict=True) if bend.turn < least]
+        if not faint:
+            break
+        refused.add(faint[0])
+    follow = all(a.t < b.t for a, b in pairwise(told))
+    return told if follow and least >= 0 else None
+
+
+def _find_bends(swing: Swing, crossings: Sequence[tuple[int, int, int, float]]) -> list[Bend]:
+    """A bend near every crossing, at the levels at which most of them lie."""
+    rough = [_find_bend(swing, *around) for around in crossings]
+    levels = {way: float(np.median([bend.x for bend, c in zip(rough, crossings, strict=True) if c[-1] == way]))
+              for way in {way for *_, way in crossings}}  # fmt: skip
+    return [_find_bend(swing, *around, levels[around[-1]]) for around in crossings]
+
+
+def _list_crossings(swing: Swing, refused: Container[int]) -> list[tuple[int, int, int, float]]:
+    """Of every switching in turn: samples from which it is approached, at which the readings come near the level, and
+    at which they come near the next; and the way it goes (1 on, −1 off). refused: samples at which it was no switching
+    that brought them near."""
+    smooth = _smooth(swing.x)
+    middle, is_on, k, since = (swing.on + swing.off) / 2, smooth[0] > swing.on, 0, 0
+    out: list[tuple[int, int, int, float]] = []
+    levels = {True: (-1.0, -(swing.off + swing.near)), False: (1.0, swing.on - swing.near)}
+    while True:
+        way, level = levels[bool(is_on)]
+        beyond = np.flatnonzero(way * smooth[k:] > level)
+        if not len(beyond):
+            break
+        k += int(beyond[0])
+        if k in refused:
+            back = np.flatnonzero(way * smooth[k:] < level)
+            k += int(back[0]) if len(back) else len(smooth)
+            continue
+        before = np.flatnonzero(way * smooth[since:k] < way * middle)
+        begin = since + int(before[-1]) if len(before) else since
+        if out:
+            out[-1] = (*out[-1][:2], k, out[-1][3])
+        out.append((begin, k, len(smooth), way))
+        is_on, since = not is_on, k
+    return out
+
+
+def _find_bend(
+    swing: Swing, begin: int, near: int, stop: int, way: float, level: float | None = None
+) -> Bend:  # fmt: skip
+    """Where the readings bend: twice as long after they come near the level as they took to get there from the middle,
+    at most, for they may slow down before it; a run that begins near it took none. 1σ is how far off the instant may be
+    for as much more as noise leaves; level: what they read there, where that is known."""
+    last = stop if near - begin < FEWEST else min(near + AFTER * (near - begin), stop)
+    t, x = swing.t[begin:last], swing.x[begin:last]
+    if last - near < FEWEST:
+        return Bend(float(swing.t[near]), float(t[-1] - t[0]), float(x[-1]), 0.0)
+    tried = np.linspace(swing.t[near], t[-2], INSTANTS)
+    left, there, turns = np.array([_fit_bend(t, x, s, level) for s in tried]).T
+    best = int(np.argmin(left))
+    like = tried[left - left[best] <= left[best] / max(len(t) - NUMBERS, 1)]
+    spread = max(np.ptp(like) / 2, tried[1] - tried[0])
+    return Bend(float(tried[best]), float(spread), float(there[best]), float(-way * turns[best]))
+
+
+def _fit_bend(t: Array, x: Array, at: float, level: float | None) -> tuple[float, float, float]:
+    """Squares left by a line that bends at an instant, at a level if one is given; what it reads there, and how much
+    its rate changes."""
+    A = np.stack([np.ones_like(t), t - at, np.maximum(t - at, 0.0)], axis=1)
+    if level is None:
+        c, *_ = np.linalg.lstsq(A, x, rcond=None)
+    else:
+        c = np.append(level, np.linalg.lstsq(A[:, 1:], x - level, rcond=None)[0])
+    left = x - A @ c
+    return float(left @ left), float(c[0]), float(c[2])
+
+
+def _smooth(x: Array) -> Array:
+    """Means over three samples."""
+    wide = np.pad(x, 1, mode="edge")
+    return np.asarray((wide[:-2] + wide[1:-1] + wide[2:]) / 3)
+
+
+def _list_turns(x: Array, least: float) -> tuple[list[float], list[float]]:
+    """Highest and lowest values between which it goes up and down by at least so much."""
+    high, low, top, bottom, rises = list[float](), list[float](), x[0], x[0], True
+    for value in _smooth(x):
+        top, bottom = max(top, value), min(bottom, value)
+        if rises and value < top - least:
+            high, rises, bottom = [*high, float(top)], False, value
+        elif not rises and value > bottom + least:
+            low, rises, top = [*low, float(bottom)], True, value
+    return high, low

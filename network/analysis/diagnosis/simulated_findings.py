@@ -1,0 +1,158 @@
+"""What a search comes to, simulated: beside the calibrated machine, and with ever less of it while runs speak against
+it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from network.analysis.calibration.estimated_constants import Numbers, compare_estimated
+from network.analysis.calibration.generalisation import with_numbers
+from network.analysis.calibration.misfit import channel_misfits
+from network.analysis.calibration.recorded_modes import forget_modes
+from network.analysis.calibration.uncertainty import uncertainty_by_curvature
+from network.analysis.comparison.compare import Comparison, RecordingResidual
+from network.analysis.diagnosis.compact_fit import expand
+from network.analysis.diagnosis.faced_relays import face_relays
+from network.analysis.diagnosis.hypothesis import Hypothesis, fit_findings, reweight, state
+from network.analysis.diagnosis.invariants import list_refutations
+from network.analysis.diagnosis.result import Fits
+from network.analysis.diagnosis.selection import Selection
+from network.machine.machine import Machine
+from network.platform.parallel import run_all
+from network.platform.refusal import Failed
+from network.recordings.recording import Recording
+
+if TYPE_CHECKING:
+    from network.analysis.diagnosis.reading_fault import ReadingFault
+    from network.analysis.diagnosis.search_record import Search
+
+
+def withdraw_refuted(
+    search: Search, before: Machine, holdout: Sequence[Recording], jobs: int
+) -> tuple[Search, Machine, Fits, list[str]]:
+    """The search without the last findings, then without finer lumps, while simulated runs speak against them, and what
+    did."""
+    told = _test_simulated(search, before, holdout, jobs)
+    refuted = told[2]
+    for rest in list_retreats(search):
+        if not told[2]:
+            break
+        search, told = rest, _test_simulated(rest, before, holdout, jobs)
+    after, fits, left = told
+    if fits is None:
+        raise Failed(left[0])
+    return search, after, fits, refuted
+
+
+def _test_simulated(
+    search: Search, before: Machine, holdout: Sequence[Recording], jobs: int
+) -> tuple[Machine, Fits | None, list[str]]:
+    """What a search comes to, simulated, and what speaks against it; runs that break down do."""
+    try:
+        after, fits = _simulate_both(search, before, holdout, jobs)
+    except (Failed, np.linalg.LinAlgError) as broken:
+        return before, None, [f"with it a run breaks down: {broken}"]
+    return after, fits, list_refutations(search.selection, fits) if after is not before else []
+
+
+def list_retreats(search: Search) -> Iterator[Search]:
+    """The search with ever less of what it found, to the machine as written; at once where the time is up."""
+    best, chosen = search.best, search.selection
+    case = replace(best.case, budget=search.case.budget)
+    for count in range(0 if search.ended else len(best.found) - 1, 0, -1):
+        fewer = fit_findings(case, best.root, best.found[:count], best.values)
+        if fewer is not None:
+            yield replace(search, selection=replace(chosen, best=fewer, gains=chosen.gains[:count]))
+    for rest in (search.null, search.written):
+        if rest is not best:
+            yield replace(search, selection=Selection(reweight(best.case, rest)))
+    if search.fault is not None:
+        bare = _bare_of(search)
+        yield replace(search, fault=None, case=search.given, written=bare, selection=Selection(bare))
+
+
+def _bare_of(search: Search) -> Hypothesis:
+    """The machine as given on the recordings as they were, where a fault of readings is taken back."""
+    if search.fault is None or not search.fault.patch:
+        return reweight(search.given, search.written)
+    return state(search.given, search.given.machine, search.calibrated.values)
+
+
+def _simulate_both(search: Search, before: Machine, holdout: Sequence[Recording], jobs: int) -> tuple[Machine, Fits]:
+    """The machine with what was found and its numbers, and how it tells the recordings, simulated."""
+    if not (search.fault or search.best.found or is_finer(search)):
+        return before, _fits(search, search.best, before, before, holdout, jobs)
+    best = face_relays(search.best)
+    after = numbers_in(best)
+    return after, _fits(search, best, before, after, holdout, jobs)
+
+
+def is_finer(search: Search) -> bool:
+    return search.best.root.to_plain() != search.written.machine.to_plain()
+
+
+def numbers_in(h: Hypothesis) -> Machine:
+    """The machine of a hypothesis with its numbers ± their standard errors, and how far it holds."""
+    return with_numbers(h.machine, uncertainty_by_curvature(expand(h).linearised))
+
+
+def _fits(
+    search: Search, best: Hypothesis, before: Machine, after: Machine, holdout: Sequence[Recording], jobs: int
+) -> Fits:
+    given = search.calibrated.numbers(search.given.start)
+    found = given if after is before else _numbers(best, after)
+    held = _correct_readings(search, found, holdout)
+    bare = tuple(forget_modes(search.case.recordings))
+    sets = [(given, search.given.recordings), (found, bare), (given, holdout), (found, held)]
+    items = [(i, i > 1, run) for i, (_, runs) in enumerate(sets) for run in runs]
+    told = iter(run_all(partial(_compare_run, [numbers for numbers, _ in sets]), items, jobs))
+    train, fitted, *rest = (Comparison(of.machine, tuple(next(told) for _ in runs)) for of, runs in sets)
+    return Fits(train, fitted, *(rest if holdout else (None, None)))
+
+
+def _numbers(h: Hypothesis, machine: Machine) -> Numbers:
+    """A machine with the numbers of a hypothesis."""
+    misfit = channel_misfits(h.fit)
+    return Numbers(machine, h.machine, h.fit.problem.parameters, h.fit.theta, h.case.start, misfit)
+
+
+def _correct_readings(search: Search, found: Numbers, holdout: Sequence[Recording]) -> Sequence[Recording]:
+    """Held-out recordings without the fault that was found in the others."""
+    fault = search.fault
+    if fault is None:
+        return holdout
+    return [_correct_run(fault, found, run) for run in holdout]
+
+
+def leave_fault(search: Search, after: Machine, holdout: Sequence[Recording], fits: Fits) -> Machine:
+    """The machine with a sensor's fault that lasts, where what was held out has it, too: it tells what comes next."""
+    fault = search.fault
+    if fault is None:
+        return after
+    told = fits.holdout_after.recordings if fits.holdout_after is not None else ()
+    pairs = [(t.recording.columns[n], run.columns[n]) for t, run in zip(told, holdout, strict=True)
+             for n in fault.channels if n in run.columns]  # fmt: skip
+    is_whole = any(np.array_equal(a.values, b.values, equal_nan=True) for a, b in pairs)
+    return after if is_whole else fault.leave_in(after)
+
+
+def _correct_run(fault: ReadingFault, found: Numbers, run: Recording) -> Recording:
+    """The run set right in the way that leaves least."""
+    raw = compare_estimated(found, run, held_out=True)
+    if not {*fault.channels} <= {*raw.channels}:
+        return run
+    ways = fault.list_corrections(raw)
+    if len(ways) == 1:
+        return ways[0]
+    return min(ways, key=lambda way: compare_estimated(found, way, held_out=True).rmse_in_noise)
+
+
+def _compare_run(of: Sequence[Numbers], item: tuple[int, bool, Recording]) -> RecordingResidual:
+    """Residuals of a run, held out or not, of one of some machines, its constants estimated."""
+    i, held_out, run = item
+    return compare_estimated(of[i], run, held_out)
