@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from network import Machine, Recording, Scenario, simulate
+from network import Machine, Recording, Scenario, diagnose, simulate
 from network.analysis.calibration.recorded_modes import forget_modes, read_modes
 from network.analysis.diagnosis.faced_relays import face_relays
 from network.analysis.diagnosis.hypothesis import Case, fit_hypothesis
@@ -20,6 +20,9 @@ INPUTS = {
     "speed": [{"for": "1 h", "at": "8000 rpm"}, {"for": "1 h", "at": "2000 rpm"}, {"for": "2 h", "at": "10000 rpm"}],
     "ambient": "21.6 degC",
 }  # fmt: skip
+
+
+SPEEDS = ((8000, 2000, 10000), (3000, 9000, 0), (6000, 10000, 4000))
 
 
 @pytest.fixture(scope="module")
@@ -75,3 +78,25 @@ def test_a_followed_relay_is_a_source_that_an_input_switches(chilled: Machine) -
     late = {**chilled.sensors["T_tank"].to_plain(), "effects": [{"kind": "clock_shift", "late": "60 s"}]}
     behind = chilled.patched({"sensors": {"T_tank": late}})
     assert follow_relays(behind, {MODE + name}) is behind
+
+
+def test_a_chilled_machine_with_a_source_that_the_file_lacks_is_diagnosed_beside_its_switchings(
+    chilled: Machine, tmp_path: Path
+) -> None:
+    """Heat in the housing loads the chiller: its relay is out of step at any numbers of the file."""
+    part = "housing" if "housing" in chilled.nodes else next(n for n, node in chilled.nodes.items() if node.is_part)
+    source = {"kind": "heat_source", "into": {part: 1}, "power": "150 W", "with": "running"}
+    truth = chilled.patched({"sources": {"cabinet": source}})
+    runs = []
+    for k, speeds in enumerate(SPEEDS):
+        inputs = {**INPUTS, "speed": [{"for": "1 h", "at": f"{n} rpm"} for n in speeds]}
+        (tmp_path / str(k)).mkdir()
+        day = Scenario.of(f"day {k}", "3 h", inputs, output="20 s")
+        write_run(simulate(truth, day, noise_seed=k), tmp_path / str(k))
+        runs.append(Recording.load(tmp_path / str(k) / "results.csv"))
+    told = diagnose(chilled, runs[:2], runs[2])
+    first = told.findings[0]
+    assert (first.kind, first.places) == ("heat_source", (part,))
+    assert first.parameters["power"].value == pytest.approx(150, rel=0.1)
+    assert told.fits.holdout_after is not None and told.fits.holdout_after.rmse_in_noise < 1.1
+    assert any("switched" in note and "followed" in note for note in told.notes)

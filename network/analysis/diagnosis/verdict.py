@@ -21,6 +21,7 @@ from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.simulated_findings import is_finer, leave_fault, withdraw_refuted
 from network.analysis.diagnosis.strategies import list_unsearched
 from network.analysis.diagnosis.time_budget import TimeBudget
+from network.engine.response.followed_relays import MODE
 from network.platform.wording import sentence
 from network.recordings.recording import Recording
 
@@ -140,6 +141,12 @@ def _shifts(h: Hypothesis) -> dict[str, float]:
 
 def _notes(search: Search) -> Iterator[str]:
     """What the recordings are worth, as sentences."""
+    for name in search.case.recordings[0].modes:
+        count = sum(len(run.modes[name].t) - 1 for run in search.case.recordings)
+        yield (
+            f"{name.removeprefix(MODE)} switched {count} times, as readings show; it was followed while something was "
+            "looked for, and switches by itself in what is told."
+        )
     for data in search.best.fit.problem.data:
         for name, channel in data.channels.items():
             if channel.apart.any():
