@@ -30,6 +30,11 @@ def chilled() -> Machine:
     return Machine.load(ROOT / "machines" / "chilled_spindle.yaml")
 
 
+def _chiller(machine: Machine) -> str:
+    (name,) = [n for n, source in machine.sources.items() if source.kind == "thermostat_cooling"]
+    return name
+
+
 def _record(machine: Machine, folder: Path) -> tuple[Trajectory, Recording]:
     run = simulate(machine, Scenario.of("half a day", "4 h", INPUTS, output="10 s"), noise_seed=3)
     write_run(run, folder)
@@ -66,12 +71,14 @@ def test_what_nothing_reads_is_simulated(chilled: Machine, tmp_path: Path) -> No
     assert not read_modes(deaf, [recording])[0].modes
     slow = {**chilled.sensors["T_tank"].to_plain(), "effects": [{"kind": "sensor_lag", "lag": "60 s"}]}
     assert not read_modes(chilled.patched({"sensors": {"T_tank": slow}}), [recording])[0].modes
+    warmer = {**chilled.sources[_chiller(chilled)].to_plain(), "set": "27 degC"}
+    assert not read_modes(chilled.patched({"sources": {_chiller(chilled): warmer}}), [recording])[0].modes
     rough = chilled.patched({"sensors": {"T_tank": {**chilled.sensors["T_tank"].to_plain(), "noise": "0.5 K"}}})
     assert not read_modes(rough, [recording])[0].modes
 
 
 def test_a_followed_relay_is_a_source_that_an_input_switches(chilled: Machine) -> None:
-    (name,) = [n for n, s in chilled.sources.items() if s.kind == "thermostat_cooling"]
+    name = _chiller(chilled)
     followed = follow_relays(chilled, {MODE + name})
     assert followed.sources[name].kind == "heat_source" and MODE + name in followed.inputs
     assert follow_relays(chilled, set()) is chilled

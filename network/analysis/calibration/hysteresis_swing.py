@@ -44,13 +44,15 @@ class Swing:
     def near(self) -> float:
         return NEAR * (self.on - self.off) / 2
 
-    def centred(self) -> Swing:
-        """About the middle between the turning points, where there are two of either kind."""
+    def centred(self) -> Swing | None:
+        """About the middle between the turning points, where there are two of either kind; None where that lies further
+        off than a half width: then it is something else that makes them turn."""
         high, low = _list_turns(self.x, (self.on - self.off) / 2)
         if min(len(high), len(low)) < 2:
             return self
         by = (np.median(high) + np.median(low) - self.on - self.off) / 2
-        return replace(self, on=self.on + by, off=self.off + by)
+        is_near = abs(by) <= (self.on - self.off) / 2
+        return replace(self, on=self.on + by, off=self.off + by) if is_near else None
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,7 @@ def _read_mode(machine: Machine, relay: Relay, name: str, recording: Recording) 
     values = recording.columns[sensor].values
     kept = np.isfinite(values)
     swing = Swing(recording.t[kept], sign * values[kept], sign * levels[1], sign * levels[2]).centred()
-    if swing.on - swing.off < 2 * CLEAR * machine.sensors[sensor].sigma:
+    if swing is None or swing.on - swing.off < 2 * CLEAR * machine.sensors[sensor].sigma:
         return None
     found = find_switchings(swing)
     if found is None:
