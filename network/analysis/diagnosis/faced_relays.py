@@ -22,20 +22,23 @@ from network.analysis.diagnosis.hypothesis import (
     parameters_of,
     reweight,
     settle_hypothesis,
+    state,
 )
 from network.analysis.diagnosis.time_budget import TimeBudget
 from network.engine.response.parameters import values_at
 
 
 def follow_modes(case: Case, calibrated: Null) -> Case:
-    """The case with the modes of the machine's relays, where all recordings tell these; else about the constants of the
-    runs with which relays keep step."""
+    """The case with the modes of the machine's relays, where all recordings tell these and the machine comes no farther
+    from them than with relays that are simulated; else about the constants of the runs with which these keep step."""
     if not has_relays(case.machine):
         return case
-    recordings = read_modes(case.machine, case.recordings)
-    if recordings[0].modes:
-        return replace(case, recordings=recordings)
-    return replace(case, began=tuple(d.point for d in calibrated.fit.at.problem.data))
+    alone = replace(case, began=tuple(d.point for d in calibrated.fit.at.problem.data))
+    followed = replace(case, recordings=read_modes(case.machine, case.recordings))
+    if not followed.recordings[0].modes:
+        return alone
+    left = state(alone, case.machine, calibrated.values).chi
+    return followed if fit_written(followed, calibrated).chi <= LEAP * max(left, 1.0) else alone
 
 
 def fit_written(case: Case, calibrated: Null) -> Hypothesis:
