@@ -323,7 +323,9 @@ def search_of(chi: float, explained: float = 1.0, located: Any = (SHOWN,), shift
 def test_the_verdict(
     search: Any, given: list[str], coarse: Any, refuted: bool, told: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(verdict, "find_unknown", lambda search, alone=False: bare(name="unknown", kind="unknown"))
+    monkeypatch.setattr(
+        verdict, "find_unknown", lambda search, alone=False: bare(name="unknown", kind="unknown", channels=())
+    )
     monkeypatch.setattr(verdict, "_was_off", lambda search: False)
     monkeypatch.setattr(verdict, "is_shadow", lambda search: "bent" in given)
     told_findings = [
@@ -604,3 +606,11 @@ def test_what_breaks_down_when_it_is_simulated_is_taken_back(monkeypatch: pytest
     monkeypatch.setattr(simulated_findings, "list_retreats", lambda search: iter(()))
     with pytest.raises(Failed, match="breaks down"):
         simulated_findings.withdraw_refuted(whole, "before", (), 1)
+
+
+def test_what_a_named_fault_leaves_of_its_own_channel_comes_after_it() -> None:
+    fault, heat = bare(channels=("T",)), bare(channels=())
+    same, other, place = bare(channels=("T",)), bare(channels=("U",)), bare(channels=())
+    assert verdict._put_in_order([same], [fault, heat]) == [fault, heat, same]
+    assert verdict._put_in_order([other], [fault, heat]) == [other, fault, heat]
+    assert verdict._put_in_order([place], [fault]) == [place, fault] and verdict._put_in_order([], [heat]) == [heat]

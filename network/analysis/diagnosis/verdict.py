@@ -104,8 +104,8 @@ def _decide_verdict(
         is_more = is_left and min(holds, max(f.confidence for f in findings)) < SETTINGS.half
         is_bent = is_left and search.fault is None and is_shadow(search)
         only_sensors = not (is_more or is_bent) and all(f.channels for f in findings)
-        told = [*([find_unknown(search, is_bent)] if is_more or is_bent else []), *findings, *cut]
-        return told, "sensor_fault" if only_sensors else "missing_physics"
+        unnamed = [find_unknown(search, is_bent)] if is_more or is_bent else []
+        return [*_put_in_order(unnamed, findings), *cut], "sensor_fault" if only_sensors else "missing_physics"
     if is_left or (is_refuted and best.chi > SETTINGS.adequate and _stands_out(search)):
         unknown = find_unknown(search)
         return [*cut, unknown], "unexplained" if unknown.kind == UNKNOWN else "missing_physics"
@@ -113,6 +113,13 @@ def _decide_verdict(
         return cut, "too_coarse"
     wrong = any(abs(x) > SETTINGS.shift for x in _shifts(best).values()) or _was_off(search)
     return [], "parameters_only" if wrong else "adequate"
+
+
+def _put_in_order(unknown: list[Finding], findings: list[Finding]) -> list[Finding]:
+    """What has no name first, but in a channel whose fault is named: there it is what the name leaves."""
+    faulty = {name for f in findings for name in f.channels}
+    is_same = any(u.channels and faulty.issuperset(u.channels) for u in unknown)
+    return [*findings, *unknown] if is_same else [*unknown, *findings]
 
 
 def _stands_out(search: Search) -> bool:
