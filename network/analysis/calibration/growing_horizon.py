@@ -32,6 +32,8 @@ from network.recordings.inputs import Start
 FIRST, GROWTH, LEAST_GROWTH = 1 / 16, 2.0, 1.15
 """Share of the recordings that is fitted first, by how much the next is longer, and at least: what slips then lacks
 more than its numbers, and is not waited for."""
+FEWEST = 8
+"""Samples of every recording that are fitted first, at least."""
 LEAP = 1.25
 """Ratio of misfits χ from one share to the next from which a cycle was slipped: one that slips leaves its whole swing,
 many times the noise, in all that follows."""
@@ -65,9 +67,10 @@ def begin_in_step(
     if not parameters or not has_relays(machine):
         return None
     known, found, points = at_prior_centres(machine, parameters), None, tuple(d.point for d in data)
+    first = max(FIRST, *(FEWEST / len(d.recording.t) for d in data))
     done, left, growth, is_patient = 0.0, 1.0, GROWTH, True
     while done < 1 and not is_late():
-        share = min(max(done * growth, FIRST), 1.0)
+        share = min(max(done * growth, first), 1.0)
         say(tell, f"what switches falls into step: the first {100 * share:.2g} % of the recordings")
         some = [weigh_recording(known, d.recording.until(share), start) for d in data]
         most = LEAP * max(left, 1.0) if done and is_patient else np.inf

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from network.analysis.calibration.hysteresis_swing import Swing, find_switchings
+from network.analysis.calibration.hysteresis_swing import FEWEST, Swing, find_switchings
 from network.catalogue.mechanisms.base import Relay
 from network.engine.response.followed_relays import MODE, list_readers
 from network.machine.machine import Machine
@@ -51,6 +51,8 @@ def _read_mode(machine: Machine, relay: Relay, name: str, recording: Recording) 
     sign = np.sign(levels[1] - levels[2])
     values = recording.columns[sensor].values
     kept = np.isfinite(values)
+    if kept.sum() < FEWEST:
+        return None
     swing = Swing(recording.t[kept], sign * values[kept], sign * levels[1], sign * levels[2]).centred()
     if swing is None or swing.on - swing.off < 2 * CLEAR * machine.sensors[sensor].sigma:
         return None

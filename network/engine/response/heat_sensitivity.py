@@ -110,7 +110,7 @@ def _is_stacked(law: Declared, attribute: str) -> bool:
     return (
         not isinstance(law, Stream)
         and not getattr(law, "moves", False)
-        and isinstance(law.__dict__[attribute], np.ndarray)
+        and isinstance(law.__dict__.get(attribute), np.ndarray)
     )
 
 
