@@ -10,7 +10,7 @@ import numpy as np
 
 from network.analysis.calibration.expansion_point import move_points
 from network.analysis.calibration.gauss_newton import Problem, linearise, make_problem
-from network.analysis.calibration.growing_horizon import has_relays
+from network.analysis.calibration.growing_horizon import FEWEST, has_relays
 from network.analysis.calibration.linearised import Linearised
 from network.analysis.calibration.measured_means import (
     OFFSET_LIMIT,
@@ -85,7 +85,8 @@ def _list_begins(fixed: Machine, data: Measured, start: Start | None) -> Iterato
     for shift in TRIED if anywhere else (0.0,):
         yield RunPoint({n: data.run.start[n] + shift for n in anywhere})
     point = RunPoint()
-    for share in SHARES if has_relays(fixed) else ():
+    long_enough = [share for share in SHARES if share * len(data.recording.t) >= FEWEST]
+    for share in long_enough if has_relays(fixed) else ():
         piece = weigh_recording(fixed, data.recording.until(share), start)
         told = _settle(partial(_about, fixed, piece), point)
         point = point if told is None else move_points(told)[0]

@@ -46,8 +46,9 @@ def _read_run(machine: Machine, recording: Recording) -> Mapping[str, RelayMode]
 def _read_mode(machine: Machine, relay: Relay, name: str, recording: Recording) -> RelayMode | None:
     levels = relay.levels()
     sensor = next((n for n in list_readers(machine, relay) if n in recording.columns), None)
-    if levels is None or sensor is None or relay.follow("") is None:
-        return None
+    body = relay.follow("")
+    if levels is None or sensor is None or body is None or not body.keys() >= {*relay.uncertain()}:
+        return None  # numbers of its own that are not known, like a set point, only show where it is simulated
     sign = np.sign(levels[1] - levels[2])
     values = recording.columns[sensor].values
     kept = np.isfinite(values)
