@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -73,6 +74,12 @@ def test_what_nothing_reads_is_simulated(chilled: Machine, tmp_path: Path) -> No
     assert not read_modes(chilled.patched({"sensors": {"T_tank": slow}}), [recording])[0].modes
     warmer = {**chilled.sources[_chiller(chilled)].to_plain(), "set": "27 degC"}
     assert not read_modes(chilled.patched({"sources": {_chiller(chilled): warmer}}), [recording])[0].modes
+    shown = recording.columns["T_tank"]
+    for values in (np.full(len(shown.values), np.nan), np.full(len(shown.values), 20.0)):
+        silent = replace(recording, columns={**recording.columns, "T_tank": replace(shown, values=values)})
+        assert not read_modes(chilled, [silent])[0].modes
+    unsure = {**chilled.sources[_chiller(chilled)].to_plain(), "set": "22 degC ± 1 K"}
+    assert not read_modes(chilled.patched({"sources": {_chiller(chilled): unsure}}), [recording])[0].modes
     rough = chilled.patched({"sensors": {"T_tank": {**chilled.sensors["T_tank"].to_plain(), "noise": "0.5 K"}}})
     assert not read_modes(rough, [recording])[0].modes
 

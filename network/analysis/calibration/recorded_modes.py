@@ -58,7 +58,7 @@ def _read_mode(machine: Machine, relay: Relay, name: str, recording: Recording) 
     if swing is None or swing.on - swing.off < 2 * CLEAR * machine.sensors[sensor].sigma:
         return None
     found = find_switchings(swing)
-    if found is None:
+    if not found:  # one that never seems to switch may be hidden by readings too rare, or of something else
         return None
     t = np.array([recording.t[0], *(bend.t for bend in found)])
     return RelayMode(MODE + name, t, np.array([bend.spread for bend in found]), float(swing.x[0] > swing.on))
