@@ -9,9 +9,11 @@ the highest and the lowest turning points.
 
 from __future__ import annotations
 
-from collections.abc import Container, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, partial
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -66,15 +68,25 @@ class Bend:
     turn: float
 
 
+class _Crossing(NamedTuple):
+    """Where the readings come near a level that switches. begin, near, stop: samples from which they approach it, at
+    which they come near it, and the next one; way: 1 on, −1 off."""
+
+    begin: int
+    near: int
+    stop: int
+    way: float
+
+
 def find_switchings(swing: Swing) -> list[Bend] | None:
     """Bends where it switched; None where the readings do not show it. All turn by as much, the relay's heat over what
     it heats: where they come near a level and turn by less than half of that, the load kept them from it."""
-    refused = set[int]()
+    find_bend, refused = cache(partial(_find_bend, swing)), set[int]()
     while True:
         crossings = _list_crossings(swing, refused)
-        told = _find_bends(swing, crossings)
+        told = _find_bends(find_bend, crossings)
         least = LEAST * float(np.median([bend.turn for bend in told])) if told else 0.0
-        faint = [near for (_, near, _, _), bend in zip(crossings, told, strict=True) if bend.turn < least]
+        faint = [c.near for c, bend in zip(crossings, told, strict=True) if bend.turn < least]
         if not faint:
             break
         refused.add(faint[0])
@@ -82,21 +94,18 @@ def find_switchings(swing: Swing) -> list[Bend] | None:
     return told if follow and least >= 0 else None
 
 
-def _find_bends(swing: Swing, crossings: Sequence[tuple[int, int, int, float]]) -> list[Bend]:
+def _find_bends(find_bend: Callable[..., Bend], crossings: Sequence[_Crossing]) -> list[Bend]:
     """A bend near every crossing, at the levels at which most of them lie."""
-    rough = [_find_bend(swing, *around) for around in crossings]
-    levels = {way: float(np.median([bend.x for bend, c in zip(rough, crossings, strict=True) if c[-1] == way]))
-              for way in {way for *_, way in crossings}}  # fmt: skip
-    return [_find_bend(swing, *around, levels[around[-1]]) for around in crossings]
+    rough = [(c.way, find_bend(c).x) for c in crossings]
+    levels = {way: float(np.median([x for other, x in rough if other == way])) for way, _ in rough}
+    return [find_bend(c, levels[c.way]) for c in crossings]
 
 
-def _list_crossings(swing: Swing, refused: Container[int]) -> list[tuple[int, int, int, float]]:
-    """Of every switching in turn: samples from which it is approached, at which the readings come near the level, and
-    at which they come near the next; and the way it goes (1 on, −1 off). refused: samples at which it was no switching
-    that brought them near."""
+def _list_crossings(swing: Swing, refused: Container[int]) -> list[_Crossing]:
+    """Of every switching in turn. refused: samples at which it was no switching that brought the readings near."""
     smooth = _smooth(swing.x)
     middle, is_on, k, since = (swing.on + swing.off) / 2, smooth[0] > swing.on, 0, 0
-    out: list[tuple[int, int, int, float]] = []
+    found: list[tuple[int, int, float]] = []
     levels = {True: (-1.0, -(swing.off + swing.near)), False: (1.0, swing.on - swing.near)}
     while True:
         way, level = levels[bool(is_on)]
@@ -109,30 +118,26 @@ def _list_crossings(swing: Swing, refused: Container[int]) -> list[tuple[int, in
             k += int(back[0]) if len(back) else len(smooth)
             continue
         before = np.flatnonzero(way * smooth[since:k] < way * middle)
-        begin = since + int(before[-1]) if len(before) else since
-        if out:
-            out[-1] = (*out[-1][:2], k, out[-1][3])
-        out.append((begin, k, len(smooth), way))
+        found.append((since + int(before[-1]) if len(before) else since, k, way))
         is_on, since = not is_on, k
-    return out
+    stops = [*(near for _, near, _ in found[1:]), len(smooth)]
+    return [_Crossing(begin, near, stop, way) for (begin, near, way), stop in zip(found, stops, strict=False)]
 
 
-def _find_bend(
-    swing: Swing, begin: int, near: int, stop: int, way: float, level: float | None = None
-) -> Bend:  # fmt: skip
+def _find_bend(swing: Swing, at: _Crossing, level: float | None = None) -> Bend:
     """Where the readings bend: twice as long after they come near the level as they took to get there from the middle,
     at most, for they may slow down before it; a run that begins near it took none. 1σ is how far off the instant may be
     for as much more as noise leaves; level: what they read there, where that is known."""
-    last = stop if near - begin < FEWEST else min(near + AFTER * (near - begin), stop)
-    t, x = swing.t[begin:last], swing.x[begin:last]
-    if last - near < FEWEST:
-        return Bend(float(swing.t[near]), float(t[-1] - t[0]), float(x[-1]), 0.0)
-    tried = np.linspace(swing.t[near], t[-2], INSTANTS)
+    last = at.stop if at.near - at.begin < FEWEST else min(at.near + AFTER * (at.near - at.begin), at.stop)
+    t, x = swing.t[at.begin : last], swing.x[at.begin : last]
+    if last - at.near < FEWEST:
+        return Bend(float(swing.t[at.near]), float(t[-1] - t[0]), float(x[-1]), 0.0)
+    tried = np.linspace(swing.t[at.near], t[-2], INSTANTS)
     left, there, turns = np.array([_fit_bend(t, x, s, level) for s in tried]).T
     best = int(np.argmin(left))
     like = tried[left - left[best] <= left[best] / max(len(t) - NUMBERS, 1)]
     spread = max(np.ptp(like) / 2, tried[1] - tried[0])
-    return Bend(float(tried[best]), float(spread), float(there[best]), float(-way * turns[best]))
+    return Bend(float(tried[best]), float(spread), float(there[best]), float(-at.way * turns[best]))
 
 
 def _fit_bend(t: Array, x: Array, at: float, level: float | None) -> tuple[float, float, float]:

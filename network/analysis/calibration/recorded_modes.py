@@ -5,7 +5,7 @@ Where the readings do not bend the way that a relay drives (hysteresis_swing), t
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -25,22 +25,22 @@ def read_modes(machine: Machine, recordings: Sequence[Recording]) -> tuple[Recor
     """Recordings that tell when the relays of a machine were on; as they are, without modes, where one of them does not
     show it for every relay."""
     told = [_read_run(machine, recording) for recording in recordings]
-    bare = tuple(forget_modes(recordings))
-    if any(modes is None for modes in told):
-        return bare
-    return tuple(replace(r, modes=modes or {}) for r, modes in zip(bare, told, strict=True))
+    if not all(told):
+        return forget_modes(recordings)
+    return tuple(replace(r, modes=modes) for r, modes in zip(recordings, told, strict=True))
 
 
-def forget_modes(recordings: Sequence[Recording]) -> Iterator[Recording]:
+def forget_modes(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
     """Recordings in which relays switch by what they watch."""
-    return (replace(r, modes={}) if r.modes else r for r in recordings)
+    return tuple(replace(r, modes={}) if r.modes else r for r in recordings)
 
 
-def _read_run(machine: Machine, recording: Recording) -> Mapping[str, RelayMode] | None:
-    """Modes of all relays in a run; None where one cannot be read."""
+def _read_run(machine: Machine, recording: Recording) -> Mapping[str, RelayMode]:
+    """Modes of all relays in a run; nothing where one cannot be read."""
     relays = {path.name: entry for path, entry in machine.by_path.items() if isinstance(entry, Relay)}
-    told = {name: _read_mode(machine, relay, name, recording) for name, relay in relays.items()}
-    return {m.name: m for m in told.values() if m} if all(told.values()) and told else None
+    told = [_read_mode(machine, relay, name, recording) for name, relay in relays.items()]
+    known = {mode.name: mode for mode in told if mode is not None}
+    return known if len(known) == len(told) else {}
 
 
 def _read_mode(machine: Machine, relay: Relay, name: str, recording: Recording) -> RelayMode | None:

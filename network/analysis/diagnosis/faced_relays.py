@@ -7,6 +7,7 @@ is written, and what simulated runs are told by.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 
@@ -22,31 +23,33 @@ from network.analysis.diagnosis.hypothesis import (
     parameters_of,
     reweight,
     settle_hypothesis,
-    state,
 )
 from network.analysis.diagnosis.time_budget import TimeBudget
 from network.engine.response.parameters import values_at
 
 
-def follow_modes(case: Case, calibrated: Null) -> Case:
-    """The case with the modes of the machine's relays, where all recordings tell these and the machine comes no farther
-    from them than with relays that are simulated; else about the constants of the runs with which these keep step."""
+def keep_in_step(case: Case, calibrated: Null) -> Case:
+    """The case of a machine with relays about the constants of the runs with which these keep step."""
     if not has_relays(case.machine):
         return case
-    alone = replace(case, began=tuple(d.point for d in calibrated.fit.at.problem.data))
-    followed = replace(case, recordings=read_modes(case.machine, case.recordings))
-    if not followed.recordings[0].modes:
-        return alone
-    left = state(alone, case.machine, calibrated.values).chi
-    return followed if fit_written(followed, calibrated).chi <= LEAP * max(left, 1.0) else alone
+    return replace(case, began=tuple(d.point for d in calibrated.fit.at.problem.data))
 
 
-def fit_written(case: Case, calibrated: Null) -> Hypothesis:
-    """The machine as written, fitted from its calibrated numbers; where modes are followed, from those of the file,
-    too, for relays out of step bend the others."""
-    fits = [fit_hypothesis(case, case.machine, start=calibrated.values)]
-    if case.recordings[0].modes:
-        fits.append(fit_hypothesis(case, case.machine))
+def fit_written(calibrated: Hypothesis) -> Hypothesis:
+    """The machine as written, fitted from its calibrated numbers: beside the modes of its relays, where all recordings
+    tell these and it comes no farther from them so than with relays that are simulated."""
+    case, values = calibrated.case, calibrated.values
+    recordings = read_modes(case.machine, case.recordings)
+    if recordings[0].modes:
+        followed = _fit_beside_modes(replace(case, recordings=recordings, began=()), values)
+        if followed.chi <= LEAP * max(calibrated.chi, 1.0):
+            return followed
+    return fit_hypothesis(case, case.machine, start=values)
+
+
+def _fit_beside_modes(case: Case, values: Mapping[str, float]) -> Hypothesis:
+    """The better of the fits from these numbers and from those of the file, for relays out of step bend the others."""
+    fits = (fit_hypothesis(case, case.machine, start=start) for start in (values, None))
     return max(fits, key=lambda h: h.evidence)
 
 
@@ -55,7 +58,7 @@ def face_relays(h: Hypothesis) -> Hypothesis:
     if not h.case.recordings[0].modes:
         return h
     is_late = partial(h.case.budget.is_past, 1.0)
-    recordings = tuple(forget_modes(h.case.recordings))
+    recordings = forget_modes(h.case.recordings)
     case = replace(h.case, recordings=recordings, began=move_points(h.fit), budget=TimeBudget())
     direct = fit_findings(case, h.root, h.found, h.values) or reweight(case, h)
     if direct.chi <= LEAP * max(h.chi, 1.0):

@@ -18,7 +18,7 @@ from network.analysis.calibration.misfit import lasting_misfit
 from network.analysis.calibration.null import Null
 from network.analysis.diagnosis.candidates import candidates
 from network.analysis.diagnosis.exchange.find_exchange import find_exchange
-from network.analysis.diagnosis.faced_relays import fit_written, follow_modes
+from network.analysis.diagnosis.faced_relays import fit_written, keep_in_step
 from network.analysis.diagnosis.forward_selection import (
     Screening,
     leaves_something,
@@ -52,11 +52,11 @@ MANY = 120
 
 def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[float], None]) -> Iterator[Search]:
     """Ever better states."""
-    given, case = case, follow_modes(case, calibrated)
+    given, case = case, keep_in_step(case, calibrated)
     written = state(case, case.machine, calibrated.values)
     yield Search(given, case, None, written, calibrated, written, Selection(written), Screening(written))
-    written = fit_written(case, calibrated)
-    first = Search(given, case, None, written, calibrated, written, Selection(written), Screening(written))
+    written = fit_written(written)
+    first = Search(given, written.case, None, written, calibrated, written, Selection(written), Screening(written))
     fault, mended = _set_right(written, jobs)
     begun = first if fault is None else _with_fault(first, fault, mended)
     states = _search_from(begun, seed, jobs, tell)

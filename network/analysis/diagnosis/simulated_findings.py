@@ -37,22 +37,23 @@ def withdraw_refuted(
 ) -> tuple[Search, Machine, Fits, list[str]]:
     """The search without the last findings, then without finer lumps, while simulated runs speak against them, and what
     did."""
-    told = _test_simulated(search, before, holdout, jobs)
-    refuted = told[2]
+    after, fits, against = _test_simulated(search, before, holdout, jobs)
+    refuted = against
     for rest in list_retreats(search):
-        if not told[2]:
+        if not against:
             break
-        search, told = rest, _test_simulated(rest, before, holdout, jobs)
-    after, fits, left = told
+        search = rest
+        after, fits, against = _test_simulated(search, before, holdout, jobs)
     if fits is None:
-        raise Failed(left[0])
+        raise Failed(against[0])
     return search, after, fits, refuted
 
 
 def _test_simulated(
     search: Search, before: Machine, holdout: Sequence[Recording], jobs: int
 ) -> tuple[Machine, Fits | None, list[str]]:
-    """What a search comes to, simulated, and what speaks against it; runs that break down do."""
+    """The machine that a search comes to, how it tells the recordings, and what speaks against it; None and why where
+    a run breaks down."""
     try:
         after, fits = _simulate_both(search, before, holdout, jobs)
     except (Failed, np.linalg.LinAlgError) as broken:
@@ -107,7 +108,7 @@ def _fits(
     given = search.calibrated.numbers(search.given.start)
     found = given if after is before else _numbers(best, after)
     held = _correct_readings(search, found, holdout)
-    bare = tuple(forget_modes(search.case.recordings))
+    bare = forget_modes(search.case.recordings)
     sets = [(given, search.given.recordings), (found, bare), (given, holdout), (found, held)]
     items = [(i, i > 1, run) for i, (_, runs) in enumerate(sets) for run in runs]
     told = iter(run_all(partial(_compare_run, [numbers for numbers, _ in sets]), items, jobs))
