@@ -111,6 +111,10 @@ def test_a_chilled_machine_with_a_source_that_the_file_lacks_is_diagnosed_beside
     told = diagnose(chilled, runs[:2], runs[2])
     first = told.findings[0]
     assert (first.kind, first.places) == ("heat_source", (part,))
-    assert first.parameters["power"].value == pytest.approx(150, rel=0.1)
+    power = first.parameters["power"].value
+    assert power == pytest.approx(150, rel=0.02)
+    (written,) = (e for n, e in told.after.sources.items() if n not in chilled.sources)
+    size = float(str(written.to_plain()["power"]).split()[0])
+    assert size == pytest.approx(power, rel=1e-3)  # one size in what is told and written
     assert told.fits.holdout_after is not None and told.fits.holdout_after.rmse_in_noise < 1.1
     assert any("switched" in note and "followed" in note for note in told.notes)

@@ -60,7 +60,7 @@ def face_relays(h: Hypothesis) -> Hypothesis:
     is_late = partial(h.case.budget.is_past, 1.0)
     recordings = forget_modes(h.case.recordings)
     case = replace(h.case, recordings=recordings, began=move_points(h.fit), budget=TimeBudget())
-    direct = fit_findings(case, h.root, h.found, h.values) or reweight(case, h)
+    direct = settle_hypothesis(fit_findings(case, h.root, h.found, h.values) or reweight(case, h), is_late)
     if direct.chi <= LEAP * max(h.chi, 1.0):
         return direct
     parameters = parameters_of(h.machine, h.own)
@@ -69,4 +69,4 @@ def face_relays(h: Hypothesis) -> Hypothesis:
         return direct
     about, values = replace(case, began=begin.points), values_at(parameters, begin.theta)
     led = fit_findings(about, h.root, h.found, values)
-    return direct if led is None else max(direct, settle_hypothesis(led), key=lambda fit: fit.evidence)
+    return direct if led is None else max(direct, settle_hypothesis(led, is_late), key=lambda fit: fit.evidence)

@@ -64,7 +64,7 @@ def _findings(search: Search, after: Machine) -> Iterator[Finding]:
         most = SETTINGS.barred if doubts else SETTINGS.most_sure
         yield Finding(
             c.kind.kind, c.section, c.places, c.channels, float(min(sure, most)),
-            _quantities(search.best, c), _sentence(search.best, c, after), c.patch.as_in(after.tree), gain,
+            _quantities(search.told, c), _sentence(search.told, c, after), c.patch.as_in(after.tree), gain,
             search.threshold, windows_of(search.located),
             tuple(r for r in rivals if r.confidence < 0.3 or r.gain < search.best.evidence)[:5],
             tuple(_alike(ranked, c)), doubts,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -223,9 +223,9 @@ def state(case: Case, machine: Machine, values: Mapping[str, float]) -> Hypothes
     return Hypothesis(case, machine, (), (), fit.temper(1.0, max(1.0, chi_of(fit))))
 
 
-def settle_hypothesis(h: Hypothesis) -> Hypothesis:
-    """The hypothesis about the starts that it finds, where relays switch."""
-    at = settle_starts(h.linearised)
+def settle_hypothesis(h: Hypothesis, is_late: Callable[[], bool] = lambda: False) -> Hypothesis:
+    """The hypothesis about the starts that it finds, where relays switch; once it is late, what there is."""
+    at = settle_starts(h.linearised, is_late=is_late)
     return replace(h, case=replace(h.case, began=tuple(d.point for d in at.problem.data)), fit=at)
 
 

@@ -37,13 +37,12 @@ def withdraw_refuted(
 ) -> tuple[Search, Machine, Fits, list[str]]:
     """The search without the last findings, then without finer lumps, while simulated runs speak against them, and what
     did."""
-    after, fits, against = _test_simulated(search, before, holdout, jobs)
+    search, after, fits, against = _test_simulated(search, before, holdout, jobs)
     refuted = against
     for rest in list_retreats(search):
         if not against:
             break
-        search = rest
-        after, fits, against = _test_simulated(search, before, holdout, jobs)
+        search, after, fits, against = _test_simulated(rest, before, holdout, jobs)
     if fits is None:
         raise Failed(against[0])
     return search, after, fits, refuted
@@ -51,14 +50,17 @@ def withdraw_refuted(
 
 def _test_simulated(
     search: Search, before: Machine, holdout: Sequence[Recording], jobs: int
-) -> tuple[Machine, Fits | None, list[str]]:
-    """The machine that a search comes to, how it tells the recordings, and what speaks against it; None and why where
-    a run breaks down."""
+) -> tuple[Search, Machine, Fits | None, list[str]]:
+    """A search at the numbers that its relays keep step with, the machine that it comes to, how it tells the
+    recordings, and what speaks against it; None and why where a run breaks down."""
+    is_changed = bool(search.fault or search.best.found or is_finer(search))
     try:
-        after, fits = _simulate_both(search, before, holdout, jobs)
+        search = replace(search, faced=face_relays(search.best) if is_changed else None)
+        after = numbers_in(search.told) if is_changed else before
+        fits = _fits(search, before, after, holdout, jobs)
     except (Failed, np.linalg.LinAlgError) as broken:
-        return before, None, [f"with it a run breaks down: {broken}"]
-    return after, fits, list_refutations(search.selection, fits) if after is not before else []
+        return search, before, None, [f"with it a run breaks down: {broken}"]
+    return search, after, fits, list_refutations(search.selection, fits) if is_changed else []
 
 
 def list_retreats(search: Search) -> Iterator[Search]:
@@ -84,15 +86,6 @@ def _bare_of(search: Search) -> Hypothesis:
     return state(search.given, search.given.machine, search.calibrated.values)
 
 
-def _simulate_both(search: Search, before: Machine, holdout: Sequence[Recording], jobs: int) -> tuple[Machine, Fits]:
-    """The machine with what was found and its numbers, and how it tells the recordings, simulated."""
-    if not (search.fault or search.best.found or is_finer(search)):
-        return before, _fits(search, search.best, before, before, holdout, jobs)
-    best = face_relays(search.best)
-    after = numbers_in(best)
-    return after, _fits(search, best, before, after, holdout, jobs)
-
-
 def is_finer(search: Search) -> bool:
     return search.best.root.to_plain() != search.written.machine.to_plain()
 
@@ -102,11 +95,9 @@ def numbers_in(h: Hypothesis) -> Machine:
     return with_numbers(h.machine, uncertainty_by_curvature(expand(h).linearised))
 
 
-def _fits(
-    search: Search, best: Hypothesis, before: Machine, after: Machine, holdout: Sequence[Recording], jobs: int
-) -> Fits:
+def _fits(search: Search, before: Machine, after: Machine, holdout: Sequence[Recording], jobs: int) -> Fits:
     given = search.calibrated.numbers(search.given.start)
-    found = given if after is before else _numbers(best, after)
+    found = given if after is before else _numbers(search.told, after)
     held = _correct_readings(search, found, holdout)
     bare = forget_modes(search.case.recordings)
     sets = [(given, search.given.recordings), (found, bare), (given, holdout), (found, held)]

@@ -55,7 +55,7 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     return Diagnosis(
         search.given.machine, before, after, verdict, tuple(findings), _channels(fits), _trace_first(search), fits,
         tuple(list_rivals(search.steps[0], search.befores[0]) if search.steps else ()), notes, advice,
-        _shifts(search.best), seed, explained=search.selection.explained, ended=search.ended, refuted=tuple(refuted),
+        _shifts(search.told), seed, explained=search.selection.explained, ended=search.ended, refuted=tuple(refuted),
         unsearched=tuple(unsearched), screened=list_screened(search.screened.scores),
     )  # fmt: skip
 
