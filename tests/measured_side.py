@@ -13,7 +13,9 @@ from network.recordings.columns import Column
 from network.recordings.inputs import Schedule, Start, constant, hold
 
 HEAD = "machine: blocks\nreference: 20 degC\n"
-BLOCKS = HEAD + """
+BLOCKS = (
+    HEAD
+    + """
 nodes:
   a: {heat_capacity: 3 kJ/K}
   b: {heat_capacity: 8 kJ/K}
@@ -30,6 +32,7 @@ sensors:
   Tb: {measures: b, noise: 0.05 K}
   dz: {measures: tcp.z, noise: 0.3 um}
 """
+)
 SENSORS: dict[str, dict[str, Any]] = {
     "Ta": {"measures": "a", "noise": "0.05 K"},
     "Tb": {"measures": "b", "noise": "0.05 K"},

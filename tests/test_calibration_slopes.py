@@ -107,20 +107,22 @@ def test_runs_found_as_one_are_those_found_alone(name):
     machine = MACHINES[name]
     problem = problem_of(machine, *(recorded(machine, speeds(*steps), None) for steps in (USUAL, ANOTHER, USUAL[:2])))
     model, centre = problem.model, centres(problem.parameters)
-    affine = build(machine).is_affine() and not build(machine).relays
+    network = build(machine)
+    joins, bent = not (network.relays or network.melting), not network.is_affine()
     for theta in (centre, centre + 0.01):  # what is known from the first point on is used at the second
         together = model.predict(theta)
-        assert all((p.joint is not None) == affine for p in together)
+        assert all((p.joint is not None) == joins for p in together)
         slopes = model.mean_slopes(
             theta, together, [d.pushes(p.course) for d, p in zip(problem.data, together, strict=True)]
         )
-        for i, run in enumerate(model.runs if affine else ()):
+        for i, run in enumerate(model.runs if joins else ()):
             alone = Model(machine, model.parameters, [run])
             (own,) = alone.predict(theta)
             close = max(1e-10, 100 * EPS * max(m.condition for m in own.course.modes))  # 25 degC, some ways to add up
+            close = 1e-5 if bent else close  # rounds end at 2e-6 K
             assert np.abs(own.cells - together[i].cells).max() < close
             (answers,) = alone.mean_slopes(theta, [own], [problem.data[i].pushes(own.course)])
-            assert np.abs(answers - slopes[i]).max() < 1e-6 * np.abs(answers).max()
+            assert np.abs(answers - slopes[i]).max() < (1e-4 if bent else 1e-6) * np.abs(answers).max()
             assert len(answers) > len(theta)
             assert np.abs(own.course.x1 - together[i].course.x1).max() < close
 

@@ -173,7 +173,7 @@ def test_described_spindle_settles_where_its_correlations_say() -> None:
 
     known = [[1, -np.log10(T + KELVIN)] for T in (40, 100)], [np.log10(np.log10(v + 0.7)) for v in (22, 4.3)]
     A, B = np.linalg.solve(*known)
-    nu = 10 ** 10 ** (A - B * np.log10(shaft[0] + KELVIN)) - 0.7
+    nu = 10**10 ** (A - B * np.log10(shaft[0] + KELVIN)) - 0.7
     torque = 1e-7 * 1.1 * (nu * 8000) ** (2 / 3) * 90**3 + 0.0003 * 600 * 90
     by_hand, front = 8000 * RPM * torque / 1e3, result.machine.sources["front friction"]
     assert isinstance(front, PalmgrenFriction)

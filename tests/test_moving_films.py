@@ -161,6 +161,7 @@ def test_a_long_laminar_pipe_is_graetz() -> None:
 
 def test_the_pipe_at_its_branches() -> None:
     for Pr in (0.71, 7.0, 400.0):
+
         def Nu(Re: np.ndarray, Pr: float = Pr) -> np.ndarray:
             return pipe_nusselt(Re, np.array(Pr), np.array(0.01))
 

@@ -250,9 +250,7 @@ def count_sheets(paper: Path) -> int:
 
 
 @pytest.mark.parametrize("name", ["calibrate", "iso230"])
-def test_a_phone_prints_what_a_desk_prints(
-    browser: Browser, files: dict[str, Path], name: str, tmp_path: Path
-) -> None:
+def test_a_phone_prints_what_a_desk_prints(browser: Browser, files: dict[str, Path], name: str, tmp_path: Path) -> None:
     """Charts are drawn anew for paper, and for the screen again: letters are as large, and sheets as many."""
     sheets = []
     for width in (360, 1280):

@@ -592,10 +592,10 @@ def test_what_breaks_down_when_it_is_simulated_is_taken_back(monkeypatch: pytest
     """Nothing of it is told; where nothing at all can be simulated, that ends the diagnosis with its sentence."""
     whole, rest = bare(selection="whole"), bare(selection="rest")
 
-    def simulate(search: Any, *_: Any) -> tuple[str, str]:
+    def simulate(search: Any, *_: Any) -> tuple[Any, str, str]:
         if search is whole:
             raise Failed("housing runs away")
-        return "machine", "fits"
+        return search, "machine", "fits"
 
     monkeypatch.setattr(simulated_findings, "_simulate_both", simulate)
     monkeypatch.setattr(simulated_findings, "list_refutations", lambda selection, fits: [])

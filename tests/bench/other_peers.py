@@ -52,7 +52,8 @@ def _compile(method: str, nodes: int, edges: int, samples: int) -> Callable[...,
 
     def solve(A: Any, forcing: Any, at: Any, t: Any, x: Any) -> Any:
         control = diffrax.ClipStepSizeController(
-            diffrax.PIDController(rtol=TOLERANCE, atol=TOLERANCE), jump_ts=at[1:-1])
+            diffrax.PIDController(rtol=TOLERANCE, atol=TOLERANCE), jump_ts=at[1:-1]
+        )
         found = diffrax.diffeqsolve(
             diffrax.ODETerm(rate), getattr(diffrax, method)(), at[0], at[-1], 1.0, x, (A, forcing, at),
             saveat=diffrax.SaveAt(ts=t), stepsize_controller=control, max_steps=100_000)  # fmt: skip

@@ -30,9 +30,7 @@ def cells_of(layout: Layout, fine: bool) -> dict[str, int]:
     if not fine:
         return dict.fromkeys(layout.parts, 1)
     most = max(8, min(40, 300 // len(layout.parts)))
-    return {
-        name: int(np.clip(round(part.length / 0.015), min(14, most), most)) for name, part in layout.parts.items()
-    }
+    return {name: int(np.clip(round(part.length / 0.015), min(14, most), most)) for name, part in layout.parts.items()}
 
 
 @dataclass

@@ -126,9 +126,7 @@ class LateClock(Effect):
 
     def conceal(self, build: Assembly, program: Program, index: int) -> None:
         for name in build.layout.sensors:
-            build.touches.setdefault(name, []).append(
-                lambda t, rpm, air, reading: np.interp(t - self.size, t, reading)
-            )
+            build.touches.setdefault(name, []).append(lambda t, rpm, air, reading: np.interp(t - self.size, t, reading))
 
     def places(self) -> list[list[str]]:
         return []

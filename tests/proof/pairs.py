@@ -117,9 +117,7 @@ def changed_thermometer(rng: Generator, layout: Layout) -> Change:
     return Change(f"sensors.{warm[int(rng.integers(len(warm)))]}", size, abs(size) / 0.05)
 
 
-def changed_number(
-    rng: Generator, layout: Layout, numbers: Mapping[str, float], runs: Sequence[Program]
-) -> Change:
+def changed_number(rng: Generator, layout: Layout, numbers: Mapping[str, float], runs: Sequence[Program]) -> Change:
     """A number and a factor that are seen; the most visible of some tries."""
     on, tried = bench(layout, numbers, runs), list[Change]()
     paths = list(layout.nominal())

@@ -25,9 +25,7 @@ over a step that are enough."""
 class Regime:
     """A speed and a position of every switch: constant matrices, and the rate of temperature in them."""
 
-    def __init__(
-        self, system: System, rpm: float, on: tuple[bool, ...], t: float, air: Air, feed: float = 0.0
-    ) -> None:
+    def __init__(self, system: System, rpm: float, on: tuple[bool, ...], t: float, air: Air, feed: float = 0.0) -> None:
         self.system, self.rpm, self.air = system, rpm, air
         self.L, self.drive = system.conductance(rpm, on), system.drive(rpm)
         self.heat = system.heat(rpm, on, t, feed)

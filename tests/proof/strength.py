@@ -67,9 +67,7 @@ def channels(
     return np.concatenate(rows)
 
 
-def bench(
-    layout: Layout, numbers: Mapping[str, float], programs: Sequence[Program], rooms: float = 0.0
-) -> Bench:
+def bench(layout: Layout, numbers: Mapping[str, float], programs: Sequence[Program], rooms: float = 0.0) -> Bench:
     """The sensitivities by differences of 5 %, with a row for the prior of each number below them; rooms: K by which
     the room of each run may be off, which the user does not know either."""
     plain = channels(layout, numbers, programs)

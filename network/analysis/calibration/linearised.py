@@ -16,7 +16,7 @@ from network.analysis.calibration.projector import Projector
 from network.analysis.calibration.slopes import Rows, Slopes
 from network.catalogue.declaration.declare import Array
 from network.engine.response.input_slopes import input_slopes
-from network.engine.response.model import Prediction
+from network.engine.response.prediction import Prediction, answer_together
 from network.platform.printing import Brief
 from network.platform.refusal import Failed
 
@@ -217,10 +217,12 @@ def with_nuisance_slopes(at: Linearised) -> Linearised:
     """The same with slopes by η from here, those by θ as they are."""
     problem, before = at.problem, at.rows.slopes
     by_inputs = input_slopes(at.predictions, [{n.name: n.spread for n in d.inputs} for d in problem.data])
-    runs = zip(problem.data, problem.whiteners, problem.by_offset, at.predictions, by_inputs, before.parts, strict=True)
+    pushes = [d.pushes(p.course) for d, p in zip(problem.data, at.predictions, strict=True)]
+    answers = answer_together(at.predictions, pushes)
+    runs = zip(problem.whiteners, problem.by_offset, answers, by_inputs, before.parts, strict=True)
     parts = []
-    for data, whiten, offsets, prediction, others, part in runs:
-        own = whiten(np.concatenate([prediction.respond_to(data.pushes(prediction.course)), others]))
+    for whiten, offsets, answer, others, part in runs:
+        own = whiten(np.concatenate([answer, others]))
         parts.append(Part(part.by_theta, OwnPart(offsets, own)))
     rows = replace(at.rows, slopes=Slopes(tuple(parts), before.free, before.shared, before.count))
     return Linearised(problem, at.theta, at.predictions, rows, at.made_at)

@@ -20,8 +20,8 @@ class Search:
     from there, and what could be missing.
 
     given: the recordings as they were; fault: what was wrong with a channel of them, set right in those of the case;
-    ended: `budget`, `stopped` or, where runs broke down, `broken` where it did not come to its end; faced: what it came to
-    at the numbers that keep its relays in step by themselves, where it stood on modes that were read.
+    ended: `budget`, `stopped` or, where runs broke down, `broken` where it did not come to its end; faced: what it came
+    to at the numbers that keep its relays in step by themselves, where it stood on modes that were read.
     """
 
     given: Case

@@ -53,14 +53,11 @@ def _test_simulated(
 ) -> tuple[Search, Machine, Fits | None, list[str]]:
     """A search at the numbers that its relays keep step with, the machine that it comes to, how it tells the
     recordings, and what speaks against it; None and why where a run breaks down."""
-    is_changed = bool(search.fault or search.best.found or is_finer(search))
     try:
-        search = replace(search, faced=face_relays(search.best) if is_changed else None)
-        after = numbers_in(search.told) if is_changed else before
-        fits = _fits(search, before, after, holdout, jobs)
+        search, after, fits = _simulate_both(search, before, holdout, jobs)
     except (Failed, np.linalg.LinAlgError) as broken:
         return search, before, None, [f"with it a run breaks down: {broken}"]
-    return search, after, fits, list_refutations(search.selection, fits) if is_changed else []
+    return search, after, fits, list_refutations(search.selection, fits) if after is not before else []
 
 
 def list_retreats(search: Search) -> Iterator[Search]:
@@ -84,6 +81,18 @@ def _bare_of(search: Search) -> Hypothesis:
     if search.fault is None or not search.fault.patch:
         return reweight(search.given, search.written)
     return state(search.given, search.given.machine, search.calibrated.values)
+
+
+def _simulate_both(
+    search: Search, before: Machine, holdout: Sequence[Recording], jobs: int
+) -> tuple[Search, Machine, Fits]:
+    """A search at the numbers that its relays keep step with, the machine with what was found at these, and how it tells
+    the recordings, simulated."""
+    if not (search.fault or search.best.found or is_finer(search)):
+        return search, before, _fits(search, before, before, holdout, jobs)
+    search = replace(search, faced=face_relays(search.best))
+    after = numbers_in(search.told)
+    return search, after, _fits(search, before, after, holdout, jobs)
 
 
 def is_finer(search: Search) -> bool:

@@ -72,8 +72,8 @@ class Means:
         """Means over cells of what is seen of the states, less that of weights on both ends of the intervals."""
         out = np.zeros((output_map.count, self.over.cells), complex if self._is_complex else float)
         is_bent, by_regime = bool(left.any() or right.any()), self._rows(output_map)
-        for s, factors in zip(self.course.segments, self.factors, strict=True):
-            here, ends = slice(s.first, s.last), self.course.modal_ends(s)
+        for s, factors, ends in zip(self.course.segments, self.factors, self.course.modal_ends, strict=True):
+            here = slice(s.first, s.last)
             cells, starts = self.over.find_touched(s.first, s.last)
             rows = by_regime[s.index]
             for i, channels in self.over.groups():

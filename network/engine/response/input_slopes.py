@@ -8,8 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
+from network.engine.balance import heat_into
+from network.engine.response.linear_run import LinearRun, Push
 from network.engine.response.measured_run import Run
-from network.engine.response.prediction import Prediction
+from network.engine.response.output_jacobian import channels_of
+from network.engine.response.prediction import Prediction, answer_together
 from network.engine.response.run_plan import plan_of
 from network.engine.response.switchings import build_switched_course
 from network.engine.response.waveform import course_of
@@ -20,11 +23,45 @@ STEP = 0.05
 
 
 def input_slopes(predictions: Sequence[Prediction], spreads: Sequence[Mapping[str, float]]) -> list[Array]:
-    """∂(cells' means)/∂u of some constant inputs of every run, (inputs, channels · cells) each, by a difference of
-    whole runs; spreads: 1σ of every input [SI], by run."""
-    return [np.array([_difference(p, name, STEP * spread) for name, spread in own.items()]).reshape(len(own), -1)
+    """∂(cells' means)/∂u of some constant inputs of every run, (inputs, channels · cells) each: by the heat that these
+    bring, or where they act otherwise by a difference of whole runs; spreads: 1σ of every input [SI], by run."""
+    steps = [{name: STEP * spread for name, spread in own.items()} for own in spreads]
+    if all(
+        acts_by_heat(p, name, step) for p, own in zip(predictions, steps, strict=True) for name, step in own.items()
+    ):
+        pushes = [[_push_of(p.course, name, step) for name, step in own.items()]
+                  for p, own in zip(predictions, steps, strict=True)]  # fmt: skip
+        return answer_together(predictions, pushes)
+    return [np.array([_difference(p, name, step) for name, step in own.items()]).reshape(len(own), -1)
             if own else np.empty((0, len(p.run.present) * p.run.knots.cells))
-            for p, own in zip(predictions, spreads, strict=True)]  # fmt: skip
+            for p, own in zip(predictions, steps, strict=True)]  # fmt: skip
+
+
+def acts_by_heat(prediction: Prediction, name: str, step: float) -> bool:
+    """Whether an input does nothing but bring heat: no relay and no sensor feels what it holds, none begins at what it
+    makes of a junction without mass, and no channel reads it."""
+    network, readouts = prediction.course.problem.plan.network, prediction.course.readouts
+    begins = readouts.states and len(network.massless)
+    if network.relays or network.melting or begins or readouts.rows[:, network.bound].any():
+        return False
+    moved = {**prediction.inputs, name: prediction.inputs[name] + step}
+    seen = channels_of(prediction.machine, readouts, prediction.course.readings, moved, prediction.run.channels)
+    return np.array_equal(seen, prediction.values)
+
+
+def _push_of(course: LinearRun, name: str, step: float) -> Push:
+    """The further heat by one unit of an input along a run."""
+    plan, T = course.problem.plan, course.T_ends
+    network, K = plan.network, len(plan.steps)
+    u = {**course.inputs, name: course.inputs[name] + step}
+    sides = ({**of, name: of[name] + step} for of in (plan.left, plan.right))
+    there = T.copy()
+    there[:, network.bound] = np.concatenate([plan.evaluate_held(side) for side in sides])
+    off = np.zeros((2 * K, 0))
+    heat = (heat_into(network, there, u, off) - heat_into(network, T, course.inputs, off)) / step
+    heat[:, network.bound] = 0.0
+    lumps = np.flatnonzero(heat.any(axis=0))
+    return Push(lumps, heat[:K, lumps], heat[K:, lumps])
 
 
 def _difference(prediction: Prediction, name: str, step: float) -> Array:

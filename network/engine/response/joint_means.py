@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import zip_longest
 
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
 from network.engine.response.cell_means import Means, first_seen
-from network.engine.response.joint_course import JointCourse
-from network.engine.response.linear_run import Push, kick
+from network.engine.response.linear_run import LinearRun, Push, kick
 from network.engine.response.measured_run import JointPlan
 from network.engine.response.output_jacobian import Slopes
 
@@ -21,7 +21,7 @@ class JointMeans:
     """The cells of all runs of a joint course. beside: by run, what its channels owe to all but the states, as it is
     found; None where that is not the same for every θ."""
 
-    course: JointCourse
+    course: LinearRun
     joint: JointPlan
     beside: dict[int, Array] | None
 
@@ -55,28 +55,32 @@ class JointMeans:
         if not pushes:
             return [np.empty((0, len(slopes.matrix) * cells)) for cells in self.joint.cells]
         output_map = self.course.output_map.through(slopes.matrix)
+        pushes = self.course.complete_pushes(pushes)
         means = self._split(self._means.respond_to(pushes, output_map))
         for own, run in zip(means, self.joint.runs, strict=True) if slopes.zeroed.any() else ():
             seen = first_seen(self.course, pushes, output_map, run.start)
             own[:, slopes.zeroed] -= seen[:, slopes.zeroed, None]
         return [own.reshape(len(pushes), -1) for own in means]
 
-    def respond_to_starts(self, pushes: Sequence[Push], slopes: Slopes) -> list[Array]:
-        """The same by jumps at the beginning of a run, which are those of every run."""
-        jumps = (push.kicks[0][1] for push in pushes)
-        everywhere = [kick(self.course, *((k, jump) for k in self.course.restarts)) for jump in jumps]
-        return self.respond_to(everywhere, slopes)
+    def respond_to_own(self, pushes: Sequence[Sequence[Push]], slopes: Slopes) -> list[Array]:
+        """The same by pushes of each run alone, as this counts its intervals: what one of every run does comes at once,
+        for no run feels those of another."""
+        together = [self._lay_out(each) for each in zip_longest(*pushes)]
+        return [own[: len(mine)] for own, mine in zip(self.respond_to(together, slopes), pushes, strict=True)]
+
+    def _lay_out(self, pushes: Sequence[Push | None]) -> Push:
+        """Pushes of the runs, one of each or none, as one of them all."""
+        placed = [(run, push) for run, push in zip(self.joint.runs, pushes, strict=True) if push is not None]
+        kicks = tuple((run.start + k, jump) for run, push in placed for k, jump in push.all_kicks)
+        heats = [(run, push) for run, push in placed if push.is_heat]
+        if not heats:
+            return kick(self.course, *kicks)
+        lumps = np.unique(np.concatenate([push.lumps for _, push in heats]))
+        q0, q1 = np.zeros((2, len(self.course.x0), len(lumps)))
+        for run, push in heats:
+            into = push.into(np.eye(int(lumps.max()) + 1)[lumps])
+            q0[run], q1[run] = push.q0 @ into, push.q1 @ into
+        return Push(lumps, q0, q1, kicks)
 
     def _split(self, values: Array) -> list[Array]:
         return np.split(values, np.cumsum(self.joint.cells)[:-1], axis=-1)
-
-
-def common_starts(pushes: Sequence[Sequence[Push]]) -> int:
-    """How many pushes that the runs begin with are the same jump at the beginning of each run."""
-    count = 0
-    for each in zip(*pushes, strict=False):
-        jumps = [push.kicks[0][1] for push in each if not push.is_heat and [k for k, _ in push.kicks] == [0]]
-        if len(jumps) < len(each) or any(not np.array_equal(jumps[0], jump) for jump in jumps[1:]):
-            break
-        count += 1
-    return count

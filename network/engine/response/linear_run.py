@@ -6,8 +6,8 @@ answer to a small further heat is exact as well; what is approximate is the stra
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -36,21 +36,18 @@ def kick(course: LinearRun, *kicks: tuple[int, Array]) -> Push:
 
 @dataclass(frozen=True, eq=False)
 class LinearRun:
-    """A solved run. x0, x1: states at the beginnings and ends of the K intervals (K, n)."""
+    """A solved run, or several that follow each other. x0, x1: states at the beginnings and ends of the K intervals
+    (K, n); restarts: the first interval of each of several runs, at which nothing is left of what was before."""
 
     problem: LinearProblem
     modes: tuple[Modes, ...]
     x0: Array
     x1: Array
+    restarts: tuple[int, ...] = field(default=(), kw_only=True)
 
     @property
     def readouts(self) -> Readouts:
         return self.problem.readouts
-
-    @property
-    def restarts(self) -> tuple[int, ...]:
-        """Intervals at which nothing is left of what was before."""
-        return ()
 
     @cached_property
     def T(self) -> tuple[Array, Array]:
@@ -115,13 +112,21 @@ class LinearRun:
         return np.hstack(ends)
 
     @cached_property
-    def segments(self) -> tuple[Segment, ...]:
+    def stretches(self) -> tuple[Segment, ...]:
+        """As the run itself goes."""
         return tuple(segments(self.problem, self.modes))
 
-    def modal_ends(self, s: Segment) -> ModalEnds:
-        """Its own modes in a stretch."""
-        here, W = slice(s.first, s.last), s.modes.W.T
-        return ModalEnds(*(v[here] @ W for v in (self.x0, self.x1, self.problem.f0, self.problem.f1)))
+    @cached_property
+    def segments(self) -> tuple[Segment, ...]:
+        """As it answers: nothing is carried beyond the ends of runs."""
+        ends = {*(k - 1 for k in self.restarts), len(self.x0) - 1} if self.restarts else set[int]()
+        return tuple(s.forget(k for k in ends if s.first <= k < s.last) for s in self.stretches)
+
+    @cached_property
+    def modal_ends(self) -> tuple[ModalEnds, ...]:
+        """Its own modes in every stretch."""
+        of = self.x0, self.x1, self.problem.f0, self.problem.f1
+        return tuple(ModalEnds(*(v[s.first : s.last] @ s.modes.W.T for v in of)) for s in self.stretches)
 
     @cached_property
     def output_map(self) -> OutputMap:
@@ -169,13 +174,17 @@ class LinearRun:
 
 
 def solve(
-    problem: LinearProblem, known: dict[bytes, Modes] | None = None, like: LinearRun | None = None
+    problem: LinearProblem, known: dict[bytes, Modes] | None = None, like: LinearRun | None = None,
+    starts: Mapping[int, Array] | None = None,
 ) -> LinearRun:  # fmt: skip
     """The course of a reduced problem; `known`: modes found before, by the matrix of their regime; like: a course of
-    the same regimes at the same intervals."""
+    the same regimes at the same intervals; starts: of several runs that follow each other, the states at the first
+    interval of each."""
     modes, (K, n) = like.modes if like else modes_by_regime(problem, {} if known is None else known), problem.f0.shape
-    course = LinearRun(problem, modes, np.empty((K, n)), np.empty((K, n)))
+    course = LinearRun(problem, modes, np.empty((K, n)), np.empty((K, n)), restarts=tuple(starts or ()))
     if like is not None:
-        course.__dict__["segments"] = like.segments
-    course.x0[:], course.x1[:], _ = follow(problem, course.segments, {0: problem.x0})
+        course.__dict__.update(stretches=like.stretches, segments=like.segments)
+    course.x0[:], course.x1[:], ends = follow(problem, course.stretches, starts or {0: problem.x0})
+    if starts:
+        course.__dict__["modal_ends"] = ends
     return course

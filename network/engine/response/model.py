@@ -17,13 +17,13 @@ from network.engine.response.fixed_switchings import differ_at_switchings, runs_
 from network.engine.response.followed_relays import follow_relays, own_numbers
 from network.engine.response.heat_sensitivity import Slots, push_of
 from network.engine.response.joint_course import can_join, solve_together
-from network.engine.response.joint_means import JointMeans, common_starts
+from network.engine.response.joint_means import JointMeans
 from network.engine.response.linear_run import LinearRun, Push
 from network.engine.response.measured_run import Run, join_runs
 from network.engine.response.nonlinear_correction import BentCourse
 from network.engine.response.output_jacobian import Slopes, channels_of, see_readings_alone
 from network.engine.response.parameters import Parameter, at_values, values_at
-from network.engine.response.prediction import Prediction, joint_of
+from network.engine.response.prediction import Prediction, answer_together, joint_of
 from network.engine.response.run_plan import plan_of, start_of
 from network.engine.response.seen_differences import differ_as_seen, is_seen_only
 from network.engine.response.switchings import SwitchedCourse, build_switched_course, check_followed
@@ -38,6 +38,8 @@ __all__ = ["Model", "Prediction", "Run", "channels_of"]
 
 DIFFERENCE = 1e-4
 """Step in θ for parameters that act otherwise than by heat."""
+JOINT = -1
+"""The place of all runs as one among what is left of them."""
 SHOWN = (TCP, "sensors")
 """Sections of entries whose numbers only change what is seen of a run, or a state that sees it."""
 
@@ -96,11 +98,15 @@ class Model:
                  for plan, start in zip(laid, starts, strict=True)]  # fmt: skip
         known: dict[bytes, Modes] = {}
         regimes: KnownRegimes = {}
-        if not can_join(network, self.runs):
+        joint = join_runs(self.runs, laid) if can_join(network, self.runs) else None
+        near = self.warm.guess.get(JOINT)
+        told = None if joint is None else solve_together(joint, plans, outputs, known, regimes, near)
+        if joint is None or told is None:
             courses = [self._course(i, plan, outputs, known, regimes) for i, plan in enumerate(plans)]
             return self._share_slopes([self._predict(i, machine, course, None) for i, course in enumerate(courses)])
-        joint = join_runs(self.runs, laid)
-        whole, parts = solve_together(joint, plans, outputs, known, regimes)
+        whole, parts = told
+        if not network.is_affine():
+            self.warm.guess[JOINT] = whole.T
         same = machine is self.machine and not len(network.massless)
         means = JointMeans(whole, joint, self.warm.beside(joint) if same else None)
         return self._share_slopes([self._predict(i, machine, course, (means, i)) for i, course in enumerate(parts)])
@@ -182,7 +188,7 @@ class Model:
     ) -> list[Array]:
         """∂(cells' means)/∂θ of every run, below them its answers to further pushes: (parameters + pushes, ·) each."""
         others = self._others(theta, predictions, cells=True)
-        further = _answer_together(predictions, also) if also else None
+        further = answer_together(predictions, also) if also else None
         out = []
         for r, (by_heat, slopes) in enumerate(self._heat_slopes(theta, predictions)):
             if others:
@@ -254,17 +260,6 @@ def _differ_in_states(machine: Machine, outputs: Readouts, at: Prediction, step:
     assert isinstance(at.course, BentCourse)
     moved = Prediction(at.run, machine, see_otherwise(at.course, outputs), at.resampled)
     return np.asarray((moved.cells - at.cells if cells else moved.values - at.values) / step)
-
-
-def _answer_together(predictions: Sequence[Prediction], pushes: Sequence[Sequence[Push]]) -> list[Array]:
-    """Answers of every run to its pushes; where runs were found as one, to jumps of their starts at once."""
-    joint, slopes = joint_of(predictions)
-    count = common_starts(pushes) if joint is not None else 0
-    if joint is None or slopes is None or not count:
-        return [prediction.respond_to(own) for prediction, own in zip(predictions, pushes, strict=True)]
-    starts = joint.respond_to_starts(pushes[0][:count], slopes)
-    others = (prediction.respond_to(own[count:]) for prediction, own in zip(predictions, pushes, strict=True))
-    return [np.concatenate(both) for both in zip(starts, others, strict=True)]
 
 
 def _onto(moved: Prediction, at: Prediction) -> Array:

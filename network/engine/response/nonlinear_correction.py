@@ -8,7 +8,7 @@ Over an interval it runs straight as other heats do, so its value at the end fol
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,10 +16,11 @@ import numpy as np
 from network.catalogue.declaration.declare import Array, Indices
 from network.engine.entry_groups import Flows
 from network.engine.network import Network
+from network.engine.response.bent_steps import BentSteps
 from network.engine.response.linear_run import LinearRun
 from network.engine.response.nonlinear_laws import Group, Slopes
-from network.engine.response.output_map import OutputMap, map_outputs
-from network.engine.response.segments import Push, Segment
+from network.engine.response.output_map import map_outputs
+from network.engine.response.segments import Push
 
 LEAST = 1e-9
 """W/K: bends below it are none."""
@@ -49,6 +50,12 @@ class Bends:
         for read, into, slope in zip(self.reads, self.into, self.slopes, strict=True):
             B[:, into, read] += slope
         return B[:K], B[K:]
+
+    def within(self, run: slice) -> Bends:
+        """Those of one of several runs that follow each other."""
+        K = self.slopes.shape[-1] // 2
+        slopes = [self.slopes[..., run], self.slopes[..., K + run.start : K + run.stop]]
+        return replace(self, slopes=np.concatenate(slopes, axis=-1))
 
     def beside(self, other: Bends) -> Bends:
         """These and others."""
@@ -105,12 +112,18 @@ class BentCourse(LinearRun):
         if self.bends is None or not len(self.bends.spread):
             return pushes
         pushes = pushes if self.melts is None else [_stretch(p, *self.melts) for p in pushes]
-        output_map = map_outputs(self.problem, self.bends.rows)
-        steppings = [_Stepping(s, output_map, self.bends) for s in self.segments]
+        output_map, spread, (B0, B1) = (
+            map_outputs(self.problem, self.bends.rows),
+            self.bends.spread,
+            self.bends.matrices,
+        )
+        steppings = [
+            BentSteps.of(s, output_map, spread, B0[s.first : s.last], B1[s.first : s.last]) for s in self.segments
+        ]
         parts = (self._correct(pushes[some], steppings, self.bends) for some in self.portions(len(pushes)))
         return [push for part in parts for push in part]
 
-    def _correct(self, pushes: Sequence[Push], steppings: list[_Stepping], bends: Bends) -> list[Push]:
+    def _correct(self, pushes: Sequence[Push], steppings: list[BentSteps], bends: Bends) -> list[Push]:
         lumps, K = np.flatnonzero(bends.spread.any(axis=0)), len(self.x0)
         h0, h1 = (np.empty((K, len(pushes), len(bends.spread))) for _ in range(2))
         x = np.zeros((len(pushes), self.problem.order))
@@ -119,52 +132,6 @@ class BentCourse(LinearRun):
             end = stepping.along(pushes, x @ s.modes.W.T, h0[here], h1[here])
             x = np.real(end @ s.modes.V.T)
         return [_append_series(p, h0[:, i], h1[:, i], lumps, bends.spread[:, lumps]) for i, p in enumerate(pushes)]
-
-
-class _Stepping:
-    """What every interval of a stretch does to readings and to the heat of bends: begin, end: heats by readings there
-    (k, r, series); by_begin, by_end: what these heats make of the modes (k, r, n)."""
-
-    def __init__(self, s: Segment, output_map: OutputMap, bends: Bends) -> None:
-        self.s, (B0, B1) = s, (B[s.first : s.last] for B in bends.matrices)
-        self.read, into = (output_map.over[s.index] @ s.modes.V).T, (s.heat @ bends.spread.T).T
-        at_once = output_map.direct[s.index] @ bends.spread.T
-        self.output_map, one = output_map, np.eye(output_map.count)
-        G = np.real((self.read.T * s.c1[:, None, :]) @ into.T) + at_once
-        before = np.linalg.inv(one - at_once @ B0) if at_once.any() else one
-        after = np.linalg.inv(one - G @ B1)
-        self.begin, self.end = ((B @ y).transpose(0, 2, 1) for B, y in ((B0, before), (B1, after)))
-        self.by_begin, self.by_end = self.begin @ into * s.c0[:, None], self.end @ into * s.c1[:, None]
-
-    def along(self, pushes: Sequence[Push], m: Array, h0: Array, h1: Array) -> Array:
-        """Fills the heats just after and before the edges (k, pushes, series); modal states after the last interval."""
-        s, added, read = self.s, self.s.integrate_forcing(*self.s.force_modes(pushes)), self.read
-        kicks: dict[int, list[tuple[int, Array]]] = {}
-        for k, i, jump in s.kicks(pushes):
-            kicks.setdefault(k, []).append((i, jump))
-        y0, y1 = self._direct(pushes)
-        for k in range(len(added)):
-            for i, jump in kicks.get(k, ()):
-                m[i] += jump
-            y0[k] += (m @ read).real
-            m = s.gain[k] * m
-            m += added[k]
-            m += y0[k] @ self.by_begin[k]
-            y1[k] += (m @ read).real
-            m += y1[k] @ self.by_end[k]
-        h0[:], h1[:] = y0 @ self.begin, y1 @ self.end
-        return m
-
-    def _direct(self, pushes: Sequence[Push]) -> tuple[Array, Array]:
-        """What is seen at once of the pushes themselves (k, pushes, r)."""
-        s, by = self.s, self.output_map.direct[self.s.index]
-        if not self.output_map.sees_heat:
-            none = np.zeros((2, s.last - s.first, len(pushes), self.output_map.count))
-            return none[0], none[1]
-        sides = ([(q[s.first : s.last] @ p.into(by)) for p, q in zip(pushes, side, strict=True)]
-                 for side in ([p.q0 for p in pushes], [p.q1 for p in pushes]))  # fmt: skip
-        first, last = (np.stack(side, axis=1) for side in sides)
-        return first, last
 
 
 def _stretch(push: Push, lumps: Indices, gain: Array) -> Push:

@@ -15,8 +15,10 @@ from network.engine.network import Network
 Group = Flows | Heats[Mechanism]
 Slopes = tuple[Array, ...]
 
-BEND = 0.15
-"""Of a slope's largest value: how far it may move within a window."""
+BEND = 0.3
+"""Of what holds a lump: how far the slopes that it feels may move within a window; a round shrinks the error to it."""
+LEAST = 1e-12
+"""W/K that hold a lump at least."""
 MOST_WINDOWS = 60
 
 
@@ -51,20 +53,26 @@ def heat_along(group: Group, slopes: Slopes, moved: Array) -> Array:
     return sum((s * (moved @ R.T) for s, R in zip(slopes, group.reads, strict=True)), np.zeros(1))
 
 
-def windows(slopes: list[Slopes], K: int) -> Indices:
-    """The window of each interval: a new one begins where a slope has moved by more than BEND of its largest."""
-    parts = [slope for own in slopes for slope in own]
+def loosen(groups: Sequence[Group], slopes: Sequence[Slopes], around: Array) -> Array:
+    """What the slopes of some groups are to every lump, as a share of what holds it (around, W/K): (2 K, N)."""
+    total = np.zeros((1, len(around)))
+    for group, own in zip(groups, slopes, strict=True):
+        total = total + sum(np.abs(s) for s in own) @ np.abs(spread_of(group))
+    return np.asarray(total / np.maximum(around, LEAST))
+
+
+def windows(moving: Sequence[Array], K: int) -> Indices:
+    """The window of each interval: a new one begins where one of some courses (2 K, ·) has moved by more than BEND."""
+    parts = [own for own in moving if len(own) > 1 and own.size]
     if not parts:
         return np.zeros(K, int)
     both = np.hstack(parts)
-    middle = (both[:K] + both[K:]) / 2
-    relative = middle / np.maximum(np.abs(middle).max(axis=0), 1e-30)
-    bend = BEND
+    middle, bend = (both[:K] + both[K:]) / 2, BEND
     while True:
-        of, w, start = np.empty(K, int), 0, relative[0]
+        of, w, start = np.empty(K, int), 0, middle[0]
         for k in range(K):
-            if np.abs(relative[k] - start).max() > bend:
-                w, start = w + 1, relative[k]
+            if np.abs(middle[k] - start).max() > bend:
+                w, start = w + 1, middle[k]
             of[k] = w
         if w < MOST_WINDOWS:
             return of

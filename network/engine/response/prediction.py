@@ -141,3 +141,11 @@ def joint_of(predictions: Sequence[Prediction]) -> tuple[JointMeans | None, Slop
     if slopes is None or not slopes.is_constant or any(p.slopes is not slopes for p in predictions):
         return None, None
     return (joint[0], slopes) if len(predictions) == len(joint[0].joint.runs) else (None, None)
+
+
+def answer_together(predictions: Sequence[Prediction], pushes: Sequence[Sequence[Push]]) -> list[Array]:
+    """Changes of the cells' means of every run by its own pushes; at once where the runs were found as one."""
+    joint, slopes = joint_of(predictions)
+    if joint is None or slopes is None:
+        return [prediction.respond_to(own) for prediction, own in zip(predictions, pushes, strict=True)]
+    return joint.respond_to_own(pushes, slopes)

@@ -84,3 +84,27 @@ def by_blocks(gain: Array, push: Array, start: Array) -> tuple[Array, Array]:
         now = gain[k] * x + push[k]
         push[k], x = x, now
     return push, x
+
+
+def recur_coupled(through: Array, push: Array, start: Array) -> tuple[Array, Array]:
+    """x[k+1] = x[k] through[k] + push[k] where the modes mix, √K steps side by side as in `by_blocks`: all x before
+    each step (K, pushes, n), and the last one. through: (K, n, n); push is overwritten."""
+    K, P, n = push.shape
+    size = max(1, int(np.sqrt(K)))
+    blocks = K // size
+    A, f = through[: blocks * size].reshape(blocks, size, n, n), push[: blocks * size].reshape(blocks, size, P, n)
+    carried, passed = np.zeros((blocks, P, n), push.dtype), np.empty((blocks, size, n, n), through.dtype)
+    product = np.broadcast_to(np.eye(n, dtype=through.dtype), (blocks, n, n))
+    for i in range(size):
+        now = carried @ A[:, i]
+        now += f[:, i]
+        passed[:, i], f[:, i] = product, carried
+        carried, product = now, product @ A[:, i]
+    x = start.astype(push.dtype)
+    for b in range(blocks):
+        f[b] += x @ passed[b]
+        x = x @ product[b] + carried[b]
+    for k in range(blocks * size, K):
+        now = x @ through[k] + push[k]
+        push[k], x = x, now
+    return push, x

@@ -6,8 +6,8 @@ with c₁ = h φ₂(−λh), c₀ = h φ₁(−λh) − c₁ (solvers.modal).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -61,7 +61,8 @@ class Push:
 
 @dataclass(frozen=True, eq=False)
 class Segment:
-    """Intervals first to last (excluded) in regime `index`. heat: modes by the heat of lumps (n, N)."""
+    """Intervals first to last (excluded) in regime `index`. heat: modes by the heat of lumps (n, N); ended: the last
+    intervals of runs among them, whose factors are zero so that nothing is carried on, and what these factors are."""
 
     first: int
     last: int
@@ -72,11 +73,32 @@ class Segment:
     gain: Array
     c0: Array
     c1: Array
+    ended: tuple[Indices, Array, Array, Array] | None = None
+
+    def forget(self, ends: Iterable[int]) -> Segment:
+        """The stretch carrying nothing beyond some of its intervals, which are the last of their runs."""
+        at = np.array(sorted(ends), int) - self.first
+        if not len(at):
+            return self
+        gain, c0, c1 = (factor.copy() for factor in (self.gain, self.c0, self.c1))
+        gain[at] = c0[at] = c1[at] = 0.0
+        return replace(self, gain=gain, c0=c0, c1=c1, ended=(at, self.gain[at], self.c0[at], self.c1[at]))
+
+    @property
+    def factors(self) -> tuple[Array, Array, Array]:
+        """gain, c0 and c1 as the run itself goes, whether anything is carried on or not."""
+        if self.ended is None:
+            return self.gain, self.c0, self.c1
+        at, *own = self.ended
+        gain, c0, c1 = (factor.copy() for factor in (self.gain, self.c0, self.c1))
+        gain[at], c0[at], c1[at] = own
+        return gain, c0, c1
 
     def march_pushes(self, pushes: Sequence[Push], start: Array) -> tuple[Array, Array, Array]:
         """Modal states of pushes (k, pushes, n) just after the beginnings and just before the ends of the intervals,
         and after the last, from modal states (pushes, n)."""
-        forcing = self.integrate_forcing(*self.force_modes(pushes)).astype(start.dtype, copy=False)
+        p0, p1 = self.force_modes(pushes)
+        forcing = self.integrate_forcing(p0, p1).astype(start.dtype, copy=False)
         jumps = list(self.kicks(pushes))
         for k, i, jump in jumps:
             if k:
@@ -88,6 +110,9 @@ class Segment:
         for k, i, jump in jumps:
             if k:
                 stop[k - 1, i] -= jump
+        if self.ended is not None:
+            at, gain, c0, c1 = self.ended
+            stop[at] = gain[:, None] * m[at] + c0[:, None] * p0[at] + c1[:, None] * p1[at]
         return m, stop, end
 
     def march_forced(self, p0: Array, p1: Array, start: Array) -> tuple[Array, Array]:

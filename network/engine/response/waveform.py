@@ -12,7 +12,7 @@ unverified.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -32,6 +32,7 @@ from network.engine.response.nonlinear_laws import (
     find_lumps_read,
     heat_along,
     heat_of,
+    loosen,
     slopes_of_group,
     spread_of,
     windows,
@@ -41,7 +42,7 @@ from network.engine.response.segments import Push
 from network.engine.solvers import rosenbrock
 from network.engine.solvers.elimination import KnownRegimes, Regime, regime_from
 from network.engine.solvers.forcing import Forcing
-from network.engine.solvers.linear import LinearProblem, reduce
+from network.engine.solvers.linear import LinearProblem, begin_runs, reduce
 from network.engine.solvers.modal import Modes
 from network.engine.solvers.plan import Plan
 from network.platform.refusal import Failed
@@ -55,29 +56,47 @@ COLDEST, HOTTEST = -200.0, 1500.0
 TIMES = 4
 """How often windows are laid anew before a run is given up."""
 
+Guess = tuple[Array, Array]
+"""Temperatures at both ends of the intervals from a run nearby (K, N)."""
+
 
 def course_of(
-    plan: Plan, readouts: Readouts, guess: tuple[Array, Array] | None = None, known: dict[bytes, Modes] | None = None,
+    plan: Plan, readouts: Readouts, guess: Guess | None = None, known: dict[bytes, Modes] | None = None,
     regimes: KnownRegimes | None = None,
 ) -> LinearRun:  # fmt: skip
-    """The run of a plan without relays, or whose relay modes are known; `guess`: temperatures at both ends of the
-    intervals from a run nearby; `known`, `regimes`: modes and regimes found before. Raises Failed where the rounds do
-    not come together."""
+    """The run of a plan without relays, or whose relay modes are known; `known`, `regimes`: modes and regimes found
+    before. Raises Failed where the rounds do not come together."""
     if plan.network.is_affine():
         return solve(reduce(plan, readouts, regimes), known)
     known = {} if known is None else known
-    rounds = _Rounds(plan, readouts, guess, known, sources_too=False)
-    course = rounds.course(1)
+    rounds, course = _settle_from(_Begun((plan,), (slice(0, len(plan.steps)),)), plan, readouts, guess, known)
     if course is None:
-        rounds = _Rounds(plan, readouts, guess, known, sources_too=True)
-        course = rounds.course(TIMES)
-    if course is None:
-        rounds = _Rounds(plan, readouts, step_through(plan), known, sources_too=True)
+        rounds = _Rounds(rounds.begun, plan, readouts, step_through(plan), known, sources_too=True)
         course = rounds.course(TIMES)
     if course is None:
         off = f"still {rounds.change:.2g} K off"
         raise Failed(f"the fixed-point iteration did not converge ({off}): a heat source may run away")
     return course
+
+
+def course_of_runs(
+    plan: Plan, readouts: Readouts, plans: Sequence[Plan], runs: Sequence[slice], guess: Guess | None,
+    known: dict[bytes, Modes],
+) -> BentCourse | None:  # fmt: skip
+    """The course of several runs that follow each other in one plan; None where they do not settle together."""
+    return _settle_from(_Begun(tuple(plans), tuple(runs)), plan, readouts, guess, known)[1]
+
+
+def _settle_from(
+    begun: _Begun, plan: Plan, readouts: Readouts, guess: Guess | None, known: dict[bytes, Modes]
+) -> tuple[_Rounds, BentCourse | None]:
+    """What comes of rounds from a guess, first without sources that read temperatures in the windows."""
+    rounds = _Rounds(begun, plan, readouts, guess, known, sources_too=False)
+    course = rounds.course(1)
+    if course is None:
+        rounds = _Rounds(begun, plan, readouts, guess, known, sources_too=True)
+        course = rounds.course(TIMES)
+    return rounds, course
 
 
 def step_through(plan: Plan) -> tuple[Array, Array]:
@@ -89,18 +108,36 @@ def step_through(plan: Plan) -> tuple[Array, Array]:
     return y[:, :-1].T.copy(), y[:, 1:].T.copy()
 
 
+@dataclass(frozen=True)
+class _Begun:
+    """The runs of a course: their own plans, and their intervals in it."""
+
+    plans: tuple[Plan, ...]
+    runs: tuple[slice, ...]
+
+    def starts(self, problem: LinearProblem) -> dict[int, Array] | None:
+        """States at the beginnings of several runs, by interval."""
+        return begin_runs(problem, self.plans, self.runs) if len(self.runs) > 1 else None
+
+    @property
+    def temperatures(self) -> Array:
+        """Those of the beginnings at both ends of all intervals (2 K, N)."""
+        one = [np.tile(p.T0, (run.stop - run.start, 1)) for p, run in zip(self.plans, self.runs, strict=True)]
+        return np.concatenate([*one, *one])
+
+
 class _Rounds:
     def __init__(
-        self, plan: Plan, readouts: Readouts, guess: tuple[Array, Array] | None, known: dict[bytes, Modes],
+        self, begun: _Begun, plan: Plan, readouts: Readouts, guess: Guess | None, known: dict[bytes, Modes],
         sources_too: bool,
     ) -> None:  # fmt: skip
-        self.plan, self.readouts, self.network, self.known = plan, readouts, plan.network, known
+        self.begun, self.plan, self.readouts, self.network, self.known = begun, plan, readouts, plan.network, known
         self.u, K = inputs_at_ends(plan), len(plan.steps)
         self.held = plan.evaluate_held(plan.left), plan.evaluate_held(plan.right)
         if guess is not None and len(guess[0]) == K:
             self.T = np.concatenate(guess)
         else:
-            self.T = np.tile(np.where(np.isfinite(plan.T0), plan.T0, 0.0), (2 * K, 1))
+            self.T = np.nan_to_num(begun.temperatures)
         self.T[:, self.network.bound] = np.concatenate(self.held)
         self.modes = np.zeros((2 * K, sum(r.into.shape[1] for r in self.network.relays)))
         if plan.modes is not None:
@@ -115,15 +152,15 @@ class _Rounds:
         if self.network.melting:
             self.touched = np.flatnonzero(np.isfinite(self.network.capacity))
 
-    def course(self, times: int) -> LinearRun | None:
+    def course(self, times: int) -> BentCourse | None:
         """The run; None where it does not settle."""
         for _ in range(times):
             T = np.nan_to_num(self.T, nan=self.network.machine.reference)
             self.T = np.where(self.network.is_state, T, np.clip(T, COLDEST, HOTTEST))
             stretch = np.log(self.latent.stretch(self.T))
             slopes = [slopes_of_group(g, self.T, self.u) for g in self.inside]
-            melts = [(stretch,)] if self.network.melting else []
-            of = windows([*slopes, *melts], len(self.plan.steps))
+            melts = [stretch / np.maximum(np.abs(stretch).max(axis=0), 1e-30)] if self.network.melting else []
+            of = windows([loosen(self.inside, slopes, self._find_hold()), *melts], len(self.plan.steps))
             mine = [np.flatnonzero(of == w) for w in range(int(of.max()) + 1)]
             middles = [self._middle(at) for at in mine]
             wide = [np.exp(stretch[np.concatenate([at, at + len(of)])].mean(axis=0)) for at in mine]
@@ -132,14 +169,14 @@ class _Rounds:
             self.stretch = np.array(wide)[np.concatenate([of, of])]
             reference = [self._reference(g, of, middles) for g in self.bent]
             heat = self._beside(regimes, of)
-            course = solve(self._problem(regimes, of, heat), self.known)
+            course = self._solve(regimes, of, heat)
             if self._settle(course, reference, heat):
-                course = solve(self._problem(regimes, of, heat), like=course)
+                course = self._solve(regimes, of, heat, course)
                 heat += self._bulge(course, reference)
-                bulged = solve(self._problem(regimes, of, heat), like=course)
+                bulged = self._solve(regimes, of, heat, course)
                 if not self._settle(bulged, reference, heat):
                     continue
-                course = solve(self._problem(regimes, of, heat), like=course)
+                course = self._solve(regimes, of, heat, course)
                 self.T = np.concatenate(course.T)
                 now = (slopes_of_group(g, self.T, self.u) for g in self.bent)
                 off = [(g, tuple(s - r for s, r in zip(own, ref, strict=True)))
@@ -154,8 +191,9 @@ class _Rounds:
             into, both = self._find_heat(), np.concatenate([of, of])
             bends = bends.beside(self.latent.bends(self.T, into, self.stretch, course.problem.regimes, both))
             melts = self.latent.lumps, self.latent.gain(self.T, self.stretch)
-        bent = BentCourse(course.problem, course.modes, course.x0, course.x1, bends, melts)
-        bent.__dict__["segments"] = course.segments
+        bent = BentCourse(course.problem, course.modes, course.x0, course.x1, bends, melts, restarts=course.restarts)
+        kept = ("stretches", "segments", "modal_ends", "T")
+        bent.__dict__.update({name: course.__dict__[name] for name in kept if name in course.__dict__})
         return bent
 
     def _find_heat(self) -> Array:
@@ -214,6 +252,11 @@ class _Rounds:
     def _heats(self, group: Group) -> Array:
         return heat_of(group, self.T, self.u)
 
+    def _find_hold(self) -> Array:
+        """What holds every lump where it is, in the middle of all [W/K]."""
+        everywhere = jacobian(self.straight, *self._middle(np.arange(len(self.plan.steps))))
+        return np.asarray(np.abs(np.diag(everywhere)))
+
     def _middle(self, mine: Indices) -> tuple[Array, dict[str, Array], Array]:
         """Temperatures, inputs and relay modes for which a window is linearised."""
         both = np.concatenate([mine, mine + len(self.plan.steps)])
@@ -241,8 +284,9 @@ class _Rounds:
         heat[:, self.network.bound] = 0.0
         return heat
 
-    def _problem(self, regimes: list[Regime], of: Indices, heat: Array) -> LinearProblem:
-        return _lay_out(self.plan, self.readouts, regimes, of, self.held, heat)
+    def _solve(self, regimes: list[Regime], of: Indices, heat: Array, like: LinearRun | None = None) -> LinearRun:
+        problem = _lay_out(self.plan, self.readouts, regimes, of, self.held, heat)
+        return solve(problem, self.known, like, self.begun.starts(problem))
 
 
 def _lay_out(
@@ -260,13 +304,9 @@ def _lay_out(
             driven[at, len(network.free) :] += readouts.state_constant
     f0, f1 = driven[:K], driven[K:]
     forcing = Forcing(held, (heat[:K], heat[K:]), ())
-    first = regimes[int(of[0])]
-    x0 = np.concatenate([plan.T0[network.free], np.zeros(readouts.states)])
-    if readouts.states:
-        T = first.P @ x0 + first.P_held @ held[0][0] + first.P_heat @ heat[0]
-        x0[len(network.free) :] = readouts.start_states(T)
     scale = np.concatenate([np.sqrt(network.capacity[network.free]), np.ones(readouts.states)])
-    return LinearProblem(plan, readouts, tuple(regimes), of, forcing, f0, f1, x0, scale)
+    problem = LinearProblem(plan, readouts, tuple(regimes), of, forcing, f0, f1, np.zeros(len(scale)), scale)
+    return replace(problem, x0=problem.begin(plan.T0))
 
 
 def keeps_bends(course: LinearRun) -> bool:

@@ -139,6 +139,25 @@ def reduce(plan: Plan, readouts: Readouts, known: KnownRegimes | None = None) ->
     return replace(problem, x0=problem.begin(plan.T0))
 
 
+def begin_runs(whole: LinearProblem, plans: Sequence[Plan], runs: Sequence[slice]) -> dict[int, Array]:
+    """States at the first intervals of runs that follow each other, by interval."""
+    return {run.start: part_of(whole, plan, run).x0 for plan, run in zip(plans, runs, strict=True)}
+
+
+def part_of(whole: LinearProblem, plan: Plan, run: slice) -> LinearProblem:
+    """The problem of one of several runs that follow each other: its plan, and its intervals."""
+    forcing, lumped = whole.forcing, whole.forcing.lumped
+    own = replace(
+        forcing, held=(forcing.held[0][run], forcing.held[1][run]),
+        lumped=lumped and (lumped[0][run], lumped[1][run]),
+        sources=tuple((first[run], last[run]) for first, last in forcing.sources),
+    )  # fmt: skip
+    part = replace(
+        whole, plan=plan, regime_of=whole.regime_of[run], forcing=own, f0=whole.f0[run], f1=whole.f1[run]
+    )  # fmt: skip
+    return replace(part, x0=part.begin(plan.T0))
+
+
 def _find_regime(plan: Plan, k: int, readouts: Readouts) -> Regime:
     """The regime of interval k, all relays off."""
     network = plan.network
