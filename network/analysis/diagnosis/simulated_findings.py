@@ -86,8 +86,8 @@ def _bare_of(search: Search) -> Hypothesis:
 def _simulate_both(
     search: Search, before: Machine, holdout: Sequence[Recording], jobs: int
 ) -> tuple[Search, Machine, Fits]:
-    """A search at the numbers that its relays keep step with, the machine with what was found at these, and how it tells
-    the recordings, simulated."""
+    """A search at the numbers that its relays keep step with, the machine with what was found at these, and how it
+    tells the recordings, simulated."""
     if not (search.fault or search.best.found or is_finer(search)):
         return search, before, _fits(search, before, before, holdout, jobs)
     search = replace(search, faced=face_relays(search.best))
