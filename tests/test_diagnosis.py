@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -14,7 +15,9 @@ from network.analysis.diagnosis.candidates import candidates, kinds
 from network.analysis.diagnosis.diagnose import diagnose
 from network.analysis.diagnosis.hypothesis import Case, fit_hypothesis
 from network.analysis.diagnosis.result import Diagnosis
+from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.settings import SETTINGS, Settings
+from network.analysis.diagnosis.time_budget import TimeBudget
 from network.engine.simulation import simulate
 from network.machine.machine import Machine
 from network.recordings.columns import Column
@@ -130,6 +133,17 @@ def test_what_time_cuts_off_is_told_as_far_as_it_came() -> None:
     d = diagnose(plant(), runs, seed=1, seconds=1e-3)
     assert d.ended == "budget" and d.summary()["budget_reached"] and not any(f.part == "whole" for f in d.findings)
     assert [f.kind for f in d.findings] == ["unknown"] and not d.advice
+
+
+def test_what_was_found_until_the_time_was_up_is_not_told_as_not_looked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    def cut(states: Iterator[Search], budget: TimeBudget) -> Search:
+        return replace(next(now for now in states if now.best.found), ended="budget")
+
+    monkeypatch.setattr("network.analysis.diagnosis.diagnose.last_of", cut)
+    d = found.__wrapped__("source")
+    (rest,) = d.unsearched
+    assert [f.kind for f in d.findings] == ["heat_source"] and {r.kind for r in d.tried} >= {"heat_source"}
+    assert "windage" in rest.kinds and not {*rest.kinds} & {r.kind for r in d.tried}
 
 
 def test_every_number_that_steers_says_where_it_comes_from() -> None:

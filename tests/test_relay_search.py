@@ -10,7 +10,7 @@ from network.analysis.diagnosis.candidates import Candidate, candidates
 from network.analysis.diagnosis.compact_fit import fit_or_none
 from network.analysis.diagnosis.forward_selection import Screening
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
-from network.analysis.diagnosis.strategies import TIME_UP, list_unsearched, strategy_of
+from network.analysis.diagnosis.strategies import CUT_SHORT, list_unsearched, strategy_of
 from network.analysis.diagnosis.switching.affine_surrogate import straighten
 from network.analysis.diagnosis.switching.prior_samples import Space
 from network.analysis.diagnosis.switching.relay_samples import find_onset
@@ -90,9 +90,18 @@ def test_what_cannot_be_looked_for_is_told() -> None:
         "at": "40 degC", "over": "2 K", "latent_heat": "100 kJ"}}}})  # fmt: skip
     h = null(melting, melting)
     seen = Screening(h, tuple(relays(h)))
-    (told,) = list_unsearched(seen, True)
+    (told,) = list_unsearched(seen, "", ())
     assert told.strategy == "switching" and "thermostat_cooling" in told.kinds and "melts" in told.why
-    assert [u.why for u in list_unsearched(seen, False)] == [TIME_UP]
-    assert not list_unsearched(Screening(null(plant(), plant()), tuple(relays(null(plant(), plant())))), True)
+    assert not list_unsearched(Screening(null(plant(), plant()), tuple(relays(null(plant(), plant())))), "", ())
     assert {type(strategy_of(c)).__name__ for c in candidates(plant(), ("speed", "ambient"))} == {
         "Switching", "Timed", "Linear"}  # fmt: skip
+
+
+@pytest.mark.parametrize("ended", CUT_SHORT)
+def test_what_was_tried_before_a_search_ended_counts_as_looked_for(ended: str) -> None:
+    h = null(plant(), plant())
+    seen = Screening(h, tuple(c for c in candidates(h.machine, h.case.drivers) if not c.is_timed))
+    every, one = (list_unsearched(seen, ended, tried) for tried in ((), ("heat_source",)))
+    assert {*every[0].kinds} - {*one[0].kinds} == {"heat_source"} and one[0].why == CUT_SHORT[ended]
+    assert not list_unsearched(seen, ended, every[0].kinds)
+    assert [u.kinds for u in list_unsearched(Screening(h), ended, ())] == [()]

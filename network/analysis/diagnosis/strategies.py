@@ -8,7 +8,7 @@ sensors that are mixed up (exchange) are looked for before anything is proposed.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from typing import ClassVar
 
 from network.analysis.diagnosis.candidates import Candidate
@@ -16,7 +16,12 @@ from network.analysis.diagnosis.forward_selection import Screening
 from network.analysis.diagnosis.result import Unsearched
 from network.analysis.diagnosis.switching.relay_search import tell_unsearched
 
-TIME_UP = "the time was up before all of it was looked for"
+CUT_SHORT = {
+    "budget": "the time was up before all of it was looked for",
+    "stopped": "the search was stopped before all of it was looked for",
+    "broken": "runs broke down before all of it was looked for",
+}
+"""Why a search that ended early did not look for the rest."""
 
 
 class Strategy(ABC):
@@ -84,10 +89,12 @@ def strategy_of(c: Candidate) -> Strategy:
     return next(s for s in STRATEGIES if s.applies(c))
 
 
-def list_unsearched(seen: Screening, is_complete: bool) -> list[Unsearched]:
-    """What was not looked for about a fit; is_complete: whether the search came to its end."""
-    if not is_complete:
-        return [Unsearched("all", tuple(sorted({c.kind.kind for c in seen.proposed})), TIME_UP)]
+def list_unsearched(seen: Screening, ended: str, tried: Container[str]) -> list[Unsearched]:
+    """What was not looked for about a fit; ended: what cut the search short, if anything did; tried: the kinds of which
+    something was fitted until then."""
+    if ended:
+        rest = sorted({c.kind.kind for c in seen.proposed if c.kind.kind not in tried})
+        return [Unsearched("all", tuple(rest), CUT_SHORT[ended])] if rest or not seen.proposed else []
     groups = ((s, [c for c in seen.proposed if strategy_of(c) is s]) for s in STRATEGIES)
     told = ((s, of, s.why_not(seen, of) if of else "") for s, of in groups)
     return [Unsearched(s.name, tuple(sorted({c.kind.kind for c in s.unsearched(seen, of)})), why)

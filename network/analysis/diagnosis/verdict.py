@@ -45,7 +45,7 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     known = isolability(search.screened.scores, search.screened.proposed)
     advice = () if search.ended else tuple(experiments(search, known.unseen))
     is_looked = search.null.chi > SETTINGS.noise
-    unsearched = list_unsearched(search.screened, not search.ended) if is_looked else []
+    unsearched = list_unsearched(search.screened, search.ended, _list_tried(search, findings)) if is_looked else []
     told = [*map(_as_sentence, refuted), *_notes(search), *(u.sentence for u in unsearched)]
     told += list(_tell_unseen(fits)) if doubt and not findings else []
     notes = (*warnings, *told, *([known.sentence] if known.sentence else ()))
@@ -58,6 +58,11 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
         _shifts(search.told), seed, explained=search.selection.explained, ended=search.ended, refuted=tuple(refuted),
         unsearched=tuple(unsearched), screened=list_screened(search.screened.scores),
     )  # fmt: skip
+
+
+def _list_tried(search: Search, findings: Sequence[Finding]) -> set[str]:
+    """The kinds of which something was fitted, and those that are told."""
+    return {h.found[-1].kind.kind for ranked in search.steps for h in ranked} | {f.kind for f in findings}
 
 
 def _tell_unseen(fits: Fits) -> Iterator[str]:
