@@ -178,6 +178,18 @@ def test_a_held_out_run_that_is_not_explained_is_told_of_a_clean_verdict(found: 
     assert "never used in a fit: that run differs" in told
 
 
+@pytest.mark.parametrize("holdout", [True, False])
+def test_the_share_that_is_explained_says_on_what_it_was_tested(found: Diagnosis, holdout: bool) -> None:
+    left, held = found.fits.train_before, found.fits.holdout_after if holdout else None
+    fits = replace(found.fits, train_after=left, holdout_before=held, holdout_after=held)
+    told = flat(str(replace(found, explained=0.62, fits=fits)))
+    assert "a part of the truth, 62 % of what was unexplained on the fitted runs, each told by the others: " in told
+    single = replace(fits, train_after=replace(left, recordings=left.recordings[:1]))
+    told = flat(str(replace(found, explained=0.62, fits=single)))
+    assert "62 % of what was unexplained in the end of the run, told from its beginning: " in told
+    assert "unseen" not in told
+
+
 def test_what_cannot_be_told_apart_is_told(found: Diagnosis) -> None:
     alike = finding(indistinguishable=(rival("radiation", "body", 0.4, 1.0, 410.0),))
     assert "These recordings cannot tell it from radiation (body)." in flat(str(replace(found, findings=(alike,))))

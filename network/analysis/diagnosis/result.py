@@ -256,9 +256,9 @@ class Diagnosis(Tabled):
 
     machine: as given; before: as given, calibrated; after: with the findings in it, calibrated; tried: every rival of
     the first finding that was fitted, best first; notes: sentences about the recordings and what cannot be told;
-    explained: share of the misfit on unseen runs that the findings take away; ended: `budget`, `stopped` or `broken`
-    where the search did not come to its end; refuted: why what was found is not told; unsearched: what was not looked
-    for; screened: the map of gains.
+    explained: share of the misfit on fitted runs, each told by the others (of a single run on its end), that the
+    findings take away; ended: `budget`, `stopped` or `broken` where the search did not come to its end; refuted: why
+    what was found is not told; unsearched: what was not looked for; screened: the map of gains.
     """
 
     machine: Machine

@@ -27,7 +27,7 @@ class Settings:
     hopeless: float = number(3.0, "χ", "ratio by which a coarser machine is behind a finer one", "bench")
     worth: float = number(0.015, "1", "share of χ that a finding takes away at least", "bench")
     poor: float = number(0.6, "1", "share of the excess left from which more candidates are fitted", "budget")
-    half: float = number(0.5, "1", "share of the unseen excess below which what has no name comes first", "derived")
+    half: float = number(0.5, "1", "share of the left-out excess below which what has no name comes first", "derived")
     quantile: float = number(0.99, "1", "of the gain that chance reaches, over all candidates", "convention")
     least: float = number(12.0, "nats", "evidence below which nothing is told", "bench: laws straight between knots")
     per_shape: float = number(2.0, "nats", "added to it for each number of a shape", "bench")

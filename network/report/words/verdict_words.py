@@ -90,8 +90,15 @@ def _part(d: Diagnosis) -> str:
     """That what was found is a part of the truth, where much is left beside it."""
     if d.verdict not in FOUND or _is_room(d) or d.fits.train_after.rmse_in_noise < LEAVES:
         return ""
-    share = f", {100 * d.explained:.0f} % of what was unexplained on unseen runs" if d.explained else ""
+    share = f", {100 * d.explained:.0f} % of what was unexplained {_name_test(d)}" if d.explained else ""
     return f" That is a part of the truth{share}: {digits(d.fits.train_after.rmse_in_noise, 3)} σ is left."
+
+
+def _name_test(d: Diagnosis) -> str:
+    """On what the share that is explained was tested: on what the fits use, whatever else is held out."""
+    if len(d.fits.train_after.recordings) == 1:
+        return "in the end of the run, told from its beginning"
+    return "on the fitted runs, each told by the others"
 
 
 def _but(d: Diagnosis) -> str:
