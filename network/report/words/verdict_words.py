@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING
 from network.analysis.diagnosis.result import UNKNOWN
 from network.platform.quantities.text_table import digits
 from network.platform.wording import join_names
+from network.report.words.headline_words import added_words, finer_words, found_words, misread_words, place_words
 from network.report.words.recording_names import name_recording
-from network.report.words.tie_words import seats_words
 
 if TYPE_CHECKING:
     from network.analysis.diagnosis.result import Diagnosis
 
-COUNTS = ("nothing", "one effect", "two effects", "three effects", "four effects")
 MEANING = {
     "adequate": "{machine} explains its recordings: what is left, {left}, is what noise leaves. No physics is missing "
     "that these recordings would show.",
@@ -21,10 +20,10 @@ MEANING = {
     "{left}; no physics is missing that these recordings would show.",
     "too_coarse": "{machine} is cut too coarsely{where}. With more lumps there {falls}; nothing else is missing that "
     "these recordings would show.",
-    "missing_physics": "{machine} lacks {count} that its recordings show{where}. With {it} in, {falls}.",
-    "sensor_fault": "The physics of {machine} holds; {channels} does not read true. With that counted in, {falls}.",
-    "unexplained": "{machine} and its recordings differ{where}, and nothing in the catalogue explains it: after all "
-    "that was tried, {left} is left.",
+    "missing_physics": "{found}. With {added}, {falls}.",
+    "sensor_fault": "The physics of {machine} holds{finer}; {misread}. With that counted in, {falls}.",
+    "unexplained": "{machine} and its recordings differ{where}{also}, and nothing in the catalogue explains it: "
+    "after all that was tried, {left} is left.",
 }
 ROOM = (
     "{machine} and its recordings differ as they would if what surrounds it did not stay what is given for it: {left} "
@@ -32,7 +31,9 @@ ROOM = (
 )
 """Where that is what was found first."""
 UNENDED = "With its numbers calibrated {machine} leaves {left}; nothing was found so far that it lacks."
-DIFFERS = "{machine} and its recordings differ{where}: {left} is left, and nothing that explains it was found so far."
+DIFFERS = (
+    "{machine} and its recordings differ{where}{also}: {left} is left, and nothing that explains it was found so far."
+)
 """Where the search did not come to its end, a verdict that names nothing says no more than that."""
 CLEAN, UNTOLD = ("adequate", "parameters_only"), 2.0
 """Verdicts that speak of recordings as explained, and misfit of a held-out run over that of the others from which it is
@@ -71,10 +72,11 @@ NEXT_CHANNEL = (
 
 def verdict_words(d: Diagnosis) -> str:
     """What the verdict means for this machine."""
+    finer = finer_words(d)
     words = {
         "machine": d.machine.name, "left": f"{digits(d.fits.train_after.rmse_in_noise, 3)} σ", "falls": falls(d),
-        "where": _where(d), "count": _count(d), "it": "it" if len(d.findings) < 2 else "them",
-        "channels": join_names(list(dict.fromkeys(n for f in d.findings for n in f.channels))) or "a channel",
+        "found": found_words(d), "added": added_words(d), "misread": misread_words(d),
+        "where": place_words(d), "finer": finer and f" {finer}", "also": finer and f", also {finer}",
     }  # fmt: skip
     so_far = {**dict.fromkeys(CLEAN, UNENDED), "unexplained": DIFFERS} if d.ended else {}
     meaning = ROOM if _is_room(d) else so_far.get(d.verdict, MEANING[d.verdict])
@@ -137,16 +139,3 @@ def _falls(before: float, after: float) -> str:
 def _name_holdout(d: Diagnosis) -> str:
     assert d.fits.holdout_after is not None
     return join_names([name_recording(d, r) for r in d.fits.holdout_after.recordings])
-
-
-def _count(d: Diagnosis) -> str:
-    count = sum(1 for f in d.findings if not f.channels) or len(d.findings)
-    return COUNTS[count] if count < len(COUNTS) else f"{count} effects"
-
-
-def _where(d: Diagnosis) -> str:
-    seats = list(dict.fromkeys(seats_words(d, f) for f in d.findings))
-    if not (seats and all(seats)):
-        return ""
-    told = [f"one at {seat}" for seat in seats] if len(seats) > 1 else [f"at {seats[0]}"]
-    return f"{', ' if len(seats) > 1 else ' '}{join_names(told)}"

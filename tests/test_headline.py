@@ -1,0 +1,68 @@
+"""The first sentence about what was found, whatever it is: effects, lumps, channels, and what has no name."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from diagnosed import diagnosed, finding
+
+from network.analysis.diagnosis.result import UNKNOWN, Diagnosis, Finding, Quantity
+from network.report.words.verdict_words import verdict_words
+
+SIZE = {"power": Quantity(9.0, 1.0, "W")}
+
+
+def effect(*places: str) -> Finding:
+    return finding(kind="windage", places=places, parameters=SIZE, patch={})
+
+
+def read(kind: str, *channels: str) -> Finding:
+    return finding(kind=kind, places=(), channels=channels, parameters=SIZE, patch={})
+
+
+SPUN, COOLED, NAMELESS = effect("motor"), effect("body", "air"), replace(effect("body"), kind=UNKNOWN)
+SLOW, SWAPPED = read("sensor_lag", "T_motor"), read("sensor_swap", "T_motor", "T_body")
+OFF, STILL_OFF = read(UNKNOWN, "T_body"), read(UNKNOWN, "T_motor")
+CUT = finding(kind="lumping", parameters={}, places=("body",), patch={"nodes": {"body": {"lumps": 10}}})
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
+    return diagnosed(tmp_path_factory.mktemp("machine"))
+
+
+@pytest.mark.parametrize(("findings", "told"), [
+    ((SPUN,), "test lacks one effect that its recordings show at motor. With it in,"),
+    ((SPUN, COOLED), "test lacks two effects that its recordings show, one at motor and one at body. With them in,"),
+    ((SPUN, COOLED, SPUN), "test lacks three effects that its recordings show at motor and body. With them in,"),
+    ((SPUN, OFF), "test lacks one effect that its recordings show at motor, and something is left at T_body that "
+     "nothing in the catalogue explains. With what has a name counted in,"),
+    ((NAMELESS, SPUN, COOLED), "test lacks two effects that its recordings show, one at motor and one at body, and "
+     "something is left at body that nothing in the catalogue explains. With what has a name counted in,"),
+    ((SLOW, SPUN), "test lacks one effect that its recordings show at motor, and T_motor does not read true. With all "
+     "that counted in,"),
+    ((SPUN, CUT), "test lacks one effect that its recordings show at motor, and is cut too coarsely at body. With all "
+     "that counted in,"),
+    ((SLOW, STILL_OFF), "In the recordings of test T_motor does not read true, and something is left at T_motor that "
+     "nothing in the catalogue explains. With what has a name counted in,"),
+    ((SWAPPED, NAMELESS, SPUN), "test lacks one effect that its recordings show at motor, T_motor and T_body do not "
+     "read true, and something is left at body that nothing in the catalogue explains. With what"),
+])  # fmt: skip
+def test_missing_physics_is_told_in_one_sentence(found: Diagnosis, findings: tuple[Finding, ...], told: str) -> None:
+    assert verdict_words(replace(found, findings=findings)).startswith(told)
+
+
+@pytest.mark.parametrize(("verdict", "findings", "told"), [
+    ("sensor_fault", (SLOW,), "The physics of test holds; T_motor does not read true. With that counted in,"),
+    ("sensor_fault", (SWAPPED, CUT), "The physics of test holds with more lumps at body; T_motor and T_body do not "
+     "read true. With that counted in,"),
+    ("unexplained", (OFF,), "test and its recordings differ at T_body, and nothing in the catalogue explains it:"),
+    ("unexplained", (CUT, OFF), "test and its recordings differ at T_body, also with more lumps at body, and nothing "
+     "in the catalogue explains it:"),
+    ("too_coarse", (CUT,), "test is cut too coarsely at body. With more lumps there"),
+])  # fmt: skip
+def test_other_verdicts_tell_lumps_and_channels_apart(
+    found: Diagnosis, verdict: str, findings: tuple[Finding, ...], told: str
+) -> None:
+    assert verdict_words(replace(found, verdict=verdict, findings=findings)).startswith(told)
