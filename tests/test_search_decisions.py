@@ -336,6 +336,21 @@ def test_the_verdict(
 
 
 @pytest.mark.parametrize(
+    ("counts", "told"),
+    [
+        ((3, 0, 2), "cooler switched 5 times in the 3 fitted runs together, as readings show; it was"),
+        ((4,), "cooler switched 4 times in the fitted run, as readings show; it was"),
+        ((0, 1), "cooler switched once in the 2 fitted runs together, as readings show; it was"),
+    ],
+)
+def test_how_often_a_relay_switched_says_over_which_runs(counts: tuple[int, ...], told: str) -> None:
+    runs = tuple(bare(modes={"mode of cooler": bare(t=np.arange(1.0 + n))}) for n in counts)
+    best = h(fit=bare(problem=bare(data=())), case=bare(noise=bare(coloured={})))
+    (note,) = verdict._notes(bare(case=bare(recordings=runs), best=best))
+    assert note.startswith(told)
+
+
+@pytest.mark.parametrize(
     ("place", "gain", "is_shadow"),
     [
         ("housing", 101.0, True),

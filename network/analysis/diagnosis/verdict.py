@@ -153,12 +153,8 @@ def _shifts(h: Hypothesis) -> dict[str, float]:
 
 def _notes(search: Search) -> Iterator[str]:
     """What the recordings are worth, as sentences."""
-    for name in search.case.recordings[0].modes:
-        count = sum(len(run.modes[name].t) - 1 for run in search.case.recordings)
-        yield (
-            f"{name.removeprefix(MODE)} switched {count} times, as readings show; it was followed while something was "
-            "looked for, and switches by itself in what is told."
-        )
+    runs = search.case.recordings
+    yield from (_tell_switchings(name, runs) for name in runs[0].modes)
     for data in search.best.fit.problem.data:
         for name, channel in data.channels.items():
             if channel.apart.any():
@@ -167,3 +163,13 @@ def _notes(search: Search) -> Iterator[str]:
     tinted = [n for n, (s, _) in search.best.case.noise.coloured.items() if s]
     if tinted:
         yield f"The noise of {', '.join(tinted)} is coloured; evidence counts it as such."
+
+
+def _tell_switchings(name: str, runs: Sequence[Recording]) -> str:
+    """How often a relay whose modes are read switched, over which runs, and how it was used."""
+    count = sum(len(run.modes[name].t) - 1 for run in runs)
+    over = "in the fitted run" if len(runs) == 1 else f"in the {len(runs)} fitted runs together"
+    return (
+        f"{name.removeprefix(MODE)} switched {'once' if count == 1 else f'{count} times'} {over}, as readings show; it "
+        "was followed while something was looked for, and switches by itself in what is told."
+    )
