@@ -505,13 +505,14 @@ def test_unknown_heat_is_drawn_for_every_recording_with_its_inputs(found: Diagno
     assert len(figure.axes) == 2 * 4
     for word in ("train1.csv", "train2.csv", "heat into body", "offset of T_body", "speed [rpm]", "heat [W]", "[K]"):
         assert word in told
+    assert "rms 140 W; if it all sits at one place, 81 % for this one" in told and "probability" not in told
     line = figure.axes[0].lines[-1]
     assert np.min(line.get_ydata()) == pytest.approx(-310.0)
 
 
 def test_where_a_name_was_found_only_its_place_is_drawn(found: Diagnosis) -> None:
     told = words_of(heat_figure(found))
-    assert "heat into body" in told and "offset of" not in told and "probability" not in told
+    assert "heat into body" in told and "offset of" not in told and "at one place" not in told
     assert "before it was added" in told
 
 

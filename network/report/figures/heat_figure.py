@@ -164,7 +164,8 @@ def _describe_heat(d: Diagnosis, u: UnknownHeat) -> str:
     ]
     size = u.rms / gap_unit(_unit(d, u)).scale
     told = f"{what} {name_text(str(u.at))}: rms {size:.3g} {pretty(gap_unit(_unit(d, u)).text)}"
-    return told if is_named(d) else f"{told}, probability {percent(u.probability)}"
+    share = f"; if it all sits at one place, {percent(u.probability)} for this one"
+    return told if is_named(d) else f"{told}{share}"
 
 
 def _unit(d: Diagnosis, u: UnknownHeat) -> str:
