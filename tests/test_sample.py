@@ -136,7 +136,8 @@ def test_a_stopped_sweep_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytes
     ("arguments", "told"),
     [
         (["--sample", "5", "--vary", "links.skin.conductance=3,5 W/K"], "is no range to draw from"),
-        (["--sample", "5", "--vary", "links.housing skin.conductance=9..3 W/K"], "smaller end first"),
+        (["--sample", "5", "--vary", "links.housing skin.conductance=9..3 W/K"], "end first, from 0 W/K to 1e+06 W/K"),
+        (["--sample", "5", "--vary", "sources.motor loss.reference_speed=9..3 rpm"], "from 0 rpm to 3e+05 rpm"),
         (["--sample", "5", "--vary", "links.housing skin.conductance=3..9 mm"], "give it in a unit like W/K"),
         (["--sample", "5", "--vary", "links.nothing.conductance=3..9 W/K"], "there is no number"),
         (["--sample", "5", "--levels", "1,2"], "--levels: compares levels, and --sample draws"),

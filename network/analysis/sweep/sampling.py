@@ -90,8 +90,7 @@ def _read_range(machine: Machine, text: str) -> Drawn:
     if given.dimension != unit(found.field.unit).dimension:
         raise refuse(spot, f"is in {given.text}", f"give it in a unit like {found.field.unit or '1'}")
     if not (found.field.low <= low < high <= found.field.high):
-        right = f"smaller end first, from {found.field.low:g} to {found.field.high:g} {found.field.unit}".rstrip()
-        raise refuse(spot, f"runs from {match[1]} to {match[2]}", right)
+        raise refuse(spot, f"runs from {match[1]} to {match[2]}", f"smaller end first, from {found.field.range}")
     return Drawn(found, (low, high))
 
 
