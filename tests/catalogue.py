@@ -24,7 +24,8 @@ from network.catalogue.declaration.fields import (
     WordField,
 )
 from network.catalogue.expansions.base import Expansion
-from network.catalogue.mechanisms.base import Mechanism, Source
+from network.catalogue.mechanisms.base import Source
+from network.catalogue.mechanisms.mechanism import Mechanism
 from network.catalogue.sensors.base import SensorEffect
 from network.catalogue.suspects.base import Suspect
 from network.machine.machine import Machine

@@ -11,8 +11,9 @@ import pytest
 from catalogue import FLOWS, arguments, drawn, each_law, evaluated, names, own_arguments, surroundings
 
 from network.catalogue.declaration.declare import Array, Effect
-from network.catalogue.mechanisms.base import Inputs, Link, Mechanism, Relay, Source, Stream
+from network.catalogue.mechanisms.base import Link, Source, Stream
 from network.catalogue.mechanisms.friction import Friction, Sliding
+from network.catalogue.mechanisms.mechanism import Inputs, Mechanism, Relay
 from network.catalogue.sensors.base import SensorEffect
 from network.platform.quantities.units import unit
 

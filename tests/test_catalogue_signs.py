@@ -29,7 +29,8 @@ from catalogue import (
 from network import Recording, Refused, simulate
 from network.catalogue.declaration.declare import Effect
 from network.catalogue.expansions.base import Expansion
-from network.catalogue.mechanisms.base import Link, Relay, Source, Stream
+from network.catalogue.mechanisms.base import Link, Source, Stream
+from network.catalogue.mechanisms.mechanism import Relay
 from network.recordings.inputs import Schedule, Start, constant
 
 LADDER = np.array([0.0, 0.25, 0.5, 1.0, 2.0])

@@ -14,8 +14,9 @@ from build import machine, schedule
 from catalogue import FLOWS, LAWS
 
 from network import Start, simulate
-from network.catalogue.mechanisms.base import Relay, Source, Stream
+from network.catalogue.mechanisms.base import Source, Stream
 from network.catalogue.mechanisms.film import MovingFilm
+from network.catalogue.mechanisms.mechanism import Relay
 from network.catalogue.sensors.base import SensorEffect
 from network.engine.trajectory import Trajectory
 from network.recordings.inputs import Signal, constant

@@ -12,7 +12,7 @@ from catalogue import FLOWS, TYPES, Draw, arguments, entry_in, evaluated, machin
 from network import Machine
 from network.catalogue.declaration.declare import Effect
 from network.catalogue.declaration.fields import InputField
-from network.catalogue.mechanisms.base import Mechanism
+from network.catalogue.mechanisms.mechanism import Mechanism
 from network.catalogue.suspects.base import Suspect
 from network.engine.assembly import build
 from network.engine.balance import heat_balance

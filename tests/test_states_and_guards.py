@@ -16,7 +16,8 @@ from network.analysis.diagnosis.candidates import kinds as searched
 from network.catalogue.declaration import registry
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import param, place
-from network.catalogue.mechanisms.base import Inputs, Link, Relay, State, Stream, beyond
+from network.catalogue.mechanisms.base import Link, Stream
+from network.catalogue.mechanisms.mechanism import Inputs, Relay, State, beyond
 from network.catalogue.mechanisms.pi_cooling import PiCooling
 from network.catalogue.mechanisms.switched_convection import SwitchedConvection
 from network.engine.assembly import build

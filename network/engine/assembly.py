@@ -10,9 +10,10 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array, Declared, Indices
 from network.catalogue.declaration.fields import Place
-from network.catalogue.mechanisms.base import Link, Mechanism, Relay, Source, Stream
+from network.catalogue.mechanisms.base import Link, Source, Stream
 from network.catalogue.mechanisms.conduction import Conduction
 from network.catalogue.mechanisms.contact import Contact
+from network.catalogue.mechanisms.mechanism import Mechanism, Relay
 from network.catalogue.nodes import Node
 from network.catalogue.warm_capacity import USUAL
 from network.engine.entry_groups import Flows, Guards, Heats, Rates, group_by_structure

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices, Mask
-from network.catalogue.mechanisms.base import Inputs, Mechanism, Relay
+from network.catalogue.mechanisms.mechanism import Inputs, Mechanism, Relay
 from network.engine.entry_groups import Flows, Heats
 from network.engine.network import Network
 from network.platform.refusal import Failed

@@ -11,7 +11,8 @@ from typing import ClassVar, Generic, TypeVar, cast
 import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
-from network.catalogue.mechanisms.base import Inputs, Link, Mechanism, Source, Stream, complex_steps
+from network.catalogue.mechanisms.base import Link, Source, Stream, complex_steps
+from network.catalogue.mechanisms.mechanism import Inputs, Mechanism
 
 Law_co = TypeVar("Law_co", bound=Mechanism, covariant=True)
 Item = TypeVar("Item")

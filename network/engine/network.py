@@ -12,7 +12,7 @@ from network.catalogue.declaration.declare import Array, Indices, Mask
 from network.catalogue.declaration.fields import Place
 from network.catalogue.drift import Drift
 from network.catalogue.expansions.base import Reading
-from network.catalogue.mechanisms.base import Inputs, Mechanism, Relay
+from network.catalogue.mechanisms.mechanism import Inputs, Mechanism, Relay
 from network.engine.entry_groups import Flows, Heats
 from network.machine.lumps import weights
 from network.machine.machine import Machine

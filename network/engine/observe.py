@@ -9,7 +9,7 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array, Effect
 from network.catalogue.declaration.fields import Place
-from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.catalogue.sensors.base import SensorEffect
 from network.catalogue.sensors.sensor import Sensor
 from network.engine.energy import sum_stored_heat

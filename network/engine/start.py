@@ -9,7 +9,7 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array, Mask
 from network.catalogue.declaration.fields import Place
-from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.engine.balance import heat_into, jacobian
 from network.engine.entry_groups import Rates
 from network.engine.network import Network

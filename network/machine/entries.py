@@ -14,7 +14,8 @@ from network.catalogue.declaration.input_field import merge_inputs
 from network.catalogue.declaration.sections import TCP
 from network.catalogue.expansions.base import Expansion
 from network.catalogue.materials import BUILT_IN, Material
-from network.catalogue.mechanisms.base import Link, Source, State, Stream
+from network.catalogue.mechanisms.base import Link, Source, Stream
+from network.catalogue.mechanisms.mechanism import State
 from network.catalogue.nodes import Node
 from network.catalogue.sensors.sensor import Sensor
 from network.machine.validity import Validity

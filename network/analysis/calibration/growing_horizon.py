@@ -22,7 +22,7 @@ from network.analysis.calibration.measured_means import Measured, RunPoint, weig
 from network.analysis.calibration.misfit import chi_of
 from network.analysis.calibration.problem import make_problem
 from network.catalogue.declaration.declare import Array
-from network.catalogue.mechanisms.base import Relay
+from network.catalogue.mechanisms.mechanism import Relay
 from network.engine.response.parameters import Parameter, at_prior_centres, centres
 from network.machine.machine import Machine
 from network.platform.refusal import Failed, Refused

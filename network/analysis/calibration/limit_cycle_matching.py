@@ -17,7 +17,7 @@ from network.analysis.calibration.gauss_newton import Problem
 from network.analysis.calibration.measured_means import Measured
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.entry_path import EntryPath
-from network.catalogue.mechanisms.base import Relay
+from network.catalogue.mechanisms.mechanism import Relay
 from network.engine.response.parameters import Parameter
 from network.engine.response.prediction import Prediction
 from network.platform.refusal import Failed

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from network.analysis.calibration.hysteresis_swing import FEWEST, Swing, find_switchings
-from network.catalogue.mechanisms.base import Relay
+from network.catalogue.mechanisms.mechanism import Relay
 from network.engine.response.followed_relays import MODE, list_readers
 from network.machine.machine import Machine
 from network.recordings.recording import Recording

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
-from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.engine.balance import flow_heat
 from network.engine.entry_groups import Flows
 from network.engine.network import Network

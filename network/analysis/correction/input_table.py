@@ -9,7 +9,7 @@ import numpy as np
 
 from network.analysis.correction.linear_model import LinearModel, moves_at_once
 from network.catalogue.declaration.declare import Array
-from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.engine.balance import source_heat
 from network.platform.quantities.units import unit
 from network.platform.refusal import Complaints

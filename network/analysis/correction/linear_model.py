@@ -15,7 +15,7 @@ import numpy as np
 from network.analysis.correction.driven_films import DrivenFilms, list_films
 from network.catalogue.declaration.declare import Array, Indices
 from network.catalogue.expansions.base import Expansion
-from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.engine.assembly import build
 from network.engine.balance import flow_heat, jacobian, source_heat
 from network.engine.channels import plain_readouts

@@ -24,7 +24,7 @@ from network.catalogue.declaration.places import Place
 from network.catalogue.declaration.proposals import Runs
 from network.catalogue.declaration.registry import sections
 from network.catalogue.declaration.sections import TCP
-from network.catalogue.mechanisms.base import Mechanism, Relay
+from network.catalogue.mechanisms.mechanism import Mechanism, Relay
 from network.engine.response.parameters import Parameter, parameter
 from network.machine.checks import places_of
 from network.machine.machine import Machine

@@ -19,7 +19,7 @@ from network.analysis.diagnosis.locate import list_likely_parts
 from network.analysis.diagnosis.result import UnknownHeat
 from network.analysis.diagnosis.screen import Score, score_variants
 from network.catalogue.declaration.declare import Array
-from network.catalogue.mechanisms.base import Mechanism
+from network.catalogue.mechanisms.mechanism import Mechanism
 from network.platform.parallel import run_all
 
 PLACES = 3

@@ -16,7 +16,7 @@ import numpy as np
 from network.analysis.sweep.sample_blocks import SampleBlocks
 from network.analysis.sweep.sample_runs import SampleJob, run_one
 from network.catalogue.declaration.declare import Array, Declared, Indices
-from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.catalogue.nodes import CAPACITIES
 from network.engine.assembly import build
 from network.engine.channels import Readouts, readouts

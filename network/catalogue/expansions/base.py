@@ -19,7 +19,8 @@ from network.catalogue.declaration.declare import Array, Effect, typical_body
 from network.catalogue.declaration.fields import Place, whole
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.proposals import fresh
-from network.catalogue.mechanisms.base import STEP, Inputs, Link, add_imaginary_step
+from network.catalogue.mechanisms.base import STEP, Link, add_imaginary_step
+from network.catalogue.mechanisms.mechanism import Inputs
 
 LINEAR_AXES = ("x", "y", "z")
 ANGULAR_AXES = ("a", "b", "c")

@@ -20,7 +20,7 @@ from network.catalogue.expansions.base import (
     steel_unless_known,
     tell_one_lump,
 )
-from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.mechanisms.mechanism import Inputs
 
 
 class Bending(Expansion, kind="bending"):

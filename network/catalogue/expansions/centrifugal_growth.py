@@ -7,7 +7,7 @@ from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import channel, param
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.expansions.base import Expansion, Reading
-from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.catalogue.typical_values import SPEED, name_input, usual_input, usual_speed
 
 

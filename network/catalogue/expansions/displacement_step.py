@@ -9,7 +9,7 @@ from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import instant, param
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.expansions.base import LINEAR_AXES, Expansion, Reading
-from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.mechanisms.mechanism import Inputs
 
 SAME_INSTANT = 1e-6
 """s: a sample this close before the jump lies on it."""

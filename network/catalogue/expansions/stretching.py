@@ -11,7 +11,7 @@ from network.catalogue.declaration.fields import Place, along, param, place, wor
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.positions import beyond, clip, list_inputs, metres
 from network.catalogue.expansions.base import Expansion, Reading, choose, own_expansion, own_length, steel_unless_known
-from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.platform.quantities.units import show
 
 

@@ -21,7 +21,7 @@ from network.catalogue.expansions.base import (
     steel_unless_known,
     tell_one_lump,
 )
-from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.platform.quantities.units import show
 
 

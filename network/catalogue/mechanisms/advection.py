@@ -2,7 +2,8 @@ from __future__ import annotations
 
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import param
-from network.catalogue.mechanisms.base import Inputs, Stream
+from network.catalogue.mechanisms.base import Stream
+from network.catalogue.mechanisms.mechanism import Inputs
 
 
 class Advection(Stream, kind="advection"):

@@ -8,8 +8,9 @@ from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import channel, param
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.fluids import FLUIDS
-from network.catalogue.mechanisms.base import Inputs, Link, raise_to_power
+from network.catalogue.mechanisms.base import Link, raise_to_power
 from network.catalogue.mechanisms.friction import turning
+from network.catalogue.mechanisms.mechanism import Inputs
 
 AIR = FLUIDS["air"]
 

@@ -6,8 +6,9 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Advice, Array
 from network.catalogue.declaration.fields import param
-from network.catalogue.mechanisms.base import Inputs, raise_to_power
+from network.catalogue.mechanisms.base import raise_to_power
 from network.catalogue.mechanisms.friction import Friction
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.platform.quantities.units import show
 
 LEAST = 160.0

@@ -4,7 +4,8 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import param
-from network.catalogue.mechanisms.base import Inputs, Link
+from network.catalogue.mechanisms.base import Link
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.platform.quantities.units import show
 
 

@@ -6,8 +6,9 @@ from typing import Any, Self
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import param
 from network.catalogue.declaration.machine_protocol import EntryLike, MachineLike
-from network.catalogue.mechanisms.base import Inputs, Link, not_below_zero
+from network.catalogue.mechanisms.base import Link, not_below_zero
 from network.catalogue.mechanisms.conduction import Conduction
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.platform.quantities.number_format import per_kelvin
 
 

@@ -9,7 +9,8 @@ from network.catalogue.convection_correlations import FILMS, ORIENTATIONS, SHAPE
 from network.catalogue.declaration.declare import Advice, Array
 from network.catalogue.declaration.fields import param, word
 from network.catalogue.fluids import FLUIDS
-from network.catalogue.mechanisms.base import Inputs, SurfaceLink
+from network.catalogue.mechanisms.base import SurfaceLink
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.platform.quantities.units import Number, show
 
 WARM = 10.0

@@ -9,8 +9,9 @@ from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import channel, param, place
 from network.catalogue.declaration.machine_protocol import EntryLike, MachineLike
 from network.catalogue.declaration.proposals import fresh
-from network.catalogue.mechanisms.base import Inputs, Source
+from network.catalogue.mechanisms.base import Source
 from network.catalogue.mechanisms.heat_source import HeatSource
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.catalogue.mechanisms.motor_loss import MotorLoss
 from network.platform.quantities.number_format import per_kelvin
 

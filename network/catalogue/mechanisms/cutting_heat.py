@@ -2,7 +2,8 @@ from __future__ import annotations
 
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import channel, param
-from network.catalogue.mechanisms.base import Inputs, Source
+from network.catalogue.mechanisms.base import Source
+from network.catalogue.mechanisms.mechanism import Inputs
 
 
 class CuttingHeat(Source, kind="cutting_heat"):

@@ -11,8 +11,9 @@ import numpy as np
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import param
 from network.catalogue.declaration.machine_protocol import MachineLike
-from network.catalogue.mechanisms.base import Inputs, SurfaceLink
+from network.catalogue.mechanisms.base import SurfaceLink
 from network.catalogue.mechanisms.friction import turning
+from network.catalogue.mechanisms.mechanism import Inputs
 
 USUAL = np.array(20.0)
 """°C: where the range of a correlation is checked along a run."""

@@ -8,8 +8,9 @@ import numpy as np
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import channel, param
 from network.catalogue.declaration.machine_protocol import EntryLike, MachineLike
-from network.catalogue.mechanisms.base import Inputs, SurfaceLink, raise_to_power
+from network.catalogue.mechanisms.base import SurfaceLink, raise_to_power
 from network.catalogue.mechanisms.convection import Convection
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.catalogue.typical_values import usual_input, usual_speed
 
 

@@ -10,7 +10,8 @@ import numpy as np
 from network.catalogue.declaration.declare import Advice, Array
 from network.catalogue.declaration.fields import channel, param
 from network.catalogue.declaration.machine_protocol import MachineLike
-from network.catalogue.mechanisms.base import Inputs, Source
+from network.catalogue.mechanisms.base import Source
+from network.catalogue.mechanisms.mechanism import Inputs
 
 KILOWATT_AT = 2 * np.pi / 60 * 3000
 """rad/s: a bearing whose torque makes a kilowatt at 3000 rpm was probably meant in N mm."""

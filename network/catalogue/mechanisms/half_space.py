@@ -4,7 +4,8 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import param, place
-from network.catalogue.mechanisms.base import Inputs, Source, State
+from network.catalogue.mechanisms.base import Source
+from network.catalogue.mechanisms.mechanism import Inputs, State
 
 FASTEST, SLOWEST, LAYERS = 1.0, 1 / (1000 * 86400.0), 14
 """1/s, 1/s: rates of the first and the last layer, and how many there are, each as much slower than the one before."""

@@ -4,7 +4,8 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import param
-from network.catalogue.mechanisms.base import Inputs, Link, magnitude
+from network.catalogue.mechanisms.base import Link, magnitude
+from network.catalogue.mechanisms.mechanism import Inputs
 
 STEEPEST = 600.0
 """Exponent beyond which it is open, or closed, to the last digit."""

@@ -9,7 +9,8 @@ from network.catalogue.declaration.declare import Advice, Array
 from network.catalogue.declaration.fields import amount, channel, merge_inputs, param, word
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.proposals import Runs, fresh
-from network.catalogue.mechanisms.base import Inputs, Source, raise_to_power
+from network.catalogue.mechanisms.base import Source, raise_to_power
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.catalogue.typical_values import SPEED, name_input, size_body
 
 

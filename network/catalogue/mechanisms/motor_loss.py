@@ -9,7 +9,8 @@ from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import channel, param
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.proposals import set_in_each
-from network.catalogue.mechanisms.base import Inputs, Source, raise_to_power
+from network.catalogue.mechanisms.base import Source, raise_to_power
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.catalogue.typical_values import usual_speed
 
 

@@ -10,7 +10,8 @@ from network.catalogue.declaration.fields import along, param
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.positions import Along, beyond, clip, list_inputs, metres
 from network.catalogue.declaration.proposals import fresh
-from network.catalogue.mechanisms.base import Inputs, Link
+from network.catalogue.mechanisms.base import Link
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.catalogue.typical_values import size_body
 
 

@@ -2,7 +2,8 @@ from __future__ import annotations
 
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import param
-from network.catalogue.mechanisms.base import Inputs, SurfaceLink, magnitude, raise_to_power
+from network.catalogue.mechanisms.base import SurfaceLink, magnitude, raise_to_power
+from network.catalogue.mechanisms.mechanism import Inputs
 
 
 class NaturalConvection(SurfaceLink, kind="natural_convection"):

@@ -11,9 +11,9 @@ from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.proposals import set_in_each
 from network.catalogue.fluids import find_viscosity
 from network.catalogue.lubricant import Lubricant
-from network.catalogue.mechanisms.base import Inputs
 from network.catalogue.mechanisms.bearing_friction import find_palmgren_torque
 from network.catalogue.mechanisms.friction import Rubbing, turning
+from network.catalogue.mechanisms.mechanism import Inputs
 
 
 class PalmgrenFriction(Rubbing, kind="palmgren_friction"):

@@ -4,7 +4,8 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import param, place
-from network.catalogue.mechanisms.base import Inputs, Source, State
+from network.catalogue.mechanisms.base import Source
+from network.catalogue.mechanisms.mechanism import Inputs, State
 
 
 class PiCooling(Source, kind="pi_cooling"):

@@ -5,8 +5,9 @@ import numpy as np
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import channel, param, word
 from network.catalogue.fluids import FLUIDS
-from network.catalogue.mechanisms.base import Inputs, raise_to_power
+from network.catalogue.mechanisms.base import raise_to_power
 from network.catalogue.mechanisms.film import MovingFilm
+from network.catalogue.mechanisms.mechanism import Inputs
 
 LAMINAR, TURBULENT = 2300.0, 4000.0
 

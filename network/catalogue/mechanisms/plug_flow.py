@@ -7,7 +7,8 @@ from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import param, whole
 from network.catalogue.declaration.machine_protocol import EntryLike, MachineLike
 from network.catalogue.mechanisms.advection import Advection
-from network.catalogue.mechanisms.base import Inputs, Stream
+from network.catalogue.mechanisms.base import Stream
+from network.catalogue.mechanisms.mechanism import Inputs
 
 SEARCHED = 24
 """Cells of a leg in a search: with them the arrival of a step is spread over a fifth of the delay."""

@@ -8,9 +8,10 @@ import numpy as np
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import Place, param, place
 from network.catalogue.declaration.machine_protocol import EntryLike, MachineLike
-from network.catalogue.mechanisms.base import Inputs, not_below_zero
+from network.catalogue.mechanisms.base import not_below_zero
 from network.catalogue.mechanisms.bearing_friction import BearingFriction
 from network.catalogue.mechanisms.friction import Friction, turning
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.platform.quantities.number_format import per_kelvin
 
 

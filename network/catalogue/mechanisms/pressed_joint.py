@@ -7,8 +7,9 @@ import numpy as np
 from network.catalogue.declaration.declare import Advice, Array
 from network.catalogue.declaration.fields import param, word
 from network.catalogue.fluids import FLUIDS
-from network.catalogue.mechanisms.base import Inputs, Link
+from network.catalogue.mechanisms.base import Link
 from network.catalogue.mechanisms.film import USUAL
+from network.catalogue.mechanisms.mechanism import Inputs
 
 LEAST, MOST = 1e-6, 2.3e-2
 """P/H between which the correlation was measured."""

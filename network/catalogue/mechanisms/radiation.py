@@ -2,7 +2,8 @@ from __future__ import annotations
 
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import param
-from network.catalogue.mechanisms.base import ZERO_CELSIUS, Inputs, SurfaceLink
+from network.catalogue.mechanisms.base import ZERO_CELSIUS, SurfaceLink
+from network.catalogue.mechanisms.mechanism import Inputs
 
 STEFAN_BOLTZMANN = 5.670374419e-8
 """W/(m² K⁴), exact in SI since 2019 (CODATA)."""

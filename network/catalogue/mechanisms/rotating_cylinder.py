@@ -6,8 +6,9 @@ from network.catalogue.convection_correlations import free_nusselt
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import channel, param, word
 from network.catalogue.fluids import FLUIDS
-from network.catalogue.mechanisms.base import Inputs, raise_to_power
+from network.catalogue.mechanisms.base import raise_to_power
 from network.catalogue.mechanisms.film import TurningFilm, join_free_and_forced
+from network.catalogue.mechanisms.mechanism import Inputs
 
 
 class RotatingCylinder(TurningFilm, kind="rotating_cylinder"):

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import param
 from network.catalogue.declaration.machine_protocol import MachineLike
-from network.catalogue.mechanisms.base import Inputs
 from network.catalogue.mechanisms.friction import Friction, turning
+from network.catalogue.mechanisms.mechanism import Inputs
 
 
 class SealFriction(Friction, kind="seal_friction"):

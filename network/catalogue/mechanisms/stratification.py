@@ -4,7 +4,8 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import channel, param
-from network.catalogue.mechanisms.base import Inputs, Source
+from network.catalogue.mechanisms.base import Source
+from network.catalogue.mechanisms.mechanism import Inputs
 
 
 class Stratification(Source, kind="stratification"):

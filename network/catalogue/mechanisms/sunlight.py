@@ -4,7 +4,8 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import param
-from network.catalogue.mechanisms.base import Inputs, Source
+from network.catalogue.mechanisms.base import Source
+from network.catalogue.mechanisms.mechanism import Inputs
 
 DAY = 86_400.0
 

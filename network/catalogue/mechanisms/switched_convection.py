@@ -4,7 +4,8 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import param, place
-from network.catalogue.mechanisms.base import Inputs, Relay, SurfaceLink, beyond
+from network.catalogue.mechanisms.base import SurfaceLink
+from network.catalogue.mechanisms.mechanism import Inputs, Relay, beyond
 
 
 class SwitchedConvection(SurfaceLink, Relay, kind="switched_convection"):

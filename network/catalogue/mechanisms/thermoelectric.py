@@ -9,7 +9,8 @@ from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import channel, param, place, word
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.proposals import set_in_each
-from network.catalogue.mechanisms.base import ZERO_CELSIUS, Inputs, Source
+from network.catalogue.mechanisms.base import ZERO_CELSIUS, Source
+from network.catalogue.mechanisms.mechanism import Inputs
 
 
 class Thermoelectric(Source, kind="thermoelectric"):

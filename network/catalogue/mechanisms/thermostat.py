@@ -9,7 +9,8 @@ from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import Place, param, place
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.proposals import fresh
-from network.catalogue.mechanisms.base import Inputs, Relay, Source, beyond
+from network.catalogue.mechanisms.base import Source
+from network.catalogue.mechanisms.mechanism import Inputs, Relay, beyond
 from network.catalogue.typical_values import size_body
 from network.platform.quantities.units import show
 

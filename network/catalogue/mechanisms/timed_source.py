@@ -6,7 +6,8 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Advice, Array
 from network.catalogue.declaration.fields import instant, param
-from network.catalogue.mechanisms.base import Inputs, Source
+from network.catalogue.mechanisms.base import Source
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.platform.quantities.units import show
 
 

@@ -10,9 +10,10 @@ from network.catalogue.declaration.fields import nested, param, place
 from network.catalogue.declaration.machine_protocol import EntryLike, MachineLike
 from network.catalogue.fluids import find_viscosity
 from network.catalogue.lubricant import Lubricant
-from network.catalogue.mechanisms.base import Inputs, complex_steps
+from network.catalogue.mechanisms.base import complex_steps
 from network.catalogue.mechanisms.bearing_friction import BearingFriction
 from network.catalogue.mechanisms.friction import Friction
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.platform.quantities.number_format import per_kelvin
 
 

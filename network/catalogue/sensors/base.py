@@ -11,7 +11,7 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array, Effect, typical_body
 from network.catalogue.declaration.machine_protocol import MachineLike, SensorLike
-from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.mechanisms.mechanism import Inputs
 
 
 class SensorEffect(Effect):

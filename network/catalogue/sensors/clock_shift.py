@@ -9,7 +9,7 @@ from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import param, word
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.expansions.base import choose
-from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.catalogue.sensors.base import SensorEffect
 from network.platform.wording import join_names
 

@@ -8,7 +8,7 @@ from network.catalogue.declaration.field import REQUIRED
 from network.catalogue.declaration.fields import word
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.many_units import ManyUnitsField
-from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.catalogue.sensors.base import SensorEffect
 from network.catalogue.typical_values import list_full_inputs
 from network.platform.quantities.units import unit

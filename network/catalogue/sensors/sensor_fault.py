@@ -9,7 +9,7 @@ from network.catalogue.declaration.declare import Advice, Array, typical_body
 from network.catalogue.declaration.fields import param, word
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.many_units import ManyUnitsField
-from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.catalogue.nodes import HeldField
 from network.catalogue.sensors.base import SensorEffect
 from network.catalogue.typical_values import usual_surroundings

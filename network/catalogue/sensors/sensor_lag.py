@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import param
-from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.catalogue.sensors.base import SensorEffect
 
 

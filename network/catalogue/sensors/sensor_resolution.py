@@ -7,7 +7,7 @@ import numpy as np
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import whole
 from network.catalogue.declaration.machine_protocol import MachineLike
-from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.catalogue.sensors.base import SensorEffect
 
 

@@ -7,7 +7,7 @@ from typing import Any
 from network.catalogue.declaration.declare import Array, typical_body
 from network.catalogue.declaration.fields import word
 from network.catalogue.declaration.machine_protocol import MachineLike
-from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.catalogue.sensors.base import SensorEffect
 
 

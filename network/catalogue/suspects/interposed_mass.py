@@ -6,7 +6,8 @@ from typing import Any, Self
 from network.catalogue.declaration.fields import Place, param, place
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.proposals import fresh
-from network.catalogue.mechanisms.base import Relay, Source
+from network.catalogue.mechanisms.base import Source
+from network.catalogue.mechanisms.mechanism import Relay
 from network.catalogue.suspects.base import Suspect
 
 SHARE = 0.1

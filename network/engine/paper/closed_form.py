@@ -30,7 +30,7 @@ from network.catalogue.declaration.entry_path import EntryPath
 from network.catalogue.declaration.sections import TCP
 from network.catalogue.expansions.base import Expansion
 from network.catalogue.expansions.stretching import Stretching
-from network.catalogue.mechanisms.base import Relay
+from network.catalogue.mechanisms.mechanism import Relay
 from network.engine.assembly import build
 from network.engine.paper.spindle_unit import SpindleUnit
 from network.engine.paper.steady_state import Settled, solve_steady_state

@@ -15,7 +15,8 @@ from itertools import pairwise
 import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
-from network.catalogue.mechanisms.base import Inputs, Link, Mechanism, Relay, Source, Stream
+from network.catalogue.mechanisms.base import Link, Source, Stream
+from network.catalogue.mechanisms.mechanism import Inputs, Mechanism, Relay
 from network.machine.machine import Machine
 from network.platform.refusal import Spot, refuse, short
 

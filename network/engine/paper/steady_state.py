@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices, Mask
-from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.engine.paper.spindle_unit import SpindleUnit
 from network.platform.refusal import Spot, refuse
 from network.recordings.inputs import Schedule

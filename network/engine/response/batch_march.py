@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
-from network.catalogue.mechanisms.base import Relay
+from network.catalogue.mechanisms.mechanism import Relay
 from network.engine.entry_groups import Heats
 from network.engine.response.batch import Draws
 from network.engine.response.run_beginning import Beginning

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Container, Sequence
 from typing import Any
 
-from network.catalogue.mechanisms.base import Relay
+from network.catalogue.mechanisms.mechanism import Relay
 from network.engine.response.parameters import Parameter
 from network.machine.machine import Machine
 

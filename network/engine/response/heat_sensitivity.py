@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from network.catalogue.declaration.declare import Array, Declared, Indices
-from network.catalogue.mechanisms.base import STEP, Mechanism, Stream
+from network.catalogue.mechanisms.base import STEP, Stream
+from network.catalogue.mechanisms.mechanism import Mechanism
 from network.engine.balance import relay_slices
 from network.engine.entry_groups import Flows, Heats
 from network.engine.network import Network

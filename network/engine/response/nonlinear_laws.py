@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
-from network.catalogue.mechanisms.base import Mechanism
+from network.catalogue.mechanisms.mechanism import Mechanism
 from network.engine.balance import flow_heat, source_heat
 from network.engine.entry_groups import Flows, Heats
 from network.engine.network import Network

@@ -16,7 +16,8 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from network.catalogue.declaration.declare import Array, Indices
-from network.catalogue.mechanisms.base import STEP, Inputs, Relay, add_imaginary_step
+from network.catalogue.mechanisms.base import STEP, add_imaginary_step
+from network.catalogue.mechanisms.mechanism import Inputs, Relay
 from network.engine.balance import relay_slices
 from network.engine.channels import Readouts
 from network.engine.entry_groups import Guards, Heats, Rates

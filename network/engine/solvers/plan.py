@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
-from network.catalogue.mechanisms.base import Inputs, Mechanism
+from network.catalogue.mechanisms.mechanism import Inputs, Mechanism
 from network.engine.network import Network
 from network.recordings.inputs import Schedule
 

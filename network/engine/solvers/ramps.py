@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
-from network.catalogue.mechanisms.base import Mechanism
+from network.catalogue.mechanisms.mechanism import Mechanism
 from network.engine.entry_groups import Heats
 from network.engine.network import Network
 from network.recordings.inputs import Schedule

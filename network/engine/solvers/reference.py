@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
-from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.engine.balance import heat_into, jacobian
 from network.engine.channels import Readouts
 from network.engine.energy import EnergyAccount, Quadrature, sum_stored_heat

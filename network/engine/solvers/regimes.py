@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
-from network.catalogue.mechanisms.base import Mechanism
+from network.catalogue.mechanisms.mechanism import Mechanism
 from network.engine.balance import evaluate_driven_conductances
 from network.engine.network import Network
 

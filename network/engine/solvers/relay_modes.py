@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from network.catalogue.declaration.declare import Array
-from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.engine.balance import relay_slices
 from network.engine.solvers.plan import Plan
 from network.platform.refusal import Failed

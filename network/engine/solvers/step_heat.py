@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
-from network.catalogue.mechanisms.base import Inputs, Mechanism
+from network.catalogue.mechanisms.mechanism import Inputs, Mechanism
 from network.engine.balance import affine_heat, affine_matrix, flow_heat, relay_slices, source_heat, source_series
 from network.engine.entry_groups import Flows, Heats
 from network.engine.solvers.plan import Plan

@@ -11,7 +11,7 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array
 from network.catalogue.expansions.base import Expansion
-from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.mechanisms.mechanism import Inputs
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(3)
 

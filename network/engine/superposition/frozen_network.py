@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
-from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.engine.balance import relay_slices, source_heat
 from network.engine.energy import sum_stored_heat
 from network.engine.entry_groups import Flows

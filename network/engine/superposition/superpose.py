@@ -9,7 +9,7 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array
 from network.catalogue.expansions.base import Reading
-from network.catalogue.mechanisms.base import Inputs
+from network.catalogue.mechanisms.mechanism import Inputs
 from network.engine.channels import plain_readouts
 from network.engine.energy import sum_stored_heat
 from network.engine.network import Network

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from network.catalogue.declaration.fields import Place
-from network.catalogue.mechanisms.base import Link, Relay, Stream
+from network.catalogue.mechanisms.base import Link, Stream
+from network.catalogue.mechanisms.mechanism import Relay
 from network.machine.machine import Machine
 from network.platform.quantities.number_format import number
 from network.report.figures.canvas import shorten

@@ -16,7 +16,7 @@ from network.catalogue.declaration.number_fields import ParamField
 from network.catalogue.declaration.places import PlaceField, PlacesField, SharesField
 from network.catalogue.declaration.registry import sections
 from network.catalogue.materials import BUILT_IN
-from network.catalogue.mechanisms.base import Mechanism, Relay
+from network.catalogue.mechanisms.mechanism import Mechanism, Relay
 from network.platform.refusal import Spot, likely, refuse, short
 from network.platform.yaml.document import dump
 from network.report.words.material_page import material_page

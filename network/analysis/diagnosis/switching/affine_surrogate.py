@@ -19,7 +19,8 @@ from network.analysis.diagnosis.candidates import Candidate, candidate
 from network.analysis.diagnosis.hypothesis import AdditiveCorrection, Hypothesis, theta_of
 from network.catalogue.declaration.declare import list_kinds
 from network.catalogue.declaration.fields import REQUIRED
-from network.catalogue.mechanisms.base import Link, Relay
+from network.catalogue.mechanisms.base import Link
+from network.catalogue.mechanisms.mechanism import Relay
 from network.engine.entry_groups import Flows
 from network.engine.network import Network
 from network.engine.response.followed_relays import follow_relays

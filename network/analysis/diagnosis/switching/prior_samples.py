@@ -18,7 +18,8 @@ from network.analysis.calibration.measured_means import START_ANYWHERE
 from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.switching.share_view import View
 from network.catalogue.declaration.declare import Array
-from network.catalogue.mechanisms.base import Relay, Source
+from network.catalogue.mechanisms.base import Source
+from network.catalogue.mechanisms.mechanism import Relay
 from network.engine.assembly import build
 from network.engine.channels import readouts
 from network.engine.network import Network
