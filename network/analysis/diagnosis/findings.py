@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from network.analysis.diagnosis.candidates import Candidate
+from network.analysis.diagnosis.finding import UNKNOWN, Finding, Quantity, Rival
 from network.analysis.diagnosis.hypothesis import Hypothesis, reweight
 from network.analysis.diagnosis.invariants import doubt_search, list_doubts
 from network.analysis.diagnosis.locate import explain_unknown, locate, trace
+from network.analysis.diagnosis.located_heat import UnknownHeat
 from network.analysis.diagnosis.ranking import distinct, shares
-from network.analysis.diagnosis.result import UNKNOWN, Finding, Quantity, Rival, UnknownHeat
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.strength import standard_errors
 from network.catalogue.declaration.entry_path import axis_of

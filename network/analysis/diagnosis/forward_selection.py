@@ -13,11 +13,11 @@ from network.analysis.diagnosis.compact_fit import compact
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight
 from network.analysis.diagnosis.initial_state_restarts import restart_from_starts
 from network.analysis.diagnosis.locate import locate
+from network.analysis.diagnosis.located_heat import UnknownHeat
 from network.analysis.diagnosis.lump_convergence import refine_until_converged
 from network.analysis.diagnosis.placement import near, place_best, place_ranked
 from network.analysis.diagnosis.ranking import best_first, distinct
 from network.analysis.diagnosis.refit import TrialFits, start_trials, unseen_misfit
-from network.analysis.diagnosis.result import UnknownHeat
 from network.analysis.diagnosis.screen import Score, score_candidates, screen
 from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS

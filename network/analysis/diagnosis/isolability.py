@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from network.analysis.diagnosis.candidates import Candidate
-from network.analysis.diagnosis.result import CLEAR
+from network.analysis.diagnosis.experiments.experiment import CLEAR
 from network.analysis.diagnosis.screen import Score
 from network.catalogue.declaration.declare import Array
 from network.platform.wording import sentence

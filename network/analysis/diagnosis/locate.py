@@ -19,8 +19,8 @@ from scipy.linalg import block_diag, cho_solve, cholesky, solve_triangular
 
 from network.analysis.calibration.gauss_newton import Linearised
 from network.analysis.calibration.measured_means import Measured
+from network.analysis.diagnosis.located_heat import UnknownHeat
 from network.analysis.diagnosis.location import Location
-from network.analysis.diagnosis.result import UnknownHeat
 from network.analysis.diagnosis.unknown_heat import heat_answers, heat_knots, ou, part_spread, temperature_answers
 from network.catalogue.declaration.declare import Array
 from network.engine.response.model import Prediction

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from network.analysis.diagnosis.candidate_response import respond_to_candidates
+from network.analysis.diagnosis.finding import Finding
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.lump_refinement import list_structural
 from network.analysis.diagnosis.refit import linearise_at_priors
-from network.analysis.diagnosis.result import Finding
 from network.analysis.diagnosis.screen import whiten
 from network.catalogue.declaration.patch import Patch
 from network.machine.machine import Machine

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from network.analysis.comparison.compare import RecordingResidual
+from network.analysis.diagnosis.finding import Quantity, Rival
 from network.analysis.diagnosis.hypothesis import Case
 from network.analysis.diagnosis.intermittent.change_points import Windows
-from network.analysis.diagnosis.result import Quantity, Rival
 from network.catalogue.declaration.patch import Patch
 from network.machine.machine import Machine
 from network.recordings.recording import Recording

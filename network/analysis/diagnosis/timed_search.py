@@ -16,7 +16,7 @@ from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.compact_fit import fit_or_none
 from network.analysis.diagnosis.hypothesis import Hypothesis, parameters_of, theta_of
 from network.analysis.diagnosis.locate import list_likely_parts
-from network.analysis.diagnosis.result import UnknownHeat
+from network.analysis.diagnosis.located_heat import UnknownHeat
 from network.analysis.diagnosis.screen import Score, score_variants
 from network.catalogue.declaration.declare import Array
 from network.catalogue.mechanisms.mechanism import Mechanism

@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING
 
 from network.analysis.calibration.gauss_newton import chi_of
 from network.analysis.diagnosis.experiments.advice import experiments
+from network.analysis.diagnosis.finding import UNKNOWN, Finding
 from network.analysis.diagnosis.findings import find_unknown, is_shadow, list_findings, list_rivals
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.invariants import doubt_unseen
 from network.analysis.diagnosis.isolability import isolability
 from network.analysis.diagnosis.locate import trace
+from network.analysis.diagnosis.located_heat import UnknownHeat
 from network.analysis.diagnosis.lumping_finding import find_lumping
 from network.analysis.diagnosis.refit import linearise_at_priors
-from network.analysis.diagnosis.result import UNKNOWN, Diagnosis, Finding, Fits, UnknownHeat
+from network.analysis.diagnosis.result import Diagnosis, Fits
 from network.analysis.diagnosis.screened_gain import list_screened
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.simulated_findings import is_finer, leave_fault, withdraw_refuted

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from network.analysis.diagnosis.result import experiment_file
+from network.analysis.diagnosis.experiments.experiment import experiment_file
 from network.machine.file_layers import is_made_of
 from network.platform.folders import folder
 from network.platform.publication import Kind, publication

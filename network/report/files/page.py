@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from network.analysis.diagnosis.result import experiment_file
+from network.analysis.diagnosis.experiments.experiment import experiment_file
 from network.platform.quantities.text_table import format_shift, span
 from network.platform.wording import join_names
 from network.recordings.start_rule import ESTIMATED
@@ -36,7 +36,8 @@ from network.report.words.verdict_words import next_words, verdict_words
 if TYPE_CHECKING:
     from markupsafe import Markup
 
-    from network.analysis.diagnosis.result import Diagnosis, Finding, Rival
+    from network.analysis.diagnosis.finding import Finding, Rival
+    from network.analysis.diagnosis.result import Diagnosis
     from network.report.pages.chart import Chart
 
 TEMPLATE = "diagnosis.html.j2"

@@ -22,7 +22,8 @@ from network.recordings.inputs import Start
 from network.report.words.recording_names import name_recording
 
 if TYPE_CHECKING:
-    from network.analysis.diagnosis.result import Diagnosis, Finding
+    from network.analysis.diagnosis.finding import Finding
+    from network.analysis.diagnosis.result import Diagnosis
 
 SECTIONS = ("nodes", "links", "sources", "tcp")
 """Where what moves the tool stands; a sensor's fault moves nothing."""

@@ -14,7 +14,8 @@ from network.report.words.heat_words import THROUGHOUT, when
 from network.report.words.recording_names import name_recording
 
 if TYPE_CHECKING:
-    from network.analysis.diagnosis.result import Diagnosis, Finding, Quantity, Rival
+    from network.analysis.diagnosis.finding import Finding, Quantity, Rival
+    from network.analysis.diagnosis.result import Diagnosis
 
 MOST_RIVALS = 4
 MOST_WINDOWS = 3

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+from network.analysis.diagnosis.finding import UNKNOWN
 from network.analysis.diagnosis.lump_sentences import cuts_only
-from network.analysis.diagnosis.result import UNKNOWN
 from network.platform.wording import join_names
 from network.report.words.tie_words import seats_words
 
 if TYPE_CHECKING:
-    from network.analysis.diagnosis.result import Diagnosis, Finding
+    from network.analysis.diagnosis.finding import Finding
+    from network.analysis.diagnosis.result import Diagnosis
 
 COUNTS = ("nothing", "one effect", "two effects", "three effects", "four effects")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from network.analysis.diagnosis.result import UNKNOWN
+from network.analysis.diagnosis.finding import UNKNOWN
 from network.platform.quantities.text_table import digits
 from network.platform.wording import join_names
 from network.report.words.headline_words import added_words, finer_words, found_words, misread_words, place_words

@@ -22,12 +22,12 @@ from network.analysis.diagnosis.candidates import candidate
 from network.analysis.diagnosis.exchange.exchange_fault import ExchangeFault, exchange_runs
 from network.analysis.diagnosis.exchange.exchange_scan import ExchangeScan, Runs, Score
 from network.analysis.diagnosis.exchange.exchanged_columns import Pair
+from network.analysis.diagnosis.finding import Rival
 from network.analysis.diagnosis.findings import why_not
 from network.analysis.diagnosis.hypothesis import Hypothesis, fit_hypothesis, theta_of
 from network.analysis.diagnosis.intermittent.channel_fault import LEFT
 from network.analysis.diagnosis.intermittent.channel_samples import excess_of
 from network.analysis.diagnosis.locate import locate
-from network.analysis.diagnosis.result import Rival
 from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.sensors.sensor_swap import SensorSwap
 from network.machine.machine import Machine

@@ -12,6 +12,7 @@ import numpy as np
 
 from network.analysis.comparison.compare import RecordingResidual
 from network.analysis.diagnosis.candidates import Candidate, candidates, kinds
+from network.analysis.diagnosis.finding import Quantity
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import (
     SHARES,
@@ -28,7 +29,6 @@ from network.analysis.diagnosis.intermittent.channel_samples import (
     list_inputs,
     truth_at_samples,
 )
-from network.analysis.diagnosis.result import Quantity
 from network.catalogue.declaration.declare import Array
 from network.catalogue.sensors.base import SensorEffect
 from network.machine.machine import Machine

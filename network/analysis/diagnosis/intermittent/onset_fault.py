@@ -15,6 +15,7 @@ import numpy as np
 
 from network.analysis.calibration.linearised import linearise
 from network.analysis.comparison.compare import RecordingResidual
+from network.analysis.diagnosis.finding import Quantity
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import Windows
 from network.analysis.diagnosis.intermittent.channel_fault import (
@@ -30,7 +31,6 @@ from network.analysis.diagnosis.intermittent.fault_shapes import list_shapes
 from network.analysis.diagnosis.intermittent.onset_jump import ResidualSteps, watch_jump
 from network.analysis.diagnosis.intermittent.onset_scan import Onset, OnsetScan
 from network.analysis.diagnosis.locate import locate
-from network.analysis.diagnosis.result import Quantity
 from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.declare import Array
 from network.catalogue.sensors.sensor_fault import SensorFault

@@ -14,7 +14,7 @@ from network.analysis.diagnosis.candidates import Candidate, candidate
 from network.analysis.diagnosis.compact_fit import compact, fit_with
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight, theta_of, use_file_noise
 from network.analysis.diagnosis.locate import list_likely_parts
-from network.analysis.diagnosis.result import UnknownHeat
+from network.analysis.diagnosis.located_heat import UnknownHeat
 from network.analysis.diagnosis.switching.affine_surrogate import straighten
 from network.analysis.diagnosis.switching.prior_samples import Space, parts_about
 from network.analysis.diagnosis.switching.relay_samples import ALIKE, NEAR, Drawn, after, draw_samples, find_onset
