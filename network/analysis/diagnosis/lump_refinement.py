@@ -2,9 +2,11 @@
 
 With n lumps in a bar and all others as they are, let d be what the channels have more with 2 n: whitened and with
 what the numbers take up of it projected out, e(n) = |M W d| [σ]. The error of n lumps falls with n², so that 4/3 e(n)
-is what is left to the limit of a continuous bar. Lumps suffice where these, summed over the B bars, stay within √(2 E)
-times the factor that noise counts with where a misfit lasts (misfit.py), E the evidence within which two explanations
-cannot be told apart: no lump decides then between them. Where a better fit leaves less, they are looked at again.
+is what is left to the limit of a continuous bar. Lumps suffice where the squares of these, summed over the bars, whose
+errors have nothing to do with each other, stay within 2 E times the square of the factor that noise has where a
+misfit lasts (misfit.py), E the evidence within which two explanations cannot be told apart: no lump decides then
+between them. Where there are many runs, those told worst stand for all. Where a better fit leaves less, lumps are
+looked at again.
 Range: bars whose profiles their lumps begin to resolve; from coarser ones at most GROWTH times as many are taken at
 once, and it is looked again. Source of the order: Richardson's extrapolation, Phil. Trans. R. Soc. A 210 (1911) 307.
 """
@@ -22,7 +24,15 @@ from network.analysis.calibration.growing_horizon import begin_in_step
 from network.analysis.calibration.linearised import Linearised
 from network.analysis.calibration.misfit import lasting_misfit
 from network.analysis.diagnosis.candidates import Candidate, candidates
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis, parameters_of, settle_hypothesis
+from network.analysis.diagnosis.few_runs import on_few_runs
+from network.analysis.diagnosis.hypothesis import (
+    Case,
+    Hypothesis,
+    fit_hypothesis,
+    parameters_of,
+    settle_hypothesis,
+    state,
+)
 from network.analysis.diagnosis.screen import whiten
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.sweep.finer_lumps import bars_of, cut_bars
@@ -34,6 +44,8 @@ from network.machine.machine import Machine
 from network.platform.parallel import run_all
 from network.platform.refusal import Failed
 
+STEPS = 15
+"""Of a fit on finer lumps to a few runs."""
 LEVELS = 3
 """Times that lumps are refined."""
 FINEST = 400
@@ -67,14 +79,21 @@ def refine_lumps(case: Case, written: Hypothesis, jobs: int = 1) -> list[Hypothe
         best = max(levels, key=lambda h: h.evidence)
         if levels[-1].chi < SETTINGS.noise or (finer := choose_lumps(levels[-1], jobs)) is None:
             break
-        levels.append(_fit_finer(case, finer, best.values if best is not written else None))
+        levels.append(_fit_finer(case, finer, best, best.values if best is not written else None))
         if levels[-1].evidence < best.evidence + SETTINGS.structure or levels[-1].chi > SETTINGS.doubtful:
             break
     return levels
 
 
-def _fit_finer(case: Case, machine: Machine, start: Mapping[str, float] | None) -> Hypothesis:
-    """The machine fitted on finer lumps; relays that fall out of step there are led back into it."""
+def _fit_finer(case: Case, machine: Machine, before: Hypothesis, start: Mapping[str, float] | None) -> Hypothesis:
+    """The machine fitted on finer lumps, to all runs only where it explains more of a few; relays that fall out of step
+    there are led back into it."""
+    few = on_few_runs(before)
+    if few is not before:
+        begun = fit_hypothesis(few.case, machine, start=start, steps=STEPS)
+        if begun.evidence < fit_hypothesis(few.case, few.machine, start=few.values).evidence:
+            return state(case, machine, begun.values)
+        start = begun.values
     direct = fit_hypothesis(case, machine, start=start)
     if direct.chi < SETTINGS.doubtful or not direct.fit.problem.model.switches:
         return direct
@@ -92,9 +111,11 @@ def choose_lumps(h: Hypothesis, jobs: int = 1) -> Machine | None:
     would be more than FINEST."""
     own = bars_of(h.root)
     written = counts = {name: n for name, n in bars_of(h.machine).items() if name in own}
-    allowed = float(np.sqrt(2 * SETTINGS.alike)) * lasting_misfit(h.linearised) / max(len(counts), 1)
+    few = on_few_runs(h)
+    share = len(few.fit.left) / max(len(h.fit.left), 1)
+    allowed = float(np.sqrt(2 * SETTINGS.alike * share / max(len(counts), 1))) * lasting_misfit(few.linearised)
     for _ in range(ROUNDS):
-        left = _leave_each(h, counts, jobs)
+        left = _leave_each(few, counts, jobs)
         more = {name: _count(counts[name], TO_THE_LIMIT * left[name] / allowed) for name in counts}
         if more == counts or sum(more.values()) > FINEST:
             break

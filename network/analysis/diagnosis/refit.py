@@ -14,7 +14,8 @@ from network.analysis.calibration.misfit import strain_of
 from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.coarse_surrogate import SMALL
 from network.analysis.diagnosis.compact_fit import compact, fit_with
-from network.analysis.diagnosis.hypothesis import Hypothesis, fit_hypothesis, reweight
+from network.analysis.diagnosis.few_runs import on_few_runs
+from network.analysis.diagnosis.hypothesis import Hypothesis, fit_hypothesis
 from network.analysis.diagnosis.placement import move_stretch
 from network.analysis.diagnosis.ranking import best_first
 from network.analysis.diagnosis.screen import SHOWS, Score, score_candidates
@@ -33,9 +34,9 @@ AROUND = 6
 """Candidates that sit where the best of them does, and were not on the list, that are fitted besides."""
 LARGE = 120
 """Lumps from which candidates are screened about the fit only."""
-FEW, BRIEF, KEPT, CONTINUED = 2, 4, 6, 0.3
-"""Runs on which every candidate begins, those told worst, and its steps there; how many of them go on with all runs at
-most, and what share of the best gain they need."""
+BRIEF, KEPT, CONTINUED = 4, 6, 0.3
+"""Steps of every candidate on a few runs, how many of them go on with all runs at most, and what share of the best gain
+they need."""
 FIRST_STEPS, FINALISTS, FINISHED = 7, 3, 0.7
 """Steps of these, how many of them are then fitted to the end at most, and the share of the best gain for that."""
 CLEAR, LEAST = 200.0, 2
@@ -79,20 +80,6 @@ def _limit_kinds(scores: Sequence[Score], most: int, of_a_kind: int) -> list[Sco
         if s.gain > SHOWS and sum(k.candidate.kind is s.candidate.kind for k in kept) < of_a_kind:
             kept.append(s)
     return kept[:most]
-
-
-def _on_few_runs(h: Hypothesis) -> Hypothesis:
-    """A hypothesis on the runs that it tells worst, where there are many."""
-    count = len(h.case.recordings)
-    if count <= FEW:
-        return h
-    first, left = 0, []
-    for whiten in h.fit.problem.whiteners:
-        rows = sum(len(root) for root in whiten.roots)
-        left.append(float(np.mean(h.fit.left[first : first + rows] ** 2)))
-        first += rows
-    case = h.case.of(sorted(np.argsort(left)[-FEW:].tolist()))
-    return reweight(case, replace(h, case=case))
 
 
 def _start_trial(about: Hypothesis, about_file: Mapping[tuple[str, ...], Score], trial: Score) -> Hypothesis | None:
@@ -161,7 +148,7 @@ def start_trials(
     it; is_near: whether the fit is near, so that what shows about it is all that shows."""
     about_file = [] if is_near else _about_file(current, candidates, jobs)
     trials = shortlist(scores, about_file, LONGER if current.machine.lumps <= SMALL else SHORTLIST)
-    about = _on_few_runs(current)
+    about = on_few_runs(current)
     begin = partial(_start_trial, about, {s.candidate.key: s for s in about_file})
     rest = _others([s for s in scores if s.gain > SHOWS], trials)
     return TrialFits(current, about, tuple(_fit_all(begin, trials, jobs, tell)), begin, rest)

@@ -149,9 +149,9 @@ class LinearRun:
             self._ends(pushes[some], output_map, answer[some])
         return answer
 
-    def portions(self, count: int) -> Iterator[slice]:
+    def portions(self, count: int, at_once: int = AT_ONCE) -> Iterator[slice]:
         """Pushes, as many at a time as are worth answering together."""
-        each = max(1, AT_ONCE // (len(self.x0) * self.problem.order + 1))
+        each = max(1, at_once // (len(self.x0) * self.problem.order + 1))
         return (slice(first, min(first + each, count)) for first in range(0, count, each))
 
     def _ends(self, pushes: Sequence[Push], output_map: OutputMap, answer: Array) -> None:

@@ -24,6 +24,8 @@ from network.engine.response.segments import Push
 
 LEAST = 1e-9
 """W/K: bends below it are none."""
+TOGETHER = 1_600_000
+"""Numbers in the modal states of pushes that are answered together (measured: fewer steps beat the cache)."""
 
 Off = Sequence[tuple[Group, Slopes]]
 
@@ -112,24 +114,27 @@ class BentCourse(LinearRun):
         if self.bends is None or not len(self.bends.spread):
             return pushes
         pushes = pushes if self.melts is None else [_stretch(p, *self.melts) for p in pushes]
-        output_map, spread, (B0, B1) = (
-            map_outputs(self.problem, self.bends.rows),
-            self.bends.spread,
-            self.bends.matrices,
-        )
-        steppings = [
-            BentSteps.of(s, output_map, spread, B0[s.first : s.last], B1[s.first : s.last]) for s in self.segments
-        ]
-        parts = (self._correct(pushes[some], steppings, self.bends) for some in self.portions(len(pushes)))
+        parts = (self._correct(pushes[some], self.bends) for some in self.portions(len(pushes), TOGETHER))
         return [push for part in parts for push in part]
 
-    def _correct(self, pushes: Sequence[Push], steppings: list[BentSteps], bends: Bends) -> list[Push]:
+    @cached_property
+    def steps(self) -> tuple[BentSteps, ...]:
+        """What the intervals of every stretch do to the heat of the bends."""
+        bends = self.bends
+        if bends is None:
+            return ()
+        output_map, (B0, B1) = map_outputs(self.problem, bends.rows), bends.matrices
+        here = (slice(s.first, s.last) for s in self.segments)
+        return tuple(BentSteps.of(s, output_map, bends.spread, B0[at], B1[at])
+                     for s, at in zip(self.segments, here, strict=True))  # fmt: skip
+
+    def _correct(self, pushes: Sequence[Push], bends: Bends) -> list[Push]:
         lumps, K = np.flatnonzero(bends.spread.any(axis=0)), len(self.x0)
         h0, h1 = (np.empty((K, len(pushes), len(bends.spread))) for _ in range(2))
         x = np.zeros((len(pushes), self.problem.order))
-        for s, stepping in zip(self.segments, steppings, strict=True):
+        for s, steps in zip(self.segments, self.steps, strict=True):
             here = slice(s.first, s.last)
-            end = stepping.along(pushes, x @ s.modes.W.T, h0[here], h1[here])
+            end = steps.along(pushes, x @ s.modes.W.T, h0[here], h1[here])
             x = np.real(end @ s.modes.V.T)
         return [_append_series(p, h0[:, i], h1[:, i], lumps, bends.spread[:, lumps]) for i, p in enumerate(pushes)]
 

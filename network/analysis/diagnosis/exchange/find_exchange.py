@@ -22,6 +22,7 @@ from network.analysis.diagnosis.candidates import candidate
 from network.analysis.diagnosis.exchange.exchange_fault import ExchangeFault, exchange_runs
 from network.analysis.diagnosis.exchange.exchange_scan import ExchangeScan, Runs, Score
 from network.analysis.diagnosis.exchange.exchanged_columns import Pair
+from network.analysis.diagnosis.few_runs import list_worst_runs, on_few_runs
 from network.analysis.diagnosis.finding import Rival
 from network.analysis.diagnosis.findings import why_not
 from network.analysis.diagnosis.hypothesis import Hypothesis, fit_hypothesis, theta_of
@@ -47,7 +48,7 @@ def find_exchange(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[Excha
     if not pairs or about is None:
         return None
     price = SETTINGS.least + float(np.log(len(pairs))) + len(h.case.recordings) * float(np.log(2))
-    tried = [t for s in _likely(about, pairs, price) if (t := fit_exchanged(h, s.pair, s.runs, steps=BRIEF))]
+    tried = [t for s in _likely(about, pairs, price) if (t := _try_exchanged(h, s))]
     ranked = sorted((t for t in tried if t.gain > 0), key=lambda t: -t.gain)
     best = _settle(ranked[0]) if ranked else None
     if best is None or best.worth <= price or not best.is_mended or not best.beats_unknown:
@@ -146,6 +147,18 @@ def fit_exchanged(
     except (Failed, Refused, np.linalg.LinAlgError):
         return None
     return Exchanged(h, after, pair, runs)
+
+
+def _try_exchanged(h: Hypothesis, score: Score) -> Exchanged | None:
+    """A pair exchanged, fitted a few steps, to all runs only where that explains more of a few; None where it does
+    not."""
+    few, mine = on_few_runs(h), tuple(score.runs[i] for i in list_worst_runs(h))
+    begun = None
+    if few is not h and any(mine):
+        begun = fit_exchanged(few, score.pair, mine, steps=BRIEF)
+        if begun is None or begun.gain <= 0:
+            return None
+    return fit_exchanged(h, score.pair, score.runs, begun and begun.after.values, BRIEF)
 
 
 def _settle(tried: Exchanged) -> Exchanged | None:
