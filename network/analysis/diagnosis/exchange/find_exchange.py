@@ -153,12 +153,12 @@ def _try_exchanged(h: Hypothesis, score: Score) -> Exchanged | None:
     """A pair exchanged, fitted a few steps, to all runs only where that explains more of a few; None where it does
     not."""
     few, mine = on_few_runs(h), tuple(score.runs[i] for i in list_worst_runs(h))
-    begun = None
-    if few is not h and any(mine):
-        begun = fit_exchanged(few, score.pair, mine, steps=BRIEF)
-        if begun is None or begun.gain <= 0:
-            return None
-    return fit_exchanged(h, score.pair, score.runs, begun and begun.after.values, BRIEF)
+    if few is h or not any(mine):
+        return fit_exchanged(h, score.pair, score.runs, steps=BRIEF)
+    begun = fit_exchanged(few, score.pair, mine, steps=BRIEF)
+    if begun is None or begun.gain <= 0:
+        return None
+    return fit_exchanged(h, score.pair, score.runs, begun.after.values, BRIEF)
 
 
 def _settle(tried: Exchanged) -> Exchanged | None:
