@@ -61,12 +61,25 @@ def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[f
     begun = first if fault is None else _with_fault(first, fault, mended)
     states = _search_from(begun, seed, jobs, tell)
     yield (now := next(states))
+    if not _is_found_again(now, first, jobs):
+        states = _search_from(first, seed, jobs, tell)
+        yield (now := next(states))
     if now.fault is not None and now.fault.competes and now.null.chi > SETTINGS.adequate:
         states = _weigh_fault(now, states, _search_from(first, seed, jobs, tell, sets_right=False))
     for now in states:
         yield now
     if now.fault is None and now.best.found and leaves_something(now.best):
         yield from _search_beside(now, seed, jobs, tell)
+
+
+def _is_found_again(now: Search, first: Search, jobs: int) -> bool:
+    """Whether the fault of readings shows on the lumps and under the noise of the null, too, where these are others
+    than those it was found on (first): what coarse lumps leave looks like a fault."""
+    if now.fault is None or now.fault.competes or now.null.machine is now.written.machine:
+        return True
+    case = replace(first.case, noise=now.case.noise, sigma=now.case.sigma)
+    fault, _ = _set_right(fit_hypothesis(case, now.null.machine, start=now.null.values), jobs)
+    return fault is not None and {*fault.channels} == {*now.fault.channels}
 
 
 def _weigh_fault(now: Search, states: Iterator[Search], others: Iterator[Search]) -> Iterator[Search]:
