@@ -13,6 +13,7 @@ import numpy as np
 
 from network.analysis.calibration.measured_means import RunPoint
 from network.analysis.diagnosis.compact_fit import compact
+from network.analysis.diagnosis.few_runs import on_few_runs
 from network.analysis.diagnosis.hypothesis import (
     Case,
     Hypothesis,
@@ -21,7 +22,6 @@ from network.analysis.diagnosis.hypothesis import (
     fit_hypothesis,
     start_from,
 )
-from network.analysis.diagnosis.ranking import best_first
 from network.analysis.diagnosis.switching.prior_samples import Space
 from network.platform.parallel import run_all
 from network.platform.refusal import Failed
@@ -33,17 +33,22 @@ TRIED, REST = (0.25, 0.4, 0.6), (0.8,)
 
 
 def restart_from_starts(best: Hypothesis, jobs: int = 1) -> Hypothesis:
-    """The hypothesis fitted about the starts that it finds, and about others, where relays switch and that helps."""
+    """The hypothesis fitted about the starts that it finds, and about others, where relays switch and that helps; these
+    are tried on the runs that are told worst."""
     if not best.fit.problem.model.switches:
         return best
     best = _better(best, fit_findings(start_from(best.case, best), best.root, best.found, best.values))
     loose = {n for c in best.found if c.switches for n in Space(c).parts}
     if not loose:
         return best
-    tried = run_all(partial(_shift_start, best, loose), (0.0, *SHIFTS), jobs)
-    ranked = best_first(*(h for h in tried if h is not None))
-    is_other = ranked and tried[0] is not ranked[0]
-    return _better(best, _to_the_end(best.case, ranked[0])) if is_other else best
+    shifts = (0.0, *SHIFTS)
+    tried = run_all(partial(_shift_start, on_few_runs(best), loose), shifts, jobs)
+    evidence = [-np.inf if h is None else h.evidence for h in tried]
+    first = int(np.argmax(evidence))
+    chosen = tried[first]
+    if not first or chosen is None:
+        return best
+    return _better(best, _to_the_end(_move_starts(best, loose, shifts[first]), chosen))
 
 
 def _better(best: Hypothesis, other: Hypothesis | None) -> Hypothesis:
@@ -53,19 +58,23 @@ def _better(best: Hypothesis, other: Hypothesis | None) -> Hypothesis:
 def _shift_start(best: Hypothesis, loose: set[str], shift: float) -> Hypothesis | None:
     """The hypothesis from starts and temperatures of its findings moved by a few tenths of a kelvin, over some of the
     runs."""
-    case = start_from(best.case, best)
     degrees = {p.path for p in best.own if p.field.unit == "degC"}
     values = {path: x + shift if path in degrees else x for path, x in best.values.items()}
-    moved = replace(case, began=tuple(_move_start(point, loose, shift) for point in case.began))
     try:
+        moved = _move_starts(best, loose, shift)
         return compact(fit_by_continuation(moved, best.machine, best.found, best.own, values, TRIED))
     except (Failed, np.linalg.LinAlgError):
         return None
 
 
-def _to_the_end(case: Case, h: Hypothesis) -> Hypothesis | None:
-    """A hypothesis over some of the runs, led over the rest of them."""
-    about = replace(case, began=h.case.began)
+def _move_starts(best: Hypothesis, loose: set[str], shift: float) -> Case:
+    """The case about the starts that a hypothesis finds, those of some parts moved."""
+    case = start_from(best.case, best)
+    return replace(case, began=tuple(_move_start(point, loose, shift) for point in case.began))
+
+
+def _to_the_end(about: Case, h: Hypothesis) -> Hypothesis | None:
+    """A hypothesis over the beginnings of some runs, led over the rest of all."""
     try:
         further = fit_by_continuation(about, h.machine, h.found, h.own, h.values, REST)
         return fit_hypothesis(about, h.machine, h.found, h.own, further.values)

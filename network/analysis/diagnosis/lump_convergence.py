@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from network.analysis.diagnosis.coarse_surrogate import fit_on_finer_lumps_afresh
+from dataclasses import replace
+
+from network.analysis.diagnosis.coarse_surrogate import fit_on_finer_lumps, fit_on_finer_lumps_afresh
 from network.analysis.diagnosis.compact_fit import expand
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis
+from network.analysis.diagnosis.few_runs import on_few_runs
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, theta_of
 from network.analysis.diagnosis.lump_refinement import LEVELS, choose_lumps
 from network.analysis.diagnosis.settings import SETTINGS
+from network.machine.machine import Machine
 
 
 def refine_until_converged(case: Case, best: Hypothesis, jobs: int = 1) -> Hypothesis:
@@ -16,11 +20,26 @@ def refine_until_converged(case: Case, best: Hypothesis, jobs: int = 1) -> Hypot
         best = expand(best)
         if (best.chi < SETTINGS.noise and not best.is_bent) or (root := choose_lumps(best, jobs)) is None:
             break
-        other = fit_on_finer_lumps_afresh(case, best, root)
+        begun = _begin_on_few(best, root)
+        other = begun and fit_on_finer_lumps_afresh(case, begun, root)
         if other is None or other.evidence < best.evidence + _least_gain(best, other):
             break
         best = other
     return best
+
+
+def _begin_on_few(best: Hypothesis, root: Machine) -> Hypothesis | None:
+    """The hypothesis at the numbers that finer lumps take on the runs that it tells worst; None where they explain less
+    of these."""
+    few = on_few_runs(best)
+    if few is best or best.switches:
+        return best
+    begun = fit_on_finer_lumps(few.case, few, root)
+    if begun is None or begun.evidence < few.evidence:
+        return None
+    return replace(
+        best, fit=replace(best.linearised.estimate, theta=theta_of(best.fit.problem.parameters, begun.values))
+    )
 
 
 def _least_gain(best: Hypothesis, other: Hypothesis) -> float:

@@ -49,8 +49,8 @@ class Settings:
     exponent: float = number(0.25, "ln", "the same of a bare number that has a default", "prior")
     signed: float = number(3.0, "1", "prior 1σ of what may be negative, over its typical size", "prior")
     degrees: float = number(3.0, "K", "prior 1σ of a temperature that a proposal brings", "prior")
-    findings: float = number(3, "1", "found at most", "budget")
-    calibrated: float = number(0.3, "1", "share of the time for the null", "budget")
+    findings: float = number(2, "1", "found at most; a diagnosis of what is written looks further", "budget")
+    calibrated: float = number(0.15, "1", "share of the time for the null", "budget")
     searched: float = number(0.8, "1", "share of the time after which nothing more is looked for", "budget")
 
     def summary(self) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from network.analysis.calibration.gauss_newton import chi_of
 from network.analysis.diagnosis.experiments.advice import experiments
 from network.analysis.diagnosis.finding import UNKNOWN, Finding
 from network.analysis.diagnosis.findings import find_unknown, is_shadow, list_findings, list_rivals
+from network.analysis.diagnosis.forward_selection import leaves_something
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.invariants import doubt_unseen
 from network.analysis.diagnosis.isolability import isolability
@@ -157,6 +158,8 @@ def _notes(search: Search) -> Iterator[str]:
     """What the recordings are worth, as sentences."""
     runs = search.case.recordings
     yield from (_tell_switchings(name, runs) for name in runs[0].modes)
+    if len(search.best.found) >= SETTINGS.findings and leaves_something(search.best):
+        yield "More may be missing than is looked for at once: diagnose the machine that is written to look further."
     for data in search.best.fit.problem.data:
         for name, channel in data.channels.items():
             if channel.apart.any():
