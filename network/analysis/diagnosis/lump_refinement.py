@@ -2,11 +2,10 @@
 
 With n lumps in a bar and all others as they are, let d be what the channels have more with 2 n: whitened and with
 what the numbers take up of it projected out, e(n) = |M W d| [σ]. The error of n lumps falls with n², so that 4/3 e(n)
-is what is left to the limit of a continuous bar. Lumps suffice where the squares of these, summed over the bars, whose
-errors have nothing to do with each other, stay within 2 E times the square of the factor that noise has where a
-misfit lasts (misfit.py), E the evidence within which two explanations cannot be told apart: no lump decides then
-between them. Where there are many runs, those told worst stand for all. Where a better fit leaves less, lumps are
-looked at again.
+is what is left to the limit of a continuous bar. Lumps suffice where these, summed over the B bars, stay within √(2 E)
+times the factor that noise counts with where a misfit lasts (misfit.py), E the evidence within which two explanations
+cannot be told apart: no lump decides then between them. Where there are many runs, those told worst stand for all.
+Where a better fit leaves less, lumps are looked at again.
 Range: bars whose profiles their lumps begin to resolve; from coarser ones at most GROWTH times as many are taken at
 once, and it is looked again. Source of the order: Richardson's extrapolation, Phil. Trans. R. Soc. A 210 (1911) 307.
 """
@@ -113,7 +112,7 @@ def choose_lumps(h: Hypothesis, jobs: int = 1) -> Machine | None:
     written = counts = {name: n for name, n in bars_of(h.machine).items() if name in own}
     few = on_few_runs(h)
     share = len(few.fit.left) / max(len(h.fit.left), 1)
-    allowed = float(np.sqrt(2 * SETTINGS.alike * share / max(len(counts), 1))) * lasting_misfit(few.linearised)
+    allowed = float(np.sqrt(2 * SETTINGS.alike * share)) * lasting_misfit(few.linearised) / max(len(counts), 1)
     for _ in range(ROUNDS):
         left = _leave_each(few, counts, jobs)
         more = {name: _count(counts[name], TO_THE_LIMIT * left[name] / allowed) for name in counts}
