@@ -204,6 +204,7 @@ def test_lumps_are_added_while_they_explain(
     monkeypatch.setattr(
         lump_convergence, "choose_lumps", lambda each, jobs: "finer" if levels[each.level + 1 :] else None
     )
+    monkeypatch.setattr(lump_convergence, "_begin_on_few", lambda each, root: each)
     monkeypatch.setattr(lump_convergence, "fit_on_finer_lumps_afresh", lambda case, each, root: levels[each.level + 1])
     assert lump_convergence.refine_until_converged(bare(), levels[0]).level == told
     calm = h(NOISE - 0.01, 0.0, is_bent=False, level=0)
@@ -223,9 +224,35 @@ def test_the_machine_as_written_is_cut_more_finely_while_that_helps(
     starts = list[Any]()
     monkeypatch.setattr(lump_refinement, "LEVELS", 9)
     monkeypatch.setattr(lump_refinement, "choose_lumps", lambda each, jobs: each.values["level"] + 1)
-    monkeypatch.setattr(lump_refinement, "_fit_finer", lambda case, level, start: starts.append(start) or levels[level])
+    monkeypatch.setattr(
+        lump_refinement, "_fit_finer", lambda case, level, best, start: starts.append(start) or levels[level]
+    )
     assert lump_refinement.refine_lumps(bare(), levels[0]) == levels[:tried]
     assert starts == [None, {"level": 1}, {"level": 2}][: tried - 1]
+
+
+@pytest.mark.parametrize("gain, goes_on", [(1.0, True), (-1.0, False)])
+def test_finer_lumps_are_fitted_to_all_runs_only_where_they_explain_more_of_a_few(
+    gain: float, goes_on: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else it is told how they stand at the numbers of these few."""
+    few = h(2.0, 5.0, case="few", machine="coarse", values={})
+    before = h(2.0, 9.0, values={})
+    fits = {("few", "fine"): h(2.0, 5.0 + gain, values={"of": "few"}), ("few", "coarse"): few,
+            ("all", "fine"): h(1.0, 20.0, values={})}  # fmt: skip
+    asked = list[Any]()
+
+    def fit(case: Any, machine: Any, start: Any = None, steps: int = 0) -> Any:
+        asked.append((case, machine, start))
+        return fits[case, machine]
+
+    monkeypatch.setattr(lump_refinement, "on_few_runs", lambda each: few)
+    monkeypatch.setattr(lump_refinement, "fit_hypothesis", fit)
+    monkeypatch.setattr(lump_refinement, "state", lambda case, machine, values: (case, machine, values))
+    told = lump_refinement._fit_finer("all", "fine", before, None)  # type: ignore[arg-type]
+    assert (told is fits["all", "fine"]) == goes_on
+    assert told == (fits["all", "fine"] if goes_on else ("all", "fine", {"of": "few"}))
+    assert asked[2:] == ([("all", "fine", {"of": "few"})] if goes_on else [])
 
 
 @pytest.mark.parametrize("again, best", [(h(1.4, 9.0), 1), (h(1.4, 7.0), 0), (None, 0)])

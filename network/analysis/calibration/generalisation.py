@@ -16,7 +16,7 @@ Biometrika 81 (1994) 351; unverified.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -62,14 +62,19 @@ class Unseen:
     due: Array
 
 
-def estimate_left(known: Uncertainty) -> dict[str, float]:
-    """1σ of what is left of each axis that a channel measured [m or rad]; 0 where noise and numbers are all."""
+def _always_on_time() -> bool:
+    return False
+
+
+def estimate_left(known: Uncertainty, is_late: Callable[[], bool] = _always_on_time) -> dict[str, float]:
+    """1σ of what is left of each axis that a channel measured [m or rad]; 0 where noise and numbers are all. Once it is
+    late, fits without a run are a step along the slopes of the whole."""
     at, pooled = known.at, dict[str, list[Unseen]]()
     sensors = at.problem.model.machine.sensors
     if not any(sensors[n].axis for d in at.problem.data for n in d.run.channels):
         return {}
     for fold in _folds(at.problem.data):
-        found = _leave_out(known, fold)
+        found = _leave_out(known, fold, is_late())
         if found is None:
             continue
         left, due = found
@@ -85,9 +90,9 @@ def estimate_left(known: Uncertainty) -> dict[str, float]:
     return {axis: _pool(several) for axis, several in pooled.items()}
 
 
-def with_numbers(machine: Machine, known: Uncertainty) -> Machine:
+def with_numbers(machine: Machine, known: Uncertainty, is_late: Callable[[], bool] = _always_on_time) -> Machine:
     """A machine with what a fit tells of its numbers, and how far this holds, which takes fits that leave runs out."""
-    return with_validity(with_standard_errors(machine, known), state_validity(machine, known))
+    return with_validity(with_standard_errors(machine, known), state_validity(machine, known, is_late))
 
 
 def with_standard_errors(machine: Machine, known: Uncertainty) -> Machine:
@@ -97,7 +102,9 @@ def with_standard_errors(machine: Machine, known: Uncertainty) -> Machine:
     return with_fitted_numbers(machine, parameters, known.at.theta, std)
 
 
-def state_validity(machine: Machine, known: Uncertainty) -> Validity:
+def state_validity(
+    machine: Machine, known: Uncertainty, is_late: Callable[[], bool] = _always_on_time
+) -> Validity:  # fmt: skip
     """What a calibrated machine says of itself."""
     problem = known.at.problem
     C = known.correlation
@@ -105,7 +112,7 @@ def state_validity(machine: Machine, known: Uncertainty) -> Validity:
     rows = {p.path: tuple(root[i, : i + 1].tolist()) for i, p in enumerate(problem.parameters)}
     schedules = [d.recording.schedule(machine.inputs) for d in problem.data]
     misfit = {n: (m.chi, m.rho) for n, m in channel_misfits(known.at).items()}
-    return Validity(find_ranges(machine, schedules), estimate_left(known), rows, misfit)
+    return Validity(find_ranges(machine, schedules), estimate_left(known, is_late), rows, misfit)
 
 
 def _pool(several: Sequence[Unseen]) -> float:
@@ -141,10 +148,10 @@ def _folds(data: Sequence[Measured]) -> Iterator[Fold]:
             yield Fold(r, block, ~later, block)
 
 
-def _leave_out(known: Uncertainty, fold: Fold) -> tuple[Array, Array] | None:
+def _leave_out(known: Uncertainty, fold: Fold, is_brief: bool) -> tuple[Array, Array] | None:
     """Of the cells of a fold's run [SI]: what is left with the numbers of the others, and the variance that the numbers
     of all leave it; None where a run runs away."""
-    theta = refit_without(known.at, fold.run, fold.removed)
+    theta = refit_without(known.at, fold.run, fold.removed, is_brief)
     at = None if theta is None else linearise_alone(known.at, fold.run, theta)
     if at is None:
         return None

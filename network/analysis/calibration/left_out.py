@@ -22,11 +22,12 @@ STEPS = 12
 """Of a fit without some of its rows, which begins at that with all."""
 
 
-def refit_without(at: Linearised, run: int, removed: Mask) -> Array | None:
+def refit_without(at: Linearised, run: int, removed: Mask, is_brief: bool = False) -> Array | None:
     """θ of a fit without some rows of a run (mask over them); None where that runs away. Where relays switch, each fit
-    is dear and a part of a run out of step: there a step along the slopes of the whole."""
+    is dear and a part of a run out of step: there, and where it is to be brief, a step along the slopes of the
+    whole."""
     problem = at.problem
-    if problem.model.switches:
+    if problem.model.switches or is_brief:
         return _step_without(at, run, removed)
     data, whiteners = list(problem.data), list(problem.whiteners)
     if removed.all():

@@ -50,7 +50,11 @@ class Null(Brief):
     @cached_property
     def machine(self) -> Machine:
         """The same, with how far it holds, which takes fits that leave runs out."""
-        return with_numbers(self.original, uncertainty_by_curvature(self.fit.at))
+        return self.state_numbers(lambda: False)
+
+    def state_numbers(self, is_late: Callable[[], bool]) -> Machine:
+        """The same, these fits brief once it is late."""
+        return with_numbers(self.original, uncertainty_by_curvature(self.fit.at), is_late)
 
     @property
     def values(self) -> dict[str, float]:

@@ -3,7 +3,7 @@ it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from network.analysis.calibration.estimated_constants import Numbers, compare_estimated
-from network.analysis.calibration.generalisation import with_numbers
+from network.analysis.calibration.generalisation import with_numbers, with_standard_errors
 from network.analysis.calibration.misfit import channel_misfits
 from network.analysis.calibration.recorded_modes import forget_modes
-from network.analysis.calibration.uncertainty import uncertainty_by_curvature
+from network.analysis.calibration.uncertainty import Uncertainty, uncertainty_by_curvature
 from network.analysis.comparison.compare import Comparison, RecordingResidual
 from network.analysis.diagnosis.compact_fit import expand
 from network.analysis.diagnosis.faced_relays import face_relays
@@ -91,7 +91,7 @@ def _simulate_both(
     if not (search.fault or search.best.found or is_finer(search)):
         return search, before, _fits(search, before, before, holdout, jobs)
     search = replace(search, faced=face_relays(search.best))
-    after = numbers_in(search.told)
+    after = with_standard_errors(search.told.machine, _known(search.told))
     return search, after, _fits(search, before, after, holdout, jobs)
 
 
@@ -99,9 +99,14 @@ def is_finer(search: Search) -> bool:
     return search.best.root.to_plain() != search.written.machine.to_plain()
 
 
-def numbers_in(h: Hypothesis) -> Machine:
-    """The machine of a hypothesis with its numbers ± their standard errors, and how far it holds."""
-    return with_numbers(h.machine, uncertainty_by_curvature(expand(h).linearised))
+def numbers_in(h: Hypothesis, is_late: Callable[[], bool]) -> Machine:
+    """The machine of a hypothesis with its numbers ± their standard errors, and how far it holds; briefly found once it
+    is late."""
+    return with_numbers(h.machine, _known(h), is_late)
+
+
+def _known(h: Hypothesis) -> Uncertainty:
+    return uncertainty_by_curvature(expand(h).linearised)
 
 
 def _fits(search: Search, before: Machine, after: Machine, holdout: Sequence[Recording], jobs: int) -> Fits:

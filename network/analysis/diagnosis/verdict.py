@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 from network.analysis.calibration.gauss_newton import chi_of
@@ -21,7 +22,7 @@ from network.analysis.diagnosis.refit import linearise_at_priors
 from network.analysis.diagnosis.result import Diagnosis, Fits
 from network.analysis.diagnosis.screened_gain import list_screened
 from network.analysis.diagnosis.settings import SETTINGS
-from network.analysis.diagnosis.simulated_findings import is_finer, leave_fault, withdraw_refuted
+from network.analysis.diagnosis.simulated_findings import is_finer, leave_fault, numbers_in, withdraw_refuted
 from network.analysis.diagnosis.strategies import list_unsearched
 from network.analysis.diagnosis.time_budget import TimeBudget
 from network.engine.response.followed_relays import MODE
@@ -32,8 +33,17 @@ if TYPE_CHECKING:
     from network.analysis.diagnosis.search_record import Search
 
 
+LATE = 0.5
+"""Share of the time from which it is told briefly how far a machine holds (budget)."""
+
+
+def _is_late(budget: TimeBudget, ended: str) -> bool:
+    return bool(ended) or budget.is_past(LATE)
+
+
 def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[str], seed: int, jobs: int) -> Diagnosis:
     """The diagnosis that a search amounts to."""
+    is_late = partial(_is_late, search.case.budget, search.ended)
     search = replace(search, case=replace(search.case, budget=TimeBudget()))
     before = search.calibrated.fitted
     search, after, fits, refuted = withdraw_refuted(search, before, holdout, jobs)
@@ -53,7 +63,9 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     told += list(_tell_unseen(fits)) if doubt and not findings else []
     notes = (*warnings, *told, *([known.sentence] if known.sentence else ()))
     if after is before:
-        before = after = search.calibrated.machine
+        before = after = search.calibrated.state_numbers(is_late)
+    else:
+        after = numbers_in(search.told, is_late)
     after = leave_fault(search, after, holdout, fits)
     return Diagnosis(
         search.given.machine, before, after, verdict, tuple(findings), _channels(fits), _trace_first(search), fits,
