@@ -26,7 +26,7 @@ from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.switching.relay_search import rank_likely_places
 from network.analysis.diagnosis.switching.sample_refinement import DAMPED, _At, _step, refine_samples
 from network.analysis.diagnosis.time_budget import BudgetReached
-from network.platform.refusal import Failed
+from network.platform.refusal import Failed, Refused
 
 NOISE, ALIKE, DOUBTFUL = SETTINGS.noise, SETTINGS.alike, SETTINGS.doubtful
 
@@ -630,13 +630,16 @@ def test_draws_go_to_where_they_are_most_likely() -> None:
     assert misfits == pytest.approx(judge.misfits(view, best[None], judge.residuals(view, best[None]))[0], rel=1e-6)
 
 
-def test_what_breaks_down_when_it_is_simulated_is_taken_back(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("error", [Failed, Refused])
+def test_what_breaks_down_when_it_is_simulated_is_taken_back(
+    error: type[Exception], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Nothing of it is told; where nothing at all can be simulated, that ends the diagnosis with its sentence."""
     whole, rest = bare(selection="whole"), bare(selection="rest")
 
     def simulate(search: Any, *_: Any) -> tuple[Any, str, str]:
         if search is whole:
-            raise Failed("housing runs away")
+            raise error("housing runs away")
         return search, "machine", "fits"
 
     monkeypatch.setattr(simulated_findings, "_simulate_both", simulate)

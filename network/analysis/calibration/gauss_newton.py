@@ -30,7 +30,7 @@ __all__ = ["Linearised", "Problem", "chi_of", "linearise", "make_problem", "mini
 
 STEPS = 60
 """At most; nearly all fits end within 25, those of numbers far beyond their priors, along bent valleys, within 50."""
-CLOSE, CLOSE_SHARE, CLOSE_SHARE_FAR = 1e-2, 1e-5, 3e-4
+CLOSE, CLOSE_SHARE, CLOSE_SHARE_FAR = 1e-2, 1e-5, 1e-4
 """Decrease of J that no longer matters (J counts in squared σ), and as a share of J, also where the run is far off."""
 FAR = 3.0
 """Misfit χ from which priors of θ are narrowed."""

@@ -24,7 +24,7 @@ from network.analysis.diagnosis.result import Fits
 from network.analysis.diagnosis.selection import Selection
 from network.machine.machine import Machine
 from network.platform.parallel import run_all
-from network.platform.refusal import Failed
+from network.platform.refusal import Failed, Refused
 from network.recordings.recording import Recording
 
 if TYPE_CHECKING:
@@ -52,10 +52,10 @@ def _test_simulated(
     search: Search, before: Machine, holdout: Sequence[Recording], jobs: int
 ) -> tuple[Search, Machine, Fits | None, list[str]]:
     """A search at the numbers that its relays keep step with, the machine that it comes to, how it tells the
-    recordings, and what speaks against it; None and why where a run breaks down."""
+    recordings, and what speaks against it; None and why where a run breaks down, or its numbers make no machine."""
     try:
         search, after, fits = _simulate_both(search, before, holdout, jobs)
-    except (Failed, np.linalg.LinAlgError) as broken:
+    except (Failed, Refused, np.linalg.LinAlgError) as broken:
         return search, before, None, [f"with it a run breaks down: {broken}"]
     return search, after, fits, list_refutations(search.selection, fits) if after is not before else []
 
