@@ -630,16 +630,14 @@ def test_draws_go_to_where_they_are_most_likely() -> None:
     assert misfits == pytest.approx(judge.misfits(view, best[None], judge.residuals(view, best[None]))[0], rel=1e-6)
 
 
-@pytest.mark.parametrize("error", [Failed, Refused])
-def test_what_breaks_down_when_it_is_simulated_is_taken_back(
-    error: type[Exception], monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.parametrize("error", [Failed("housing runs away"), Refused(["housing runs away"])])
+def test_what_breaks_down_when_it_is_simulated_is_taken_back(error: Exception, monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing of it is told; where nothing at all can be simulated, that ends the diagnosis with its sentence."""
     whole, rest = bare(selection="whole"), bare(selection="rest")
 
     def simulate(search: Any, *_: Any) -> tuple[Any, str, str]:
         if search is whole:
-            raise error("housing runs away")
+            raise error
         return search, "machine", "fits"
 
     monkeypatch.setattr(simulated_findings, "_simulate_both", simulate)
