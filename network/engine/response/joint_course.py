@@ -10,10 +10,11 @@ from collections.abc import Sequence
 
 from network.engine.channels import Readouts
 from network.engine.network import Network
+from network.engine.response.bent_rounds import Guess
 from network.engine.response.linear_run import LinearRun, solve
 from network.engine.response.measured_run import JointPlan, Run
 from network.engine.response.nonlinear_correction import BentCourse
-from network.engine.response.waveform import Guess, course_of_runs
+from network.engine.response.waveform import course_of_runs
 from network.engine.solvers.elimination import KnownRegimes
 from network.engine.solvers.linear import begin_runs, part_of, reduce
 from network.engine.solvers.modal import Modes
