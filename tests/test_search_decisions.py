@@ -16,6 +16,7 @@ from network.analysis.diagnosis import (
     lump_refinement,
     lumping_finding,
     placement,
+    search,
     simulated_findings,
     verdict,
 )
@@ -235,24 +236,41 @@ def test_the_machine_as_written_is_cut_more_finely_while_that_helps(
 def test_finer_lumps_are_fitted_to_all_runs_only_where_they_explain_more_of_a_few(
     gain: float, goes_on: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Else it is told how they stand at the numbers of these few."""
-    few = h(2.0, 5.0, case="few", machine="coarse", values={})
-    before = h(2.0, 9.0, values={})
-    fits = {("few", "fine"): h(2.0, 5.0 + gain, values={"of": "few"}), ("few", "coarse"): few,
-            ("all", "fine"): h(1.0, 20.0, values={})}  # fmt: skip
+    still = bare(problem=bare(model=bare(switches=False)))
+    few, before = h(2.0, 5.0, case="few"), h(2.0, 9.0, fit=still)
+    fits = {"few": h(2.0, 5.0 + gain, values={"of": "few"}), "all": h(1.0, 20.0)}
     asked = list[Any]()
 
     def fit(case: Any, machine: Any, start: Any = None, steps: int = 0) -> Any:
-        asked.append((case, machine, start))
-        return fits[case, machine]
+        asked.append((case, start))
+        return fits[case]
 
     monkeypatch.setattr(lump_refinement, "on_few_runs", lambda each: few)
     monkeypatch.setattr(lump_refinement, "fit_hypothesis", fit)
-    monkeypatch.setattr(lump_refinement, "state", lambda case, machine, values: (case, machine, values))
     told = lump_refinement._fit_finer("all", "fine", before, None)  # type: ignore[arg-type]
-    assert (told is fits["all", "fine"]) == goes_on
-    assert told == (fits["all", "fine"] if goes_on else ("all", "fine", {"of": "few"}))
-    assert asked[2:] == ([("all", "fine", {"of": "few"})] if goes_on else [])
+    assert told is (fits["all"] if goes_on else None)
+    assert asked == [("few", None), *([("all", {"of": "few"})] if goes_on else [])]
+
+
+@pytest.mark.parametrize("gain, stays", [(SETTINGS.least * 4 + 1, True), (SETTINGS.least * 4 - 1, False)])
+def test_a_fault_has_to_explain_more_than_chance_on_the_finer_lumps_too(
+    gain: float, stays: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As the noise of the null counts it, and in units of how long a misfit lasts; on the same lumps it was just
+    found."""
+    monkeypatch.setattr(search, "lasting_misfit", lambda at: 2.0)
+    monkeypatch.setattr(search, "replace", lambda case, **more: (case, more))
+    asked = list[Any]()
+    monkeypatch.setattr(
+        search, "fit_hypothesis", lambda case, machine, start: asked.append((case, machine)) or h(1.0, 100.0)
+    )
+    null = h(1.0, 100.0 + gain, machine="fine", values={}, linearised=None)
+    now = bare(fault=bare(competes=False), null=null, written=bare(machine="coarse"), case=bare(noise="n", sigma="s"))
+    assert search._is_found_again(now, bare(case="bare")) == stays
+    assert asked == [(("bare", {"noise": "n", "sigma": "s"}), "fine")]
+    assert search._is_found_again(bare(fault=None), bare())
+    now.written.machine = "fine"
+    assert search._is_found_again(now, bare(case="bare"))
 
 
 @pytest.mark.parametrize("again, best", [(h(1.4, 9.0), 1), (h(1.4, 7.0), 0), (None, 0)])
@@ -630,7 +648,7 @@ def test_draws_go_to_where_they_are_most_likely() -> None:
     assert misfits == pytest.approx(judge.misfits(view, best[None], judge.residuals(view, best[None]))[0], rel=1e-6)
 
 
-@pytest.mark.parametrize("error", [Failed("housing runs away"), Refused(["housing runs away"])])
+@pytest.mark.parametrize("error", [Failed("housing runs away"), Refused(["on too long"])])
 def test_what_breaks_down_when_it_is_simulated_is_taken_back(error: Exception, monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing of it is told; where nothing at all can be simulated, that ends the diagnosis with its sentence."""
     whole, rest = bare(selection="whole"), bare(selection="rest")
@@ -643,11 +661,12 @@ def test_what_breaks_down_when_it_is_simulated_is_taken_back(error: Exception, m
     monkeypatch.setattr(simulated_findings, "_simulate_both", simulate)
     monkeypatch.setattr(simulated_findings, "list_refutations", lambda selection, fits: [])
     monkeypatch.setattr(simulated_findings, "list_retreats", lambda search: iter([rest]))
-    search, after, fits, refuted = simulated_findings.withdraw_refuted(whole, "before", (), 1)
-    assert (search, after, fits) == (rest, "machine", "fits")
-    assert refuted == ["with it a run breaks down: housing runs away"]
+    last, after, fits, refuted = simulated_findings.withdraw_refuted(whole, "before", (), 1)
+    assert (last, after, fits) == (rest, "machine", "fits")
+    how = "its numbers make no machine" if isinstance(error, Refused) else "with it a run breaks down"
+    assert refuted == [f"{how}: {error}"]
     monkeypatch.setattr(simulated_findings, "list_retreats", lambda search: iter(()))
-    with pytest.raises(Failed, match="breaks down"):
+    with pytest.raises(Failed, match=how):
         simulated_findings.withdraw_refuted(whole, "before", (), 1)
 
 

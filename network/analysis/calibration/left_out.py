@@ -36,7 +36,7 @@ def refit_without(at: Linearised, run: int, removed: Mask, is_brief: bool = Fals
         data[run], whiteners[run] = _thin_out(data[run], whiteners[run], ~removed)
     try:
         return minimise(_of_runs(problem, data, whiteners), at.theta, STEPS).theta
-    except Failed:
+    except (Failed, np.linalg.LinAlgError):
         return None
 
 
@@ -44,7 +44,7 @@ def linearise_alone(at: Linearised, run: int, theta: Array) -> Linearised | None
     """One run at some θ; None where that runs away."""
     try:
         return linearise(_of_runs(at.problem, [at.problem.data[run]], [at.problem.whiteners[run]]), theta)
-    except Failed:
+    except (Failed, np.linalg.LinAlgError):
         return None
 
 

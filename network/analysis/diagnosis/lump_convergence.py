@@ -32,7 +32,7 @@ def _begin_on_few(best: Hypothesis, root: Machine) -> Hypothesis | None:
     """The hypothesis at the numbers that finer lumps take on the runs that it tells worst; None where they explain less
     of these."""
     few = on_few_runs(best)
-    if few is best or best.switches:
+    if few is best or best.fit.problem.model.switches:
         return best
     begun = fit_on_finer_lumps(few.case, few, root)
     if begun is None or begun.evidence < few.evidence:

@@ -30,7 +30,6 @@ from network.analysis.diagnosis.hypothesis import (
     fit_hypothesis,
     parameters_of,
     settle_hypothesis,
-    state,
 )
 from network.analysis.diagnosis.screen import whiten
 from network.analysis.diagnosis.settings import SETTINGS
@@ -78,20 +77,25 @@ def refine_lumps(case: Case, written: Hypothesis, jobs: int = 1) -> list[Hypothe
         best = max(levels, key=lambda h: h.evidence)
         if levels[-1].chi < SETTINGS.noise or (finer := choose_lumps(levels[-1], jobs)) is None:
             break
-        levels.append(_fit_finer(case, finer, best, best.values if best is not written else None))
+        fitted = _fit_finer(case, finer, best, best.values if best is not written else None)
+        if fitted is None:
+            break
+        levels.append(fitted)
         if levels[-1].evidence < best.evidence + SETTINGS.structure or levels[-1].chi > SETTINGS.doubtful:
             break
     return levels
 
 
-def _fit_finer(case: Case, machine: Machine, before: Hypothesis, start: Mapping[str, float] | None) -> Hypothesis:
-    """The machine fitted on finer lumps, to all runs only where it explains more of a few; relays that fall out of step
-    there are led back into it."""
+def _fit_finer(
+    case: Case, machine: Machine, before: Hypothesis, start: Mapping[str, float] | None
+) -> Hypothesis | None:  # fmt: skip
+    """The machine fitted on finer lumps; None where they explain less of a few runs. Relays that fall out of step there
+    are led back into it."""
     few = on_few_runs(before)
-    if few is not before:
+    if few is not before and not before.fit.problem.model.switches:
         begun = fit_hypothesis(few.case, machine, start=start, steps=STEPS)
-        if begun.evidence < fit_hypothesis(few.case, few.machine, start=few.values).evidence:
-            return state(case, machine, begun.values)
+        if begun.evidence < few.evidence:
+            return None
         start = begun.values
     direct = fit_hypothesis(case, machine, start=start)
     if direct.chi < SETTINGS.doubtful or not direct.fit.problem.model.switches:
@@ -112,7 +116,7 @@ def choose_lumps(h: Hypothesis, jobs: int = 1) -> Machine | None:
     written = counts = {name: n for name, n in bars_of(h.machine).items() if name in own}
     few = on_few_runs(h)
     share = len(few.fit.left) / max(len(h.fit.left), 1)
-    allowed = float(np.sqrt(2 * SETTINGS.alike * share)) * lasting_misfit(few.linearised) / max(len(counts), 1)
+    allowed = float(np.sqrt(2 * SETTINGS.alike * share)) * lasting_misfit(h.linearised) / max(len(counts), 1)
     for _ in range(ROUNDS):
         left = _leave_each(few, counts, jobs)
         more = {name: _count(counts[name], TO_THE_LIMIT * left[name] / allowed) for name in counts}

@@ -61,8 +61,8 @@ def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[f
     begun = first if fault is None else _with_fault(first, fault, mended)
     states = _search_from(begun, seed, jobs, tell)
     yield (now := next(states))
-    if not _is_found_again(now, first, jobs):
-        states = _search_from(first, seed, jobs, tell)
+    if not _is_found_again(now, first):
+        states = _search_from(first, seed, jobs, tell, sets_right=False)
         yield (now := next(states))
     if now.fault is not None and now.fault.competes and now.null.chi > SETTINGS.adequate:
         states = _weigh_fault(now, states, _search_from(first, seed, jobs, tell, sets_right=False))
@@ -72,14 +72,18 @@ def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[f
         yield from _search_beside(now, seed, jobs, tell)
 
 
-def _is_found_again(now: Search, first: Search, jobs: int) -> bool:
-    """Whether the fault of readings shows on the lumps and under the noise of the null, too, where these are others
-    than those it was found on (first): what coarse lumps leave looks like a fault."""
+def _is_found_again(now: Search, first: Search) -> bool:
+    """Whether the fault of readings explains more than chance on the lumps and under the noise of the null, too, where
+    these are others than those it was found on (first): what coarse lumps leave looks like a fault."""
     if now.fault is None or now.fault.competes or now.null.machine is now.written.machine:
         return True
     case = replace(first.case, noise=now.case.noise, sigma=now.case.sigma)
-    fault, _ = _set_right(fit_hypothesis(case, now.null.machine, start=now.null.values), jobs)
-    return fault is not None and {*fault.channels} == {*now.fault.channels}
+    try:
+        bare = fit_hypothesis(case, now.null.machine, start=now.null.values)
+    except (Failed, np.linalg.LinAlgError):
+        return True
+    firm = lasting_misfit(now.null.linearised)
+    return now.null.evidence - bare.evidence > SETTINGS.least * firm**2
 
 
 def _weigh_fault(now: Search, states: Iterator[Search], others: Iterator[Search]) -> Iterator[Search]:

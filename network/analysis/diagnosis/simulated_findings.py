@@ -55,8 +55,10 @@ def _test_simulated(
     recordings, and what speaks against it; None and why where a run breaks down, or its numbers make no machine."""
     try:
         search, after, fits = _simulate_both(search, before, holdout, jobs)
-    except (Failed, Refused, np.linalg.LinAlgError) as broken:
+    except (Failed, np.linalg.LinAlgError) as broken:
         return search, before, None, [f"with it a run breaks down: {broken}"]
+    except Refused as refused:
+        return search, before, None, [f"its numbers make no machine: {refused}"]
     return search, after, fits, list_refutations(search.selection, fits) if after is not before else []
 
 
@@ -89,7 +91,7 @@ def _simulate_both(
     """A search at the numbers that its relays keep step with, the machine with what was found at these, and how it
     tells the recordings, simulated."""
     if not (search.fault or search.best.found or is_finer(search)):
-        return search, before, _fits(search, before, before, holdout, jobs)
+        return replace(search, faced=None), before, _fits(search, before, before, holdout, jobs)
     search = replace(search, faced=face_relays(search.best))
     after = with_standard_errors(search.told.machine, _known(search.told))
     return search, after, _fits(search, before, after, holdout, jobs)

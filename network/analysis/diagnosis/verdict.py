@@ -33,12 +33,9 @@ if TYPE_CHECKING:
     from network.analysis.diagnosis.search_record import Search
 
 
-LATE = 0.5
-"""Share of the time from which it is told briefly how far a machine holds (budget)."""
-
-
 def _is_late(budget: TimeBudget, ended: str) -> bool:
-    return bool(ended) or budget.is_past(LATE)
+    """Whether how far a machine holds is to be found briefly."""
+    return bool(ended) or budget.is_past(SETTINGS.searched)
 
 
 def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[str], seed: int, jobs: int) -> Diagnosis:

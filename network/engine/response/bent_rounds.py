@@ -80,7 +80,8 @@ class Rounds:
             stretch = np.log(self.latent.stretch(self.T))
             slopes = [slopes_of_group(g, self.T, self.u) for g in self.inside]
             melts = [stretch / np.maximum(np.abs(stretch).max(axis=0), 1e-30)] if self.network.melting else []
-            of = windows([loosen(self.inside, slopes, self._find_hold()), *melts], len(self.plan.steps))
+            loose = loosen(self.inside, slopes, self._find_hold())
+            of = windows([loose, *melts], len(self.plan.steps), len(self.begun.runs))
             mine = [np.flatnonzero(of == w) for w in range(int(of.max()) + 1)]
             middles = [self._middle(at) for at in mine]
             wide = [np.exp(stretch[np.concatenate([at, at + len(of)])].mean(axis=0)) for at in mine]
@@ -173,9 +174,10 @@ class Rounds:
         return heat_of(group, self.T, self.u)
 
     def _find_hold(self) -> Array:
-        """What holds every lump where it is, in the middle of all [W/K]."""
+        """What holds every lump where it is, in the middle of all [W/K]; nothing moves one whose temperature is
+        given."""
         everywhere = jacobian(self.straight, *self._middle(np.arange(len(self.plan.steps))))
-        return np.asarray(np.abs(np.diag(everywhere)))
+        return np.where(np.isinf(self.network.capacity), np.inf, np.abs(np.diag(everywhere)))
 
     def _middle(self, mine: Indices) -> tuple[Array, dict[str, Array], Array]:
         """Temperatures, inputs and relay modes for which a window is linearised."""

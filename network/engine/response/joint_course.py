@@ -22,6 +22,8 @@ from network.engine.solvers.plan import Plan
 
 MOST_STATES = 4_000_000
 """Lumps times knots up to which runs are followed as one: beyond, memory counts more than calls."""
+MOST_BENT = 30_000_000
+"""Lumps squared times knots, where laws are bent and every interval is a matrix."""
 
 
 def solve_together(
@@ -54,5 +56,6 @@ def _take_run(whole: LinearRun, plan: Plan, run: slice) -> LinearRun:
 def can_join(network: Network, runs: Sequence[Run]) -> bool:
     """Whether runs of a network can be followed as one."""
     same = all(run.channels == runs[0].channels for run in runs[1:])
-    few = sum(len(run.knots.t) for run in runs) * network.size <= MOST_STATES
+    knots = sum(len(run.knots.t) for run in runs)
+    few = knots * network.size <= MOST_STATES if network.is_affine() else knots * network.size**2 <= MOST_BENT
     return len(runs) > 1 and same and few and not (network.relays or network.melting)

@@ -98,11 +98,13 @@ class Model:
                  for plan, start in zip(laid, starts, strict=True)]  # fmt: skip
         known: dict[bytes, Modes] = {}
         regimes: KnownRegimes = {}
-        joint = join_runs(self.runs, laid) if can_join(network, self.runs) else None
+        joins = can_join(network, self.runs) and not self.warm.is_apart
+        joint = join_runs(self.runs, laid) if joins else None
         near = self.warm.guess.get(JOINT)
         told = None if joint is None else solve_together(joint, plans, outputs, known, regimes, near)
         if joint is None or told is None:
             courses = [self._course(i, plan, outputs, known, regimes) for i, plan in enumerate(plans)]
+            self.warm.is_apart |= joint is not None
             return self._share_slopes([self._predict(i, machine, course, None) for i, course in enumerate(courses)])
         whole, parts = told
         if not network.is_affine():

@@ -27,6 +27,9 @@ LEAST = 1e-9
 TOGETHER = 1_600_000
 """Numbers in the modal states of pushes that are answered together (measured: fewer steps beat the cache)."""
 
+KEPT = 5_000_000
+"""Intervals times modes times readings up to which a course keeps what its intervals do."""
+
 Off = Sequence[tuple[Group, Slopes]]
 
 
@@ -114,25 +117,34 @@ class BentCourse(LinearRun):
         if self.bends is None or not len(self.bends.spread):
             return pushes
         pushes = pushes if self.melts is None else [_stretch(p, *self.melts) for p in pushes]
-        parts = (self._correct(pushes[some], self.bends) for some in self.portions(len(pushes), TOGETHER))
+        steps = self._list_steps(self.bends)
+        parts = (self._correct(pushes[some], steps, self.bends) for some in self.portions(len(pushes), TOGETHER))
         return [push for part in parts for push in part]
 
-    @cached_property
-    def steps(self) -> tuple[BentSteps, ...]:
-        """What the intervals of every stretch do to the heat of the bends."""
-        bends = self.bends
-        if bends is None:
-            return ()
+    def _list_steps(self, bends: Bends) -> tuple[BentSteps, ...]:
+        """What the intervals of every stretch do to the heat of the bends; kept where that is not much."""
+        if len(self.x0) * self.problem.order * len(bends.rows) > KEPT:
+            return self._make_steps(bends)
+        if "kept" not in self.__dict__:
+            self.__dict__["kept"] = self._make_steps(bends)
+        kept: tuple[BentSteps, ...] = self.__dict__["kept"]
+        return kept
+
+    def _make_steps(self, bends: Bends) -> tuple[BentSteps, ...]:
         output_map, (B0, B1) = map_outputs(self.problem, bends.rows), bends.matrices
         here = (slice(s.first, s.last) for s in self.segments)
         return tuple(BentSteps.of(s, output_map, bends.spread, B0[at], B1[at])
                      for s, at in zip(self.segments, here, strict=True))  # fmt: skip
 
-    def _correct(self, pushes: Sequence[Push], bends: Bends) -> list[Push]:
+    def __getstate__(self) -> dict[str, object]:
+        """Another process works its steps out for itself."""
+        return {name: value for name, value in self.__dict__.items() if name != "kept"}
+
+    def _correct(self, pushes: Sequence[Push], every: Sequence[BentSteps], bends: Bends) -> list[Push]:
         lumps, K = np.flatnonzero(bends.spread.any(axis=0)), len(self.x0)
         h0, h1 = (np.empty((K, len(pushes), len(bends.spread))) for _ in range(2))
         x = np.zeros((len(pushes), self.problem.order))
-        for s, steps in zip(self.segments, self.steps, strict=True):
+        for s, steps in zip(self.segments, every, strict=True):
             here = slice(s.first, s.last)
             end = steps.along(pushes, x @ s.modes.W.T, h0[here], h1[here])
             x = np.real(end @ s.modes.V.T)

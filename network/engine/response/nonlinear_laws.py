@@ -20,6 +20,7 @@ BEND = 0.3
 LEAST = 1e-12
 """W/K that hold a lump at least."""
 MOST_WINDOWS = 60
+"""Of a run."""
 
 
 def find_bent_groups(network: Network) -> list[Group]:
@@ -57,12 +58,14 @@ def loosen(groups: Sequence[Group], slopes: Sequence[Slopes], around: Array) -> 
     """What the slopes of some groups are to every lump, as a share of what holds it (around, W/K): (2 K, N)."""
     total = np.zeros((1, len(around)))
     for group, own in zip(groups, slopes, strict=True):
-        total = total + sum(np.abs(s) for s in own) @ np.abs(spread_of(group))
+        weight = group.w if isinstance(group, Flows) else 1.0
+        total = total + (weight * sum(np.abs(s) for s in own)) @ np.abs(spread_of(group))
     return np.asarray(total / np.maximum(around, LEAST))
 
 
-def windows(moving: Sequence[Array], K: int) -> Indices:
-    """The window of each interval: a new one begins where one of some courses (2 K, ·) has moved by more than BEND."""
+def windows(moving: Sequence[Array], K: int, runs: int = 1) -> Indices:
+    """The window of each interval: a new one begins where one of some courses (2 K, ·) has moved by more than BEND;
+    runs: how many follow each other."""
     parts = [own for own in moving if len(own) > 1 and own.size]
     if not parts:
         return np.zeros(K, int)
@@ -74,7 +77,7 @@ def windows(moving: Sequence[Array], K: int) -> Indices:
             if np.abs(middle[k] - start).max() > bend:
                 w, start = w + 1, middle[k]
             of[k] = w
-        if w < MOST_WINDOWS:
+        if w < MOST_WINDOWS * runs:
             return of
         bend *= 1.5
 
