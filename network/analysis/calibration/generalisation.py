@@ -62,11 +62,7 @@ class Unseen:
     due: Array
 
 
-def _always_on_time() -> bool:
-    return False
-
-
-def estimate_left(known: Uncertainty, is_late: Callable[[], bool] = _always_on_time) -> dict[str, float]:
+def estimate_left(known: Uncertainty, is_late: Callable[[], bool] = lambda: False) -> dict[str, float]:
     """1σ of what is left of each axis that a channel measured [m or rad]; 0 where noise and numbers are all. Once it is
     late, fits without a run are a step along the slopes of the whole."""
     at, pooled = known.at, dict[str, list[Unseen]]()
@@ -90,7 +86,7 @@ def estimate_left(known: Uncertainty, is_late: Callable[[], bool] = _always_on_t
     return {axis: _pool(several) for axis, several in pooled.items()}
 
 
-def with_numbers(machine: Machine, known: Uncertainty, is_late: Callable[[], bool] = _always_on_time) -> Machine:
+def with_numbers(machine: Machine, known: Uncertainty, is_late: Callable[[], bool] = lambda: False) -> Machine:
     """A machine with what a fit tells of its numbers, and how far this holds, which takes fits that leave runs out."""
     return with_validity(with_standard_errors(machine, known), state_validity(machine, known, is_late))
 
@@ -103,7 +99,7 @@ def with_standard_errors(machine: Machine, known: Uncertainty) -> Machine:
 
 
 def state_validity(
-    machine: Machine, known: Uncertainty, is_late: Callable[[], bool] = _always_on_time
+    machine: Machine, known: Uncertainty, is_late: Callable[[], bool] = lambda: False
 ) -> Validity:  # fmt: skip
     """What a calibrated machine says of itself."""
     problem = known.at.problem

@@ -50,9 +50,9 @@ class Null(Brief):
     @cached_property
     def machine(self) -> Machine:
         """The same, with how far it holds, which takes fits that leave runs out."""
-        return self.state_numbers(lambda: False)
+        return self.state_numbers()
 
-    def state_numbers(self, is_late: Callable[[], bool]) -> Machine:
+    def state_numbers(self, is_late: Callable[[], bool] = lambda: False) -> Machine:
         """The same, these fits brief once it is late."""
         return with_numbers(self.original, uncertainty_by_curvature(self.fit.at), is_late)
 
