@@ -14,7 +14,7 @@ from network.analysis.diagnosis.few_runs import FEW, list_worst_runs, on_few_run
 from network.analysis.diagnosis.hypothesis import Case, state
 from network.engine.response import bent_steps
 from network.engine.response.parameters import centres
-from network.engine.response.recursion import recur_coupled
+from network.engine.response.recursion import chain_blocks, recur_coupled
 from network.engine.response.segments import Segment
 
 
@@ -26,7 +26,7 @@ def test_modes_that_mix_come_to_what_steps_one_by_one_come_to(count: int) -> Non
     for A, f in zip(through, push, strict=True):
         expected.append(now)
         now = now @ A + f
-    before, end = recur_coupled(through, push.copy(), x)
+    before, end = recur_coupled(through, push.copy(), x, chain_blocks(through))
     np.testing.assert_allclose(before, expected, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(end, now, rtol=1e-9, atol=1e-12)
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
 from network.engine.response.output_map import OutputMap
-from network.engine.response.recursion import recur_coupled
+from network.engine.response.recursion import chain_blocks, recur_coupled
 from network.engine.response.segments import Push, Segment
 
 MIXED = 48
@@ -78,7 +78,9 @@ class BentSteps:
                 push[k - 1, i] += jump
             else:
                 begun[i] += jump
-        return recur_coupled(self._through, push, begun) if len(self.read) <= MIXED else self._step(push, begun)
+        if len(self.read) > MIXED:
+            return self._step(push, begun)
+        return recur_coupled(self._through, push, begun, self._chained)
 
     @property
     def _ends(self) -> Indices:
@@ -94,6 +96,10 @@ class BentSteps:
         through = step + (step @ self.read) @ self.by_end
         through[self._ends] = 0.0
         return np.asarray(through)
+
+    @cached_property
+    def _chained(self) -> tuple[Array, Array]:
+        return chain_blocks(self._through)
 
     def _step(self, push: Array, x: Array) -> tuple[Array, Array]:
         """The recursion interval by interval, the modes kept apart but for what they show."""

@@ -26,7 +26,6 @@ LEAST = 1e-9
 """W/K: bends below it are none."""
 TOGETHER = 1_600_000
 """Numbers in the modal states of pushes that are answered together (measured: fewer steps beat the cache)."""
-
 KEPT = 5_000_000
 """Intervals times modes times readings up to which a course keeps what its intervals do."""
 

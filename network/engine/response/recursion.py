@@ -86,20 +86,31 @@ def by_blocks(gain: Array, push: Array, start: Array) -> tuple[Array, Array]:
     return push, x
 
 
-def recur_coupled(through: Array, push: Array, start: Array) -> tuple[Array, Array]:
-    """x[k+1] = x[k] through[k] + push[k] where the modes mix, √K steps side by side as in `by_blocks`: all x before
-    each step (K, pushes, n), and the last one. through: (K, n, n); push is overwritten."""
-    K, P, n = push.shape
+def chain_blocks(through: Array) -> tuple[Array, Array]:
+    """What √K steps in a row make of modes that mix, block by block: of those at the beginning of a block before every
+    step (blocks, size, n, n), and after the last (blocks, n, n). through: (K, n, n)."""
+    K, n = through.shape[:2]
     size = max(1, int(np.sqrt(K)))
     blocks = K // size
-    A, f = through[: blocks * size].reshape(blocks, size, n, n), push[: blocks * size].reshape(blocks, size, P, n)
-    carried, passed = np.zeros((blocks, P, n), push.dtype), np.empty((blocks, size, n, n), through.dtype)
+    A, passed = through[: blocks * size].reshape(blocks, size, n, n), np.empty((blocks, size, n, n), through.dtype)
     product = np.broadcast_to(np.eye(n, dtype=through.dtype), (blocks, n, n))
+    for i in range(size):
+        passed[:, i] = product
+        product = product @ A[:, i]
+    return passed, product
+
+
+def recur_coupled(through: Array, push: Array, start: Array, chained: tuple[Array, Array]) -> tuple[Array, Array]:
+    """x[k+1] = x[k] through[k] + push[k] where the modes mix, √K steps side by side as in `by_blocks`: all x before
+    each step (K, pushes, n), and the last one. through: (K, n, n); push is overwritten; chained: `chain_blocks`."""
+    (K, P, n), (passed, product) = push.shape, chained
+    blocks, size = passed.shape[:2]
+    A, f = through[: blocks * size].reshape(blocks, size, n, n), push[: blocks * size].reshape(blocks, size, P, n)
+    carried = np.zeros((blocks, P, n), push.dtype)
     for i in range(size):
         now = carried @ A[:, i]
         now += f[:, i]
-        passed[:, i], f[:, i] = product, carried
-        carried, product = now, product @ A[:, i]
+        f[:, i], carried = carried, now
     x = start.astype(push.dtype)
     for b in range(blocks):
         f[b] += x @ passed[b]
