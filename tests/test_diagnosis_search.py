@@ -15,7 +15,7 @@ from test_diagnosis import LADDERS, LINKS, NODES, SENSORS, SOURCES, plant, recor
 from network.analysis.calibration.coloured_noise import estimate_colours
 from network.analysis.calibration.estimated_constants import Numbers, estimate_constants
 from network.analysis.calibration.gauss_newton import linearise
-from network.analysis.diagnosis import backward_elimination, refit
+from network.analysis.diagnosis import backward_elimination, refit, unseen_runs
 from network.analysis.diagnosis.candidate_response import respond_to_candidates
 from network.analysis.diagnosis.candidates import Candidate, candidate, candidates
 from network.analysis.diagnosis.coarse_surrogate import build_surrogate
@@ -31,6 +31,7 @@ from network.analysis.diagnosis.switching.prior_samples import Judge, Space, apa
 from network.analysis.diagnosis.switching.sample_refinement import refine_samples
 from network.analysis.diagnosis.switching.share_view import View
 from network.analysis.diagnosis.time_budget import TimeBudget
+from network.analysis.diagnosis.unseen_runs import Unseen
 from network.catalogue.mechanisms.conduction import Conduction
 from network.engine.assembly import build
 from network.engine.channels import readouts
@@ -290,13 +291,16 @@ def test_of_stretches_that_are_hardly_apart_the_longest_is_taken() -> None:
 
 
 def test_what_does_not_help_to_tell_runs_left_out_goes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Misfits on runs left out, by what is in."""
-    misfit = {"": 5.0, "a": 3.0, "b": 5.2, "ab": 3.1, "c": 5.1}
+    """Misfits on runs left out, by what is in; density goes with it, but for "d": heat of any course lowers that."""
+    misfit = {"": 5.0, "a": 3.0, "b": 5.2, "ab": 3.1, "c": 5.1, "d": 4.9}
 
     def hypothesis(names: str) -> SimpleNamespace:
         return SimpleNamespace(found=tuple(names), name=names)
 
-    monkeypatch.setattr(backward_elimination, "unseen_misfit", lambda h, jobs: misfit[h.name])
+    def tell(h: SimpleNamespace, jobs: int) -> Unseen:
+        return Unseen(misfit[h.name] ** 2, 1, -misfit[h.name] - (h.name == "d"))
+
+    monkeypatch.setattr(backward_elimination, "tell_unseen", tell)
     monkeypatch.setattr(backward_elimination, "build_surrogate", lambda h: h)
     without = lambda before, now, out: hypothesis(now.name.replace(out, ""))  # noqa: E731
     monkeypatch.setattr(backward_elimination, "_without", without)
@@ -304,6 +308,7 @@ def test_what_does_not_help_to_tell_runs_left_out_goes(monkeypatch: pytest.Monke
         ("ab", "a", (1.0,), 16 / 24),
         ("a", "a", (1.0,), 16 / 24),
         ("c", "", (), 0.0),
+        ("d", "", (), 0.0),
     ):
         before, now = hypothesis(""), hypothesis(names)
         told = backward_elimination._keep_what_predicts(before, now, (1.0, 2.0)[: len(names)], 1)  # type: ignore[arg-type]
@@ -319,12 +324,22 @@ def test_what_does_not_hold_at_the_end_goes_and_the_rest_is_judged_again(monkeyp
             found=tuple(names), evidence=evidence[names], values={}, case=None, chi=3.0 if "B" in names else 1.0
         )
 
+    evidence |= {"d": 1.0, "bd": 80.0}
+    beside_heat = {"bd": 303.0}  # d adds 50 nats to b, and 3 where heat of any course stands beside both
+
+    def find_rest(h: SimpleNamespace) -> SimpleNamespace:
+        return SimpleNamespace(evidence=beside_heat.get("".join(h.found), 10 * h.evidence))
+
+    monkeypatch.setattr(backward_elimination, "find_rest", find_rest)
     monkeypatch.setattr(backward_elimination, "_refit", lambda current, other: hypothesis("".join(other[0])))
     monkeypatch.setattr(backward_elimination, "_finish_fit", lambda h: h)
     monkeypatch.setattr(backward_elimination, "reweight", lambda case, h: h)
     monkeypatch.setattr(backward_elimination, "estimate_noise", lambda case, h: case)
     monkeypatch.setattr(backward_elimination, "run_all", lambda work, items, jobs: [work(x) for x in items])
-    expected = {"a": ("", ()), "ab": ("b", (30.0,)), "abc": ("bc", (58.0, 30.0)), "": ("", ()), "B": ("", ())}
+    expected = {
+        "a": ("", ()), "ab": ("b", (30.0,)), "abc": ("bc", (58.0, 30.0)), "": ("", ()), "B": ("", ()),
+        "bd": ("b", (30.0,)),
+    }  # fmt: skip
     evidence["B"] = 40.0  # the capital leaves three times the noise: √80/3 is less than three standard errors
     for names, (left, gains) in expected.items():
         held, told = backward_elimination._eliminate_at_end(hypothesis(names), 12.0, 1)  # type: ignore[arg-type]
@@ -364,4 +379,5 @@ def test_where_the_file_s_own_numbers_break_down_nothing_is_screened_about_them(
     h = null()
     monkeypatch.setattr(refit, "linearise", breaks)
     assert refit._about_file(h, candidates(h.machine, h.machine.inputs), 1) == []
-    assert refit.unseen_misfit(h) == np.inf
+    monkeypatch.setattr(unseen_runs, "linearise", breaks)
+    assert unseen_runs.unseen_misfit(h) == np.inf

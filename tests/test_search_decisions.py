@@ -152,8 +152,9 @@ def test_relays_are_looked_for_first_where_little_is_explained_and_last_where_mu
 def test_what_explains_best_so_far_is_told_where_the_time_is_up(runs: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """From the first fits on, each better founded than the one before, while nothing else is found; no step further is
     told before it is at its end, and nothing so far of a single recording."""
-    fits = [h(2.0, 50.0, ("tilt",)), h(1.5, 90.0, ("tilt",)), h(1.2, 120.0, ("tilt",))]
-    null = h(5.0, 0.0, offset_pull=0.0, case=bare(recordings=("run",) * runs))
+    case = bare(recordings=("run",) * runs)
+    fits = [h(chi, gain, ("tilt",), case=case) for chi, gain in ((2.0, 50.0), (1.5, 90.0), (1.2, 120.0))]
+    null = h(5.0, 0.0, offset_pull=0.0, case=case)
 
     def run_out(*of: Any) -> Any:
         yield None, []
@@ -169,7 +170,8 @@ def test_what_explains_best_so_far_is_told_where_the_time_is_up(runs: int, monke
     monkeypatch.setattr(forward_selection, "_shows_nothing", lambda seen: False)
     told = []
     with pytest.raises(BudgetReached):
-        for now in forward_selection.select_forward(null, bare(before=null, scores=()), 0, 1, lambda share: None):
+        seen = bare(before=null, scores=(), whole=None)
+        for now in forward_selection.select_forward(null, seen, 0, 1, lambda share: None):
             told.append(now)
     if runs == 1:
         assert not told
@@ -332,12 +334,14 @@ def test_parts_are_meant_whose_lumps_change_much_of_what_those_of_any_do(monkeyp
 SHOWN, CHANCE = bare(gain=13.0), bare(gain=11.0)
 
 
-def search_of(chi: float, explained: float = 1.0, located: Any = (SHOWN,), shift: float = 0.0) -> Any:
+def search_of(
+    chi: float, explained: float = 1.0, located: Any = (SHOWN,), shift: float = 0.0, share: float = 1.0
+) -> Any:  # fmt: skip
     p = bare(path="links.joint.conductance")
     best = h(chi, own=(), shift=np.array([shift]), fit=bare(problem=bare(parameters=(p,))))
     return bare(
-        best=best, located=located, selection=bare(is_checked=True, explained=explained), null=bare(linearised=None),
-        fault=None, threshold=12.0,
+        best=best, located=located, selection=bare(is_checked=True, explained=explained, share_of_rest=share),
+        null=bare(linearised=None), fault=None, threshold=12.0,
     )  # fmt: skip
 
 
@@ -349,6 +353,8 @@ def search_of(chi: float, explained: float = 1.0, located: Any = (SHOWN,), shift
         (search_of(1.0), ["sensor"], None, False, (["sensor"], "sensor_fault")),
         (search_of(1.0), ["sensor", "named"], None, False, (["sensor", "named"], "missing_physics")),
         (search_of(DOUBTFUL + 0.1, 0.4), ["named"], None, False, (["unknown", "named"], "missing_physics")),
+        (search_of(DOUBTFUL + 0.1, share=0.4), ["named"], None, False, (["unknown", "named"], "missing_physics")),
+        (search_of(DOUBTFUL + 0.1, share=0.6), ["named"], None, False, (["named"], "missing_physics")),
         (search_of(DOUBTFUL + 0.1, 0.4), ["sensor"], None, False, (["unknown", "sensor"], "missing_physics")),
         (search_of(DOUBTFUL + 0.1, 0.6), ["named"], None, False, (["named"], "missing_physics")),
         (search_of(DOUBTFUL + 0.1, 0.6), ["unsure"], None, False, (["unknown", "unsure"], "missing_physics")),
@@ -396,25 +402,13 @@ def test_how_often_a_relay_switched_says_over_which_runs(counts: tuple[int, ...]
 
 
 @pytest.mark.parametrize(
-    ("place", "gain", "is_shadow"),
-    [
-        ("housing", 101.0, True),
-        ("housing", 99.0, False),
-        ("column", 101.0, False),
-        ("", 101.0, False),
-        ("room", 101.0, True),
-        ("room", 99.0, False),
-    ],
+    ("added", "is_located", "is_shadow"),
+    [(SETTINGS.alike - 0.1, True, True), (SETTINGS.alike + 0.1, True, False), (-50.0, False, False)],
 )
-def test_what_is_found_is_a_shadow_where_heat_elsewhere_explains_more(
-    place: str, gain: float, is_shadow: bool, monkeypatch: pytest.MonkeyPatch
+def test_what_adds_nothing_beside_heat_of_any_course_is_a_shadow(
+    added: float, is_located: bool, is_shadow: bool
 ) -> None:
-    """At another place, and of more evidence than all findings; an error of a channel explains anything of it."""
-    monkeypatch.setattr(findings, "reweight", lambda case, of: of)
-    monkeypatch.setattr(findings, "explain_unknown", lambda fit, of: gain)
-    best = h(found=(bare(places=("column", "room")),), evidence=150.0, case=None)
-    top = bare(at=bare(nodes=(place,)), is_offset=not place, is_room=place == "room")
-    search = bare(best=best, null=h(evidence=50.0, linearised=None), located=(top,))
+    search = bare(selection=bare(added=added), located=(CHANCE,) * is_located)
     assert findings.is_shadow(search) is is_shadow
 
 

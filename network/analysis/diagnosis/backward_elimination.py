@@ -12,10 +12,11 @@ from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.coarse_surrogate import build_surrogate
 from network.analysis.diagnosis.compact_fit import compact
 from network.analysis.diagnosis.hypothesis import Hypothesis, estimate_noise, fit_findings, reweight
-from network.analysis.diagnosis.refit import unseen_misfit
+from network.analysis.diagnosis.latent_rest import Rest, find_rest, share_of_rest
 from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.strength import errors_from_nothing
+from network.analysis.diagnosis.unseen_runs import Unseen, tell_unseen
 from network.platform.parallel import run_all
 
 RERANKED, REACH = 3, 3.0
@@ -34,27 +35,38 @@ def check_selection(null: Hypothesis, now: Selection, jobs: int) -> Selection:
     current, gains = _eliminate_at_end(current, now.threshold, jobs)
     if not current.found:
         return Selection(_bare_or_null(null, current), threshold=now.threshold, is_checked=True)
-    current, gains, explained = _keep_what_predicts(reweight(current.case, null), current, gains, jobs)
+    before = reweight(current.case, null)
+    current, gains, explained = _keep_what_predicts(before, current, gains, jobs)
     if not current.found:
         return Selection(current, threshold=now.threshold, is_checked=True)
-    return replace(now, best=current, gains=gains, is_checked=True, explained=explained)
+    added, share = _weigh_rest(before, current)
+    return replace(
+        now, best=current, gains=gains, is_checked=True, explained=explained, added=added, share_of_rest=share
+    )
+
+
+def _weigh_rest(before: Hypothesis, current: Hypothesis) -> tuple[float, float]:
+    """What all findings add beside heat of any course [nats], and by what share they lower its variance."""
+    alone, beside = find_rest(before), find_rest(current)
+    return beside.evidence - alone.evidence, share_of_rest(alone, beside)
 
 
 def _keep_what_predicts(
     before: Hypothesis, current: Hypothesis, gains: tuple[float, ...], jobs: int
 ) -> tuple[Hypothesis, tuple[float, ...], float]:
-    """The findings without which what was left out is told worse, the gain of each, and the share of the misfit before
-    that they take away there."""
-    start = unseen_misfit(build_surrogate(before), jobs)
-    now = unseen_misfit(build_surrogate(current), jobs) if current.found else start
+    """The findings without which runs that were left out are less likely, heat of any course beside them or not, the
+    gain of each, and the share of the misfit before that they take away there."""
+    start = tell_unseen(build_surrogate(before), jobs)
+    now = tell_unseen(build_surrogate(current), jobs) if current.found else start
     while current.found:
         less = [_without(before, current, out) for out in current.found]
-        told = [np.inf if h is None else unseen_misfit(build_surrogate(h), jobs) if h.found else start for h in less]
-        k = int(np.argmin(told))
-        if (other := less[k]) is None or told[k] > now:
+        told = [Unseen.broken() if h is None else tell_unseen(build_surrogate(h), jobs) if h.found else start
+                for h in less]  # fmt: skip
+        k = int(np.argmax([unseen.density for unseen in told]))
+        if (other := less[k]) is None or told[k].density < now.density:
             break
         current, now, gains = other, told[k], (*gains[:k], *gains[k + 1 :])
-    return current, gains, share_explained(start, now)
+    return current, gains, share_explained(start.chi, now.chi)
 
 
 def _without(before: Hypothesis, current: Hypothesis, out: Candidate) -> Hypothesis | None:
@@ -102,13 +114,14 @@ def _bare_or_null(null: Hypothesis, bare: Hypothesis) -> Hypothesis:
 
 
 def _eliminate(current: Hypothesis, threshold: float, jobs: int) -> tuple[Hypothesis, tuple[float, ...]]:
-    """Without the findings that add less than the threshold beside the others or may as well not be there, and the
-    evidence that each of the rest adds."""
+    """Without the findings that add less than the threshold beside the others, may as well not be there, or are one of
+    several and add nothing beside heat of any course; and the evidence that each of the rest adds."""
     gains: list[float] = []
     while current.found:
         rests = [[c for c in current.found if c is not out] for out in current.found]
         less = run_all(partial(_refit, current), [(rest, current.values) for rest in rests], jobs)
-        gains = [np.inf if h is None else _gain_over(current, h) for h in less]
+        rest = find_rest(current) if len(current.found) > 1 else None
+        gains = [np.inf if h is None else _gain_over(current, h, rest) for h in less]
         k = int(np.argmin(gains))
         other = less[k]
         if other is None or gains[k] >= threshold:
@@ -117,10 +130,19 @@ def _eliminate(current: Hypothesis, threshold: float, jobs: int) -> tuple[Hypoth
     return current, tuple(gains) if current.found else ()
 
 
-def _gain_over(current: Hypothesis, less: Hypothesis) -> float:
-    """Evidence that a finding adds; none where it may as well not be there."""
+def _gain_over(current: Hypothesis, less: Hypothesis, rest: Rest | None) -> float:
+    """Evidence that a finding adds; none where it may as well not be there, or where heat of any course (rest: beside
+    all that was found) tells what is left as well without it."""
     gain = current.evidence - less.evidence
-    return gain if errors_from_nothing(gain, current.chi) >= SETTINGS.errors else -np.inf
+    if errors_from_nothing(gain, current.chi) < SETTINGS.errors:
+        return -np.inf
+    imitates = rest is not None and is_imitation(rest, less)
+    return -np.inf if imitates else gain
+
+
+def is_imitation(whole: Rest, less: Hypothesis) -> bool:
+    """Whether a finding (with it: whole, without: less) adds nothing beside heat of any course."""
+    return whole.evidence - find_rest(less).evidence < SETTINGS.alike
 
 
 def _finish_fit(h: Hypothesis) -> Hypothesis:

@@ -6,25 +6,38 @@ from dataclasses import replace
 
 import numpy as np
 
-from network.analysis.diagnosis.hypothesis import Hypothesis, reweight
+from network.analysis.calibration.gauss_newton import STEPS
+from network.analysis.diagnosis.hypothesis import Hypothesis, fit_findings, reweight
 
-FEW = 2
-"""Runs on which every trial begins, those told worst."""
+FEW, SEARCHED = 2, 3
+"""Runs on which every trial begins, and on which the steps of a search are taken, those told worst: the others test
+what was chosen."""
 
 
-def list_worst_runs(h: Hypothesis) -> list[int]:
+def list_worst_runs(h: Hypothesis, count: int = FEW) -> list[int]:
     """A few of the runs, those that it tells worst, in their order; all where they are few."""
     first, left = 0, []
     for whiten in h.fit.problem.whiteners:
         rows = sum(len(root) for root in whiten.roots)
         left.append(float(np.mean(h.fit.left[first : first + rows] ** 2)))
         first += rows
-    return sorted(np.argsort(left)[-FEW:].tolist())
+    return sorted(np.argsort(left)[-count:].tolist())
 
 
-def on_few_runs(h: Hypothesis) -> Hypothesis:
+def on_few_runs(h: Hypothesis, count: int = FEW) -> Hypothesis:
     """A hypothesis on the runs that it tells worst, where there are many."""
-    if len(h.case.recordings) <= FEW:
+    if len(h.case.recordings) <= count:
         return h
-    case = h.case.of(list_worst_runs(h))
+    case = h.case.of(list_worst_runs(h, count))
     return reweight(case, replace(h, case=case))
+
+
+def on_all_runs(whole: Hypothesis, few: Hypothesis, steps: int = STEPS) -> Hypothesis:
+    """What was found on few runs, fitted to all of those of another hypothesis; that one where it does not hold there.
+    Relays are led over the runs that they have not seen."""
+    if not few.found:
+        return whole
+    if len(few.case.recordings) == len(whole.case.recordings):
+        return few
+    about = replace(whole.case, noise=few.case.noise, sigma=few.case.sigma)
+    return fit_findings(about, few.root, few.found, few.values, not few.switches, steps) or whole

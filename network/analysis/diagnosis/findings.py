@@ -9,9 +9,9 @@ import numpy as np
 
 from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.finding import UNKNOWN, Finding, Quantity, Rival
-from network.analysis.diagnosis.hypothesis import Hypothesis, reweight
+from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.invariants import doubt_search, list_doubts
-from network.analysis.diagnosis.locate import explain_unknown, locate, trace
+from network.analysis.diagnosis.locate import locate, trace
 from network.analysis.diagnosis.located_heat import UnknownHeat
 from network.analysis.diagnosis.ranking import distinct, shares
 from network.analysis.diagnosis.settings import SETTINGS
@@ -136,14 +136,8 @@ def _sentence(h: Hypothesis, c: Candidate, after: Machine) -> str:
 
 
 def is_shadow(search: Search) -> bool:
-    """Whether unknown heat at one place, where the first finding does not sit, or another temperature of surroundings,
-    explains more than all that was found: what was found may then only be bent to it."""
-    best, top = search.best, search.located[0]
-    here, found = {*top.at.nodes}, {*best.found[0].places}
-    if top.is_offset or (here == found if top.is_room else here & found):
-        return False
-    null = reweight(best.case, search.null)
-    return explain_unknown(null.linearised, top) > best.evidence - null.evidence
+    """Whether all that was found adds nothing beside heat of any course: it may then only be bent to that."""
+    return search.selection.added < SETTINGS.alike and bool(search.located)
 
 
 def find_unknown(search: Search, alone: bool = False) -> Finding:

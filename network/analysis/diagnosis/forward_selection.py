@@ -6,10 +6,12 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
+from network.analysis.calibration.gauss_newton import STEPS
 from network.analysis.diagnosis.backward_elimination import check_selection, rerank_first
 from network.analysis.diagnosis.candidates import Candidate, candidates, has_numbers
 from network.analysis.diagnosis.coarse_surrogate import build_surrogate, fit_on_finer_lumps, fit_on_finer_lumps_afresh
 from network.analysis.diagnosis.compact_fit import compact
+from network.analysis.diagnosis.few_runs import SEARCHED, on_all_runs, on_few_runs
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight
 from network.analysis.diagnosis.initial_state_restarts import restart_from_starts
 from network.analysis.diagnosis.locate import locate
@@ -17,13 +19,14 @@ from network.analysis.diagnosis.located_heat import UnknownHeat
 from network.analysis.diagnosis.lump_convergence import refine_until_converged
 from network.analysis.diagnosis.placement import near, place_best, place_ranked
 from network.analysis.diagnosis.ranking import best_first, distinct
-from network.analysis.diagnosis.refit import TrialFits, start_trials, unseen_misfit
+from network.analysis.diagnosis.refit import TrialFits, start_trials
 from network.analysis.diagnosis.screen import Score, score_candidates, screen
 from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.significance import null_threshold
 from network.analysis.diagnosis.switching.relay_search import rank_likely_places, search_relays
 from network.analysis.diagnosis.timed_search import search_timed, settle_instants
+from network.analysis.diagnosis.unseen_runs import unseen_misfit
 from network.machine.machine import Machine
 from network.platform.parallel import run_all
 
@@ -37,11 +40,13 @@ CARRIED = 3
 
 @dataclass(frozen=True, eq=False)
 class Screening:
-    """What is proposed beside a hypothesis, and how each would show: about what stands in for it on coarser lumps."""
+    """What is proposed beside a hypothesis, and how each would show: about what stands in for it on coarser lumps
+    (before). whole: itself on the runs that it tells worst, where that is another."""
 
     before: Hypothesis
     proposed: tuple[Candidate, ...] = ()
     scores: tuple[Score, ...] = ()
+    whole: Hypothesis | None = None
 
     @cached_property
     def located(self) -> tuple[UnknownHeat, ...]:
@@ -51,13 +56,14 @@ class Screening:
 
 def screen_candidates(current: Hypothesis, seed: int, jobs: int) -> Screening:
     """Everything that could be missing from a hypothesis, screened."""
+    current = on_few_runs(current, SEARCHED)
     before = build_surrogate(current)
     case = current.case
     found = candidates(before.machine, case.drivers, runs=case.runs)
     proposed = tuple(c for c in found if has_numbers(c.machine, before.own))
     look = screen if leaves_something(current) else score_candidates  # nothing is to be placed along bars
     scores = look(before.linearised, proposed, before.values, jobs)
-    seen = Screening(before, proposed, tuple(scores))
+    seen = Screening(before, proposed, tuple(scores), current)
     if before.chi < SETTINGS.noise:
         return seen
     timed = {s.candidate.key: s for s in search_timed(before, proposed, seen.located, seed, jobs)}
@@ -70,10 +76,11 @@ def select_forward(
 ) -> Iterator[Selection]:
     """The steps from one null, each as it is taken, then what of them holds. first: its screening. The first step is
     told while it is made, for there may be no time to end it; but not of a single recording, which nothing else tests.
+    Of many runs the steps are taken on those that are told worst, and what they come to is tested on all.
 
     The noise is that of the null all along: evidence under different noises cannot be compared.
     """
-    now = Selection(null)
+    now = Selection(first.whole or null)
     while leaves_something(now.best) and len(now.best.found) < SETTINGS.findings:
         current, count = now.best, len(now.steps)
         seen = screen_candidates(current, seed, jobs) if now.steps else first
@@ -85,15 +92,20 @@ def select_forward(
         for kept, ranked in _select_next(current, seen, threshold, seed, jobs, told):
             now = before if kept is None else _add_step(before, seen, kept, ranked, threshold)
             if _is_told_so_far(current):
-                yield now
+                yield _on_all_runs(null, now, INTERIM_STEPS)
         now = replace(now, threshold=threshold)
         if kept is None:
             break
         if len(now.steps) > 1:
             now = replace(now, best=rerank_first(now, jobs))
         tell(0.4 + 0.25 * count)
-        yield now
-    yield check_selection(null, now, jobs)
+        yield _on_all_runs(null, now, INTERIM_STEPS)
+    yield check_selection(null, _on_all_runs(null, now), jobs)
+
+
+def _on_all_runs(null: Hypothesis, now: Selection, steps: int = STEPS) -> Selection:
+    """A selection whose best is fitted to all runs of the null."""
+    return replace(now, best=on_all_runs(null, now.best, steps))
 
 
 def leaves_something(h: Hypothesis) -> bool:

@@ -52,10 +52,11 @@ class _Place:
     answers: Sequence[Array]
 
 
-def locate(fit: Linearised, machine: Machine) -> tuple[UnknownHeat, ...]:
-    """All places, the most probable first."""
+def locate(fit: Linearised, machine: Machine, scale: float | None = None) -> tuple[UnknownHeat, ...]:
+    """All places, the most probable first; scale: χ² that is left beside the heat, by default what is left without
+    it."""
     knots = [heat_knots(d, KNOTS) for d in fit.problem.data]
-    found = [_explain_place(fit, _place(fit, at, knots), knots) for at in _list_locations(fit, machine)]
+    found = [_explain_place(fit, _place(fit, at, knots), knots, scale) for at in _list_locations(fit, machine)]
     gains = np.array([u.gain for u in found])
     share = np.exp(FLATTER * (gains - gains.max()))
     share /= share.sum()
@@ -130,10 +131,28 @@ def _at_cells(data: Measured, prediction: Prediction, t: Array) -> Array:
     return np.stack([np.interp(data.centres, t, row) for row in np.eye(len(t))])
 
 
-def explain_unknown(fit: Linearised, of: UnknownHeat) -> float:
-    """Log evidence [nats] that unknown heat at a place gains, where nothing but noise is left beside it."""
+def explain_unknown(fit: Linearised, of: UnknownHeat) -> UnknownHeat:
+    """The heat at a place anew, where nothing but noise is left beside it."""
     knots = [heat_knots(d, KNOTS) for d in fit.problem.data]
-    return _explain_place(fit, _place(fit, of.at, knots), knots, 1.0).gain
+    return _explain_place(fit, _place(fit, of.at, knots), knots, 1.0)
+
+
+def rows_of(fit: Linearised, of: UnknownHeat) -> Array:
+    """What an unknown heat does to the whitened rows of all runs."""
+    answers = _place(fit, of.at, [*of.t]).answers
+    return np.concatenate([heat @ rows for heat, rows in zip(of.heat, answers, strict=True)])
+
+
+def predict_unknown(fit: Linearised, of: UnknownHeat) -> float:
+    """By how much an unknown heat of a σ and ℓ that were learned elsewhere raises the log probability of runs that were
+    not seen, told by numbers that stay (nats): only the constants of these runs are free."""
+    knots = [heat_knots(d, KNOTS) for d in fit.problem.data]
+    own, rows = fit.slopes[fit.free :], block_diag(*_place(fit, of.at, knots).answers)
+    precision = own @ own.T + np.diag(fit.problem.prior[1][fit.free :] ** -2.0)
+    along = rows @ own.T
+    H = rows @ rows.T - along @ np.linalg.solve(precision, along.T)
+    roots = _roots(knots, of.ell)
+    return _gain(roots.transposed(roots.transposed(H).T), roots.transposed(rows @ fit.left), of.size)[0]
 
 
 def _explain_place(fit: Linearised, place: _Place, knots: list[Array], scale: float | None = None) -> UnknownHeat:
@@ -142,27 +161,51 @@ def _explain_place(fit: Linearised, place: _Place, knots: list[Array], scale: fl
     H, g = fit.weigh_runs(place.answers)
     scale = max(1.0, float(np.mean(fit.left**2))) if scale is None else scale
     unit = 1 / np.sqrt(max(float(np.diag(H).max()), 1e-300))
-    gain, f, std = _explain_best(H / scale, g / scale, knots, [size * unit for size in SIZES])
+    best = _explain_best(H / scale, g / scale, knots, [size * unit for size in SIZES])
+    f, std = best.course, best.std
     cuts = np.cumsum([len(t) for t in knots])[:-1]
     rms = float(np.sqrt(np.mean(f**2)))
     heat, spread = tuple(np.split(f, cuts)), tuple(np.split(std, cuts))
-    return UnknownHeat(place.at, 0.0, rms, gain, tuple(knots), heat, spread)
+    return UnknownHeat(place.at, 0.0, rms, best.gain, tuple(knots), heat, spread, size=best.size, ell=best.ell)
 
 
-def _explain_best(H: Array, g: Array, knots: Sequence[Array], sizes: Sequence[float]) -> tuple[float, Array, Array]:
-    """Log evidence gained, posterior mean and 1σ of the heat at its knots, at the best of all sizes and times."""
-    best = -np.inf
+@dataclass(frozen=True, eq=False)
+class _Explained:
+    """Log evidence gained by heat of a 1σ and a correlation time, with L Lᵀ of its knots, Lᵀ g and the root of
+    I + σ² Lᵀ H L."""
+
+    gain: float
+    size: float
+    ell: float
+    roots: _Roots
+    toward: Array
+    root: Array
+
+    @property
+    def course(self) -> Array:
+        """Posterior mean at the knots."""
+        return self.size**2 * self.roots(cho_solve((self.root, True), self.toward))
+
+    @property
+    def std(self) -> Array:
+        """Posterior 1σ at the knots."""
+        inner = solve_triangular(self.root, self.roots.whole.T, lower=True)
+        return np.asarray(self.size * np.sqrt(np.sum(inner**2, axis=0)))
+
+
+def _explain_best(H: Array, g: Array, knots: Sequence[Array], sizes: Sequence[float]) -> _Explained:
+    """The best of all sizes and times."""
+    tried: list[_Explained] = []
     for ell in TIMES:
-        roots = _Roots([np.asarray(cholesky(ou(t, ell), lower=True)) for t in knots])
+        roots = _roots(knots, ell)
         inner, toward = roots.transposed(roots.transposed(H).T), roots.transposed(g)
-        for size in sizes:
-            gain, root = _gain(inner, toward, size)
-            if gain > best:
-                best, found = gain, (size, roots, toward, root)
-    size, roots, toward, root = found
-    f = size**2 * roots(cho_solve((root, True), toward))
-    std = size * np.sqrt(np.sum(solve_triangular(root, roots.whole.T, lower=True) ** 2, axis=0))
-    return best, f, std
+        tried += [_Explained(gain, size, ell, roots, toward, root)
+                  for size in sizes for gain, root in [_gain(inner, toward, size)]]  # fmt: skip
+    return max(tried, key=lambda each: each.gain)
+
+
+def _roots(knots: Sequence[Array], ell: float) -> _Roots:
+    return _Roots([np.asarray(cholesky(ou(t, ell), lower=True)) for t in knots])
 
 
 def _gain(inner: Array, toward: Array, size: float) -> tuple[float, Array]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from network.analysis.diagnosis.location import Location
 from network.catalogue.declaration.declare import Array
 from network.platform.printing import Brief
@@ -14,7 +16,7 @@ from network.platform.printing import Brief
 class UnknownHeat(Brief):
     """Heat that a place would need for simulation and recordings to agree, before anything was added; at a channel it
     is an offset in the channel's unit, SI; of surroundings K beside what is given. t, heat, std: for each recording
-    [s, W]; files: of these."""
+    [s, W]; files: of these; size, ell: its 1σ and correlation time [s] at which it explains most."""
 
     at: Location
     probability: float
@@ -25,6 +27,8 @@ class UnknownHeat(Brief):
     std: tuple[Array, ...]
 
     files: tuple[str, ...] = ()
+    size: float = 0.0
+    ell: float = np.inf
 
     @property
     def is_offset(self) -> bool:

@@ -1,4 +1,4 @@
-"""Confirmation: candidates fitted in full with all parameters, runs left out and predicted."""
+"""Confirmation: candidates fitted in full with all parameters."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import numpy as np
 
 from network.analysis.calibration.estimate import Estimate
 from network.analysis.calibration.gauss_newton import Linearised, chi_of, linearise
-from network.analysis.calibration.misfit import strain_of
 from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.coarse_surrogate import SMALL
 from network.analysis.diagnosis.compact_fit import compact, fit_with
@@ -41,9 +40,6 @@ FIRST_STEPS, FINALISTS, FINISHED = 7, 3, 0.7
 """Steps of these, how many of them are then fitted to the end at most, and the share of the best gain for that."""
 CLEAR, LEAST = 200.0, 2
 """Nats of a gain from which shares of it count, and how many fits go on in any case."""
-LEFT_OUT_STEPS, FOLDS, BEGINNING = 4, 3, 0.6
-"""Steps of a fit without some runs, from the fit to all; into how many parts the runs are parted, and what share of a
-single run tells the rest."""
 
 Tell = Callable[[float], None] | None
 
@@ -179,39 +175,3 @@ def _part_likely(
 
 def _finish_fit(h: Hypothesis) -> Hypothesis:
     return compact(fit_hypothesis(h.case, h.machine, h.found, h.own, h.values)) if h.chi > SETTINGS.noise else h
-
-
-def unseen_misfit(hypothesis: Hypothesis, jobs: int = 1) -> float:
-    """Cross-validation: rms in noise on runs that were left out of the fit, some at a time; of a single run on its end,
-    told from its beginning. What the constants of these runs are strained by to get there counts as misfit; without
-    bounds where a run breaks down."""
-    try:
-        return _cross_validate(hypothesis, jobs)
-    except (Failed, np.linalg.LinAlgError):
-        return np.inf
-
-
-def _cross_validate(hypothesis: Hypothesis, jobs: int) -> float:
-    count = len(hypothesis.case.recordings)
-    if count < 2:
-        misfit, rows = _misfit_of_end(hypothesis)
-        return float(np.sqrt(misfit / max(rows, 1)))
-    folds = [range(k, count, FOLDS) for k in range(min(FOLDS, count))]
-    told = run_all(partial(_misfit_without, hypothesis), folds, jobs)
-    return float(np.sqrt(sum(misfit for misfit, _ in told) / max(sum(rows for _, rows in told), 1)))
-
-
-def _misfit_without(h: Hypothesis, left_out: Sequence[int]) -> tuple[float, int]:
-    """Misfit and count of runs that are told by a fit to the others."""
-    rest = h.case.of([k for k in range(len(h.case.recordings)) if k not in left_out])
-    fit = fit_hypothesis(rest, h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS).fit
-    seen = linearise(h.case.of(left_out).problem(h.machine, fit.problem.parameters), fit.theta)
-    return float(seen.left @ seen.left) + strain_of(seen), len(seen.left)
-
-
-def _misfit_of_end(h: Hypothesis) -> tuple[float, int]:
-    """Misfit and count of what follows the beginning of the runs, told by a fit to that."""
-    fit = fit_hypothesis(h.case.until(BEGINNING), h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS).fit
-    seen = linearise(h.case.problem(h.machine, fit.problem.parameters), fit.theta)
-    late = np.concatenate([~d.ends_before(BEGINNING)[d.known] for d in seen.problem.data])
-    return float(seen.left[late] @ seen.left[late]) + strain_of(seen), int(late.sum())

@@ -12,7 +12,8 @@ from network.analysis.diagnosis.settings import SETTINGS
 class Selection:
     """Where the steps from one null led: the best, what stood before each step and its rivals, the evidence that each
     finding adds, and what chance reaches; is_checked: whether all findings were tested again beside each other and on
-    runs that they were not fitted to, and what share of the misfit there they explain."""
+    runs that they were not fitted to, and what share of the misfit there they explain; added, share_of_rest: what they
+    add to heat of any course beside them [nats], and by what share its variance falls."""
 
     best: Hypothesis
     befores: tuple[Hypothesis, ...] = ()
@@ -21,3 +22,5 @@ class Selection:
     threshold: float = SETTINGS.least
     is_checked: bool = False
     explained: float = 0.0
+    added: float = float("inf")
+    share_of_rest: float = 1.0
