@@ -10,6 +10,7 @@ from fit_networks import machines, ramped
 from fits import USUAL, problem_of, recorded, speeds, two_blocks
 from scipy.optimize import minimize
 
+from network.analysis.calibration.gauss_newton import _shorten
 from network.analysis.calibration.measured_means import weigh_recording
 from network.analysis.calibration.trust_region import bounded_step, length_of
 from network.engine.channels import readouts
@@ -67,6 +68,20 @@ def test_a_step_within_a_radius_is_the_best_there_is(radius):
     others = draw.standard_normal((2000, 4)) * units
     others *= (radius * 0.98 / np.linalg.norm(others / units, axis=1))[:, None]
     assert worth >= (2 * others @ gradient - np.einsum("ni,ij,nj->n", others, P, others)).max()
+
+
+def test_a_region_shrinks_also_where_bounds_make_a_step_longer_than_it():
+    """What one bound holds back others may make up for, so that the step is longer than the free one at that damping:
+    a region that went by its length would stay as it is for ever."""
+    root = np.array([[2.7, 0.1, -1.4], [-0.6, -1.2, -0.6], [0.2, 0.7, 0.6]])
+    gradient, room, radius = np.array([-4.3, -1.8, 1.5]), np.array([0.06, 1.38, 12.41]), 1.22
+    length = length_of(bounded_step(root @ root.T, gradient, np.ones(3), radius, (-room, room)), np.ones(3))
+    assert 0.5 * length > radius
+    radii = [radius]
+    while radii[-1] > 1e-3:
+        step = bounded_step(root @ root.T, gradient, np.ones(3), radii[-1], (-room, room))
+        radii.append(_shorten(radii[-1], length_of(step, np.ones(3)), 0.5))
+        assert radii[-1] <= radii[-2] / 2
 
 
 @pytest.mark.parametrize("name", ["linear", "bent", "relay"])

@@ -130,7 +130,8 @@ def _improve(at: Linearised, radius: float, low: Array, high: Array) -> tuple[Li
         if at.made_at is not None:
             at = with_slopes(at.problem, at.theta, at.predictions, _keep_slopes(at))
         else:
-            radius, least = length_of(step, units) * _shrink(at, trial, float(step @ gradient)), _least_gain(at) / 2
+            share = _shrink(at, trial, float(step @ gradient))
+            radius, least = _shorten(radius, length_of(step, units), share), _least_gain(at) / 2
 
 
 def _radius_after(radius: float, length: float, ratio: float) -> float:
@@ -138,6 +139,11 @@ def _radius_after(radius: float, length: float, ratio: float) -> float:
     if ratio < POOR:
         return length / 2
     return max(radius, 2 * length) if ratio > GOOD else radius
+
+
+def _shorten(radius: float, length: float, share: float) -> float:
+    """The region after a refused step: a share of it or of the step, which beside bounds may be the longer."""
+    return min(radius, length) * share
 
 
 def _shrink(at: Linearised, new: Linearised | None, descent: float) -> float:
