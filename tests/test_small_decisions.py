@@ -21,7 +21,7 @@ from network.analysis.calibration.trust_region import bounded_step
 from network.analysis.calibration.uncertainty import Uncertainty
 from network.analysis.diagnosis.experiments.programs import Program
 from network.analysis.diagnosis.findings import list_rivals, windows_of
-from network.analysis.diagnosis.locate import _explain_best
+from network.analysis.diagnosis.heat_evidence import explain_best
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.switching.prior_samples import Judge
 from network.platform.refusal import Complaints
@@ -231,10 +231,10 @@ def test_evidence_of_an_unknown_heat_is_that_of_gaussians() -> None:
     """Readings y ~ N(0, 1 + 4) beside y ~ N(0, 1), for y = 3: ½ · 9 (1 − 1/5) − ½ log 5; two of them add up."""
     one = 0.5 * 9 * (1 - 1 / 5) - 0.5 * np.log(5)
     knot, alone = np.zeros(1), [2.0]
-    told = _explain_best(np.eye(1), np.array([3.0]), [knot], alone)
+    told = explain_best(np.eye(1), np.array([3.0]), [knot], alone)
     assert told.gain == pytest.approx(one) and told.course == pytest.approx([3 * 4 / 5])
     assert told.std == pytest.approx([0.8**0.5]) and told.size == 2.0
-    assert _explain_best(np.eye(2), np.array([3.0, 3.0]), [knot, knot], alone).gain == pytest.approx(2 * one)
+    assert explain_best(np.eye(2), np.array([3.0, 3.0]), [knot, knot], alone).gain == pytest.approx(2 * one)
 
 
 def test_a_program_is_told_step_by_step_to_its_end() -> None:

@@ -48,6 +48,11 @@ def no_gain(original: Callable[..., Any]) -> Callable[..., Any]:
     return lambda *_, **__: 0.0
 
 
+def worth_all(original: Callable[..., Any]) -> Callable[..., Any]:
+    """Findings add as much as can be beside heat of any course, and leave nothing of it."""
+    return lambda *_, **__: (float("inf"), 1.0)
+
+
 def always(original: Callable[..., Any]) -> Callable[..., Any]:
     return lambda *_, **__: True
 
@@ -57,7 +62,9 @@ STAGES: Mapping[str, Mapping[str, Stand]] = {
     "as-written": {"lump_refinement.choose_lumps": nothing},
     "seen-runs": {"backward_elimination._keep_what_predicts": all_of_it, "invariants.list_refutations": on_seen_runs},
     "no-latent": {
-        "findings.is_shadow": never,
+        "backward_elimination.is_imitation": never,
+        "backward_elimination._weigh_rest": worth_all,
+        "unseen_runs._add_rest": no_gain,
         "intermittent.onset_fault._beats_unknown": always,
         "exchange.find_exchange._explain_unknown": no_gain,
     },

@@ -1,34 +1,29 @@
 """Where the mismatch is: unknown heat at a part, through a link, an unknown offset of a channel, or an unknown
 temperature of surroundings of which no course is given, over time.
 
-Heat f(t) ~ OU(σ, ℓ), straight between knots, enters at one place; with its answers G (whitened) and the parameters free
-again (M as in the screening) its log evidence over no such heat is
-½ (gᵀ B g − log |I + K GᵀMG|), g = Gᵀr, B = (K⁻¹ + GᵀMG)⁻¹, K = σ² e^(−|t − t'|/ℓ), at the best σ and ℓ tried; f is
-what B g says. With K = σ² L Lᵀ and H = GᵀMG, B = σ² L (I + σ² Lᵀ H L)⁻¹ Lᵀ: Lᵀ H L is found once for every ℓ.
-Source: latent force models, Alvarez, Luengo & Lawrence, IEEE Trans. PAMI 35 (2013) 2693; unverified.
+Heat f(t) ~ OU(σ, ℓ), straight between knots, enters at one place; its log evidence over no such heat, at the best σ
+and ℓ tried, and its course are those of heat_evidence.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
-from scipy.linalg import block_diag, cho_solve, cholesky, solve_triangular
+from scipy.linalg import block_diag
 
 from network.analysis.calibration.gauss_newton import Linearised
 from network.analysis.calibration.measured_means import Measured
+from network.analysis.diagnosis.heat_evidence import explain_best, gain_of, roots_of
 from network.analysis.diagnosis.located_heat import UnknownHeat
 from network.analysis.diagnosis.location import Location
-from network.analysis.diagnosis.unknown_heat import heat_answers, heat_knots, ou, part_spread, temperature_answers
+from network.analysis.diagnosis.unknown_heat import heat_answers, heat_knots, part_spread, temperature_answers
 from network.catalogue.declaration.declare import Array
 from network.engine.response.model import Prediction
 from network.machine.checks import places_of
 from network.machine.machine import Machine
 
-TIMES = (600.0, 5400.0, 43200.0)
-"""Correlation times tried [s]."""
 SIZES = (1.0, 4.0, 16.0, 64.0)
 """1σ tried, in multiples of what lifts a channel by one noise unit."""
 KNOTS = 900.0
@@ -151,8 +146,8 @@ def predict_unknown(fit: Linearised, of: UnknownHeat) -> float:
     precision = own @ own.T + np.diag(fit.problem.prior[1][fit.free :] ** -2.0)
     along = rows @ own.T
     H = rows @ rows.T - along @ np.linalg.solve(precision, along.T)
-    roots = _roots(knots, of.ell)
-    return _gain(roots.transposed(roots.transposed(H).T), roots.transposed(rows @ fit.left), of.size)[0]
+    roots = roots_of(knots, of.ell)
+    return gain_of(roots.transposed(roots.transposed(H).T), roots.transposed(rows @ fit.left), of.size)[0]
 
 
 def _explain_place(fit: Linearised, place: _Place, knots: list[Array], scale: float | None = None) -> UnknownHeat:
@@ -161,78 +156,9 @@ def _explain_place(fit: Linearised, place: _Place, knots: list[Array], scale: fl
     H, g = fit.weigh_runs(place.answers)
     scale = max(1.0, float(np.mean(fit.left**2))) if scale is None else scale
     unit = 1 / np.sqrt(max(float(np.diag(H).max()), 1e-300))
-    best = _explain_best(H / scale, g / scale, knots, [size * unit for size in SIZES])
+    best = explain_best(H / scale, g / scale, knots, [size * unit for size in SIZES])
     f, std = best.course, best.std
     cuts = np.cumsum([len(t) for t in knots])[:-1]
     rms = float(np.sqrt(np.mean(f**2)))
     heat, spread = tuple(np.split(f, cuts)), tuple(np.split(std, cuts))
     return UnknownHeat(place.at, 0.0, rms, best.gain, tuple(knots), heat, spread, size=best.size, ell=best.ell)
-
-
-@dataclass(frozen=True, eq=False)
-class _Explained:
-    """Log evidence gained by heat of a 1σ and a correlation time, with L Lᵀ of its knots, Lᵀ g and the root of
-    I + σ² Lᵀ H L."""
-
-    gain: float
-    size: float
-    ell: float
-    roots: _Roots
-    toward: Array
-    root: Array
-
-    @property
-    def course(self) -> Array:
-        """Posterior mean at the knots."""
-        return self.size**2 * self.roots(cho_solve((self.root, True), self.toward))
-
-    @property
-    def std(self) -> Array:
-        """Posterior 1σ at the knots."""
-        inner = solve_triangular(self.root, self.roots.whole.T, lower=True)
-        return np.asarray(self.size * np.sqrt(np.sum(inner**2, axis=0)))
-
-
-def _explain_best(H: Array, g: Array, knots: Sequence[Array], sizes: Sequence[float]) -> _Explained:
-    """The best of all sizes and times."""
-    tried: list[_Explained] = []
-    for ell in TIMES:
-        roots = _roots(knots, ell)
-        inner, toward = roots.transposed(roots.transposed(H).T), roots.transposed(g)
-        tried += [_Explained(gain, size, ell, roots, toward, root)
-                  for size in sizes for gain, root in [_gain(inner, toward, size)]]  # fmt: skip
-    return max(tried, key=lambda each: each.gain)
-
-
-def _roots(knots: Sequence[Array], ell: float) -> _Roots:
-    return _Roots([np.asarray(cholesky(ou(t, ell), lower=True)) for t in knots])
-
-
-def _gain(inner: Array, toward: Array, size: float) -> tuple[float, Array]:
-    """Log evidence gained by heat of a 1σ, and the root R Rᵀ = I + σ² Lᵀ H L; inner: Lᵀ H L, toward: Lᵀ g."""
-    root = np.asarray(cholesky(np.eye(len(inner)) + size**2 * inner, lower=True))
-    felt = size * solve_triangular(root, toward, lower=True)
-    return 0.5 * float(felt @ felt) - float(np.log(np.diag(root)).sum()), root
-
-
-@dataclass(frozen=True, eq=False)
-class _Roots:
-    """L of the correlation L Lᵀ of heat at the knots of all runs, which has a block for each run."""
-
-    blocks: Sequence[Array]
-
-    @property
-    def rows(self) -> Iterator[slice]:
-        return (slice(a, b) for a, b in pairwise(np.cumsum([0, *(len(block) for block in self.blocks)]).tolist()))
-
-    @property
-    def whole(self) -> Array:
-        return np.asarray(block_diag(*self.blocks))
-
-    def __call__(self, values: Array) -> Array:
-        """L applied to values."""
-        return np.concatenate([block @ values[own] for own, block in zip(self.rows, self.blocks, strict=True)])
-
-    def transposed(self, values: Array) -> Array:
-        """Lᵀ applied to values."""
-        return np.concatenate([block.T @ values[own] for own, block in zip(self.rows, self.blocks, strict=True)])

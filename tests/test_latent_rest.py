@@ -1,0 +1,127 @@
+"""Latent heat as the honest rest: what a kind is worth beside it, and what it says of runs that were not seen."""
+
+from __future__ import annotations
+
+from functools import cache
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+from test_diagnosis import LADDERS, plant, recorded
+
+from network.analysis.diagnosis import locate, unseen_runs
+from network.analysis.diagnosis.backward_elimination import is_imitation
+from network.analysis.diagnosis.candidates import Candidate, candidates
+from network.analysis.diagnosis.few_runs import SEARCHED, on_all_runs, on_few_runs
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_findings, fit_hypothesis
+from network.analysis.diagnosis.latent_rest import find_rest, share_of_rest
+from network.analysis.diagnosis.locate import predict_unknown
+from network.analysis.diagnosis.located_heat import UnknownHeat
+from network.analysis.diagnosis.location import Location
+from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.unseen_runs import tell_unseen, unseen_misfit
+
+PUMP = {"pump": {"kind": "heat_source", "into": {"column": 1}, "power": "60 W"}}
+BURSTS = {
+    f"burst {k}": {"kind": "timed_source", "into": {"column": 1}, "power": "150 W", "period": "10 h",
+                   "duration": f"{5 + k} min", "phase": f"{20 + 23 * k} min"} for k in range(4)
+}  # fmt: skip
+
+
+def case_of(*ladders: tuple[float, ...], **concealed: Any) -> Case:
+    return Case(plant(), tuple(recorded(plant(**concealed), ladder, i) for i, ladder in enumerate(ladders)))
+
+
+def candidate_of(case: Case, kind: str, place: str) -> Candidate:
+    return next(c for c in candidates(case.machine, case.drivers) if c.kind.kind == kind and c.places == (place,))
+
+
+@cache
+def fitted(truth: str, found: tuple[tuple[str, str], ...]) -> Hypothesis:
+    case = case_of(*LADDERS, sources={"pump": PUMP, "bursts": BURSTS}[truth])
+    told = fit_findings(case, case.machine, [candidate_of(case, *each) for each in found], {})
+    assert told is not None
+    return told
+
+
+def test_the_kind_that_is_missing_is_worth_more_than_heat_of_any_course() -> None:
+    """A constant 60 W: with it nothing is left, and heat of any course has to pay for every knot."""
+    null, named = fitted("pump", ()), fitted("pump", (("heat_source", "column"),))
+    alone, beside = find_rest(null), find_rest(named)
+    assert alone.heat.gain > 100 and str(alone.heat.at) == "column"
+    assert beside.evidence - alone.evidence > SETTINGS.alike
+    assert share_of_rest(alone, beside) > 0.95
+
+
+def test_the_numbers_are_refitted_together_with_the_heat() -> None:
+    """Those of a fit without it are bent to the bursts; beside it they tell the recordings better."""
+    null = fitted("bursts", ())
+    first, best = find_rest(null, refit=False), find_rest(null)
+    assert best.evidence > first.evidence and best.beside.linearised.theta is not null.linearised.theta
+    assert np.abs(best.beside.shift).max() < np.abs(null.shift).max()
+
+
+def test_a_second_kind_that_imitates_what_has_no_name_adds_nothing_beside_heat() -> None:
+    """Bursts that no kind has: a loss with the cube of the speed lowers what is left, and heat without it as much."""
+    one = fitted("bursts", (("heat_source", "column"),))
+    two = fitted("bursts", (("heat_source", "column"), ("windage", "spindle")))
+    assert two.evidence > one.evidence
+    assert is_imitation(find_rest(two), one)
+    right = fitted("pump", (("heat_source", "column"),))
+    assert not is_imitation(find_rest(right), fitted("pump", ()))
+
+
+def test_heat_learned_elsewhere_raises_the_probability_of_a_run_as_gaussians_have_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """ln N(r; 0, I + G K Gᵀ + Sᵀ V S) − ln N(r'; …) without G, r at the most probable constants S of the run."""
+    draw = np.random.default_rng(5)
+    own, answers, spread, knots = draw.standard_normal((2, 9)), draw.standard_normal((3, 9)), np.array([0.5, 2.0]), 3
+    raw = draw.standard_normal(9) * 3
+    eta = np.linalg.solve(own @ own.T + np.diag(spread**-2.0), own @ raw)
+    t = np.linspace(0.0, 1800.0, knots)
+    fit: Any = SimpleNamespace(
+        slopes=np.vstack([draw.standard_normal((1, 9)), own]), free=1, left=raw - eta @ own,
+        problem=SimpleNamespace(data=(None,), prior=(np.zeros(3), np.array([1.0, *spread]))),
+    )  # fmt: skip
+    monkeypatch.setattr(locate, "heat_knots", lambda data, step: t)
+    monkeypatch.setattr(locate, "_place", lambda fit, at, knots: SimpleNamespace(answers=[answers]))
+    heat = UnknownHeat(Location(("a",)), 1.0, 1.0, 1.0, (t,), (t,), (t,), size=1.7, ell=900.0)
+    K = 1.7**2 * np.exp(-np.abs(t[:, None] - t[None]) / 900.0)
+    without = np.eye(9) + own.T @ np.diag(spread**2) @ own
+    densities = [multivariate_normal(np.zeros(9), c).logpdf(raw) for c in (without + answers.T @ K @ answers, without)]
+    assert predict_unknown(fit, heat) == pytest.approx(densities[0] - densities[1])
+
+
+def test_what_runs_left_out_say_counts_heat_of_any_course_where_it_helps() -> None:
+    null, named = fitted("pump", ()), fitted("pump", (("heat_source", "column"),))
+    bare, beside = tell_unseen(null, with_rest=False), tell_unseen(null)
+    assert beside.density > bare.density and beside.chi == bare.chi == unseen_misfit(null)
+    assert tell_unseen(named).density > beside.density
+
+
+def test_a_run_that_breaks_down_is_told_by_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    def breaks(*_: object) -> None:
+        raise np.linalg.LinAlgError
+
+    monkeypatch.setattr(unseen_runs, "linearise", breaks)
+    told = tell_unseen(fitted("pump", ()))
+    assert told.chi == np.inf and told.density == -np.inf
+
+
+def test_a_search_over_many_runs_stands_on_those_told_worst_and_is_tested_on_all() -> None:
+    """The source is on in two runs of five; what is found there is fitted to all of them."""
+    whole, bare = (case_of(*(LADDERS * 3)[:5], sources=s) for s in (PUMP, {}))
+    case = Case(plant(), (*bare.recordings[:3], *whole.recordings[3:]))
+    null = fit_hypothesis(case, case.machine)
+    few = on_few_runs(null, SEARCHED)
+    assert len(few.case.recordings) == SEARCHED < len(case.recordings)
+    assert on_all_runs(null, few) is null
+    found = fit_findings(few.case, case.machine, [candidate_of(case, "heat_source", "column")], few.values)
+    assert found is not None
+    told = on_all_runs(null, found)
+    assert told.found and len(told.case.recordings) == 5
+    direct = fit_findings(case, case.machine, told.found, null.values)
+    assert direct is not None and told.own_values == pytest.approx(direct.own_values, rel=1e-2)
