@@ -11,7 +11,7 @@ import pytest
 from scipy.stats import multivariate_normal
 from test_diagnosis import LADDERS, plant, recorded
 
-from network.analysis.diagnosis import locate, unseen_runs
+from network.analysis.diagnosis import latent_rest, locate, unseen_runs
 from network.analysis.diagnosis.backward_elimination import is_imitation
 from network.analysis.diagnosis.candidates import Candidate, candidates
 from network.analysis.diagnosis.few_runs import SEARCHED, on_all_runs, on_few_runs
@@ -71,6 +71,21 @@ def test_a_second_kind_that_imitates_what_has_no_name_adds_nothing_beside_heat()
     assert is_imitation(find_rest(two), one)
     right = fitted("pump", (("heat_source", "column"),))
     assert not is_imitation(find_rest(right), fitted("pump", ()))
+
+
+def test_rivals_are_ranked_by_what_they_leave_to_heat_of_any_course(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The best of each kind and place; what is far behind without such heat keeps its place."""
+
+    def rival(kind: str, evidence: float) -> Any:
+        found = SimpleNamespace(kind=SimpleNamespace(kind=kind), places=("column",), channels=())
+        return SimpleNamespace(found=(found,), evidence=evidence)
+
+    bent, right, again, last = rival("bent", 90.0), rival("right", 80.0), rival("bent", 85.0), rival("last", 10.0)
+    beside = {"bent": 95.0, "right": 120.0, "last": 200.0}
+    monkeypatch.setattr(latent_rest, "RANKED", 2)
+    monkeypatch.setattr(latent_rest, "find_rest", lambda h: SimpleNamespace(evidence=beside[h.found[-1].kind.kind]))
+    told = latent_rest.rank_beside_rest([bent, again, right, last])
+    assert [h is x for h, x in zip(told, (right, bent, again, last), strict=True)] == [True] * 4
 
 
 def test_heat_learned_elsewhere_raises_the_probability_of_a_run_as_gaussians_have_it(

@@ -101,6 +101,7 @@ def test_what_was_kept_stands_first_and_the_others_by_their_evidence() -> None:
 
 def test_rivals_on_the_lumps_there_are_need_no_further_fit(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(forward_selection, "reweight", lambda case, of: (case, of))
+    monkeypatch.setattr(forward_selection, "rank_beside_rest", lambda ranked: ranked)
     now, best = h(), h(case="its")
     assert forward_selection._best_on_lumps(now, now, [best], 1) == ("its", best)
     assert forward_selection._best_on_lumps(now, now, [], 1) is None
@@ -140,6 +141,7 @@ def test_relays_are_looked_for_first_where_little_is_explained_and_last_where_mu
     )
     monkeypatch.setattr(forward_selection, "place_ranked", lambda before, smooth, jobs: smooth)
     monkeypatch.setattr(forward_selection, "_skip_misleading", lambda before, ranked, jobs: ranked)
+    monkeypatch.setattr(forward_selection, "rank_beside_rest", lambda ranked: ranked)
     monkeypatch.setattr(forward_selection, "_accept_best", lambda current, before, tried, threshold, jobs: tried[0])
     monkeypatch.setattr(forward_selection, "_take_first", lambda current, before, ranked, threshold: None)
     seen = bare(before=h(case=bare(recordings=("run",) * 2)), proposed=(), scores=())

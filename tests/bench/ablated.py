@@ -48,6 +48,10 @@ def no_gain(original: Callable[..., Any]) -> Callable[..., Any]:
     return lambda *_, **__: 0.0
 
 
+def as_given(original: Callable[..., Any]) -> Callable[..., Any]:
+    return lambda ranked: [*ranked]
+
+
 def worth_all(original: Callable[..., Any]) -> Callable[..., Any]:
     """Findings add as much as can be beside heat of any course, and leave nothing of it."""
     return lambda *_, **__: (float("inf"), 1.0)
@@ -63,6 +67,7 @@ STAGES: Mapping[str, Mapping[str, Stand]] = {
     "seen-runs": {"backward_elimination._keep_what_predicts": all_of_it, "invariants.list_refutations": on_seen_runs},
     "no-latent": {
         "backward_elimination.is_imitation": never,
+        "latent_rest.rank_beside_rest": as_given,
         "backward_elimination._weigh_rest": worth_all,
         "unseen_runs._add_rest": no_gain,
         "intermittent.onset_fault._beats_unknown": always,

@@ -14,6 +14,7 @@ from network.analysis.diagnosis.compact_fit import compact
 from network.analysis.diagnosis.few_runs import SEARCHED, on_all_runs, on_few_runs
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight
 from network.analysis.diagnosis.initial_state_restarts import restart_from_starts
+from network.analysis.diagnosis.latent_rest import rank_beside_rest
 from network.analysis.diagnosis.locate import locate
 from network.analysis.diagnosis.located_heat import UnknownHeat
 from network.analysis.diagnosis.lump_convergence import refine_until_converged
@@ -210,8 +211,9 @@ def _report_share(tell: Callable[[float], None], done: float, share: float) -> N
 def _contenders(
     current: Hypothesis, before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int
 ) -> Sequence[Hypothesis]:
-    """Those of the rivals that may be kept: the best, and what comes near it if all were fitted on coarser lumps."""
-    able = _skip_misleading(before, ranked, jobs)
+    """Those of the rivals that may be kept: the best beside heat of any course, and what comes near it if all were
+    fitted on coarser lumps."""
+    able = rank_beside_rest(_skip_misleading(before, ranked, jobs))
     return able[:1] if before is current else near(before, able, CARRIED)
 
 

@@ -10,6 +10,7 @@ Stat. Soc. B 63 (2001) 425, for the discrepancy beside a model; unverified.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +20,7 @@ from network.analysis.diagnosis.compact_fit import expand
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.locate import explain_unknown, locate, rows_of
 from network.analysis.diagnosis.located_heat import UnknownHeat
+from network.analysis.diagnosis.ranking import distinct
 from network.catalogue.declaration.declare import Array
 from network.platform.refusal import Failed
 
@@ -26,6 +28,8 @@ ROUNDS = 3
 """Steps of the numbers together with the heat, at most; the first takes nearly all of the way."""
 ENOUGH = 1.0
 """nats that a step has to bring for another."""
+RANKED = 6
+"""Rivals that are weighed beside such heat."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +56,14 @@ def find_rest(h: Hypothesis, refit: bool = True) -> Rest:
             break
         best = moved
     return best
+
+
+def rank_beside_rest(ranked: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Rivals by their evidence with heat of any course beside each, as far as they are among the best without: what
+    has the right form leaves the least to such heat, also where lumps or laws leave more than noise."""
+    first = distinct(ranked)[:RANKED]
+    rest = [h for h in ranked if not any(h is other for other in first)]
+    return [*sorted(first, key=lambda h: -find_rest(h).evidence), *rest]
 
 
 def share_of_rest(before: Rest, after: Rest) -> float:
