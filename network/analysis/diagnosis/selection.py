@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from network.analysis.diagnosis.crossed_splits import UnseenTest
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.settings import SETTINGS
 
@@ -12,7 +13,8 @@ from network.analysis.diagnosis.settings import SETTINGS
 class Selection:
     """Where the steps from one null led: the best, what stood before each step and its rivals, the evidence that each
     finding adds, and what chance reaches; is_checked: whether all findings were tested again beside each other and on
-    runs that they were not fitted to, and what share of the misfit there they explain."""
+    runs that they were not fitted to, and what share of the misfit there they explain; unseen: of each step, whether
+    what half of the recordings picks out shows in the other half."""
 
     best: Hypothesis
     befores: tuple[Hypothesis, ...] = ()
@@ -21,3 +23,4 @@ class Selection:
     threshold: float = SETTINGS.least
     is_checked: bool = False
     explained: float = 0.0
+    unseen: tuple[UnseenTest | None, ...] = ()
