@@ -1,12 +1,17 @@
 """Whether what explains one half of the recordings best explains the other half, too, that it was not chosen on.
 
 Of all shapes that were screened the one with the best linear score on half A, everything else refitted to A alone, is
-tested on half B with its sign, everything else refitted to B alone; then the other way round. However greedy the
-choice, each p-value is uniform where nothing is missing, for B had no part in it. The two are not independent (both
-may choose shapes that are alike), so that neither Fisher's sum nor a product may be taken; twice their mean is valid
-under any dependence, and small only where both are. Sources: Cox, Biometrika 62 (1975) 441 (a hypothesis chosen on some
-data and tested on others); Rüschendorf, Adv. Appl. Prob. 14 (1982) 623, and Vovk & Wang, Biometrika 107 (2020) 791
-(twice the mean); unverified.
+tested with its sign on what half B adds to A; then the other way round. With g, κ the score of the shape d about a
+refit to all rows, g_A, κ_A about one to A, r₁ what is left of B with d, p_B = p − p_A,
+
+    t = (g − g_A) / √((κ − κ_A) |r₁|² / ν),   ν = n_eff − p_B − 1,
+
+is Student's with ν degrees of freedom where nothing is missing, however greedy the choice: g − g_A is the score of B's
+innovations given A, and independent of A. (Refits to B alone are not: a number that is far from its prior pulls both
+halves alike.) The two p-values are not independent, as both halves may choose shapes that are alike, so that neither
+Fisher's sum nor a product may be taken; twice their mean is valid under any dependence, and small only where both are.
+Sources: Cox, Biometrika 62 (1975) 441 (chosen on some data, tested on others); LISDD, arXiv 2606.23215 (n_eff);
+Rüschendorf, Adv. Appl. Prob. 14 (1982) 623, and Vovk & Wang, Biometrika 107 (2020) 791 (twice the mean); unverified.
 """
 
 from __future__ import annotations
@@ -16,9 +21,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.stats import t as student
 
 from network.analysis.calibration.gauss_newton import Linearised
-from network.analysis.diagnosis.refitted_half import RefittedHalf
+from network.analysis.diagnosis.refitted_half import RefittedHalf, effective_samples
 from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.declare import Array, Mask
 
@@ -73,9 +79,10 @@ class _Chosen:
 
 @dataclass(eq=False)
 class CrossedSplits:
-    """Two halves, and what explains each best of all that was looked at so far."""
+    """Two halves and both together, and what explains each half best of all that was looked at so far."""
 
     halves: tuple[RefittedHalf, RefittedHalf]
+    whole: RefittedHalf
     of_one: bool = False
     best: list[_Chosen | None] = field(default_factory=lambda: [None, None])
 
@@ -94,11 +101,20 @@ class CrossedSplits:
 
     def test(self) -> UnseenTest | None:
         """None where nothing was looked at."""
-        (a, b), (of_a, of_b) = self.halves, self.best
+        of_a, of_b = self.best
         if of_a is None or of_b is None:
             return None
-        p = b.test(of_a.shape, of_a.sign), a.test(of_b.shape, of_b.sign)
+        p = self._test(0, of_a), self._test(1, of_b)
         return UnseenTest(p, (of_a.name, of_b.name), self.of_one)
+
+    def _test(self, k: int, best: _Chosen) -> float:
+        """p-value, on what the other half adds, of what half k chose."""
+        a, b = self.halves[k], self.halves[1 - k]
+        (g,), (kappa,) = (x - y for x, y in zip(*(of.score(best.shape[None]) for of in (self.whole, a)), strict=True))
+        rest = self.whole.rest(best.shape)[b.rows]
+        free = effective_samples([rest[own] for own in b.series]) - (self.whole.taken - a.taken) - 1
+        spread = np.sqrt(max(kappa, SEEN) * float(rest @ rest) / max(free, 1.0))
+        return float(student.sf(best.sign * g / spread, max(free, 1.0)))
 
 
 def name_of(c: Candidate) -> tuple[str, ...]:
@@ -117,10 +133,11 @@ def halve(fit: Linearised, further: Array | None = None) -> CrossedSplits | None
     slopes, wide = np.vstack([fit.slopes, more]), np.append(spread, np.ones(len(more)))
     strain = np.append((mean - at) / spread, np.zeros(len(more)))
     try:
-        a, b = (RefittedHalf.of(rows, slopes, fit.left, strain, wide, series) for rows in (halves, ~halves))
+        every = halves, ~halves, halves | ~halves
+        a, b, whole = (RefittedHalf.of(rows, slopes, fit.left, strain, wide, series) for rows in every)
     except np.linalg.LinAlgError:
         return None
-    return CrossedSplits((a, b), len(fit.problem.data) < 2)
+    return CrossedSplits((a, b), whole, len(fit.problem.data) < 2)
 
 
 def _first_half(fit: Linearised) -> Mask:

@@ -1,14 +1,9 @@
-"""One half of the recordings with all that is uncertain refitted to its rows alone: what a shape scores there, and how
-sure that is.
+"""Some rows of a linear problem with all that is uncertain refitted to them alone: what a shape scores there.
 
-S slopes of the half's rows, V covariance of the priors, P = SSᵀ + V⁻¹, M = I − SᵀP⁻¹S. With g = dᵀr and κ = dᵀMd of a
-shape d (whitened), r what a full step on these rows leaves, the fit with d beside the rest leaves
-r₁ = r − (g/κ) M d, and
-
-    t = g / √(κ |r₁|² / ν),   ν = n_eff − p − 1,   n_eff = Σ n / (1 + 2 Σ ρ_l),   p = tr(I − M),
-
-which without d is Student's with ν degrees of freedom: t² is F = (RSS₀ − RSS₁) / [RSS₁ / ν]. Sources: Davidson &
-MacKinnon, Econometric Theory and Methods (2004), ch. 15; LISDD, arXiv 2606.23215 (n_eff in F); unverified.
+S slopes of the rows, V covariance of the priors, P = SSᵀ + V⁻¹, M = I − SᵀP⁻¹S. A shape d (whitened) scores g = dᵀr,
+κ = dᵀMd, r what a full step on these rows leaves; with d beside the rest r − (g/κ) M d is left. The refit takes
+p = tr(I − M) degrees of freedom. Readings whose noise lasts count as n_eff = Σ n / (1 + 2 Σ ρ_l) ones. Source: score
+test with nuisance parameters, Davidson & MacKinnon, Econometric Theory and Methods (2004), ch. 15; unverified.
 """
 
 from __future__ import annotations
@@ -20,7 +15,6 @@ from itertools import pairwise
 
 import numpy as np
 from scipy.linalg import solve_triangular
-from scipy.stats import t as student
 
 from network.catalogue.declaration.declare import Array, Mask
 
@@ -61,15 +55,12 @@ class RefittedHalf:
         along = solve_triangular(self.root, self.slopes @ own.T, lower=True)
         return own @ self.left, np.einsum("ij,ij->i", own, own) - np.einsum("ji,ji->i", along, along)
 
-    def test(self, shape: Array, sign: float) -> float:
-        """p-value of a shape (all rows) that may only be there with a sign."""
+    def rest(self, shape: Array) -> Array:
+        """What is left of the rows with a shape (all rows) beside the rest, r − (g/κ) M d."""
         d = shape[self.rows]
         along = solve_triangular(self.root, self.slopes @ d, lower=True)
         lean = d - solve_triangular(self.root, along, lower=True, trans=1) @ self.slopes
-        g, kappa = float(d @ self.left), float(d @ lean)
-        rest = self.left - g / kappa * lean
-        free = max(effective_samples([rest[own] for own in self.series]) - self.taken - 1, 1.0)
-        return float(student.sf(sign * g / np.sqrt(kappa * float(rest @ rest) / free), free))
+        return np.asarray(self.left - float(d @ self.left) / float(d @ lean) * lean)
 
 
 def _runs_of(labels: Array) -> Iterator[slice]:
@@ -84,10 +75,10 @@ def effective_samples(series: Sequence[Array]) -> float:
 
 
 def _lasting(x: Array) -> float:
+    if not np.any(x):
+        return 0.0
     size = 2 * len(x)
     along = np.fft.irfft(np.abs(np.fft.rfft(x, size)) ** 2, size)[: len(x)]
-    if not along[0] > 0:
-        return 0.0
     rho = along[1:] / along[0]
     ends = np.flatnonzero(rho <= 0)
     return float(rho[: ends[0] if len(ends) else len(rho)].sum())
