@@ -128,6 +128,7 @@ def test_of_one_recording_the_cells_are_parted_and_it_stays_a_part() -> None:
     told = screen_candidates(h, 0, 1).unseen
     search = SimpleNamespace(ended="", selection=SimpleNamespace(is_checked=True), case=h.case, best=h)
     c = SimpleNamespace(own=(), section="sources")
+    assert told is not None and not told.doubt
     assert any("one recording" in why for why in list_doubts(search, c, told))  # type: ignore[arg-type]
 
 

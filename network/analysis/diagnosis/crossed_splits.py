@@ -60,10 +60,10 @@ class UnseenTest:
 
     @property
     def doubt(self) -> str:
-        """Why what was found is not sure; empty where nothing is to be said."""
-        whole = "the recording" if self.of_one else "the recordings"
-        p = f"{self.p_value:.2g}"
-        return "" if self.rejects else f"what one half of {whole} picks out does not show in the other (p = {p})"
+        """Why what was found is not sure; empty where that is not so, or it is of one recording and not sure anyhow."""
+        if self.rejects or self.of_one:
+            return ""
+        return f"what one half of the recordings picks out does not show in the other (p = {self.p_value:.2g})"
 
     def summary(self) -> dict[str, Any]:
         return {"p_unseen": self.p_value, "halves_agree": self.halves_agree}

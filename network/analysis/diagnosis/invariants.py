@@ -65,7 +65,7 @@ def list_refutations(selection: Selection, fits: Fits) -> list[str]:
 def list_doubts(search: Search, c: Candidate, unseen: UnseenTest | None = None) -> Iterator[str]:
     """What bars a finding from being told as sure, and makes it a part of the truth at most; unseen: of its step."""
     yield from doubt_search(search)
-    if unseen is not None and not unseen.rejects:
+    if unseen is not None and unseen.doubt:
         yield unseen.doubt
     yield from list_strains(search.best, c)
 
