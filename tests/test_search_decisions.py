@@ -168,12 +168,13 @@ def test_what_explains_best_so_far_is_told_where_the_time_is_up(runs: int, monke
     monkeypatch.setattr(forward_selection, "null_threshold", lambda scores, seed: 12.0)
     monkeypatch.setattr(forward_selection, "compact", lambda fit: fit)
     monkeypatch.setattr(forward_selection, "_put_first", lambda best, ranked: (best, *ranked))
-    monkeypatch.setattr(forward_selection, "screen_candidates", lambda *of: bare(before=fits[-1], scores=()))
+    seen = bare(before=fits[-1], scores=(), unseen=None)
+    monkeypatch.setattr(forward_selection, "screen_candidates", lambda *of: seen)
     monkeypatch.setattr(forward_selection, "_shows_nothing", lambda seen: False)
     told = []
     with pytest.raises(BudgetReached):
-        seen = bare(before=null, scores=(), whole=None)
-        for now in forward_selection.select_forward(null, seen, 0, 1, lambda share: None):
+        seen = bare(before=null, scores=(), whole=None, unseen=None)
+        for now in forward_selection.select_forward(null, seen, 0, 1, print):
             told.append(now)
     if runs == 1:
         assert not told

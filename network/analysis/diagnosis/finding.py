@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from network.analysis.diagnosis.crossed_splits import UnseenTest
 from network.analysis.diagnosis.located_heat import UnknownHeat
 from network.analysis.diagnosis.lump_sentences import cuts_only, lump_sentence
 from network.analysis.diagnosis.settings import SETTINGS
@@ -69,6 +70,7 @@ class Finding:
     indistinguishable: tuple[Rival, ...] = ()
     doubts: tuple[str, ...] = ()
     course: UnknownHeat | None = None
+    unseen: UnseenTest | None = None
 
     @property
     def part(self) -> str:
@@ -106,7 +108,7 @@ class Finding:
             "indistinguishable": [r.summary() for r in self.indistinguishable],
             "sentence": self.whole_sentence, "patch": self.patch.to_plain(),
             "evidence": {"delta_log_evidence": self.gain, "threshold": self.threshold,
-                         "windows": [list(w) for w in self.windows]},
+                         "windows": [list(w) for w in self.windows], **(self.unseen.summary() if self.unseen else {})},
             "part": self.part, "doubts": list(self.doubts), "set": self.members,
             **({"course": self.course.list_courses()} if self.course else {}),
         }  # fmt: skip

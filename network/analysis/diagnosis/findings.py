@@ -55,9 +55,9 @@ def _faults(search: Search, after: Machine) -> Iterator[Finding]:
 def _findings(search: Search, after: Machine) -> Iterator[Finding]:
     for i, c in enumerate(search.best.found):
         k = _step_of(search, c)
-        ranked = search.steps[k]
+        ranked, unseen = search.steps[k], search.unseen[k]
         rivals = list(list_rivals(ranked, search.befores[k], c.key))
-        doubts = tuple(list_doubts(search, c))
+        doubts = tuple(list_doubts(search, c, unseen))
         is_first = ranked[0].found[-1].key == c.key
         holds = search.selection.explained if search.selection.is_checked else 1.0
         sure = shares(distinct(ranked))[0] * holds if is_first else SETTINGS.barred
@@ -68,7 +68,7 @@ def _findings(search: Search, after: Machine) -> Iterator[Finding]:
             _quantities(search.told, c), _sentence(search.told, c, after), c.patch.as_in(after.tree), gain,
             search.threshold, windows_of(search.located),
             tuple(r for r in rivals if r.confidence < 0.3 or r.gain < search.best.evidence)[:5],
-            tuple(_alike(ranked, c)), doubts,
+            tuple(_alike(ranked, c)), doubts, unseen=unseen,
         )  # fmt: skip
 
 

@@ -11,6 +11,7 @@ from network.analysis.diagnosis.backward_elimination import check_selection, rer
 from network.analysis.diagnosis.candidates import Candidate, candidates, has_numbers
 from network.analysis.diagnosis.coarse_surrogate import build_surrogate, fit_on_finer_lumps, fit_on_finer_lumps_afresh
 from network.analysis.diagnosis.compact_fit import compact
+from network.analysis.diagnosis.crossed_splits import UnseenTest, halve
 from network.analysis.diagnosis.few_runs import SEARCHED, on_all_runs, on_few_runs
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight
 from network.analysis.diagnosis.initial_state_restarts import restart_from_starts
@@ -18,6 +19,7 @@ from network.analysis.diagnosis.latent_rest import rank_beside_rest
 from network.analysis.diagnosis.locate import locate
 from network.analysis.diagnosis.located_heat import UnknownHeat
 from network.analysis.diagnosis.lump_convergence import refine_until_converged
+from network.analysis.diagnosis.lumping_error import shapes_of_lumping
 from network.analysis.diagnosis.placement import near, place_best, place_ranked
 from network.analysis.diagnosis.ranking import best_first, distinct
 from network.analysis.diagnosis.refit import TrialFits, start_trials
@@ -42,12 +44,14 @@ CARRIED = 3
 @dataclass(frozen=True, eq=False)
 class Screening:
     """What is proposed beside a hypothesis, and how each would show: about what stands in for it on coarser lumps
-    (before). whole: itself on the runs that it tells worst, where that is another."""
+    (before). whole: itself on the runs that it tells worst, where that is another; unseen: whether what half of the
+    recordings picks out of it shows in the other half."""
 
     before: Hypothesis
     proposed: tuple[Candidate, ...] = ()
     scores: tuple[Score, ...] = ()
     whole: Hypothesis | None = None
+    unseen: UnseenTest | None = None
 
     @cached_property
     def located(self) -> tuple[UnknownHeat, ...]:
@@ -63,8 +67,9 @@ def screen_candidates(current: Hypothesis, seed: int, jobs: int) -> Screening:
     found = candidates(before.machine, case.drivers, runs=case.runs)
     proposed = tuple(c for c in found if has_numbers(c.machine, before.own))
     look = screen if leaves_something(current) else score_candidates  # nothing is to be placed along bars
-    scores = look(before.linearised, proposed, before.values, jobs)
-    seen = Screening(before, proposed, tuple(scores), current)
+    splits = halve(before.linearised, shapes_of_lumping(before, current, jobs))
+    scores = look(before.linearised, proposed, before.values, jobs, splits)
+    seen = Screening(before, proposed, tuple(scores), current, splits.test() if splits else None)
     if before.chi < SETTINGS.noise:
         return seen
     timed = {s.candidate.key: s for s in search_timed(before, proposed, seen.located, seed, jobs)}
@@ -124,7 +129,8 @@ def _add_step(
 ) -> Selection:  # fmt: skip
     """A selection with a further finding."""
     befores, steps = (*now.befores, compact(seen.before)), (*now.steps, _put_first(kept, ranked))
-    return Selection(kept, befores, steps, (*now.gains, kept.evidence - now.best.evidence), threshold)
+    gains, unseen = (*now.gains, kept.evidence - now.best.evidence), (*now.unseen, seen.unseen)
+    return Selection(kept, befores, steps, gains, threshold, unseen=unseen)
 
 
 def _select_next(

@@ -10,6 +10,7 @@ import numpy as np
 from network.analysis.calibration.multistart import at_bound
 from network.analysis.comparison.compare import Comparison, RecordingResidual
 from network.analysis.diagnosis.candidates import Candidate
+from network.analysis.diagnosis.crossed_splits import UnseenTest
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.result import Fits
 from network.analysis.diagnosis.selection import Selection
@@ -61,9 +62,11 @@ def list_refutations(selection: Selection, fits: Fits) -> list[str]:
     ]  # fmt: skip
 
 
-def list_doubts(search: Search, c: Candidate) -> Iterator[str]:
-    """What bars a finding from being told as sure, and makes it a part of the truth at most."""
+def list_doubts(search: Search, c: Candidate, unseen: UnseenTest | None = None) -> Iterator[str]:
+    """What bars a finding from being told as sure, and makes it a part of the truth at most; unseen: of its step."""
     yield from doubt_search(search)
+    if unseen is not None and unseen.doubt:
+        yield unseen.doubt
     yield from list_strains(search.best, c)
 
 

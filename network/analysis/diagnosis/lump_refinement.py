@@ -134,14 +134,14 @@ def _count(now: int, off: float) -> int:
 def _leave_each(h: Hypothesis, counts: Mapping[str, int], jobs: int) -> dict[str, float]:
     """|M W d| of every bar [σ]; nothing where a run breaks down."""
     is_own = counts.items() <= bars_of(h.machine).items()
-    here = np.concatenate([p.cells for p in h.predictions]) if is_own else _means_of(h, cut_bars(h.machine, counts))
+    here = np.concatenate([p.cells for p in h.predictions]) if is_own else means_of(h, cut_bars(h.machine, counts))
     finer = [cut_bars(h.machine, {**counts, name: 2 * n}) for name, n in counts.items()]
-    there = zip(counts, run_all(partial(_means_of, h), finer, jobs), strict=True)
+    there = zip(counts, run_all(partial(means_of, h), finer, jobs), strict=True)
     told = {name: means - here for name, means in there if here is not None and means is not None}
     return dict.fromkeys(counts, 0.0) | {name: _size(h.linearised, lack) for name, lack in told.items()}
 
 
-def _means_of(h: Hypothesis, machine: Machine) -> Array | None:
+def means_of(h: Hypothesis, machine: Machine) -> Array | None:
     """Cells' means of all runs at the numbers of a hypothesis; None where they break down."""
     fit, parameters = h.fit, parameters_of(machine, h.own)
     if [p.path for p in parameters] != [p.path for p in fit.problem.parameters]:

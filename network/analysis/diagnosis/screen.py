@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +20,9 @@ from network.analysis.diagnosis.candidate_response import respond_to_candidates
 from network.analysis.diagnosis.candidates import Candidate
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import Parameter
+
+if TYPE_CHECKING:
+    from network.analysis.diagnosis.crossed_splits import CrossedSplits
 
 MOST = 30.0
 """Multiples of the typical strength that the linear score may suppose."""
@@ -65,20 +69,23 @@ def whiten(fit: Linearised, means: Array) -> Array:
 
 
 def screen(
-    fit: Linearised, found: Sequence[Candidate], values: Mapping[str, float], jobs: int = 1
+    fit: Linearised, found: Sequence[Candidate], values: Mapping[str, float], jobs: int = 1,
+    splits: CrossedSplits | None = None,
 ) -> list[Score]:  # fmt: skip
     """Scores of the candidates that a linear answer can be had for, about a fit at these numbers, best first: of each
-    the best along the bars that it touches."""
-    return score_candidates(fit, [placed for c in _able(found) for placed in (c, *c.stretches)], values, jobs)
+    the best along the bars that it touches. splits: looks at their shapes, too."""
+    placed = [placed for c in _able(found) for placed in (c, *c.stretches)]
+    return score_candidates(fit, placed, values, jobs, splits)
 
 
 def score_candidates(
-    fit: Linearised, candidates: Sequence[Candidate], values: Mapping[str, float], jobs: int = 1
-) -> list[Score]:
+    fit: Linearised, candidates: Sequence[Candidate], values: Mapping[str, float], jobs: int = 1,
+    splits: CrossedSplits | None = None,
+) -> list[Score]:  # fmt: skip
     """The same of candidates as they are: all at their usual sizes, then one number after the other of the likely ones
-    that bring states at others."""
+    that bring states at others. splits: looks at the usual ones alone, which no half of the recordings has chosen."""
     usual = [(c, *variant) for c in _able(candidates) for variant in _list_usual(c)]
-    best = {s.candidate.key: s for s in score_variants(fit, usual, values, jobs)}
+    best = {s.candidate.key: s for s in score_variants(fit, usual, values, jobs, splits)}
     ranked = sorted(best.values(), key=lambda s: -s.gain)
     least = max(SHOWS, LIKELY * ranked[0].gain) if ranked else 0.0
     likely = [s.candidate.key for s in ranked if s.gain >= least and _brings_states(s.candidate)][:RESIZED]
@@ -91,7 +98,7 @@ def score_candidates(
 
 def score_variants(
     fit: Linearised, tried: Sequence[tuple[Candidate, float, Mapping[str, float]]], values: Mapping[str, float],
-    jobs: int = 1,
+    jobs: int = 1, splits: CrossedSplits | None = None,
 ) -> list[Score]:  # fmt: skip
     """Of candidates, each at some numbers with the multiple of its typical strength there, the best of each."""
     each = [(c, {**values, **numbers}) for c, _, numbers in tried]
@@ -101,6 +108,8 @@ def score_variants(
         return []
     D = whiten(fit, np.array([d for *_, d in kept]))
     M_D = fit.project(D)
+    if splits is not None:
+        splits.look([c for c, *_ in kept], D, MOST)
     scores: dict[tuple[str, ...], Score] = {}
     for (c, scale, numbers, _), d, M_d in zip(kept, D, M_D, strict=True):
         score = _score(fit, c, scale, numbers, d, M_d)
