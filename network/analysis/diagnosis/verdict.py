@@ -121,7 +121,9 @@ def _decide_verdict(
         is_more = is_left and min(holds, max(f.confidence for f in findings)) < SETTINGS.half
         is_bent = is_left and search.fault is None and is_shadow(search)
         only_sensors = not (is_more or is_bent) and all(f.channels for f in findings)
-        unnamed = [find_unknown(search, is_bent)] if is_more or is_bent else []
+        nameless = max(1 - holds, SETTINGS.half if is_bent else 0.0)
+        findings = [f if f.holds is None else replace(f, holds=1 - nameless) for f in findings]
+        unnamed = [replace(find_unknown(search, is_bent), holds=nameless)] if is_more or is_bent else []
         return [*_put_in_order(unnamed, findings), *cut], "sensor_fault" if only_sensors else "missing_physics"
     if is_left or (is_refuted and best.chi > SETTINGS.adequate and _stands_out(search)):
         unknown = find_unknown(search)

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from network.analysis.diagnosis.finding import UNKNOWN
-from network.analysis.diagnosis.lump_sentences import cuts_only
 from network.platform.wording import join_names
 from network.report.words.tie_words import seats_words
 
@@ -89,4 +88,4 @@ def _at(d: Diagnosis, findings: Sequence[Finding]) -> str:
 
 
 def _is_cut(finding: Finding) -> bool:
-    return not finding.parameters and cuts_only(finding.patch)
+    return finding.is_cut
