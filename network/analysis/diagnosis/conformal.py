@@ -39,8 +39,13 @@ class Explanation:
     confidence: float | None = None
     is_tied: bool = False
 
+    @classmethod
+    def read(cls, told: Mapping[str, Any]) -> Explanation:
+        return cls(told["name"], told["class"], told["belief"], told["confidence"], told["tied"])
+
     def summary(self) -> dict[str, Any]:
-        return {"name": self.name, "class": self.truth, "belief": self.belief}
+        return {"name": self.name, "class": self.truth, "belief": self.belief, "confidence": self.confidence,
+                "tied": self.is_tied}  # fmt: skip
 
 
 def quantile(scores: Sequence[float], alpha: float) -> float:
