@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from network.analysis.diagnosis.conformal import EFFECT, NOTHING, NULL, OUTSIDE, SENSOR, Explanation, choose, shipped
@@ -84,6 +84,17 @@ class Finding:
     def is_room(self) -> bool:
         """Whether it is surroundings that are not what is given for them, for which no number of a file can stand."""
         return self.course is not None and self.course.is_room
+
+    @property
+    def is_unnamed(self) -> bool:
+        """Whether it is what heat, or surroundings, would have to be, without a cause."""
+        return self.kind == UNKNOWN or self.is_room
+
+    def weigh(self, belief: float) -> Finding:
+        """With a belief in it beside other findings; a fault of readings stays as sure as it is."""
+        if self.is_unnamed:
+            return replace(self, share=belief * (self.confidence if self.share is None else self.share))
+        return self if self.holds is None else replace(self, holds=belief)
 
     @property
     def members(self) -> list[str]:

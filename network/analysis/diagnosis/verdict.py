@@ -49,7 +49,7 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     coarse = find_lumping(search.written, search.best.root, finer_gain, search.threshold) if is_told else None
     findings, verdict = _decide_verdict(search, list_findings(search, after), coarse, bool(refuted))
     doubt = doubt_unseen(fits)
-    findings = [_doubt_finding(f, doubt) for f in findings]
+    findings = [_doubt_finding(f, doubt) for f in _share_belief(findings)]
     if search.ended:  # nothing is sure
         findings = [replace(f, confidence=min(f.confidence, SETTINGS.half)) for f in findings]
     known = isolability(search.screened.scores, search.screened.proposed)
@@ -121,9 +121,7 @@ def _decide_verdict(
         is_more = is_left and min(holds, max(f.confidence for f in findings)) < SETTINGS.half
         is_bent = is_left and search.fault is None and is_shadow(search)
         only_sensors = not (is_more or is_bent) and all(f.channels for f in findings)
-        nameless = max(1 - holds, SETTINGS.half if is_bent else 0.0)
-        findings = [f if f.holds is None else replace(f, holds=1 - nameless) for f in findings]
-        unnamed = [replace(find_unknown(search, is_bent), holds=nameless)] if is_more or is_bent else []
+        unnamed = [find_unknown(search, is_bent)] if is_more or is_bent else []
         return [*_put_in_order(unnamed, findings), *cut], "sensor_fault" if only_sensors else "missing_physics"
     if is_left or (is_refuted and best.chi > SETTINGS.adequate and _stands_out(search)):
         unknown = find_unknown(search)
@@ -132,6 +130,15 @@ def _decide_verdict(
         return cut, "too_coarse"
     wrong = any(abs(x) > SETTINGS.shift for x in _shifts(best).values()) or _was_off(search)
     return [], "parameters_only" if wrong else "adequate"
+
+
+def _share_belief(findings: Sequence[Finding]) -> list[Finding]:
+    """What has no name is believed in as far as names beside it do not hold, and no less than half."""
+    holds = [f.holds for f in findings if f.holds is not None]
+    if not holds or not any(f.is_unnamed for f in findings):
+        return [*findings]
+    nameless = max(1 - holds[0], SETTINGS.half)
+    return [f.weigh(nameless if f.is_unnamed else 1 - nameless) for f in findings]
 
 
 def _put_in_order(unknown: list[Finding], findings: list[Finding]) -> list[Finding]:
