@@ -150,7 +150,7 @@ def test_every_number_that_steers_says_where_it_comes_from() -> None:
     told = found("source").summary()["settings"]
     origins = {each["origin"].partition(":")[0] for each in told.values()}
     assert origins <= {"convention", "prior", "budget", "derived", "bench"} and len(told) <= 30
-    assert all(each["unit"] and each["meaning"] for each in Settings().summary().values())
+    assert all(each["unit"] and each["meaning"] and each["group"] for each in Settings().summary().values())
 
 
 def test_one_run_tells_a_part_at_most() -> None:

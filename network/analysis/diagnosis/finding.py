@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
+from network.analysis.diagnosis.conformal import EFFECT, NOTHING, NULL, OUTSIDE, SENSOR, Explanation, choose, shipped
 from network.analysis.diagnosis.crossed_splits import UnseenTest
 from network.analysis.diagnosis.located_heat import UnknownHeat
 from network.analysis.diagnosis.lump_sentences import cuts_only, lump_sentence
-from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.patch import Patch
 
 UNKNOWN = "unknown"
@@ -53,7 +53,9 @@ class Rival:
 @dataclass(frozen=True)
 class Finding:
     """One piece of missing physics. gain: log evidence it adds [nats]; threshold: what chance reaches; windows: times
-    [s] in which the residual differed most before; patch: what adds it to the machine, numbers as fitted."""
+    [s] in which the residual differed most before; patch: what adds it to the machine, numbers as fitted; share: of the
+    evidence, among its rivals; holds: belief that it is one of these and not what has no name; nothing: belief that
+    nothing is missing, None where that is not asked."""
 
     kind: str
     section: str
@@ -71,6 +73,9 @@ class Finding:
     doubts: tuple[str, ...] = ()
     course: UnknownHeat | None = None
     unseen: UnseenTest | None = None
+    share: float | None = None
+    holds: float | None = None
+    nothing: float | None = None
 
     @property
     def part(self) -> str:
@@ -83,22 +88,54 @@ class Finding:
         return self.course is not None and self.course.is_room
 
     @property
+    def is_unnamed(self) -> bool:
+        """Whether it is what heat, or surroundings, would have to be, without a cause."""
+        return self.kind == UNKNOWN or self.is_room
+
+    def weigh(self, belief: float) -> Finding:
+        """With a belief in it beside other findings; a fault of readings stays as sure as it is."""
+        if self.is_unnamed:
+            return replace(self, share=belief * (self.confidence if self.share is None else self.share))
+        return self if self.holds is None else replace(self, holds=belief)
+
+    @property
     def members(self) -> list[str]:
-        """The explanations of which it is one, with SETTINGS.covered of the belief, the most likely first."""
-        told, belief = [name_member(self.kind, self.places, self.channels)], self.confidence
-        rest = sorted((*self.indistinguishable, *self.alternatives), key=lambda r: -r.confidence)
-        for r in rest:
-            name = name_member(r.kind, r.places, r.channels)
-            if (belief < SETTINGS.covered or r in self.indistinguishable) and name not in told:
-                told.append(name)
-                belief += r.confidence
-        return told
+        """The explanations of which it is one, itself first, then the most likely first."""
+        return choose(self.explanations, shipped())
+
+    @property
+    def truth(self) -> str:
+        """The class of truth that it claims."""
+        return NULL if self.is_cut else _class_of(self.kind, self.channels)
+
+    @property
+    def explanations(self) -> list[Explanation]:
+        """Itself, then all else that it could be, the most likely first: beliefs are shares of the evidence, times that
+        something with a name is missing."""
+        here = name_member(self.kind, self.places, self.channels)
+        some, named = 1 - (self.nothing or 0.0), 1.0 if self.holds is None else self.holds
+        own = self.confidence if self.share is None else self.share
+        rest = {here: Explanation(here, self.truth, some * named * own, self.confidence)}
+        for r in (*self.indistinguishable, *self.alternatives):
+            name, is_tied = name_member(r.kind, r.places, r.channels), r in self.indistinguishable
+            of = Explanation(name, _class_of(r.kind, r.channels), some * named * r.confidence, r.confidence, is_tied)
+            rest.setdefault(name, of)
+        if self.holds is not None and self.kind != UNKNOWN:
+            name = name_member(UNKNOWN, self.places, self.channels)
+            rest[name] = Explanation(name, OUTSIDE, some * (1 - named))
+        if self.nothing is not None:
+            rest[NOTHING] = Explanation(NOTHING, NULL, self.nothing)
+        return [rest.pop(here), *sorted(rest.values(), key=lambda e: -e.belief)]
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether it does nothing but cut parts more finely."""
+        return not self.parameters and cuts_only(self.patch)
 
     @property
     def whole_sentence(self) -> str:
         """As it was found; where its patch does nothing but cut parts more finely, every part of the patch."""
-        only_lumps = not self.parameters and cuts_only(self.patch)
-        return lump_sentence(self.patch["nodes"]) if only_lumps else self.sentence
+        return lump_sentence(self.patch["nodes"]) if self.is_cut else self.sentence
 
     def summary(self) -> dict[str, Any]:
         return {
@@ -110,8 +147,13 @@ class Finding:
             "evidence": {"delta_log_evidence": self.gain, "threshold": self.threshold,
                          "windows": [list(w) for w in self.windows], **(self.unseen.summary() if self.unseen else {})},
             "part": self.part, "doubts": list(self.doubts), "set": self.members,
+            "beliefs": [e.summary() for e in self.explanations], "calibrated_on": shipped().count(self.truth),
             **({"course": self.course.list_courses()} if self.course else {}),
         }  # fmt: skip
+
+
+def _class_of(kind: str, channels: Sequence[str]) -> str:
+    return OUTSIDE if kind == UNKNOWN else SENSOR if channels else EFFECT
 
 
 def name_member(kind: str, places: Sequence[str], channels: Sequence[str]) -> str:

@@ -13,7 +13,7 @@ from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.invariants import doubt_search, list_doubts
 from network.analysis.diagnosis.locate import locate, trace
 from network.analysis.diagnosis.located_heat import UnknownHeat
-from network.analysis.diagnosis.ranking import distinct, shares
+from network.analysis.diagnosis.ranking import belief_in_nothing, distinct, share_of, shares
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.strength import standard_errors
 from network.catalogue.declaration.entry_path import axis_of
@@ -48,7 +48,7 @@ def _faults(search: Search, after: Machine) -> Iterator[Finding]:
         yield Finding(
             e.kind, e.section, (), e.channels, min(e.confidence, SETTINGS.barred) if doubts else e.confidence,
             e.quantities, sentence(e.told), e.patch.as_in(after.tree), e.gain, search.threshold, windows, e.rivals,
-            doubts=doubts,
+            doubts=doubts, share=e.confidence, nothing=belief_in_nothing(e.gain, search.best.chi),
         )  # fmt: skip
 
 
@@ -68,7 +68,8 @@ def _findings(search: Search, after: Machine) -> Iterator[Finding]:
             _quantities(search.told, c), _sentence(search.told, c, after), c.patch.as_in(after.tree), gain,
             search.threshold, windows_of(search.located),
             tuple(r for r in rivals if r.confidence < 0.3 or r.gain < search.best.evidence)[:5],
-            tuple(_alike(ranked, c)), doubts, unseen=unseen,
+            tuple(_alike(ranked, c)), doubts, unseen=unseen, share=share_of(ranked, c.key), holds=float(holds),
+            nothing=None if i or search.fault else belief_in_nothing(gain, search.best.chi),
         )  # fmt: skip
 
 
@@ -154,7 +155,7 @@ def find_unknown(search: Search, alone: bool = False) -> Finding:
     return Finding(
         UNKNOWN, "sensors" if top.is_offset else "sources", top.at.nodes, top.at.channels, top.probability,
         {name: size}, said, Patch({}), top.gain, search.threshold, windows_of(left),
-        course=trace(about.linearised, top),
+        course=trace(about.linearised, top), share=top.probability, nothing=belief_in_nothing(top.gain, about.chi),
     )  # fmt: skip
 
 
@@ -171,6 +172,7 @@ def _find_room(search: Search, about: Hypothesis, left: Sequence[UnknownHeat]) -
         AmbientDrift.kind, "nodes", top.at.nodes, (), min(top.probability, SETTINGS.barred), {name: size}, said,
         Patch({}), top.gain, search.threshold, windows_of(left), course=trace(about.linearised, top),
         doubts=("its course is another one in each run, so that no run that was not seen can test it",),
+        share=top.probability, nothing=belief_in_nothing(top.gain, about.chi),
     )  # fmt: skip
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.special import expit
 
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.settings import SETTINGS
@@ -30,3 +31,15 @@ def shares(of: Sequence[Hypothesis]) -> Array:
     gains = np.minimum([h.evidence for h in of], of[0].evidence)
     share = np.exp((gains - gains.max()) / (SETTINGS.softening * max(1.0, of[0].chi) ** 2))
     return np.asarray(share / share.sum())
+
+
+def share_of(ranked: Sequence[Hypothesis], key: tuple[str, ...]) -> float:
+    """That of one among its rivals; that of what is not sure where it was not fitted beside them."""
+    apart = distinct(ranked)
+    told = {h.found[-1].key: float(p) for h, p in zip(apart, shares(apart), strict=True)}
+    return told.get(key, SETTINGS.barred)
+
+
+def belief_in_nothing(gain: float, chi: float) -> float:
+    """That chance alone gained so much evidence [nats], softened the same way: 1/(1 + e^(gain/T))."""
+    return float(expit(-gain / (SETTINGS.softening * max(1.0, chi) ** 2)))

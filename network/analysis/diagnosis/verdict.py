@@ -49,7 +49,7 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     coarse = find_lumping(search.written, search.best.root, finer_gain, search.threshold) if is_told else None
     findings, verdict = _decide_verdict(search, list_findings(search, after), coarse, bool(refuted))
     doubt = doubt_unseen(fits)
-    findings = [_doubt_finding(f, doubt) for f in findings]
+    findings = [_doubt_finding(f, doubt) for f in _share_belief(findings)]
     if search.ended:  # nothing is sure
         findings = [replace(f, confidence=min(f.confidence, SETTINGS.half)) for f in findings]
     known = isolability(search.screened.scores, search.screened.proposed)
@@ -131,6 +131,15 @@ def _decide_verdict(
         return cut, "too_coarse"
     wrong = any(abs(x) > SETTINGS.shift for x in _shifts(best).values()) or _was_off(search)
     return [], "parameters_only" if wrong else "adequate"
+
+
+def _share_belief(findings: Sequence[Finding]) -> list[Finding]:
+    """What has no name is believed in as far as names beside it do not hold, and no less than half."""
+    holds = [f.holds for f in findings if f.holds is not None]
+    if not holds or not any(f.is_unnamed for f in findings):
+        return [*findings]
+    nameless = max(1 - holds[0], SETTINGS.half)
+    return [f.weigh(nameless if f.is_unnamed else 1 - nameless) for f in findings]
 
 
 def _put_in_order(unknown: list[Finding], findings: list[Finding]) -> list[Finding]:

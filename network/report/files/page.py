@@ -20,10 +20,12 @@ from network.report.words.diagnosis_words import advice_words, fit_rows, is_unch
 from network.report.words.effect_words import effect_words
 from network.report.words.finding_words import (
     alike_words,
+    bench_words,
     evidence_words,
     name_of,
     percent,
     rival_name,
+    set_words,
     sizes,
     sure_words,
     windows_words,
@@ -98,6 +100,7 @@ def _verdict(d: Diagnosis) -> dict[str, Any]:
     return {
         "machine": d.machine.name, "verdict": name_of(d.verdict), "meaning": verdict_words(d), "next": next_words(d),
         "basis": basis(d), "findings": [_finding(d, f) for f in d.findings], "where": where_lines(d),
+        "bench": bench_words(d),
     }  # fmt: skip
 
 
@@ -125,7 +128,8 @@ def _finding(d: Diagnosis, finding: Finding) -> Mapping[str, Any]:
         "title": title_words(d, finding), "effect": effect_words(d, finding),
         "sentence": finding.whole_sentence, "sure": sure_words(finding), "sizes": sizes(finding),
         "evidence": " ".join(filter(None, [evidence_words(finding), windows_words(d, finding)])),
-        "alike": alike_words(finding), "rivals": [_rival(r) for r in finding.alternatives],
+        "alike": alike_words(finding), "one_of": set_words(finding),
+        "rivals": [_rival(r) for r in finding.alternatives],
     }  # fmt: skip
 
 

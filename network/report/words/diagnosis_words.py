@@ -14,8 +14,10 @@ from network.platform.quantities.text_table import digits, span, table
 from network.report.words.effect_words import effect_words
 from network.report.words.finding_words import (
     alike_words,
+    bench_words,
     evidence_words,
     rivals_words,
+    set_words,
     sizes,
     sure_words,
     windows_words,
@@ -48,7 +50,8 @@ def tell_diagnosis(d: Diagnosis) -> str:
     header, rows = fit_rows(d)
     fits = [*table(header, rows, header[1:]), *([] if is_unchanged(d) else [BEFORE])]
     blocks = [
-        _verdict(d), *(_finding(d, i, f) for i, f in enumerate(d.findings, 1)), _paragraphs(where_lines(d)),
+        _verdict(d), *(_finding(d, i, f) for i, f in enumerate(d.findings, 1)), _paragraphs([bench_words(d)]),
+        _paragraphs(where_lines(d)),
         _paragraphs(describe_moved(d)), "\n".join(fits),
         _paragraphs(map(shorten_note, d.notes)), _paragraphs(map(_next_experiment, count(1), d.advice)),
         _paragraphs([next_words(d)]),
@@ -65,7 +68,7 @@ def _finding(d: Diagnosis, number: int, finding: Finding) -> str:
     first, then = (f"{number}. ", "   ") if len(d.findings) > 1 else ("  ", "  ")
     lines = textwrap.wrap(finding.whole_sentence, WIDTH, initial_indent=first, subsequent_indent=then)
     rows = [
-        ("alike", alike_words(finding)), ("effect", effect_words(d, finding)),
+        ("alike", alike_words(finding)), ("one of", set_words(finding)), ("effect", effect_words(d, finding)),
         ("size", "; ".join(f"{name} {size}" for name, size in sizes(finding))), ("sure", sure_words(finding)),
         ("evidence", " ".join([evidence_words(finding), windows_words(d, finding)])),
         *(("or", told) for told in rivals_words(finding)),

@@ -6,10 +6,12 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from network.analysis.diagnosis.conformal import NOTHING, shipped
+from network.analysis.diagnosis.finding import UNKNOWN
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits
 from network.platform.quantities.units import difference, show, unit
-from network.platform.wording import join_names
+from network.platform.wording import join_either, join_names
 from network.report.words.heat_words import THROUGHOUT, when
 from network.report.words.recording_names import name_recording
 
@@ -24,6 +26,10 @@ SURE = ((95, "nearly certain"), (75, "probable"), (55, "more likely than not"), 
 EVEN = 0.1
 """Confidences nearer than this are called the same."""
 PREFIXED = ("W", "J", "N")
+BENCH = (
+    "Confidence is by the bench: it was set on simulated machines of which the truth is known. On a real one it may be "
+    "too high."
+)
 
 
 def plus_minus(q: Quantity) -> str:
@@ -121,6 +127,25 @@ def rivals_words(finding: Finding) -> Iterator[str]:
 
 def percent(share: float) -> str:
     return "below 1 %" if share < 0.01 else f"{100 * share:.0f} %"
+
+
+def set_words(finding: Finding) -> str:
+    """The explanations between which it leaves the choice, where cases of the bench say how many that takes."""
+    names = [_member_name(name) for name in finding.members]
+    if len(names) < 2 or shipped().least(finding.truth) is None:
+        return ""
+    return f"By the bench it is one of these: {join_either(names)}."
+
+
+def _member_name(name: str) -> str:
+    kind, _, seats = name.partition("@")
+    what = {NOTHING: "nothing at all", UNKNOWN: "something without a name"}.get(kind, name_of(kind))
+    return f"{what} ({', '.join(seats.split('|'))})" if seats else what
+
+
+def bench_words(d: Diagnosis) -> str:
+    """Where confidences come from, once."""
+    return BENCH if d.findings else ""
 
 
 def alike_words(finding: Finding) -> str:

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from network.analysis.diagnosis.finding import UNKNOWN
-from network.analysis.diagnosis.lump_sentences import cuts_only
 from network.platform.wording import join_names
 from network.report.words.tie_words import seats_words
 
@@ -29,7 +28,7 @@ def added_words(d: Diagnosis) -> str:
     """What of it the better machine counts in."""
     if any(f.kind == UNKNOWN for f in d.findings):
         return "what has a name counted in"
-    if any(f.channels or _is_cut(f) for f in d.findings):
+    if any(f.channels or f.is_cut for f in d.findings):
         return "all that counted in"
     return "it in" if len(d.findings) < 2 else "them in"
 
@@ -46,13 +45,13 @@ def place_words(d: Diagnosis) -> str:
 
 def finer_words(d: Diagnosis) -> str:
     """Which parts have more lumps in the better machine; nothing where none has."""
-    finer = [f for f in d.findings if _is_cut(f)]
+    finer = [f for f in d.findings if f.is_cut]
     return f"with more lumps{_at(d, finer)}" if finer else ""
 
 
 def _tell_machine(d: Diagnosis) -> Iterator[str]:
-    effects = [f for f in d.findings if not (f.channels or f.kind == UNKNOWN or _is_cut(f))]
-    finer = [f for f in d.findings if _is_cut(f)]
+    effects = [f for f in d.findings if not (f.channels or f.kind == UNKNOWN or f.is_cut)]
+    finer = [f for f in d.findings if f.is_cut]
     told = [f"lacks {_count(effects)} that its recordings show{_at_each(d, effects)}"] if effects else []
     told += [f"is cut too coarsely{_at(d, finer)}"] if finer else []
     if told:
@@ -86,7 +85,3 @@ def _at_each(d: Diagnosis, findings: Sequence[Finding]) -> str:
 def _at(d: Diagnosis, findings: Sequence[Finding]) -> str:
     seats = list(dict.fromkeys(seats_words(d, f) for f in findings))
     return f" at {join_names(seats)}" if seats and all(seats) else ""
-
-
-def _is_cut(finding: Finding) -> bool:
-    return not finding.parameters and cuts_only(finding.patch)
