@@ -21,6 +21,7 @@ from network.analysis.diagnosis.conformal import Calibration, Explanation, choos
 from network.analysis.diagnosis.finding import UNKNOWN
 from network.analysis.diagnosis.ranking import belief_in_nothing
 from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.verdict import _share_belief
 from network.report.words.diagnosis_words import tell_diagnosis
 from network.report.words.finding_words import BENCH, set_words
 
@@ -102,9 +103,18 @@ def test_classes_of_truth() -> None:
 
 
 def test_what_has_no_name_is_no_rival_of_itself() -> None:
-    nameless = finding(kind=UNKNOWN, alternatives=(), share=0.9, holds=0.7, nothing=0.0)
+    nameless = finding(kind=UNKNOWN, alternatives=(), share=0.9, nothing=0.0).weigh(0.7)
     beliefs = {e.name: e.belief for e in nameless.explanations}
     assert beliefs == {"unknown@body|air": pytest.approx(0.63), "nothing": 0.0}
+
+
+@pytest.mark.parametrize(("holds", "nameless"), [(0.2, 0.8), (0.7, 0.5)])
+def test_what_has_no_name_and_names_share_the_belief(holds: float, nameless: float) -> None:
+    unknown, name = finding(kind=UNKNOWN, alternatives=(), share=0.9), finding(alternatives=(), share=1.0, holds=holds)
+    fault = finding(kind="sensor_fault", places=(), channels=("T_body",), alternatives=(), share=0.98)
+    shared = [f.explanations[0].belief for f in _share_belief([unknown, name, fault])]
+    assert shared == pytest.approx([0.9 * nameless, 1 - nameless, 0.98])
+    assert _share_belief([name, fault]) == [name, fault] and _share_belief([unknown, fault]) == [unknown, fault]
 
 
 def test_chance_is_believed_in_where_little_was_gained() -> None:

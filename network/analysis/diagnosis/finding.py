@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -112,20 +112,27 @@ class Finding:
     def explanations(self) -> list[Explanation]:
         """Itself, then all else that it could be, the most likely first: beliefs are shares of the evidence, times that
         something with a name is missing."""
-        here = name_member(self.kind, self.places, self.channels)
-        some, named = 1 - (self.nothing or 0.0), 1.0 if self.holds is None else self.holds
+        some = 1 - (self.nothing or 0.0)
+        named = some * (1.0 if self.holds is None else self.holds)
         own = self.confidence if self.share is None else self.share
-        rest = {here: Explanation(here, self.truth, some * named * own, self.confidence)}
-        for r in (*self.indistinguishable, *self.alternatives):
+        name = name_member(self.kind, self.places, self.channels)
+        rest = {e.name: e for e in (*self._list_others(named), *self._list_nameless(some - named))}
+        rest.pop(name, None)
+        first = Explanation(name, self.truth, named * own, self.confidence)
+        return [first, *sorted(rest.values(), key=lambda e: -e.belief)]
+
+    def _list_others(self, named: float) -> Iterator[Explanation]:
+        """What else has a name; what cannot be told from it last, so that it stands for itself."""
+        for r in (*self.alternatives, *self.indistinguishable):
             name, is_tied = name_member(r.kind, r.places, r.channels), r in self.indistinguishable
-            of = Explanation(name, _class_of(r.kind, r.channels), some * named * r.confidence, r.confidence, is_tied)
-            rest.setdefault(name, of)
-        if self.holds is not None and self.kind != UNKNOWN:
-            name = name_member(UNKNOWN, self.places, self.channels)
-            rest[name] = Explanation(name, OUTSIDE, some * (1 - named))
+            yield Explanation(name, _class_of(r.kind, r.channels), named * r.confidence, r.confidence, is_tied)
+
+    def _list_nameless(self, left: float) -> Iterator[Explanation]:
+        """Something in its place that the catalogue does not have, and nothing at all."""
+        if self.holds is not None:
+            yield Explanation(name_member(UNKNOWN, self.places, self.channels), OUTSIDE, left)
         if self.nothing is not None:
-            rest[NOTHING] = Explanation(NOTHING, NULL, self.nothing)
-        return [rest.pop(here), *sorted(rest.values(), key=lambda e: -e.belief)]
+            yield Explanation(NOTHING, NULL, self.nothing)
 
     @property
     def is_cut(self) -> bool:
