@@ -6,7 +6,7 @@ The Levenberg–Marquardt algorithm, Lecture Notes in Mathematics 630 (1978) 105
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -15,15 +15,16 @@ from network.analysis.calibration.linearised import (
     Linearised,
     linearise,
     residual_cost,
+    residual_of,
     with_nuisance_slopes,
     with_slopes,
 )
 from network.analysis.calibration.misfit import chi_of, implausibility
 from network.analysis.calibration.problem import Problem, make_problem
-from network.analysis.calibration.secant_steps import carry_slopes, is_faithful, propose_step, take_step, units_of
-from network.analysis.calibration.trust_region import length_of
+from network.analysis.calibration.trust_region import bounded_step, length_of
 from network.catalogue.declaration.declare import Array
-from network.engine.response.parameters import centres
+from network.engine.response.parameters import Parameter, centres
+from network.platform.refusal import Failed
 
 __all__ = ["Linearised", "Problem", "chi_of", "linearise", "make_problem", "minimise", "residual_cost"]
 
@@ -110,23 +111,26 @@ def _least_gain(at: Linearised) -> float:
 def _improve(at: Linearised, radius: float, low: Array, high: Array) -> tuple[Linearised, float, float]:
     """One accepted step, the radius after it, and what J lost (what it would lose, where that is next to nothing; after
     a refused one, where it would not matter: a rough J refuses the more the shorter a step is)."""
-    least, units = CLOSE / 2, units_of(at.problem.parameters)
+    least = CLOSE / 2
     while True:
-        step = propose_step(at, radius, low, high)
-        if step.expected < least or float(np.abs(step.change).max(initial=0.0)) < 1e-9:
-            return at, radius, max(step.expected, 0.0)
-        trial, length = take_step(at, step, low, high), length_of(step.change, units)
+        precision, gradient = at.reduced
+        gradient = gradient * [not p.field.is_instant for p in at.problem.parameters]
+        units = units_of(at.problem.parameters)
+        step = bounded_step(precision, gradient, units, radius, (low - at.theta, high - at.theta))
+        expected = float(2 * step @ gradient - step @ precision @ step)
+        if expected < least or float(np.abs(step).max(initial=0.0)) < 1e-9:
+            return at, radius, max(expected, 0.0)
+        trial = _beside(at, np.clip(at.theta + step, low, high))
         if trial is not None and trial.cost < at.cost:
-            ratio = (at.cost - trial.cost) / step.expected
-            new = carry_slopes(trial, at) if is_faithful(at, ratio) else _renew_slopes(trial, at)
+            new = _renew_slopes(trial, at)
             trial = new if new.problem.moves else trial
             if (gain := at.cost - trial.cost) > 0:
-                radius = _radius_after(radius, length, ratio)
+                radius = _radius_after(radius, length_of(step, units), gain / expected)
                 return new, radius, at.cost - new.cost if at.problem.model.switches else gain
         if at.made_at is not None:
             at = with_slopes(at.problem, at.theta, at.predictions, _keep_slopes(at))
         else:
-            radius, least = length * _shrink(at, trial, step.descent), _least_gain(at) / 2
+            radius, least = length_of(step, units) * _shrink(at, trial, float(step @ gradient)), _least_gain(at) / 2
 
 
 def _radius_after(radius: float, length: float, ratio: float) -> float:
@@ -143,6 +147,16 @@ def _shrink(at: Linearised, new: Linearised | None, descent: float) -> float:
     return float(np.clip(descent / (new.cost - at.cost + 2 * descent), LEAST_SHRINK, 0.5))
 
 
+def _beside(at: Linearised, theta: Array) -> Linearised | None:
+    """The problem at another θ with the slopes from here; None where a run breaks down."""
+    try:
+        predictions = at.problem.model.predict(theta)
+    except Failed:
+        return None
+    residual = residual_of(at.problem, predictions)
+    return at.beside(theta, residual, predictions) if np.isfinite(residual).all() else None
+
+
 def _renew_slopes(new: Linearised, at: Linearised) -> Linearised:
     """With slopes from there, where θ has moved far since they were found."""
     if _is_near(new):
@@ -155,6 +169,11 @@ def _renew_slopes(new: Linearised, at: Linearised) -> Linearised:
 def _keep_slopes(at: Linearised) -> Linearised | None:
     """Whose slopes by η are good nearby; none where relays switch, whose instants move with θ."""
     return None if at.problem.model.switches else at
+
+
+def units_of(parameters: Sequence[Parameter]) -> Array:
+    """In which distances in θ are told: a logarithm, or a prior 1σ."""
+    return np.array([1.0 if p.is_log else p.spread for p in parameters])
 
 
 def _is_near(at: Linearised) -> bool:
