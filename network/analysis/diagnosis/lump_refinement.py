@@ -52,8 +52,6 @@ FINEST = 400
 ROUNDS, GROWTH = 4, 4
 """Times that lumps are looked at again, and how many times as many a bar gets at once."""
 TO_THE_LIMIT = 4 / 3
-FAR = 1.5
-"""How many times as many lumps a bar must get at once to be looked at again."""
 
 
 def list_finer_machines(machine: Machine, most: int | None = None) -> Iterator[Machine]:
@@ -126,9 +124,7 @@ def choose_lumps(h: Hypothesis, jobs: int = 1) -> Machine | None:
         more = counts | {name: _count(counts[name], TO_THE_LIMIT * left[name] / allowed) for name in due}
         if more == counts or sum(more.values()) > FINEST:
             break
-        due, counts = [name for name in due if more[name] > FAR * counts[name]], more
-        if not due:
-            break
+        due, counts = [name for name in due if more[name] > counts[name]], more
     return None if counts == written else cut_bars(h.root, counts)
 
 
