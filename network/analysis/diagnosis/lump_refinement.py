@@ -12,7 +12,7 @@ once, and it is looked again. Source of the order: Richardson's extrapolation, P
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from math import ceil
@@ -116,15 +116,15 @@ def choose_lumps(h: Hypothesis, jobs: int = 1) -> Machine | None:
     would be more than FINEST."""
     own = bars_of(h.root)
     written = counts = {name: n for name, n in bars_of(h.machine).items() if name in own}
-    few, due = on_few_runs(h), [*counts]
+    few = on_few_runs(h)
     share = len(few.fit.left) / max(len(h.fit.left), 1)
     allowed = float(np.sqrt(2 * SETTINGS.alike * share)) * lasting_misfit(h.linearised) / max(len(counts), 1)
     for _ in range(ROUNDS):
-        left = _leave_each(few, counts, due, jobs)
-        more = counts | {name: _count(counts[name], TO_THE_LIMIT * left[name] / allowed) for name in due}
+        left = _leave_each(few, counts, jobs)
+        more = {name: _count(counts[name], TO_THE_LIMIT * left[name] / allowed) for name in counts}
         if more == counts or sum(more.values()) > FINEST:
             break
-        due, counts = [name for name in due if more[name] > counts[name]], more
+        counts = more
     return None if counts == written else cut_bars(h.root, counts)
 
 
@@ -133,14 +133,14 @@ def _count(now: int, off: float) -> int:
     return now if off <= 1 else min(ceil(now * np.sqrt(off)), GROWTH * now)
 
 
-def _leave_each(h: Hypothesis, counts: Mapping[str, int], due: Sequence[str], jobs: int) -> dict[str, float]:
-    """|M W d| of some bars [σ], what others bring being small already; nothing where a run breaks down."""
+def _leave_each(h: Hypothesis, counts: Mapping[str, int], jobs: int) -> dict[str, float]:
+    """|M W d| of every bar [σ]; nothing where a run breaks down."""
     is_own = counts.items() <= bars_of(h.machine).items()
     here = np.concatenate([p.cells for p in h.predictions]) if is_own else _means_of(h, cut_bars(h.machine, counts))
-    finer = [cut_bars(h.machine, {**counts, name: 2 * counts[name]}) for name in due]
-    there = zip(due, run_all(partial(_means_of, h), finer, jobs), strict=True)
+    finer = [cut_bars(h.machine, {**counts, name: 2 * n}) for name, n in counts.items()]
+    there = zip(counts, run_all(partial(_means_of, h), finer, jobs), strict=True)
     told = {name: means - here for name, means in there if here is not None and means is not None}
-    return dict.fromkeys(due, 0.0) | {name: _size(h.linearised, lack) for name, lack in told.items()}
+    return dict.fromkeys(counts, 0.0) | {name: _size(h.linearised, lack) for name, lack in told.items()}
 
 
 def _means_of(h: Hypothesis, machine: Machine) -> Array | None:
