@@ -65,7 +65,8 @@ def _steps(judge: Judge, view: View, at: _At) -> list[Array]:
     right = (at.slopes @ left[:, :, None])[:, :, 0] - (at.theta - centre) / spread**2
     beside = np.linalg.solve(others.root, (at.slopes @ others.slopes.T).transpose(0, 2, 1))
     H = at.slopes @ at.slopes.transpose(0, 2, 1) - beside.transpose(0, 2, 1) @ beside
-    runs, one = np.isfinite(H).all(axis=(1, 2)) & np.isfinite(right).all(axis=1), np.eye(len(spread))
+    runs = np.asarray(np.isfinite(H).all(axis=(1, 2)) & np.isfinite(right).all(axis=1))
+    one = np.eye(len(spread))
     H, right = np.where(runs[:, None, None], H, one), np.where(runs[:, None], right, 0.0)
     damped = (H + np.diag(spread**-2.0) + share * one * H for share in DAMPED)
     return [np.asarray(np.linalg.solve(each, right[:, :, None])[:, :, 0]) for each in damped]
