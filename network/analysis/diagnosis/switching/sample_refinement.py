@@ -8,6 +8,7 @@ unverified.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,7 +57,7 @@ def _at(judge: Judge, view: View, theta: Array) -> _At:
     return _At(theta, residual, slopes, judge.misfits(view, theta, residual))
 
 
-def _steps(judge: Judge, view: View, at: _At) -> list[Array]:
+def _steps(judge: Judge, view: View, at: _At, dampings: Sequence[float] = DAMPED) -> list[Array]:
     """(draws, numbers) for every damping; none where a draw or its neighbours cannot be run."""
     centre, spread, _, _ = judge.space.prior
     others = view.projector
@@ -68,7 +69,7 @@ def _steps(judge: Judge, view: View, at: _At) -> list[Array]:
     runs = np.asarray(np.isfinite(H).all(axis=(1, 2)) & np.isfinite(right).all(axis=1))
     one = np.eye(len(spread))
     H, right = np.where(runs[:, None, None], H, one), np.where(runs[:, None], right, 0.0)
-    damped = (H + np.diag(spread**-2.0) + share * one * H for share in DAMPED)
+    damped = (H + np.diag(spread**-2.0) + share * one * H for share in dampings)
     return [np.asarray(np.linalg.solve(each, right[:, :, None])[:, :, 0]) for each in damped]
 
 
