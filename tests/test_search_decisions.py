@@ -10,6 +10,7 @@ from test_small_decisions import bare
 
 from network.analysis.diagnosis import (
     coarse_surrogate,
+    falling_short,
     findings,
     forward_selection,
     lump_convergence,
@@ -25,7 +26,7 @@ from network.analysis.diagnosis.experiments.programs import Driver, _ladder
 from network.analysis.diagnosis.intermittent import channel_fault, channel_samples, intermittent_fault, onset_fault
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.switching.relay_search import rank_likely_places
-from network.analysis.diagnosis.switching.sample_refinement import DAMPED, _At, _step, refine_samples
+from network.analysis.diagnosis.switching.sample_refinement import DAMPED, _At, _steps, refine_samples
 from network.analysis.diagnosis.time_budget import BudgetReached
 from network.platform.refusal import Failed, Refused
 
@@ -211,7 +212,7 @@ def test_lumps_are_added_while_they_explain(
         lump_convergence, "choose_lumps", lambda each, jobs: "finer" if levels[each.level + 1 :] else None
     )
     monkeypatch.setattr(lump_convergence, "_begin_on_few", lambda each, root: each)
-    monkeypatch.setattr(lump_convergence, "fit_on_finer_lumps_afresh", lambda case, each, root: levels[each.level + 1])
+    monkeypatch.setattr(lump_convergence, "fit_on_finer_lumps_afresh", lambda case, each, *of: levels[each.level + 1])
     assert lump_convergence.refine_until_converged(bare(), levels[0]).level == told
     calm = h(NOISE - 0.01, 0.0, is_bent=False, level=0)
     assert lump_convergence.refine_until_converged(bare(), calm) is calm
@@ -246,8 +247,9 @@ def test_finer_lumps_are_fitted_to_all_runs_only_where_they_explain_more_of_a_fe
     fits = {"few": h(2.0, 5.0 + gain, values={"of": "few"}), "all": h(1.0, 20.0)}
     asked = list[Any]()
 
-    def fit(case: Any, machine: Any, start: Any = None, steps: int = 0) -> Any:
+    def fit(case: Any, machine: Any, start: Any = None, steps: int = 0, until: Any = None) -> Any:
         asked.append((case, start))
+        assert until is None or until.needed == few.evidence
         return fits[case]
 
     monkeypatch.setattr(lump_refinement, "on_few_runs", lambda each: few)
@@ -625,6 +627,18 @@ def linear_draws() -> tuple[Any, Any, Any, Any]:
     return judge, view, J, best
 
 
+@pytest.mark.parametrize("told, gives_up", [
+    ([-900.0, -800.0], False), ([-900.0, -800.0, -790.0], True), ([-900.0, -500.0, -300.0], False),
+    ([-300.0, -100.0, -100.0, -100.0], True), ([-10.0, -9.0, 1.0], False),
+])  # fmt: skip
+def test_a_fit_is_given_up_that_would_not_come_to_what_is_needed_twice_as_fast(
+    told: list[float], gives_up: bool
+) -> None:
+    asked = falling_short.FallsShort(0.0, 5)
+    each = [bare(temper=lambda *firm, value=v: bare(log_evidence=value), problem=bare(firm_eta=1.0)) for v in told]
+    assert [asked(at) for at in each][-1] is gives_up
+
+
 @pytest.mark.parametrize("damped", [0.0, *DAMPED])
 def test_a_step_of_draws_is_that_of_damped_gauss_newton(damped: float) -> None:
     judge, view, J, best = linear_draws()
@@ -634,7 +648,8 @@ def test_a_step_of_draws_is_that_of_damped_gauss_newton(damped: float) -> None:
     told = J @ (np.eye(3) - S.T @ np.linalg.solve(normal, S)) @ J.T
     H = told + np.eye(2) / 4
     expected = [np.linalg.solve(H + damped * np.diag(np.diag(told)), H @ (best - each)) for each in theta]
-    np.testing.assert_allclose(_step(judge, view, at, damped), expected, rtol=1e-9)
+    (step,) = _steps(judge, view, at, [damped])
+    np.testing.assert_allclose(step, expected, rtol=1e-9)
 
 
 def test_draws_go_to_where_they_are_most_likely() -> None:

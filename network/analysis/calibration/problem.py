@@ -73,7 +73,7 @@ class Problem(Brief):
         """The same linear about other temperatures of the parts at the start of each run, and other constants that
         drive it."""
         data = tuple(d.about(point) for d, point in zip(self.data, points, strict=True))
-        model = Model(self.model.machine, self.parameters, [d.run for d in data])
+        model = self.model.about([d.run for d in data])
         other = replace(self, model=model, data=data)
         other.__dict__["by_offset"] = self.by_offset
         return other

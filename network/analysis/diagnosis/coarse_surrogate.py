@@ -16,6 +16,7 @@ import numpy as np
 
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.diagnosis.candidates import Candidate, lay_over
+from network.analysis.diagnosis.falling_short import FallsShort
 from network.analysis.diagnosis.hypothesis import (
     AdditiveCorrection,
     Case,
@@ -73,21 +74,26 @@ def _fit_until_steady(coarse: Hypothesis, lack: Sequence[Array], fine: Hypothesi
 
 
 def fit_on_finer_lumps(
-    case: Case, coarse: Hypothesis, root: Machine, steps: int = CARRIED_STEPS
+    case: Case, coarse: Hypothesis, root: Machine, steps: int = CARRIED_STEPS, needed: float = -np.inf
 ) -> Hypothesis | None:  # fmt: skip
-    """A hypothesis fitted on finer lumps; None where it does not fit there or runs away."""
+    """A hypothesis fitted on finer lumps; None where it does not fit there or runs away. needed: evidence that it must
+    come to, without which it is not fitted to the end."""
     about = replace(case, began=coarse.case.began)
-    return fit_findings(about, root, coarse.found, coarse.values, not coarse.switches, steps)
+    until = FallsShort(needed, steps)
+    return fit_findings(about, root, coarse.found, coarse.values, not coarse.switches, steps, until)
 
 
-def fit_on_finer_lumps_afresh(case: Case, coarse: Hypothesis, root: Machine) -> Hypothesis | None:
+def fit_on_finer_lumps_afresh(
+    case: Case, coarse: Hypothesis, root: Machine, needed: float = -np.inf
+) -> Hypothesis | None:  # fmt: skip
     """The same, where that leaves much also from the numbers of the file and with its last finding where that was
     proposed."""
-    about, best = replace(case, began=coarse.case.began), fit_on_finer_lumps(case, coarse, root)
+    about, best = replace(case, began=coarse.case.began), fit_on_finer_lumps(case, coarse, root, needed=needed)
     back = coarse.found[-1].back if coarse.found else None
     if best is None or back is None or best.chi < SETTINGS.adequate or coarse.switches:
         return best
-    again = fit_findings(about, root, (*coarse.found[:-1], back), coarse.own_values | back.usual, steps=CARRIED_STEPS)
+    values, until = coarse.own_values | back.usual, FallsShort(needed, CARRIED_STEPS)
+    again = fit_findings(about, root, (*coarse.found[:-1], back), values, steps=CARRIED_STEPS, until=until)
     return best if again is None else max(best, again, key=lambda h: h.evidence)
 
 

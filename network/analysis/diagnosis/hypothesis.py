@@ -31,10 +31,17 @@ from network.platform.refusal import Failed
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 
+Until = Callable[[Linearised], bool]
+
 LOUDER = 1.15
 """White noise over the declared from which the file is not believed."""
 CONTINUATION, CONTINUATION_STEPS = (0.25, 0.4, 0.6, 0.8), 3
 """Shares of the runs over which relays are led back into step, and the steps of the fits there."""
+
+
+def never(at: Linearised) -> bool:
+    """A fit that is not given up."""
+    return False
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,13 +203,14 @@ class Hypothesis:
 
 def fit_hypothesis(
     case: Case, machine: Machine, candidates: Sequence[Candidate] = (), further: Sequence[Parameter] = (),
-    start: Mapping[str, float] | None = None, offsets: bool = True, steps: int = STEPS,
+    start: Mapping[str, float] | None = None, offsets: bool = True, steps: int = STEPS, until: Until = never,
 ) -> Hypothesis:  # fmt: skip
-    """Fits a machine with the patches already in it; `start`: numbers by path to begin from. Raises BudgetReached."""
+    """Fits a machine with the patches already in it; `start`: numbers by path to begin from; until: where it is given
+    up. Raises BudgetReached."""
     case.budget.check()
     parameters = parameters_of(machine, further)
     theta = theta_of(parameters, start or {})
-    fit = minimise(case.problem(machine, parameters, offsets), theta, steps, case.budget.check)
+    fit = minimise(case.problem(machine, parameters, offsets), theta, steps, case.budget.check, until)
     return Hypothesis(case, machine, tuple(candidates), tuple(further), fit)
 
 
@@ -231,7 +239,7 @@ def settle_hypothesis(h: Hypothesis, is_late: Callable[[], bool] = lambda: False
 
 def fit_findings(
     case: Case, machine: Machine, candidates: Sequence[Candidate], values: Mapping[str, float], in_step: bool = True,
-    steps: int = STEPS,
+    steps: int = STEPS, until: Until = never,
 ) -> Hypothesis | None:  # fmt: skip
     """Findings laid over a machine one after the other, fitted from some numbers; None where they do not fit. in_step:
     whether relays switch at these numbers as they did; else they are led over ever more of the runs."""
@@ -243,7 +251,7 @@ def fit_findings(
     try:
         if not in_step and any(c.switches for c in laid):
             values = fit_by_continuation(case, machine, laid, further, values, CONTINUATION).values
-        return fit_hypothesis(case, machine, laid, further, values, steps=steps)
+        return fit_hypothesis(case, machine, laid, further, values, steps=steps, until=until)
     except (Failed, np.linalg.LinAlgError):
         return None
 

@@ -21,7 +21,7 @@ def refine_until_converged(case: Case, best: Hypothesis, jobs: int = 1) -> Hypot
         if (best.chi < SETTINGS.noise and not best.is_bent) or (root := choose_lumps(best, jobs)) is None:
             break
         begun = _begin_on_few(best, root)
-        other = begun and fit_on_finer_lumps_afresh(case, begun, root)
+        other = begun and fit_on_finer_lumps_afresh(case, begun, root, best.evidence)
         if other is None or other.evidence < best.evidence + _least_gain(best, other):
             break
         best = other
@@ -34,7 +34,7 @@ def _begin_on_few(best: Hypothesis, root: Machine) -> Hypothesis | None:
     few = on_few_runs(best)
     if few is best or best.fit.problem.model.switches:
         return best
-    begun = fit_on_finer_lumps(few.case, few, root)
+    begun = fit_on_finer_lumps(few.case, few, root, needed=few.evidence)
     if begun is None or begun.evidence < few.evidence:
         return None
     return replace(

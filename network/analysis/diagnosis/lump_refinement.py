@@ -23,6 +23,7 @@ from network.analysis.calibration.growing_horizon import begin_in_step
 from network.analysis.calibration.linearised import Linearised
 from network.analysis.calibration.misfit import lasting_misfit
 from network.analysis.diagnosis.candidates import Candidate, candidates
+from network.analysis.diagnosis.falling_short import FallsShort
 from network.analysis.diagnosis.few_runs import on_few_runs
 from network.analysis.diagnosis.hypothesis import (
     Case,
@@ -93,7 +94,8 @@ def _fit_finer(
     are led back into it."""
     few = on_few_runs(before)
     if few is not before and not before.fit.problem.model.switches:
-        begun = fit_hypothesis(few.case, machine, start=start, steps=STEPS)
+        until = FallsShort(few.evidence, STEPS)
+        begun = fit_hypothesis(few.case, machine, start=start, steps=STEPS, until=until)
         if begun.evidence < few.evidence:
             return None
         start = begun.values

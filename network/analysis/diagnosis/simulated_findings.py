@@ -117,8 +117,11 @@ def _fits(search: Search, before: Machine, after: Machine, holdout: Sequence[Rec
     held = _correct_readings(search, found, holdout)
     bare = forget_modes(search.case.recordings)
     sets = [(given, search.given.recordings), (found, bare), (given, holdout), (found, held)]
-    items = [(i, i > 1, run) for i, (_, runs) in enumerate(sets) for run in runs]
-    told = iter(run_all(partial(_compare_run, [numbers for numbers, _ in sets]), items, jobs))
+    items = [((id(numbers), i > 1, id(run)), (i, i > 1, run)) for i, (numbers, runs) in enumerate(sets) for run in runs]
+    different = dict(items)
+    compared = run_all(partial(_compare_run, [numbers for numbers, _ in sets]), [*different.values()], jobs)
+    known = dict(zip(different, compared, strict=True))
+    told = (known[key] for key, _ in items)
     train, fitted, *rest = (Comparison(of.machine, tuple(next(told) for _ in runs)) for of, runs in sets)
     return Fits(train, fitted, *(rest if holdout else (None, None)))
 

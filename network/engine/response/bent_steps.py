@@ -51,14 +51,26 @@ class BentSteps:
 
     def along(self, pushes: Sequence[Push], m: Array, h0: Array, h1: Array) -> Array:
         """Fills the heats just after and before the edges (k, pushes, series); modal states after the last interval."""
-        s, (d0, d1), (_, c0, c1) = self.s, self._direct(pushes), self.s.factors
-        p0, p1 = s.force_modes(pushes)
-        added = c0[:, None] * p0 + c1[:, None] * p1 + d0 @ self.by_begin
-        before, end = self._follow(added, d1, m, list(s.kicks(pushes)))
-        y0 = (before @ self.read).real
-        y1 = (self._pass(before, y0) + added) @ self.read
-        h0[:], h1[:] = (y0 + d0) @ self.begin, (y1.real + d1) @ self.end
+        s, direct, (_, c0, c1) = self.s, self._direct(pushes), self.s.factors
+        added, p1 = s.force_modes(pushes)
+        added *= c0[:, None]
+        p1 *= c1[:, None]
+        added += p1
+        if direct is not None:
+            added += direct[0] @ self.by_begin
+        before, end = self._follow(added, direct and direct[1], m, list(s.kicks(pushes)))
+        y0 = self._see(before)
+        left = self._pass(before, y0)
+        left += added
+        y1 = self._see(left)
+        if direct is not None:
+            y0, y1 = y0 + direct[0], y1 + direct[1]
+        h0[:], h1[:] = y0 @ self.begin, y1 @ self.end
         return end
+
+    def _see(self, modes: Array) -> Array:
+        """What modes show (k, pushes, r), in one product."""
+        return np.asarray((modes.reshape(-1, len(self.read)) @ self.read).real.reshape(*modes.shape[:2], -1))
 
     def _pass(self, before: Array, seen: Array) -> Array:
         """What is left of the modes at the ends of their intervals, with the heat that they bring at the beginnings."""
@@ -67,10 +79,12 @@ class BentSteps:
         return left
 
     def _follow(
-        self, added: Array, direct: Array, start: Array, kicks: Sequence[tuple[int, int, Array]]
+        self, added: Array, direct: Array | None, start: Array, kicks: Sequence[tuple[int, int, Array]]
     ) -> tuple[Array, Array]:
         """Modes at the beginnings of all intervals, kicks counted, and after the last (k, pushes, n)."""
-        push = added + ((added @ self.read).real + direct) @ self.by_end
+        seen = self._see(added)
+        push = (seen if direct is None else seen + direct) @ self.by_end
+        push += added
         begun = start.copy()
         push[self._ends] = 0.0
         for k, i, jump in kicks:
@@ -111,12 +125,11 @@ class BentSteps:
             push[k], x = x, goes_on * now + push[k]
         return push, x
 
-    def _direct(self, pushes: Sequence[Push]) -> tuple[Array, Array]:
-        """What is seen at once of the pushes themselves (k, pushes, r)."""
+    def _direct(self, pushes: Sequence[Push]) -> tuple[Array, Array] | None:
+        """What is seen at once of the pushes themselves (k, pushes, r), if anything is."""
         s, by = self.s, self.output_map.direct[self.s.index]
         if not self.output_map.sees_heat:
-            none = np.zeros((2, s.last - s.first, len(pushes), self.output_map.count))
-            return none[0], none[1]
+            return None
         sides = ([(q[s.first : s.last] @ p.into(by)) for p, q in zip(pushes, side, strict=True)]
                  for side in ([p.q0 for p in pushes], [p.q1 for p in pushes]))  # fmt: skip
         first, last = (np.stack(side, axis=1) for side in sides)

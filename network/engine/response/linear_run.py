@@ -158,9 +158,10 @@ class LinearRun:
         K, x = len(self.x0), np.zeros((len(pushes), self.problem.order))
         for s in self.segments:
             m, stop, end = s.march_pushes(pushes, x @ s.modes.W.T)
-            over = (output_map.over[s.index] @ s.modes.V).T
+            over = output_map.over[s.index] @ s.modes.V
             for side, values in ((0, m), (K, stop)):
-                answer[:, :, side + s.first : side + s.last] = np.real(values @ over).transpose(1, 2, 0)
+                seen = np.matmul(over, values.transpose(1, 2, 0))
+                answer[:, :, side + s.first : side + s.last] = np.real(seen)
                 if output_map.sees_heat:
                     self._see_at_once(s, pushes, output_map, answer, side)
             x = np.real(end @ s.modes.V.T)

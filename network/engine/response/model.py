@@ -67,6 +67,13 @@ class Model:
         """The same without what its predictions left."""
         return Model(self.original, self.parameters, self.runs)
 
+    def about(self, runs: Sequence[Run]) -> Model:
+        """The same on the same runs from other temperatures of the parts or under other inputs: what these come to is
+        near to what they came to."""
+        other = Model(self.machine, self.parameters, runs)
+        other.warm.guess.update(self.warm.guess)
+        return other
+
     def at(self, theta: Array) -> tuple[Machine, Network]:
         """Machine and network at θ."""
         values = self.values_at(theta)

@@ -21,6 +21,8 @@ LEAST = 1e-12
 """W/K that hold a lump at least."""
 MOST_WINDOWS = 60
 """Of a run."""
+AT_ONCE = 64
+"""Intervals that are looked at together."""
 
 
 def find_bent_groups(network: Network) -> list[Group]:
@@ -70,16 +72,24 @@ def windows(moving: Sequence[Array], K: int, runs: int = 1) -> Indices:
     if not parts:
         return np.zeros(K, int)
     both = np.hstack(parts)
-    middle, bend = (both[:K] + both[K:]) / 2, BEND
-    while True:
-        of, w, start = np.empty(K, int), 0, middle[0]
-        for k in range(K):
-            if np.abs(middle[k] - start).max() > bend:
-                w, start = w + 1, middle[k]
-            of[k] = w
-        if w < MOST_WINDOWS * runs:
-            return of
+    middle, bend, most = (both[:K] + both[K:]) / 2, BEND, MOST_WINDOWS * runs
+    while (begins := _list_begins(middle, bend, most)) is None:
         bend *= 1.5
+    return np.repeat(np.arange(len(begins)), np.diff([*begins, K]))
+
+
+def _list_begins(middle: Array, bend: float, most: int) -> list[int] | None:
+    """The first interval of each window in which a course moves by no more than a bend; None where these are more."""
+    begins, first = [0], 0
+    while first < len(middle):
+        here = slice(first, first + AT_ONCE)
+        moved = np.abs(middle[here] - middle[begins[-1]]).max(axis=1) > bend
+        if moved.any():
+            begins.append(first + int(moved.argmax()))
+            if len(begins) > most:
+                return None
+        first = begins[-1] + 1 if moved.any() else here.stop
+    return begins
 
 
 def slopes_of_group(group: Group, T: Array, u: Mapping[str, Array]) -> Slopes:

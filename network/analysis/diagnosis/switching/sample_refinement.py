@@ -8,6 +8,7 @@ unverified.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,7 +40,7 @@ def refine_samples(judge: Judge, view: View, theta: Array, steps: int) -> tuple[
     misfit = np.full(len(theta), np.inf)
     for _ in range(steps):
         at = _at(judge, view, theta)
-        others = [_clip_step(judge, theta, _step(judge, view, at, damped)) for damped in DAMPED]
+        others = [_clip_step(judge, theta, step) for step in _steps(judge, view, at)]
         there = np.concatenate(others)
         misfits = judge.misfits(view, there, judge.residuals(view, there)).reshape(len(others), -1)
         tried, misfits = np.stack([theta, *others]), np.vstack([at.misfit, misfits])
@@ -56,19 +57,20 @@ def _at(judge: Judge, view: View, theta: Array) -> _At:
     return _At(theta, residual, slopes, judge.misfits(view, theta, residual))
 
 
-def _step(judge: Judge, view: View, at: _At, damped: float) -> Array:
-    """(draws, numbers); none where a draw or its neighbours cannot be run."""
+def _steps(judge: Judge, view: View, at: _At, dampings: Sequence[float] = DAMPED) -> list[Array]:
+    """(draws, numbers) for every damping; none where a draw or its neighbours cannot be run."""
     centre, spread, _, _ = judge.space.prior
     others = view.projector
     adjusted, _ = view.take_up(at.residual)
     left = at.residual - adjusted @ others.slopes
-    right = np.einsum("dnr,dr->dn", at.slopes, left) - (at.theta - centre) / spread**2
-    beside = np.linalg.solve(others.root, np.einsum("dnr,pr->dpn", at.slopes, others.slopes))
-    H = np.einsum("dnr,dmr->dnm", at.slopes, at.slopes) - np.einsum("dpn,dpm->dnm", beside, beside)
-    H = H + np.diag(spread**-2.0) + damped * np.einsum("dnn,nm->dnm", H, np.eye(len(spread)))
-    runs = np.isfinite(H).all(axis=(1, 2)) & np.isfinite(right).all(axis=1)
-    H, right = np.where(runs[:, None, None], H, np.eye(len(spread))), np.where(runs[:, None], right, 0.0)
-    return np.asarray(np.linalg.solve(H, right[:, :, None])[:, :, 0])
+    right = (at.slopes @ left[:, :, None])[:, :, 0] - (at.theta - centre) / spread**2
+    beside = np.linalg.solve(others.root, (at.slopes @ others.slopes.T).transpose(0, 2, 1))
+    H = at.slopes @ at.slopes.transpose(0, 2, 1) - beside.transpose(0, 2, 1) @ beside
+    runs = np.asarray(np.isfinite(H).all(axis=(1, 2)) & np.isfinite(right).all(axis=1))
+    one = np.eye(len(spread))
+    H, right = np.where(runs[:, None, None], H, one), np.where(runs[:, None], right, 0.0)
+    damped = (H + np.diag(spread**-2.0) + share * one * H for share in dampings)
+    return [np.asarray(np.linalg.solve(each, right[:, :, None])[:, :, 0]) for each in damped]
 
 
 def _clip_step(judge: Judge, theta: Array, step: Array) -> Array:
