@@ -15,13 +15,14 @@ from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.coarse_surrogate import SMALL
 from network.analysis.diagnosis.compact_fit import compact, fit_with
 from network.analysis.diagnosis.few_runs import on_few_runs
-from network.analysis.diagnosis.hypothesis import Hypothesis, fit_hypothesis
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
 from network.analysis.diagnosis.placement import move_stretch
 from network.analysis.diagnosis.ranking import best_first
 from network.analysis.diagnosis.screen import SHOWS, Score, score_candidates
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.timed_search import settle_instants
 from network.engine.response.parameters import centres, values_at
+from network.machine.machine import Machine
 from network.platform.parallel import run_all
 from network.platform.refusal import Failed
 
@@ -183,8 +184,9 @@ def _finish_fit(h: Hypothesis) -> Hypothesis:
 
 def unseen_misfit(hypothesis: Hypothesis, jobs: int = 1) -> float:
     """Cross-validation: rms in noise on runs that were left out of the fit, some at a time; of a single run on its end,
-    told from its beginning. What the constants of these runs are strained by to get there counts as misfit; without
-    bounds where a run breaks down."""
+    told from its beginning. What the constants of these runs are strained by to get there counts as misfit, and they are
+    held as firmly as in the fit: readings that it leaves at χ do not tell them better than that. Without bounds where a
+    run breaks down."""
     try:
         return _cross_validate(hypothesis, jobs)
     except (Failed, np.linalg.LinAlgError):
@@ -205,13 +207,19 @@ def _misfit_without(h: Hypothesis, left_out: Sequence[int]) -> tuple[float, int]
     """Misfit and count of runs that are told by a fit to the others."""
     rest = h.case.of([k for k in range(len(h.case.recordings)) if k not in left_out])
     fit = fit_hypothesis(rest, h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS).fit
-    seen = linearise(h.case.of(left_out).problem(h.machine, fit.problem.parameters), fit.theta)
+    seen = _tell_by(fit, h.case.of(left_out), h.machine)
     return float(seen.left @ seen.left) + strain_of(seen), len(seen.left)
 
 
 def _misfit_of_end(h: Hypothesis) -> tuple[float, int]:
     """Misfit and count of what follows the beginning of the runs, told by a fit to that."""
     fit = fit_hypothesis(h.case.until(BEGINNING), h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS).fit
-    seen = linearise(h.case.problem(h.machine, fit.problem.parameters), fit.theta)
+    seen = _tell_by(fit, h.case, h.machine)
     late = np.concatenate([~d.ends_before(BEGINNING)[d.known] for d in seen.problem.data])
     return float(seen.left[late] @ seen.left[late]) + strain_of(seen), int(late.sum())
+
+
+def _tell_by(fit: Linearised | Estimate, case: Case, machine: Machine) -> Linearised:
+    """Runs at the numbers of a fit to others, the priors of their own constants narrowed by the misfit of that."""
+    seen = linearise(case.problem(machine, fit.problem.parameters), fit.theta)
+    return seen.temper(1.0, max(1.0, chi_of(fit)))
