@@ -221,7 +221,8 @@ def test_crosstalk_is_proposed_of_every_input_that_is_no_temperature() -> None:
 def test_along_an_input_that_never_changes_crosstalk_is_a_constant_error() -> None:
     """In runs of one value each it is one, in runs of several values it is not."""
     machine, run = blocks(), record(blocks())
-    held = [replace(run, columns={**run.columns, "Q1": replace(run.columns["Q1"], values=0 * run.t + x)}) for x in (5, 9)]
+    drives = run.columns["Q1"]
+    held = [replace(run, columns={**run.columns, "Q1": replace(drives, values=0 * run.t + x)}) for x in (5, 9)]
     for runs, tried in (((run,), True), (held[:1], False), (held, True)):
         told = gather_runs(machine, runs, machine.inputs)
         assert bool([*kinds("effects")["sensor_crosstalk"].proposes_on(machine, told)]) is tried

@@ -515,7 +515,8 @@ def test_a_fault_that_could_be_heat_is_told_where_hardly_anything_is_left(
 ) -> None:
     """Half of a large misfit may be what a drift imitates; a clear jump is a fault whatever else is missing."""
     monkeypatch.setattr(onset_fault, "ResidualSteps", lambda fit, recordings: None)
-    monkeypatch.setattr(onset_fault, "watch_jump", lambda steps, o: bare(is_due=False, is_seen=False, is_clear=is_clear))
+    jump = bare(is_due=False, is_seen=False, is_clear=is_clear)
+    monkeypatch.setattr(onset_fault, "watch_jump", lambda steps, o: jump)
     monkeypatch.setattr(onset_fault, "excess_of", lambda fit, channels, runs: fit.chi**2 - 1)
     fault = bare(recordings=(), onset=bare(run=0), channel="T motor")
     assert onset_fault._Corrected(fault, h(20.0), h(left)).holds is told

@@ -22,7 +22,6 @@ from network.analysis.diagnosis.screen import SHOWS, Score, score_candidates
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.timed_search import settle_instants
 from network.engine.response.parameters import centres, values_at
-from network.machine.machine import Machine
 from network.platform.parallel import run_all
 from network.platform.refusal import Failed
 
@@ -184,9 +183,9 @@ def _finish_fit(h: Hypothesis) -> Hypothesis:
 
 def unseen_misfit(hypothesis: Hypothesis, jobs: int = 1) -> float:
     """Cross-validation: rms in noise on runs that were left out of the fit, some at a time; of a single run on its end,
-    told from its beginning. What the constants of these runs are strained by to get there counts as misfit, and they are
-    held as firmly as in the fit: readings that it leaves at χ do not tell them better than that. Without bounds where a
-    run breaks down."""
+    told from its beginning. What the constants of these runs are strained by to get there counts as misfit, and they
+    are held as firmly as in the fit: readings that it leaves at χ do not tell them better than that. Without bounds
+    where a run breaks down."""
     try:
         return _cross_validate(hypothesis, jobs)
     except (Failed, np.linalg.LinAlgError):
@@ -206,20 +205,20 @@ def _cross_validate(hypothesis: Hypothesis, jobs: int) -> float:
 def _misfit_without(h: Hypothesis, left_out: Sequence[int]) -> tuple[float, int]:
     """Misfit and count of runs that are told by a fit to the others."""
     rest = h.case.of([k for k in range(len(h.case.recordings)) if k not in left_out])
-    fit = fit_hypothesis(rest, h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS).fit
-    seen = _tell_by(fit, h.case.of(left_out), h.machine)
+    fit = fit_hypothesis(rest, h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS)
+    seen = _tell_by(fit, h.case.of(left_out))
     return float(seen.left @ seen.left) + strain_of(seen), len(seen.left)
 
 
 def _misfit_of_end(h: Hypothesis) -> tuple[float, int]:
     """Misfit and count of what follows the beginning of the runs, told by a fit to that."""
-    fit = fit_hypothesis(h.case.until(BEGINNING), h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS).fit
-    seen = _tell_by(fit, h.case, h.machine)
+    fit = fit_hypothesis(h.case.until(BEGINNING), h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS)
+    seen = _tell_by(fit, h.case)
     late = np.concatenate([~d.ends_before(BEGINNING)[d.known] for d in seen.problem.data])
     return float(seen.left[late] @ seen.left[late]) + strain_of(seen), int(late.sum())
 
 
-def _tell_by(fit: Linearised | Estimate, case: Case, machine: Machine) -> Linearised:
-    """Runs at the numbers of a fit to others, the priors of their own constants narrowed by the misfit of that."""
-    seen = linearise(case.problem(machine, fit.problem.parameters), fit.theta)
-    return seen.temper(1.0, max(1.0, chi_of(fit)))
+def _tell_by(h: Hypothesis, case: Case) -> Linearised:
+    """Other runs at the numbers of a fit, the priors of their own constants narrowed by the misfit that it leaves."""
+    seen = linearise(case.problem(h.machine, h.fit.problem.parameters), h.fit.theta)
+    return seen.temper(1.0, max(1.0, h.chi))
