@@ -381,3 +381,18 @@ def test_where_the_file_s_own_numbers_break_down_nothing_is_screened_about_them(
     assert refit._about_file(h, candidates(h.machine, h.machine.inputs), 1) == []
     monkeypatch.setattr(unseen_runs, "linearise", breaks)
     assert unseen_runs.unseen_misfit(h) == np.inf
+
+
+@pytest.mark.parametrize("error", [2.0, 0.0])
+def test_constants_of_runs_left_out_do_not_take_up_what_is_missing(error: float) -> None:
+    """Beside much that noise does not explain, a sensor said to be 2 K off tells runs left out better where it is, and
+    worse where it is not: readings that are told no better than that do not tell a constant error either."""
+    sharp = plant(sensors={name: {**body, "noise": "0.001 K"} for name, body in SENSORS.items()})
+    truth = plant(sources={"pump": {"kind": "heat_source", "into": {"column": 1}, "power": "60 W"}})
+    runs = [recorded(truth, ladder, i) for i, ladder in enumerate(LADDERS)]
+    pairs = [(run, run.columns["T_spindle"]) for run in runs]
+    read = tuple(replace(r, columns={**r.columns, c.name: replace(c, values=c.values + error)}) for r, c in pairs)
+    off = {**sharp.sensors["T_spindle"].to_plain(), "effects": [{"kind": "sensor_offset", "offset": "2 K"}]}
+    machines = sharp.patched({"sensors": {"T_spindle": off}}), sharp
+    with_it, without = (unseen_runs.unseen_misfit(fit_hypothesis(Case(m, read), m)) for m in machines)
+    assert (with_it < without) is (error > 0)

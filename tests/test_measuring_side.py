@@ -13,6 +13,7 @@ from measured_side import UNCERTAIN, blocks, effect, record, schedule
 from network import Machine, Recording, Refused, calibrate, compare, diagnose, simulate
 from network.analysis.diagnosis.candidates import candidates
 from network.analysis.diagnosis.hypothesis import Case, fit_hypothesis
+from network.analysis.diagnosis.recorded_powers import gather_runs
 from network.catalogue.declaration.discovery import kinds
 
 NOTHING = 1.1
@@ -215,3 +216,13 @@ def test_crosstalk_is_proposed_of_every_input_that_is_no_temperature() -> None:
     bodies = [p["sensors"] for p in kinds("effects")["sensor_crosstalk"].proposes(blocks())]
     tried = {(name, e["with"], e["share"]) for body in bodies for name, s in body.items() for e in s["effects"]}
     assert tried == {(name, "Q1", share) for name in ("Ta", "Tb") for share in ("0.01 K/%", "-0.01 K/%")}
+
+
+def test_along_an_input_that_never_changes_crosstalk_is_a_constant_error() -> None:
+    """In runs of one value each it is one, in runs of several values it is not."""
+    machine, run = blocks(), record(blocks())
+    drives = run.columns["Q1"]
+    held = [replace(run, columns={**run.columns, "Q1": replace(drives, values=0 * run.t + x)}) for x in (5, 9)]
+    for runs, tried in (((run,), True), (held[:1], False), (held, True)):
+        told = gather_runs(machine, runs, machine.inputs)
+        assert bool([*kinds("effects")["sensor_crosstalk"].proposes_on(machine, told)]) is tried

@@ -6,8 +6,10 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from test_small_decisions import bare
 
 from network.analysis.diagnosis import search
+from network.analysis.diagnosis.settings import SETTINGS
 
 
 def states(*told: float) -> Iterator[Any]:
@@ -28,6 +30,26 @@ def test_lumps_alone_that_explain_more_come_before_readings_set_right(
     right: Any, other: Any, told: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """And else the search on these is told to its end, before the other one, which has to beat it."""
-    monkeypatch.setattr(search, "_is_told_better", lambda other, now: other > now)
+    monkeypatch.setattr(search, "_is_told_better", lambda other, now, jobs: other > now)
     first, *rest = right
-    assert [*search._weigh_fault(first, states(*rest), states(*other))] == told
+    assert [*search._weigh_fault(first, states(*rest), states(*other), 1)] == told
+
+
+@pytest.mark.parametrize(
+    ("evidence", "chi", "unseen", "told"),
+    [
+        (20.0, SETTINGS.adequate + 1, (3.0, 2.0), False), (20.0, SETTINGS.adequate + 1, (2.0, 3.0), True),
+        (20.0, SETTINGS.adequate - 0.1, (3.0, 2.0), True), (5.0, SETTINGS.adequate + 1, (2.0, 3.0), False),
+    ],
+)  # fmt: skip
+def test_where_both_leave_much_the_one_that_explains_more_has_to_tell_unseen_runs_better(
+    evidence: float, chi: float, unseen: Any, told: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is wrong anyway explains the runs that it was fitted to all the better the more it bends to them."""
+    monkeypatch.setattr(search, "use_file_noise", lambda case: case)
+    monkeypatch.setattr(search, "reweight", lambda case, h: h)
+    monkeypatch.setattr(search, "lasting_misfit", lambda at: 1.0)
+    monkeypatch.setattr(search, "unseen_misfit", lambda h, jobs: h.unseen)
+    gains = zip((evidence, 0.0), unseen, strict=True)
+    other, now = (bare(best=bare(case=None, chi=chi, linearised=None, evidence=e, unseen=u)) for e, u in gains)
+    assert search._is_told_better(other, now, 1) is told

@@ -19,13 +19,14 @@ RESPONSES = ("W", "degC", "um", "urad")
 
 def gather_runs(machine: Machine, recordings: Sequence[Recording], drivers: Iterable[str]) -> Runs:
     """drivers: columns that all recordings have and no channel of the machine is."""
-    usual = {*_list_usual_inputs()}
+    usual, drivers = {*_list_usual_inputs()}, [*drivers]
     found = {n: most for n in drivers if n not in usual and (most := _find_most(n, recordings)) is not None}
     heating = {n for source in machine.sources.values() for n in source.needs()}
     powers = {n: most for n, most in found.items() if _is(most.unit, "W") and n not in heating}
     others = {n: most for n, most in found.items() if not any(_is(most.unit, each) for each in RESPONSES)}
     longest = max(float(np.ptp(r.t)) for r in recordings)
-    return Runs(longest, min(float(np.median(np.diff(r.t))) for r in recordings), powers, others)
+    return Runs(longest, min(float(np.median(np.diff(r.t))) for r in recordings), powers, others,
+                frozenset(n for n in drivers if _is_steady(n, recordings)))  # fmt: skip
 
 
 def _is(text: str, other: str) -> bool:
@@ -36,6 +37,13 @@ def _list_usual_inputs() -> Iterator[str]:
     """Inputs that a kind reads where no other is named: it is proposed for them anyway."""
     for kind in kinds():
         yield from (str(f.default) for f in kind.fields.values() if isinstance(f, InputField) and f.default is not None)
+
+
+def _is_steady(name: str, recordings: Sequence[Recording]) -> bool:
+    """Whether an input is the same all along all recordings: what follows it cannot be told from what is constant."""
+    columns = [r.columns[name].values for r in recordings if name in r.columns]
+    values = np.concatenate(columns) if columns else np.zeros(0)
+    return len(columns) == len(recordings) and len({*values.tolist()}) == 1
 
 
 def _find_most(name: str, recordings: Sequence[Recording]) -> Amount | None:

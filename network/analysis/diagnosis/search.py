@@ -43,6 +43,7 @@ from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.time_budget import BudgetReached, TimeBudget
+from network.analysis.diagnosis.unseen_runs import unseen_misfit
 from network.platform.parallel import check_each
 from network.platform.refusal import Failed
 
@@ -65,7 +66,7 @@ def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[f
         states = _search_from(first, seed, jobs, tell, sets_right=False)
         yield (now := next(states))
     if now.fault is not None and now.fault.competes and now.null.chi > SETTINGS.adequate:
-        states = _weigh_fault(now, states, _search_from(first, seed, jobs, tell, sets_right=False))
+        states = _weigh_fault(now, states, _search_from(first, seed, jobs, tell, sets_right=False), jobs)
     for now in states:
         yield now
     if now.fault is None and now.best.found and leaves_something(now.best):
@@ -86,17 +87,17 @@ def _is_found_again(now: Search, first: Search) -> bool:
     return now.null.evidence - bare.evidence > SETTINGS.least * firm**2
 
 
-def _weigh_fault(now: Search, states: Iterator[Search], others: Iterator[Search]) -> Iterator[Search]:
+def _weigh_fault(now: Search, states: Iterator[Search], others: Iterator[Search], jobs: int) -> Iterator[Search]:
     """On from the null of a machine whose readings were set right (now), and from the one without that: from the other
     alone where its lumps explain more, and else to what it comes to where that explains more."""
     other = next(others)
-    if _is_told_better(other, now):
+    if _is_told_better(other, now, jobs):
         yield from chain([other], others)
         return
     for now in states:
         yield now
     *_, other = chain([other], others)
-    if _is_told_better(other, now):
+    if _is_told_better(other, now, jobs):
         yield other
 
 
@@ -206,11 +207,14 @@ def _evidence(h: Hypothesis) -> float:
     return h.evidence
 
 
-def _is_told_better(other: Search, now: Search) -> bool:
-    """Whether what a search came to explains more than another, in units of how long lasts what both leave."""
+def _is_told_better(other: Search, now: Search, jobs: int) -> bool:
+    """Whether what a search came to explains more than another, in units of how long lasts what both leave, and, where
+    that is much, tells runs that it has not seen better, too: what bends itself to the runs explains these alone."""
     ends = [reweight(use_file_noise(search.best.case), search.best) for search in (other, now)]
     firm = min(lasting_misfit(h.linearised) for h in ends)
-    return (ends[0].evidence - ends[1].evidence) / firm**2 > SETTINGS.alike
+    if (ends[0].evidence - ends[1].evidence) / firm**2 <= SETTINGS.alike:
+        return False
+    return ends[0].chi <= SETTINGS.adequate or unseen_misfit(ends[0], jobs) < unseen_misfit(ends[1], jobs)
 
 
 def _list_tracks(levels: Sequence[Hypothesis], best: Hypothesis) -> list[Hypothesis]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from network.analysis.calibration.gauss_newton import Linearised, linearise
 from network.analysis.calibration.misfit import strain_of
-from network.analysis.diagnosis.hypothesis import Hypothesis, fit_hypothesis
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
 from network.analysis.diagnosis.latent_rest import find_rest
 from network.analysis.diagnosis.locate import predict_unknown
 from network.platform.parallel import run_all
@@ -73,9 +73,16 @@ def _tell_without(h: Hypothesis, with_rest: bool, left_out: Sequence[int]) -> Un
     """Runs that are told by a fit to the others."""
     rest = h.case.of([k for k in range(len(h.case.recordings)) if k not in left_out])
     others = fit_hypothesis(rest, h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS)
-    seen = linearise(h.case.of(left_out).problem(h.machine, others.fit.problem.parameters), others.fit.theta)
+    seen = _tell_by(others, h.case.of(left_out))
     misfit = float(seen.left @ seen.left) + strain_of(seen)
     return Unseen(misfit, len(seen.left), -misfit / 2 + (_add_rest(others, seen) if with_rest else 0.0))
+
+
+def _tell_by(h: Hypothesis, case: Case) -> Linearised:
+    """Other runs at the numbers of a fit, the priors of their own constants narrowed by the misfit that it leaves:
+    readings that it leaves at χ do not tell them better than that."""
+    seen = linearise(case.problem(h.machine, h.fit.problem.parameters), h.fit.theta)
+    return seen.temper(1.0, max(1.0, h.chi))
 
 
 def _add_rest(others: Hypothesis, seen: Linearised) -> float:
@@ -86,8 +93,8 @@ def _add_rest(others: Hypothesis, seen: Linearised) -> float:
 
 def _tell_end(h: Hypothesis) -> Unseen:
     """What follows the beginning of a run, told by a fit to that."""
-    others = fit_hypothesis(h.case.until(BEGINNING), h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS).fit
-    seen = linearise(h.case.problem(h.machine, others.problem.parameters), others.theta)
+    others = fit_hypothesis(h.case.until(BEGINNING), h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS)
+    seen = _tell_by(others, h.case)
     late = np.concatenate([~d.ends_before(BEGINNING)[d.known] for d in seen.problem.data])
     misfit = float(seen.left[late] @ seen.left[late]) + strain_of(seen)
     return Unseen(misfit, int(late.sum()), -misfit / 2)

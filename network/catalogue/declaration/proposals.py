@@ -16,12 +16,13 @@ class Runs:
     """What recordings bring to proposals. longest: length of the longest [s]; interval: time from one sample to the
     next of the densest [s]; powers: recorded powers that no source of the machine reads, each with the most that it
     reaches; drivers: the same of other recorded columns and inputs that are no temperature and no response, like
-    levels, loads and pumps."""
+    levels, loads and pumps; steady: inputs that never change in any of them."""
 
     longest: float = math.inf
     interval: float = 0.0
     powers: Mapping[str, Amount] = field(default_factory=dict)
     drivers: Mapping[str, Amount] = field(default_factory=dict)
+    steady: frozenset[str] = frozenset()
 
 
 def set_in_each(patches: Iterable[Mapping[str, Any]], **settings: Any) -> Iterator[Mapping[str, Any]]:

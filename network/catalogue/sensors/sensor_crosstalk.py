@@ -8,6 +8,7 @@ from network.catalogue.declaration.field import REQUIRED
 from network.catalogue.declaration.fields import word
 from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.declaration.many_units import ManyUnitsField
+from network.catalogue.declaration.proposals import Runs
 from network.catalogue.mechanisms.mechanism import Inputs
 from network.catalogue.sensors.base import SensorEffect
 from network.catalogue.typical_values import list_full_inputs
@@ -65,11 +66,16 @@ class SensorCrosstalk(SensorEffect, kind="sensor_crosstalk"):
 
     @classmethod
     def proposes(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
+        return cls.proposes_on(machine, Runs())
+
+    @classmethod
+    def proposes_on(cls, machine: MachineLike, runs: Runs) -> Iterator[Mapping[str, Any]]:
         """On every channel that measures a temperature, by every input that is none: a kelvin at its full value, more
-        or less."""
+        or less. Along an input that never changes it is a constant error."""
+        full = {name: most for name, most in list_full_inputs(machine).items() if name not in runs.steady}
         for name, sensor in machine.sensors.items():
             taken = {e.to_plain().get("with") for e in sensor.effects if e.kind == cls.kind}
-            for driver, (value, unit_text) in list_full_inputs(machine).items() if sensor.place is not None else ():
+            for driver, (value, unit_text) in full.items() if sensor.place is not None else ():
                 for sign in (1, -1) if driver not in taken else ():
                     under = f"({unit_text})" if "/" in unit_text or " " in unit_text else unit_text
                     share = f"{sign / value:.3g} K/{under}" if under != "1" else f"{sign / value:.3g} K"

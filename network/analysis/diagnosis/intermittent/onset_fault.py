@@ -163,12 +163,13 @@ class _Corrected:
     @property
     def holds(self) -> bool:
         """Whether it jumps where its size says so, and hardly anything is left: of that channel in that run where a
-        jump shows it that nothing else could be, else of all."""
+        jump shows it that nothing else could be, else of all; what leaves more may be looked for beside the rest."""
         jump = watch_jump(ResidualSteps(self.after, self.fault.recordings), self.fault.onset)
         if jump.is_due and not jump.is_seen:
             return False
         left = [excess_of(x, [self.fault.channel], [self.fault.onset.run]) for x in (self.before, self.after)]
-        return is_mended(self.before, self.after) or (jump.is_clear and left[1] <= LEFT * left[0])
+        is_all = self.after.chi <= SETTINGS.adequate and is_mended(self.before, self.after)
+        return is_all or (jump.is_clear and left[1] <= LEFT * left[0])
 
 
 def _correct(h: Hypothesis, fault: OnsetFault, begin: Hypothesis | None = None) -> _Corrected | None:
