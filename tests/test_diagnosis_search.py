@@ -20,10 +20,10 @@ from network.analysis.diagnosis.candidate_response import respond_to_candidates
 from network.analysis.diagnosis.candidates import Candidate, candidate, candidates
 from network.analysis.diagnosis.coarse_surrogate import build_surrogate
 from network.analysis.diagnosis.compact_fit import compact
-from network.analysis.diagnosis.forward_selection import Screening
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis, start_from
 from network.analysis.diagnosis.lump_refinement import list_finer_machines
 from network.analysis.diagnosis.placement import _widest, move_stretch, place_best
+from network.analysis.diagnosis.screening import Screening
 from network.analysis.diagnosis.search import last_of
 from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.selection import Selection

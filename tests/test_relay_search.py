@@ -8,8 +8,8 @@ from test_diagnosis import LADDERS, LINKS, plant, recorded
 
 from network.analysis.diagnosis.candidates import Candidate, candidates
 from network.analysis.diagnosis.compact_fit import fit_or_none
-from network.analysis.diagnosis.forward_selection import Screening
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
+from network.analysis.diagnosis.screening import Screening
 from network.analysis.diagnosis.strategies import CUT_SHORT, list_unsearched, strategy_of
 from network.analysis.diagnosis.switching.affine_surrogate import straighten
 from network.analysis.diagnosis.switching.prior_samples import Space

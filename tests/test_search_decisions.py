@@ -17,6 +17,7 @@ from network.analysis.diagnosis import (
     lump_refinement,
     lumping_finding,
     placement,
+    screening,
     search,
     simulated_findings,
     verdict,
@@ -69,7 +70,7 @@ def seat(start: float, stop: float) -> Any:
     ],
 )  # fmt: skip
 def test_more_is_looked_for_where_more_than_noise_is_left(of: Any, told: bool) -> None:
-    assert forward_selection.leaves_something(of) is told
+    assert screening.leaves_something(of) is told
 
 
 def test_a_finding_gains_more_than_chance_and_takes_away_what_is_worth_a_name() -> None:

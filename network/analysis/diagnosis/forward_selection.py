@@ -3,32 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from dataclasses import replace
+from functools import partial
 
 from network.analysis.calibration.gauss_newton import STEPS
 from network.analysis.diagnosis.backward_elimination import check_selection, rerank_first
-from network.analysis.diagnosis.candidates import Candidate, candidates, has_numbers
-from network.analysis.diagnosis.coarse_surrogate import build_surrogate, fit_on_finer_lumps, fit_on_finer_lumps_afresh
+from network.analysis.diagnosis.coarse_surrogate import fit_on_finer_lumps, fit_on_finer_lumps_afresh
 from network.analysis.diagnosis.compact_fit import compact
-from network.analysis.diagnosis.crossed_splits import UnseenTest, halve
-from network.analysis.diagnosis.few_runs import SEARCHED, on_all_runs, on_few_runs
+from network.analysis.diagnosis.few_runs import on_all_runs
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight
 from network.analysis.diagnosis.initial_state_restarts import restart_from_starts
 from network.analysis.diagnosis.latent_rest import rank_beside_rest
-from network.analysis.diagnosis.locate import locate
-from network.analysis.diagnosis.located_heat import UnknownHeat
 from network.analysis.diagnosis.lump_convergence import refine_until_converged
-from network.analysis.diagnosis.lumping_error import shapes_of_lumping
 from network.analysis.diagnosis.placement import near, place_best, place_ranked
 from network.analysis.diagnosis.ranking import best_first, distinct
 from network.analysis.diagnosis.refit import TrialFits, start_trials
-from network.analysis.diagnosis.screen import Score, score_candidates, screen
+from network.analysis.diagnosis.screen import Score
+from network.analysis.diagnosis.screening import Screening, leaves_something, screen_candidates
 from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.significance import null_threshold
 from network.analysis.diagnosis.switching.relay_search import rank_likely_places, search_relays
-from network.analysis.diagnosis.timed_search import search_timed, settle_instants
+from network.analysis.diagnosis.timed_search import settle_instants
 from network.analysis.diagnosis.unseen_runs import unseen_misfit
 from network.machine.machine import Machine
 from network.platform.parallel import run_all
@@ -39,42 +35,6 @@ INTERIM_STEPS = 2
 """Steps on the finer lumps of what is told if there is no time for more."""
 CARRIED = 3
 """Rivals that are fitted again on the finer lumps, or asked what they tell of runs that they have not seen."""
-
-
-@dataclass(frozen=True, eq=False)
-class Screening:
-    """What is proposed beside a hypothesis, and how each would show: about what stands in for it on coarser lumps
-    (before). whole: itself on the runs that it tells worst, where that is another; unseen: whether what half of the
-    recordings picks out of it shows in the other half."""
-
-    before: Hypothesis
-    proposed: tuple[Candidate, ...] = ()
-    scores: tuple[Score, ...] = ()
-    whole: Hypothesis | None = None
-    unseen: UnseenTest | None = None
-
-    @cached_property
-    def located(self) -> tuple[UnknownHeat, ...]:
-        """Where unknown heat would explain most."""
-        return locate(self.before.linearised, self.before.machine)
-
-
-def screen_candidates(current: Hypothesis, seed: int, jobs: int) -> Screening:
-    """Everything that could be missing from a hypothesis, screened."""
-    current = on_few_runs(current, SEARCHED)
-    before = build_surrogate(current)
-    case = current.case
-    found = candidates(before.machine, case.drivers, runs=case.runs)
-    proposed = tuple(c for c in found if has_numbers(c.machine, before.own))
-    look = screen if leaves_something(current) else score_candidates  # nothing is to be placed along bars
-    splits = halve(before.linearised, shapes_of_lumping(before, current, jobs))
-    scores = look(before.linearised, proposed, before.values, jobs, splits)
-    seen = Screening(before, proposed, tuple(scores), current, splits.test() if splits else None)
-    if before.chi < SETTINGS.noise:
-        return seen
-    timed = {s.candidate.key: s for s in search_timed(before, proposed, seen.located, seed, jobs)}
-    better = [max(s, timed.get(s.candidate.key, s), key=lambda each: each.gain) for s in scores]
-    return replace(seen, scores=tuple(sorted(better, key=lambda s: -s.gain)))
 
 
 def select_forward(
@@ -112,11 +72,6 @@ def select_forward(
 def _on_all_runs(null: Hypothesis, now: Selection, steps: int = STEPS) -> Selection:
     """A selection whose best is fitted to all runs of the null."""
     return replace(now, best=on_all_runs(null, now.best, steps))
-
-
-def leaves_something(h: Hypothesis) -> bool:
-    """Whether more than noise is left, or nothing is found yet and only sensors that are far off keep it from that."""
-    return h.chi > SETTINGS.further if h.found else h.chi > SETTINGS.noise or h.offset_pull > SETTINGS.strained
 
 
 def _is_told_so_far(current: Hypothesis) -> bool:

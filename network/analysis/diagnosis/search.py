@@ -19,12 +19,7 @@ from network.analysis.calibration.null import Null
 from network.analysis.diagnosis.candidates import candidates
 from network.analysis.diagnosis.exchange.find_exchange import find_exchange
 from network.analysis.diagnosis.faced_relays import fit_written, keep_in_step
-from network.analysis.diagnosis.forward_selection import (
-    Screening,
-    leaves_something,
-    screen_candidates,
-    select_forward,
-)
+from network.analysis.diagnosis.forward_selection import select_forward
 from network.analysis.diagnosis.hypothesis import (
     Case,
     Hypothesis,
@@ -39,6 +34,7 @@ from network.analysis.diagnosis.lump_convergence import refine_until_converged
 from network.analysis.diagnosis.lump_refinement import refine_lumps
 from network.analysis.diagnosis.reading_fault import ReadingFault
 from network.analysis.diagnosis.screen import screen
+from network.analysis.diagnosis.screening import Screening, leaves_something, screen_candidates
 from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS

@@ -7,11 +7,11 @@ from functools import cached_property
 
 from network.analysis.calibration.null import Null
 from network.analysis.diagnosis.crossed_splits import UnseenTest
-from network.analysis.diagnosis.forward_selection import Screening
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis
 from network.analysis.diagnosis.locate import locate
 from network.analysis.diagnosis.located_heat import UnknownHeat
 from network.analysis.diagnosis.reading_fault import ReadingFault
+from network.analysis.diagnosis.screening import Screening
 from network.analysis.diagnosis.selection import Selection
 
 

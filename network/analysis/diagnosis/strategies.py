@@ -12,8 +12,8 @@ from collections.abc import Container, Sequence
 from typing import ClassVar
 
 from network.analysis.diagnosis.candidates import Candidate
-from network.analysis.diagnosis.forward_selection import Screening
 from network.analysis.diagnosis.result import Unsearched
+from network.analysis.diagnosis.screening import Screening
 from network.analysis.diagnosis.switching.relay_search import tell_unsearched
 
 CUT_SHORT = {

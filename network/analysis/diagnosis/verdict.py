@@ -11,7 +11,6 @@ from network.analysis.calibration.gauss_newton import chi_of
 from network.analysis.diagnosis.experiments.advice import experiments
 from network.analysis.diagnosis.finding import UNKNOWN, Finding
 from network.analysis.diagnosis.findings import find_unknown, is_shadow, list_findings, list_rivals
-from network.analysis.diagnosis.forward_selection import leaves_something
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.invariants import doubt_unseen
 from network.analysis.diagnosis.isolability import isolability
@@ -21,6 +20,7 @@ from network.analysis.diagnosis.lumping_finding import find_lumping
 from network.analysis.diagnosis.refit import linearise_at_priors
 from network.analysis.diagnosis.result import Diagnosis, Fits
 from network.analysis.diagnosis.screened_gain import list_screened
+from network.analysis.diagnosis.screening import leaves_something
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.simulated_findings import is_finer, leave_fault, numbers_in, withdraw_refuted
 from network.analysis.diagnosis.strategies import list_unsearched
