@@ -13,7 +13,17 @@ from typing import Any
 import pytest
 from bench import sensitivity
 from bench.moved import GROUPS, moved, moved_number
-from bench.sensitivity import Outcome, answers_of, diagnose_all, list_ways, make_table, outcome, read_groups, read_seed
+from bench.sensitivity import (
+    Outcome,
+    answers_of,
+    diagnose_all,
+    list_changes,
+    list_ways,
+    make_table,
+    outcome,
+    read_groups,
+    read_seed,
+)
 from proof.sealed import seal_of
 
 from network.analysis.diagnosis.settings import SETTINGS, Settings
@@ -120,6 +130,11 @@ def test_the_table_counts_what_changed(tmp_path: Path) -> None:
     cells = [[*column.cells] for column in table.columns]
     assert cells[0] == ["as they are", "belief"] and [column[1] for column in cells[1:5]] == ["1", "1", "1", "15"]
     assert [column[1] for column in cells[5:]] == ["2", "0", "0", "10"]
+    assert [*list_changes(folder, names, ["belief"])] == [
+        "belief −30 %, case-002: adequate → missing_physics windage",
+        "belief +30 %, case-001: missing_physics windage → missing_physics motor_loss",
+        "belief +30 %, case-002: adequate → no answer",
+    ]
 
 
 def test_seeds_for_the_score_and_groups_that_are_none_are_refused(tmp_path: Path) -> None:

@@ -23,7 +23,8 @@ def explanations_before(told: Mapping[str, Any], finding: Mapping[str, Any]) -> 
     if is_unnamed(finding):
         share = probability(told, finding) * nameless(told)
     gain = (finding.get("evidence") or {}).get("delta_log_evidence")
-    nothing = belief_in_nothing(math.inf if gain is None else gain, told["left"]["rmse_in_noise"]["train"])
+    chi = 1.0 if is_unnamed(finding) else told["left"]["rmse_in_noise"]["train"]
+    nothing = belief_in_nothing(math.inf if gain is None else gain, chi)
     of = Finding(
         finding["kind"], finding["section"], tuple(finding["places"]), tuple(finding["channels"]),
         finding["confidence"], finding["parameters"], "", Patch({}), 0.0, 0.0, (), alternatives, alike, share=share,

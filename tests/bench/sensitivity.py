@@ -93,6 +93,15 @@ def first_told(where: Path) -> tuple[Any, ...]:
     return told["verdict"], next(names, None)
 
 
+def list_changes(folder: Path, names: Sequence[str], groups: Sequence[str]) -> Iterator[str]:
+    """What was told, and what is told instead."""
+    for group, side, name in ((g, s, n) for g in groups for s in SIDES for n in names):
+        first, then = (first_told(folder / name / answers) for answers in (OUT, answers_of(group, side)))
+        if first != then:
+            was, now = (" ".join(filter(None, told)) or "no answer" for told in (first, then))
+            yield f"{group} {'−' if SIDES[side] < 0 else '+'}30 %, {name}: {was} → {now}"
+
+
 def make_table(folder: Path, names: Sequence[str], groups: Sequence[str]) -> Table:
     table = Table(title=f"{len(names)} cases, settings moved by ±{100 * SHARE:.0f} %")
     for heading in ("group", *(f"{sign}30 %: {name}" for sign in "−+" for name in HEADINGS)):
@@ -112,6 +121,8 @@ def main(folder: Path, count: int, seed: int, groups: Sequence[str], jobs: int) 
     for told in diagnose_all([folder / name for name in names], list_ways(groups, seed), jobs):
         console.print(told, style="dim")
     console.print(make_table(folder, names, groups))
+    for told in list_changes(folder, names, groups):
+        console.print(told)
 
 
 def read_seed(folder: Path | None, given: int | None) -> int:

@@ -155,7 +155,7 @@ def find_unknown(search: Search, alone: bool = False) -> Finding:
     return Finding(
         UNKNOWN, "sensors" if top.is_offset else "sources", top.at.nodes, top.at.channels, top.probability,
         {name: size}, said, Patch({}), top.gain, search.threshold, windows_of(left),
-        course=trace(about.linearised, top), share=top.probability, nothing=belief_in_nothing(top.gain, about.chi),
+        course=trace(about.linearised, top), share=top.probability, nothing=belief_in_nothing(top.gain),
     )  # fmt: skip
 
 
@@ -172,7 +172,7 @@ def _find_room(search: Search, about: Hypothesis, left: Sequence[UnknownHeat]) -
         AmbientDrift.kind, "nodes", top.at.nodes, (), min(top.probability, SETTINGS.barred), {name: size}, said,
         Patch({}), top.gain, search.threshold, windows_of(left), course=trace(about.linearised, top),
         doubts=("its course is another one in each run, so that no run that was not seen can test it",),
-        share=top.probability, nothing=belief_in_nothing(top.gain, about.chi),
+        share=top.probability, nothing=belief_in_nothing(top.gain),
     )  # fmt: skip
 
 

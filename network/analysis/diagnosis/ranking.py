@@ -40,6 +40,7 @@ def share_of(ranked: Sequence[Hypothesis], key: tuple[str, ...]) -> float:
     return told.get(key, SETTINGS.barred)
 
 
-def belief_in_nothing(gain: float, chi: float) -> float:
-    """That chance alone gained so much evidence [nats], softened the same way: 1/(1 + e^(gain/T))."""
+def belief_in_nothing(gain: float, chi: float = 1.0) -> float:
+    """That chance alone gained so much evidence [nats], softened the same way: 1/(1 + e^(gain/T)); chi: the misfit
+    left, where the gain does not count it yet."""
     return float(expit(-gain / (SETTINGS.softening * max(1.0, chi) ** 2)))
