@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from network.catalogue.declaration.declare import Array
+from network.catalogue.declaration.declare import Array, Indices
 from network.engine.response.linear_run import LinearRun
 from network.engine.response.segments import Push, Segment
 
@@ -25,8 +25,7 @@ class Kicks:
                 at.setdefault(k, []).append(([i], jump[None]))
         for k, own in _share_jumps(ordered):
             at.setdefault(k, []).append(own)
-        self.at = {k: (np.concatenate([i for i, _ in own]), np.concatenate([j for _, j in own]))
-                   for k, own in at.items()}  # fmt: skip
+        self.at = {k: _add_up(own) for k, own in at.items()}
 
     def in_order(self, values: Array) -> Array:
         """Values of the pushes as they were given."""
@@ -47,7 +46,7 @@ class Kicks:
                 x[:] = 0.0
             if a in self.at:
                 pushes, jumps = self.at[a]
-                np.add.at(x, pushes, jumps @ s.modes.W.T)
+                x[pushes] += jumps @ s.modes.W.T
             if count:
                 yield a, b, x[:count]
                 x[:count] *= decay
@@ -84,6 +83,17 @@ class Kicks:
 def _first_kick(push: Push) -> int:
     first = [k for k, _ in push.kicks]
     return min(first) if push.jumps is None else min([*first, int(push.jumps[0].min())])
+
+
+def _add_up(parts: Sequence[tuple[list[int], Array]]) -> tuple[Indices, Array]:
+    """Pushes that jump at one instant, each once, and by how much (pushes, n)."""
+    pushes, jumps = np.concatenate([i for i, _ in parts]), np.concatenate([j for _, j in parts])
+    if len({*pushes.tolist()}) == len(pushes):
+        return pushes, jumps
+    each, of = np.unique(pushes, return_inverse=True)
+    total = np.zeros((len(each), jumps.shape[1]))
+    np.add.at(total, of, jumps)
+    return each, total
 
 
 def _share_jumps(pushes: Sequence[Push]) -> Iterator[tuple[int, tuple[list[int], Array]]]:
