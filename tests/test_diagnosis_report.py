@@ -271,7 +271,7 @@ def test_one_number_has_one_word_and_more_is_never_less_sure() -> None:
 ])  # fmt: skip
 def test_a_rival_is_told_relative_to_what_was_found(chi: float, shift: float, told: str) -> None:
     """Its misfit is another measure than the table's rmse."""
-    other, best = (SimpleNamespace(chi=c, evidence=e, shift=np.array([shift])) for c, e in ((chi, 0.0), (0.95, 99.0)))
+    other, best = (SimpleNamespace(chi=c, weighed=e, shift=np.array([shift])) for c, e in ((chi, 0.0), (0.95, 99.0)))
     assert why_not(other, best) == told  # type: ignore[arg-type]
 
 

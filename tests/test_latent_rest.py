@@ -78,11 +78,16 @@ def test_rivals_are_ranked_by_what_they_leave_to_heat_of_any_course(monkeypatch:
 
     def rival(kind: str, evidence: float) -> Any:
         found = SimpleNamespace(kind=SimpleNamespace(kind=kind), places=("column",), channels=())
-        return SimpleNamespace(found=(found,), evidence=evidence)
+        return SimpleNamespace(found=(found,), evidence=evidence, weighed=evidence, beside=None)
 
     bent, right, again, last = rival("bent", 90.0), rival("right", 80.0), rival("bent", 85.0), rival("last", 10.0)
     beside = {"bent": 95.0, "right": 120.0, "last": 200.0}
+    def weigh(h: Any, beside: float) -> Any:
+        h.beside = h.weighed = beside
+        return h
+
     monkeypatch.setattr(latent_rest, "RANKED", 2)
+    monkeypatch.setattr(latent_rest, "replace", weigh)
     monkeypatch.setattr(latent_rest, "find_rest", lambda h: SimpleNamespace(evidence=beside[h.found[-1].kind.kind]))
     told = latent_rest.rank_beside_rest([bent, again, right, last])
     assert [h is x for h, x in zip(told, (right, bent, again, last), strict=True)] == [True] * 4

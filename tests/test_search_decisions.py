@@ -35,7 +35,7 @@ NOISE, ALIKE, DOUBTFUL = SETTINGS.noise, SETTINGS.alike, SETTINGS.doubtful
 
 
 def h(chi: float = 1.0, evidence: float = 0.0, found: Any = (), **rest: Any) -> Any:
-    return bare(chi=chi, evidence=evidence, found=found, **rest)
+    return bare(**{"chi": chi, "evidence": evidence, "weighed": evidence, "found": found, **rest})
 
 
 class FinerKind:

@@ -208,12 +208,12 @@ def test_runs_disagree_beyond_what_one_in_a_hundred_searches_brings(
 # -- a search -------------------------------------------------------------------------------------------------------
 def hypothesis(kind: str, evidence: float) -> Any:
     found = bare(key=(kind,), kind=bare(kind=kind), places=("bed",), channels=())
-    return bare(found=(found,), evidence=evidence, chi=1.0, shift=np.zeros(1))
+    return bare(found=(found,), evidence=evidence, weighed=evidence, chi=1.0, shift=np.zeros(1))
 
 
 def test_rivals_are_told_that_stand_less_than_what_cannot_be_told_apart_behind_nothing() -> None:
     alike = SETTINGS.alike
-    null = bare(evidence=-50.0)
+    null = bare(evidence=-50.0, weighed=-50.0)
     ranked = [hypothesis("a", -20.0), hypothesis("b", -50.0 - 0.9 * alike), hypothesis("c", -50.0 - 1.1 * alike)]
     assert [rival.kind for rival in list_rivals(ranked, null)] == ["a", "b"]
     assert [rival.kind for rival in list_rivals(ranked, null, ("a",))] == ["b"]

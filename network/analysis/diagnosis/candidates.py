@@ -90,6 +90,11 @@ class Candidate:
         laws = [type(e) for e in own if isinstance(e, Mechanism)]
         return len(self.own) > 1 and any(law.edges is not Mechanism.edges for law in laws)
 
+    @property
+    def is_searched_apart(self) -> bool:
+        """Whether its numbers are drawn and not screened, so that no linear score speaks for it."""
+        return self.switches or self.is_timed
+
     @cached_property
     def name(self) -> str:
         """Kind and places, as a label."""

@@ -55,7 +55,7 @@ def _faults(search: Search, after: Machine) -> Iterator[Finding]:
 def _findings(search: Search, after: Machine) -> Iterator[Finding]:
     for i, c in enumerate(search.best.found):
         k = _step_of(search, c)
-        ranked, unseen = search.steps[k], search.unseen[k]
+        ranked, unseen = search.steps[k], None if c.is_searched_apart else search.unseen[k]
         rivals = list(list_rivals(ranked, search.befores[k], c.key))
         doubts = tuple(list_doubts(search, c, unseen))
         is_first = ranked[0].found[-1].key == c.key
@@ -86,14 +86,14 @@ def list_rivals(ranked: Sequence[Hypothesis], null: Hypothesis, but: tuple[str, 
     for h, p in zip(apart, shares(apart), strict=True):
         c = h.found[-1]
         if c.key != but and h.evidence > null.evidence - SETTINGS.alike:
-            gain = h.evidence - null.evidence
+            gain = h.weighed - null.weighed
             yield Rival(c.kind.kind, c.places, c.channels, float(p), h.chi, gain, why_not(h, ranked[0]))
 
 
 def why_not(h: Hypothesis, best: Hypothesis) -> str:
     """What speaks against it. Its misfit, which counts coloured noise and starts as a table of rmse does not, is told
     relative to that of what was found."""
-    worse = best.evidence - h.evidence
+    worse = best.weighed - h.weighed
     if worse <= SETTINGS.alike:
         return "these recordings do not tell it apart"
     moved = float(np.abs(h.shift).max(initial=0.0))

@@ -105,13 +105,14 @@ def _select_next(
     ranked = best_first(*(early or ()), *place_ranked(seen.before, smooth, jobs))
     if _is_told_so_far(current):
         yield _take_first(current, seen.before, ranked, threshold), ranked
+    ranked = rank_beside_rest(ranked)
     tried = _contenders(current, seen.before, ranked, jobs)
     kept = _accept_best(current, seen.before, tried, threshold, jobs)
     yield kept, ranked
     switched = sway() if early is None and (kept or current).chi > SETTINGS.adequate else []
     if not switched:
         return
-    ranked = best_first(*switched, *ranked)
+    ranked = rank_beside_rest(best_first(*switched, *ranked))
     again = _contenders(current, seen.before, ranked, jobs)
     other = _accept_best(current, seen.before, again, threshold, jobs) if again != tried else None
     if other is not None and (kept is None or other.evidence > kept.evidence):
@@ -172,9 +173,8 @@ def _report_share(tell: Callable[[float], None], done: float, share: float) -> N
 def _contenders(
     current: Hypothesis, before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int
 ) -> Sequence[Hypothesis]:
-    """Those of the rivals that may be kept: the best beside heat of any course, and what comes near it if all were
-    fitted on coarser lumps."""
-    able = rank_beside_rest(_skip_misleading(before, ranked, jobs))
+    """Those of the rivals that may be kept: the best, and what comes near it if all were fitted on coarser lumps."""
+    able = _skip_misleading(before, ranked, jobs)
     return able[:1] if before is current else near(before, able, CARRIED)
 
 
@@ -218,7 +218,7 @@ def _fit_on_lumps(case: Case, root: Machine, first: Hypothesis, h: Hypothesis) -
 
 def _put_first(best: Hypothesis, ranked: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:
     """The rivals, the one that was kept first."""
-    return tuple(sorted(ranked, key=lambda h: (h.found[-1].key != best.found[-1].key, -h.evidence)))
+    return tuple(sorted(ranked, key=lambda h: (h.found[-1].key != best.found[-1].key, -h.weighed)))
 
 
 def _is_gain(before: Hypothesis, after: Hypothesis, threshold: float) -> bool:

@@ -122,7 +122,8 @@ class Hypothesis:
     """A machine with what is supposed to be missing in it, fitted.
 
     found: the patches laid over it, in their order; own: their numbers, free along with those of the file; fit: an
-    estimate where it is only compared with others.
+    estimate where it is only compared with others; beside: its log evidence with heat of any course beside it, where
+    that was weighed.
     """
 
     case: Case
@@ -130,6 +131,12 @@ class Hypothesis:
     found: tuple[Candidate, ...]
     own: tuple[Parameter, ...]
     fit: Linearised | Estimate
+    beside: float | None = None
+
+    @property
+    def weighed(self) -> float:
+        """The log evidence by which it is compared with rivals."""
+        return self.evidence if self.beside is None else self.beside
 
     @cached_property
     def chi(self) -> float:

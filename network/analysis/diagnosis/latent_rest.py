@@ -63,7 +63,8 @@ def rank_beside_rest(ranked: Sequence[Hypothesis]) -> list[Hypothesis]:
     has the right form leaves the least to such heat, also where lumps or laws leave more than noise."""
     first = distinct(ranked)[:RANKED]
     rest = [h for h in ranked if not any(h is other for other in first)]
-    return [*sorted(first, key=lambda h: -find_rest(h).evidence), *rest]
+    weighed = [h if h.beside is not None else replace(h, beside=find_rest(h).evidence) for h in first]
+    return [*sorted(weighed, key=lambda h: -h.weighed), *rest]
 
 
 def share_of_rest(before: Rest, after: Rest) -> float:

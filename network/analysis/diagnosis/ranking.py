@@ -28,7 +28,7 @@ def distinct(ranked: Sequence[Hypothesis]) -> list[Hypothesis]:
 def shares(of: Sequence[Hypothesis]) -> Array:
     """Their shares of the evidence, softened; they add up to 1. The first was kept: where another is before it by this
     evidence, it was behind on finer lumps, and counts as much."""
-    gains = np.minimum([h.evidence for h in of], of[0].evidence)
+    gains = np.minimum([h.weighed for h in of], of[0].weighed)
     share = np.exp((gains - gains.max()) / (SETTINGS.softening * max(1.0, of[0].chi) ** 2))
     return np.asarray(share / share.sum())
 
