@@ -92,7 +92,7 @@ def fit_on_finer_lumps_afresh(
     back = coarse.found[-1].back if coarse.found else None
     if best is None or back is None or best.chi < SETTINGS.adequate or coarse.switches:
         return best
-    values, until = coarse.own_values | back.usual, FallsShort(needed, CARRIED_STEPS)
+    values, until = coarse.own_values | back.usual, FallsShort(max(needed, best.evidence), CARRIED_STEPS)
     again = fit_findings(about, root, (*coarse.found[:-1], back), values, steps=CARRIED_STEPS, until=until)
     return best if again is None else max(best, again, key=lambda h: h.evidence)
 
