@@ -96,7 +96,7 @@ def test_beliefs_are_shares_that_doubts_do_not_cap() -> None:
 
 def test_classes_of_truth() -> None:
     slow = finding(kind="sensor_lag", places=(), channels=("T_body",))
-    cut = finding(kind="lumping", parameters={}, patch={"nodes": {"body": {"lumps": 5}}})
+    cut = finding(kind="lumping", alternatives=(), parameters={}, patch={"nodes": {"body": {"lumps": 5}}})
     of = [f.truth for f in (slow, cut, finding(), finding(kind=UNKNOWN))]
     assert of == ["sensor", "null", "effect", "outside"]
     assert cut.members == ["lumping@body|air"]
