@@ -137,8 +137,10 @@ def _sentence(h: Hypothesis, c: Candidate, after: Machine) -> str:
 
 
 def is_shadow(search: Search) -> bool:
-    """Whether all that was found adds nothing beside heat of any course: it may then only be bent to that."""
-    return search.selection.added < SETTINGS.alike and bool(search.located)
+    """Whether all that was found adds nothing beside heat of any course, or lowers it by less than half: it may then
+    only be bent to that."""
+    is_little = search.selection.added < SETTINGS.alike or search.selection.share_of_rest < SETTINGS.half
+    return is_little and bool(search.located)
 
 
 def find_unknown(search: Search, alone: bool = False) -> Finding:
@@ -150,7 +152,7 @@ def find_unknown(search: Search, alone: bool = False) -> Finding:
         return _find_room(search, about, left)
     name, size = size_of_unknown(about.machine, top)
     what = f"an unknown {name} of {format_amount(size.value, size.unit)} (rms)"
-    more = ", and that alone explains more than all that was found elsewhere" if alone else ""
+    more = "; what was found hardly lowers it" if alone else ""
     said = f"{sentence(what)} at {' and '.join(top.at.seats)} that no kind of the catalogue explains{more}."
     return Finding(
         UNKNOWN, "sensors" if top.is_offset else "sources", top.at.nodes, top.at.channels, top.probability,

@@ -118,8 +118,7 @@ def _decide_verdict(
     is_left = best.chi > SETTINGS.doubtful and bool(search.located)
     if findings:
         holds = search.selection.explained if search.selection.is_checked else 1.0
-        least = min(holds, search.selection.share_of_rest, max(f.confidence for f in findings))
-        is_more = is_left and least < SETTINGS.half
+        is_more = is_left and min(holds, max(f.confidence for f in findings)) < SETTINGS.half
         is_bent = is_left and search.fault is None and is_shadow(search)
         only_sensors = not (is_more or is_bent) and all(f.channels for f in findings)
         unnamed = [find_unknown(search, is_bent)] if is_more or is_bent else []
