@@ -340,9 +340,15 @@ def test_parts_are_meant_whose_lumps_change_much_of_what_those_of_any_do(monkeyp
 SHOWN, CHANCE = bare(gain=13.0), bare(gain=11.0)
 
 
-def search_of(chi: float, explained: float = 1.0, located: Any = (SHOWN,), shift: float = 0.0) -> Any:
+IN = ("named",)
+"""What a search found."""
+
+
+def search_of(
+    chi: float, explained: float = 1.0, located: Any = (SHOWN,), shift: float = 0.0, found: Any = ()
+) -> Any:  # fmt: skip
     p = bare(path="links.joint.conductance")
-    best = h(chi, own=(), shift=np.array([shift]), fit=bare(problem=bare(parameters=(p,))))
+    best = h(chi, found=found, own=(), shift=np.array([shift]), fit=bare(problem=bare(parameters=(p,))))
     return bare(
         best=best, located=located, selection=bare(is_checked=True, explained=explained), null=bare(linearised=None),
         fault=None, threshold=12.0,
@@ -361,6 +367,8 @@ def search_of(chi: float, explained: float = 1.0, located: Any = (SHOWN,), shift
         (search_of(DOUBTFUL + 0.1, 0.6), ["named"], None, False, (["named"], "missing_physics")),
         (search_of(DOUBTFUL + 0.1, 0.6), ["unsure"], None, False, (["unknown", "unsure"], "missing_physics")),
         (search_of(DOUBTFUL - 0.1, 0.4), ["named"], None, False, (["named"], "missing_physics")),
+        (search_of(DOUBTFUL - 0.1, 0.4, found=IN), ["named"], None, False, (["unknown", "named"], "missing_physics")),
+        (search_of(SETTINGS.adequate - 0.1, 0.4, found=IN), ["named"], None, False, (["named"], "missing_physics")),
         (search_of(DOUBTFUL + 0.1, 0.6), ["bent"], None, False, (["unknown", "bent"], "missing_physics")),
         (search_of(DOUBTFUL - 0.1, 0.6), ["bent"], None, False, (["bent"], "missing_physics")),
         (search_of(DOUBTFUL + 0.1), [], "cut", False, (["cut", "unknown"], "unexplained")),

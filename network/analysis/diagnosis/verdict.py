@@ -118,7 +118,7 @@ def _decide_verdict(
     is_left = best.chi > SETTINGS.doubtful and bool(search.located)
     if findings:
         holds = search.selection.explained if search.selection.is_checked else 1.0
-        is_more = is_left and min(holds, max(f.confidence for f in findings)) < SETTINGS.half
+        is_more = (is_left and min(holds, max(f.confidence for f in findings)) < SETTINGS.half) or _is_vain(search)
         is_bent = is_left and search.fault is None and is_shadow(search)
         only_sensors = not (is_more or is_bent) and all(f.channels for f in findings)
         unnamed = [find_unknown(search, is_bent)] if is_more or is_bent else []
@@ -139,6 +139,13 @@ def _share_belief(findings: Sequence[Finding]) -> list[Finding]:
         return [*findings]
     nameless = max(1 - holds[0], SETTINGS.half)
     return [f.weigh(nameless if f.is_unnamed else 1 - nameless) for f in findings]
+
+
+def _is_vain(search: Search) -> bool:
+    """Whether what was found leaves more than it should, and explains less than half of runs that it has not seen."""
+    best, chosen = search.best, search.selection
+    is_much = best.chi > SETTINGS.adequate and bool(search.located)
+    return is_much and bool(best.found) and chosen.is_checked and chosen.explained < SETTINGS.half
 
 
 def _put_in_order(unknown: list[Finding], findings: list[Finding]) -> list[Finding]:
