@@ -14,7 +14,7 @@ from network.analysis.diagnosis.crossed_splits import CrossedSplits, UnseenTest,
 from network.analysis.diagnosis.diagnose import diagnose
 from network.analysis.diagnosis.hypothesis import Case, fit_hypothesis
 from network.analysis.diagnosis.invariants import list_doubts
-from network.analysis.diagnosis.lumping_error import shapes_of_lumping
+from network.analysis.diagnosis.lump_shapes import shapes_of_lumping
 from network.analysis.diagnosis.refitted_half import RefittedHalf, effective_samples
 from network.analysis.diagnosis.screening import screen_candidates
 

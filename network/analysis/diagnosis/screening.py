@@ -12,7 +12,7 @@ from network.analysis.diagnosis.few_runs import SEARCHED, on_few_runs
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.locate import locate
 from network.analysis.diagnosis.located_heat import UnknownHeat
-from network.analysis.diagnosis.lumping_error import shapes_of_lumping
+from network.analysis.diagnosis.lump_shapes import shapes_of_lumping
 from network.analysis.diagnosis.screen import Score, score_candidates, screen
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.timed_search import search_timed
