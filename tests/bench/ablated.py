@@ -62,7 +62,7 @@ def always(original: Callable[..., Any]) -> Callable[..., Any]:
 
 
 STAGES: Mapping[str, Mapping[str, Stand]] = {
-    "file-noise": {"hypothesis.estimate_noise": as_it_was},
+    "file-noise": {"case_noise.estimate_noise": as_it_was},
     "as-written": {"lump_refinement.choose_lumps": nothing},
     "seen-runs": {"backward_elimination._keep_what_predicts": all_of_it, "invariants.list_refutations": on_seen_runs},
     "no-latent": {

@@ -9,9 +9,10 @@ from functools import partial
 import numpy as np
 
 from network.analysis.diagnosis.candidates import Candidate
+from network.analysis.diagnosis.case_noise import estimate_noise
 from network.analysis.diagnosis.coarse_surrogate import build_surrogate
 from network.analysis.diagnosis.compact_fit import compact
-from network.analysis.diagnosis.hypothesis import Hypothesis, estimate_noise, fit_findings, reweight
+from network.analysis.diagnosis.hypothesis import Hypothesis, fit_findings, reweight
 from network.analysis.diagnosis.latent_rest import Rest, find_rest, share_of_rest
 from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS

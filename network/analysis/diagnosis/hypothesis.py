@@ -8,7 +8,6 @@ from functools import cached_property
 
 import numpy as np
 
-from network.analysis.calibration.coloured_noise import estimate_colours
 from network.analysis.calibration.estimate import Estimate
 from network.analysis.calibration.expansion_point import move_points
 from network.analysis.calibration.gauss_newton import STEPS, Linearised, Problem, linearise, make_problem, minimise
@@ -33,8 +32,6 @@ from network.recordings.recording import Recording
 
 Until = Callable[[Linearised], bool]
 
-LOUDER = 1.15
-"""White noise over the declared from which the file is not believed."""
 CONTINUATION, CONTINUATION_STEPS = (0.25, 0.4, 0.6, 0.8), 3
 """Shares of the runs over which relays are led back into step, and the steps of the fits there."""
 
@@ -278,21 +275,6 @@ def parameters_of(machine: Machine, own: Sequence[Parameter]) -> tuple[Parameter
     """The uncertain numbers of the file and those of what is supposed."""
     paths = {p.path for p in own}
     return (*(p for p in free_parameters(machine) if p.path not in paths), *own)
-
-
-def estimate_noise(case: Case, hypothesis: Hypothesis) -> Case:
-    """The case with the noise that the residuals of a hypothesis show over short lags."""
-    told = estimate_colours(hypothesis.fit.problem.data, hypothesis.predictions)
-    tinted = {n: (s, tau) for n, (_, s, tau) in told.items() if s > 0}
-    declared = hypothesis.fit.problem.data[0].declared
-    more = {n: s > 0 or white > LOUDER * declared.get(n, 0) for n, (white, s, _) in told.items()}
-    sigma = {n: white for n, (white, _, _) in told.items() if white > 0 and more[n]}
-    return replace(case, noise=Noise(tinted), sigma=sigma)
-
-
-def use_file_noise(case: Case) -> Case:
-    """The case under the noise of the file: what a relay does over minutes must not pass for coloured noise."""
-    return replace(case, noise=Noise(), sigma={})
 
 
 def start_from(case: Case, hypothesis: Hypothesis) -> Case:

@@ -17,17 +17,16 @@ import numpy as np
 from network.analysis.calibration.misfit import lasting_misfit
 from network.analysis.calibration.null import Null
 from network.analysis.diagnosis.candidates import candidates
+from network.analysis.diagnosis.case_noise import estimate_noise, use_file_noise
 from network.analysis.diagnosis.exchange.find_exchange import find_exchange
 from network.analysis.diagnosis.faced_relays import fit_written, keep_in_step
 from network.analysis.diagnosis.forward_selection import select_forward
 from network.analysis.diagnosis.hypothesis import (
     Case,
     Hypothesis,
-    estimate_noise,
     fit_hypothesis,
     reweight,
     state,
-    use_file_noise,
 )
 from network.analysis.diagnosis.intermittent.find_fault import find_reading_fault
 from network.analysis.diagnosis.lump_convergence import refine_until_converged

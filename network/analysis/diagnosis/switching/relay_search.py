@@ -11,8 +11,9 @@ import numpy as np
 from network.analysis.calibration.gauss_newton import Linearised, linearise
 from network.analysis.calibration.measured_means import RunPoint
 from network.analysis.diagnosis.candidates import Candidate, candidate
+from network.analysis.diagnosis.case_noise import use_file_noise
 from network.analysis.diagnosis.compact_fit import compact, fit_with
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight, theta_of, use_file_noise
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight, theta_of
 from network.analysis.diagnosis.locate import list_likely_parts
 from network.analysis.diagnosis.located_heat import UnknownHeat
 from network.analysis.diagnosis.switching.affine_surrogate import straighten
