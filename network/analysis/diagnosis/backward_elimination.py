@@ -29,11 +29,20 @@ STEPS = 8
 
 def check_selection(null: Hypothesis, now: Selection, jobs: int) -> Selection:
     """What was chosen, tested again: without what is superfluous beside the others under the noise that is left in the
-    end, and without what does not help to tell runs that were left out; the null where nothing of it holds."""
-    current = now.best
-    if not current.found:
+    end, and without what does not help to tell runs that were left out; the null where nothing of it holds. Findings
+    that hold only together are not taken apart for what heat of any course could do in the stead of one of them."""
+    if not now.best.found:
         return replace(now, best=null, is_checked=True)
-    current, gains = _eliminate_at_end(current, now.threshold, jobs)
+    told = _keep_what_holds(null, now, jobs)
+    if not told.best.found and len(now.best.found) > 1:
+        together = _keep_what_holds(null, now, jobs, is_apart=False)
+        return together if together.best.found else told
+    return told
+
+
+def _keep_what_holds(null: Hypothesis, now: Selection, jobs: int, is_apart: bool = True) -> Selection:
+    """The same; is_apart: whether each of several has to add something beside heat of any course."""
+    current, gains = _eliminate_at_end(now.best, now.threshold, jobs, is_apart)
     if not current.found:
         return Selection(_bare_or_null(null, current), threshold=now.threshold, is_checked=True)
     before = reweight(current.case, null)
@@ -98,12 +107,15 @@ def rerank_first(now: Selection, jobs: int) -> Hypothesis:
     return _finish_fit(better) if better.evidence > current.evidence else current
 
 
-def _eliminate_at_end(current: Hypothesis, threshold: float, jobs: int) -> tuple[Hypothesis, tuple[float, ...]]:
+def _eliminate_at_end(
+    current: Hypothesis, threshold: float, jobs: int, is_apart: bool
+) -> tuple[Hypothesis, tuple[float, ...]]:
     """The findings that still add what chance does not, under the noise that they leave in the end, on the final lumps
     and beside each other, and how much."""
     while True:
         count = len(current.found)
-        current, gains = _eliminate(reweight(estimate_noise(current.case, current), current), threshold, jobs)
+        about = reweight(estimate_noise(current.case, current), current)
+        current, gains = _eliminate(about, threshold, jobs, is_apart)
         if len(current.found) in (0, count):
             return current, gains
 
@@ -114,14 +126,17 @@ def _bare_or_null(null: Hypothesis, bare: Hypothesis) -> Hypothesis:
     return bare if bare.evidence > before.evidence + SETTINGS.structure else before
 
 
-def _eliminate(current: Hypothesis, threshold: float, jobs: int) -> tuple[Hypothesis, tuple[float, ...]]:
+def _eliminate(
+    current: Hypothesis, threshold: float, jobs: int, is_apart: bool
+) -> tuple[Hypothesis, tuple[float, ...]]:
     """Without the findings that add less than the threshold beside the others, may as well not be there, or are one of
-    several and add nothing beside heat of any course; and the evidence that each of the rest adds."""
+    several and, if each has to (is_apart), add nothing beside heat of any course; and the evidence that each of the
+    rest adds."""
     gains: list[float] = []
     while current.found:
         rests = [[c for c in current.found if c is not out] for out in current.found]
         less = run_all(partial(_refit, current), [(rest, current.values) for rest in rests], jobs)
-        rest = find_rest(current) if len(current.found) > 1 else None
+        rest = find_rest(current) if is_apart and len(current.found) > 1 else None
         gains = [np.inf if h is None else _gain_over(current, h, rest) for h in less]
         k = int(np.argmin(gains))
         other = less[k]

@@ -14,7 +14,6 @@ from itertools import chain
 
 import numpy as np
 
-from network.analysis.calibration.measured_means import Measured
 from network.analysis.diagnosis.candidates import Candidate, lay_over
 from network.analysis.diagnosis.falling_short import FallsShort
 from network.analysis.diagnosis.hypothesis import (
@@ -112,7 +111,7 @@ def _cut_lumps(machine: Machine, lumps: int) -> Machine:
 
 def _fit_with_correction(coarse: Hypothesis, lack: Sequence[Array]) -> Hypothesis:
     """A coarse hypothesis told what its lumps lack."""
-    told = tuple(_over_time(d, x) for d, x in zip(coarse.fit.problem.data, lack, strict=True))
+    told = tuple(AdditiveCorrection.of(d, x) for d, x in zip(coarse.fit.problem.data, lack, strict=True))
     case = replace(coarse.case, lacking=told)
     return fit_hypothesis(case, coarse.machine, coarse.found, coarse.own, coarse.values, steps=STEPS)
 
@@ -129,10 +128,6 @@ def correction_of(coarse: Hypothesis, finer: Hypothesis) -> tuple[Array, ...]:
     told = Model(other, parameters, runs).predict(theta)
     there, here = (finer.predictions, told) if other is coarse.machine else (told, coarse.predictions)
     return tuple(f.cells - c.cells for f, c in zip(there, here, strict=True))
-
-
-def _over_time(data: Measured, lack: Array) -> AdditiveCorrection:
-    return AdditiveCorrection(data.centres, lack.reshape(len(data.run.channels), -1))
 
 
 def _rms(h: Hypothesis, lack: Sequence[Array]) -> float:

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import cast
 
 from network.analysis.calibration.gauss_newton import STEPS
 from network.analysis.diagnosis.backward_elimination import check_selection, rerank_first
 from network.analysis.diagnosis.coarse_surrogate import fit_on_finer_lumps, fit_on_finer_lumps_afresh
 from network.analysis.diagnosis.compact_fit import compact
-from network.analysis.diagnosis.few_runs import on_all_runs
+from network.analysis.diagnosis.few_runs import SEARCHED, on_all_runs, on_few_runs
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight
 from network.analysis.diagnosis.initial_state_restarts import restart_from_starts
 from network.analysis.diagnosis.latent_rest import rank_beside_rest
 from network.analysis.diagnosis.lump_convergence import refine_until_converged
 from network.analysis.diagnosis.placement import near, place_best, place_ranked
-from network.analysis.diagnosis.ranking import best_first, distinct
+from network.analysis.diagnosis.ranking import best_first, best_of, distinct
 from network.analysis.diagnosis.refit import TrialFits, start_trials
 from network.analysis.diagnosis.screen import Score
 from network.analysis.diagnosis.screening import Screening, leaves_something, screen_candidates
@@ -44,16 +45,30 @@ def select_forward(
     told while it is made, for there may be no time to end it; but not of a single recording, which nothing else tests.
     Of many runs the steps are taken on those that are told worst, and what they come to is tested on all.
 
-    The noise is that of the null all along: evidence under different noises cannot be compared.
+    The noise of the steps is that of the null: evidence under different noises cannot be compared. What is missing may
+    have passed for noise there; where it shows under the noise that is left in the end, the steps go on under that.
     """
-    now = Selection(first.whole or null)
+    now = yield from _take_steps(null, Selection(first.whole or null), first, seed, jobs, tell)
+    told = check_selection(null, _on_all_runs(null, now), jobs)
+    yield told
+    if _shows_more(now, told):
+        about = replace(told, best=on_few_runs(told.best, SEARCHED))
+        further = _run_out(_take_steps(null, about, first, seed, jobs, tell))
+        if len(further.steps) > len(told.steps):
+            yield check_selection(null, _on_all_runs(null, further), jobs)
+
+
+def _take_steps(
+    null: Hypothesis, now: Selection, first: Screening, seed: int, jobs: int, tell: Callable[[float], None]
+) -> Generator[Selection, None, Selection]:
+    """The steps from a selection, each as it is taken, and where they come to."""
     while leaves_something(now.best) and len(now.best.found) < SETTINGS.findings:
         current, count = now.best, len(now.steps)
         seen = screen_candidates(current, seed, jobs) if now.steps else first
         if _shows_nothing(seen):
             break
         threshold = now.threshold if now.steps else null_threshold(seen.scores, seed)
-        told = partial(_report_share, tell, 0.15 + 0.25 * count)
+        told = partial(_report_share, tell, min(0.15 + 0.25 * count, 0.65))
         before, kept = now, None
         for kept, ranked in _select_next(current, seen, threshold, seed, jobs, told):
             now = before if kept is None else _add_step(before, seen, kept, ranked, threshold)
@@ -64,9 +79,25 @@ def select_forward(
             break
         if len(now.steps) > 1:
             now = replace(now, best=rerank_first(now, jobs))
-        tell(0.4 + 0.25 * count)
+        tell(min(0.4 + 0.25 * count, 0.75))
         yield _on_all_runs(null, now, INTERIM_STEPS)
-    yield check_selection(null, _on_all_runs(null, now), jobs)
+    return now
+
+
+def _run_out(steps: Generator[Selection, None, Selection]) -> Selection:
+    """Where steps come to, nothing of them told on the way: what was tested before stands until they are, too."""
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return cast(Selection, end.value)
+
+
+def _shows_more(now: Selection, told: Selection) -> bool:
+    """Whether what was found leaves something under the noise that is left in the end, and did not before."""
+    count = len(told.best.found)
+    is_whole = 0 < count < SETTINGS.findings and count == len(now.best.found)
+    return is_whole and leaves_something(told.best) and not leaves_something(now.best)
 
 
 def _on_all_runs(null: Hypothesis, now: Selection, steps: int = STEPS) -> Selection:
@@ -144,10 +175,14 @@ def _fit_wider(trials: TrialFits, ranked: list[Hypothesis], is_told: bool, jobs:
 
 
 def _search_switching(seen: Screening, seed: int, jobs: int) -> list[Hypothesis]:
-    """The relay that explains most, looked for where unknown heat would explain most."""
+    """The relays that explain most, looked for where unknown heat would explain most; where the best leaves much, each
+    on the lumps that it takes, for on coarse ones another place may seem the better."""
     switched = [c for c in seen.proposed if c.switches]
     able = rank_likely_places(switched, seen.located) if switched else []
-    return search_relays(seen.before.case, seen.before, able, seed, jobs) if able else []
+    found = search_relays(seen.before.case, seen.before, able, seed, jobs) if able else []
+    if not found or found[0].chi < SETTINGS.adequate or seen.before.case.lacking:
+        return found
+    return best_first(*(compact(refine_until_converged(h.case, h, jobs)) for h in found))
 
 
 def _shows_nothing(seen: Screening) -> bool:
@@ -207,7 +242,7 @@ def _best_on_lumps(
         return reweight(rivals[0].case, rivals[0]) if rivals else None
     case = replace(current.case, lacking=())
     told = run_all(partial(_fit_on_lumps, case, current.root, rivals[0]), rivals, jobs)
-    best = max((h for h in told if h is not None), key=lambda h: h.evidence, default=None)
+    best = best_of(*told)
     return best and reweight(replace(case, began=best.case.began), best)
 
 

@@ -48,6 +48,11 @@ class AdditiveCorrection:
     t: Array
     values: Array
 
+    @classmethod
+    def of(cls, data: Measured, cells: Array) -> AdditiveCorrection:
+        """From the cells of a layout of the run (channels · cells)."""
+        return cls(data.centres, cells.reshape(len(data.run.channels), -1))
+
     def at(self, data: Measured) -> Array:
         """The same about the cells of a layout of the run (channels · cells)."""
         return np.concatenate([np.interp(data.centres, self.t, row) for row in self.values])

@@ -12,7 +12,7 @@ once, and it is looked again. Source of the order: Richardson's extrapolation, P
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from math import ceil
@@ -32,6 +32,7 @@ from network.analysis.diagnosis.hypothesis import (
     parameters_of,
     settle_hypothesis,
 )
+from network.analysis.diagnosis.lump_promise import promises_more
 from network.analysis.diagnosis.screen import whiten
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.sweep.finer_lumps import bars_of, cut_bars
@@ -76,22 +77,38 @@ def refine_lumps(case: Case, written: Hypothesis, jobs: int = 1) -> list[Hypothe
     levels = [written]
     for _ in range(LEVELS):
         best = max(levels, key=lambda h: h.evidence)
-        if levels[-1].chi < SETTINGS.noise or (finer := choose_lumps(levels[-1], jobs)) is None:
+        if levels[-1].chi < SETTINGS.noise:
             break
-        fitted = _fit_finer(case, finer, best, best.values if best is not written else None)
+        fits = (_fit_finer(case, m, best, written) for m in _list_finer(levels, jobs) if promises_more(levels[-1], m))
+        fitted = next((h for h in fits if h is not None), None)
         if fitted is None:
             break
         levels.append(fitted)
-        if levels[-1].evidence < best.evidence + SETTINGS.structure or levels[-1].chi > SETTINGS.doubtful:
+        if fitted.evidence < best.evidence + SETTINGS.structure or _is_no_matter_of_lumps(fitted, best):
             break
     return levels
 
 
-def _fit_finer(
-    case: Case, machine: Machine, before: Hypothesis, start: Mapping[str, float] | None
-) -> Hypothesis | None:  # fmt: skip
-    """The machine fitted on finer lumps; None where they explain less of a few runs. Relays that fall out of step there
-    are led back into it."""
+def _list_finer(levels: Sequence[Hypothesis], jobs: int) -> Iterator[Machine]:
+    """The last machine on the lumps that it takes at its numbers. The one that was written, where much is left of it,
+    also with every bar cut: numbers that are bent by its lumps do not tell which it takes."""
+    last = levels[-1]
+    if (chosen := choose_lumps(last, jobs)) is not None:
+        yield chosen
+    few = {name: GROWTH for name, n in bars_of(last.root).items() if n < GROWTH}
+    if few and len(levels) == 1 and last.chi > SETTINGS.doubtful and not last.fit.problem.model.switches:
+        yield cut_bars(last.root, few)
+
+
+def _is_no_matter_of_lumps(finer: Hypothesis, before: Hypothesis) -> bool:
+    """Whether much is left, and not by far less than on the lumps before: something else is missing."""
+    return finer.chi > SETTINGS.doubtful and finer.chi > SETTINGS.half * before.chi
+
+
+def _fit_finer(case: Case, machine: Machine, before: Hypothesis, written: Hypothesis) -> Hypothesis | None:
+    """The machine fitted on finer lumps, from the numbers of the file where nothing finer was fitted before; None where
+    they explain less of a few runs. Relays that fall out of step there are led back into it."""
+    start = None if before is written else before.values
     few = on_few_runs(before)
     if few is not before and not before.fit.problem.model.switches:
         until = FallsShort(few.evidence, STEPS)

@@ -17,6 +17,11 @@ def best_first(*rivals: Hypothesis) -> list[Hypothesis]:
     return sorted(rivals, key=lambda h: -h.evidence)
 
 
+def best_of(*fits: Hypothesis | None) -> Hypothesis | None:
+    """The one with most evidence, of those that came to an end."""
+    return max((h for h in fits if h is not None), key=lambda h: h.evidence, default=None)
+
+
 def distinct(ranked: Sequence[Hypothesis]) -> list[Hypothesis]:
     """The best of each kind and place."""
     seen: dict[tuple[object, ...], Hypothesis] = {}

@@ -16,7 +16,7 @@ from network.analysis.diagnosis.compact_fit import compact, fit_with
 from network.analysis.diagnosis.few_runs import on_few_runs
 from network.analysis.diagnosis.hypothesis import Hypothesis, fit_hypothesis
 from network.analysis.diagnosis.placement import move_stretch
-from network.analysis.diagnosis.ranking import best_first
+from network.analysis.diagnosis.ranking import best_first, best_of
 from network.analysis.diagnosis.screen import SHOWS, Score, score_candidates
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.timed_search import settle_instants
@@ -33,9 +33,10 @@ AROUND = 6
 """Candidates that sit where the best of them does, and were not on the list, that are fitted besides."""
 LARGE = 120
 """Lumps from which candidates are screened about the fit only."""
-BRIEF, KEPT, CONTINUED = 4, 6, 0.3
-"""Steps of every candidate on a few runs, how many of them go on with all runs at most, and what share of the best gain
-they need."""
+BRIEF, BRIEFER = 4, 2
+"""Steps of every candidate on a few runs, from the numbers of the file and from those at hand, where it is near."""
+KEPT, CONTINUED = 6, 0.3
+"""How many of them go on with all runs at most, and what share of the best gain they need."""
 FIRST_STEPS, FINALISTS, FINISHED = 7, 3, 0.7
 """Steps of these, how many of them are then fitted to the end at most, and the share of the best gain for that."""
 CLEAR, LEAST = 200.0, 2
@@ -80,10 +81,13 @@ def _limit_kinds(scores: Sequence[Score], most: int, of_a_kind: int) -> list[Sco
 
 def _start_trial(about: Hypothesis, about_file: Mapping[tuple[str, ...], Score], trial: Score) -> Hypothesis | None:
     """A trial fitted a few steps from the numbers of the file, its own from the screening about these, if it shows
-    there, and moved along bars: where it was screened may not be where it belongs at the numbers it takes."""
+    there, and from those at hand, where it was screened: the better, moved along bars, for where it was screened may
+    not be where it belongs at the numbers it takes."""
     there = about_file.get(trial.candidate.key)
     own = there.best if there is not None and there.gain > SHOWS else trial.best
-    begun = fit_with(about.case, about, trial.candidate, about.own_values | own, BRIEF)
+    of_file = fit_with(about.case, about, trial.candidate, about.own_values | own, BRIEF)
+    at_hand = fit_with(about.case, about, trial.candidate, about.values | trial.best, BRIEFER)
+    begun = best_of(of_file, at_hand)
     return begun and compact(move_stretch(begun))
 
 
@@ -92,8 +96,7 @@ def _continue_trial(current: Hypothesis, begun: Hypothesis) -> Hypothesis | None
     case, c = current.case, begun.found[-1]
     best = fit_with(case, current, c, begun.values, FIRST_STEPS)
     if best is None or best.evidence < current.evidence:
-        other = fit_with(case, current, c, current.values | c.usual, FIRST_STEPS)
-        best = max((h for h in (best, other) if h is not None), key=lambda h: h.evidence, default=None)
+        best = best_of(best, fit_with(case, current, c, current.values | c.usual, FIRST_STEPS))
     return best and compact(settle_instants(best))
 
 

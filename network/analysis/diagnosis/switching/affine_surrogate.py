@@ -119,6 +119,6 @@ def _correct(h: Hypothesis, machine: Machine, relay: Candidate | None) -> Hypoth
     for i, (d, full, plain) in enumerate(zip(data, h.predictions, there, strict=True)):
         values = (full.cells - plain.cells).reshape(len(d.run.channels), -1)
         before = h.case.lacking[i].at(d).reshape(values.shape) if h.case.lacking else 0.0
-        lack.append(AdditiveCorrection(d.centres, values + before))
+        lack.append(AdditiveCorrection.of(d, values + before))
     case = replace(h.case, lacking=tuple(lack))
     return Hypothesis(case, machine, (), (), linearise(case.problem(machine, parameters), theta))

@@ -46,24 +46,25 @@ class _Start:
 def search_relays(
     case: Case, current: Hypothesis, switched: Sequence[Candidate], seed: int, jobs: int
 ) -> list[Hypothesis]:  # fmt: skip
-    """The relay that comes nearest, fitted under the noise of the file and told under that of the case; none where no
-    draw comes near. Draws are judged about the fit and about the numbers of the file, on an affine machine."""
+    """The relays that come nearest, of each place the best, fitted under the noise of the file and told under that of
+    the case; none where no draw comes near. Draws are judged about the fit and about the numbers of the file, on an
+    affine machine."""
     white = use_file_noise(case)
     null = reweight(white, current)
-    plain, best = straighten(null), None
+    plain, best = straighten(null), list[Hypothesis]()
     for _ in range(ROUNDS):
-        found = _search_about(white, null, plain, switched[:MOST], seed, jobs) if plain else None
-        if found is None or (best is not None and found.chi >= best.chi):
+        found = _search_about(white, null, plain, switched[:MOST], seed, jobs) if plain else []
+        if not found or (best and found[0].chi >= best[0].chi):
             break
         best = found
-        plain = None if plain is null else straighten(reweight(white, best), best.found[-1])
-    return [compact(reweight(case, best))] if best is not None and best.chi < WELL * null.chi else []
+        plain = None if plain is null else straighten(reweight(white, best[0]), best[0].found[-1])
+    return [compact(reweight(case, h)) for h in best if h.chi < WELL * null.chi]
 
 
 def _search_about(
     case: Case, null: Hypothesis, plain: Hypothesis, switched: Sequence[Candidate], seed: int, jobs: int
-) -> Hypothesis | None:
-    """The relay that comes nearest of those drawn on a machine that stands for the null's."""
+) -> list[Hypothesis]:
+    """The relays that come nearest of those drawn on a machine that stands for the null's."""
     about = [_about(plain, theta) for theta in (plain.fit.theta, _of_file(plain))]
     known, onset = {c.key: c for c in switched}, find_onset(about)
     laid = [again for c in known.values() if (again := candidate(plain.machine, c.kind, c.patch)) is not None]
@@ -73,7 +74,7 @@ def _search_about(
         beside = null.values if d.judge.about is about[0] else null.own_values
         began = _all(case, d.judge.space.starts(d.theta))
         fits.append(_Start(known[d.judge.space.candidate.key], beside | _values(d), began))
-    return _fit_samples(case, null, fits, partial(_leave, about), onset, jobs) if fits else None
+    return _fit_samples(case, null, fits, partial(_leave, about), onset, jobs) if fits else []
 
 
 def tell_unsearched(null: Hypothesis, switched: Sequence[Candidate]) -> str:
@@ -122,17 +123,23 @@ def _leave(abouts: Sequence[Linearised], share: float) -> float:
 
 def _fit_samples(
     case: Case, null: Hypothesis, starts: Sequence[_Start], leave: Callable[[float], float], onset: float, jobs: int
-) -> Hypothesis | None:
-    """The best fit from some starts over ever more of the runs; None where all run away or leave about what the null
-    leaves."""
+) -> list[Hypothesis]:
+    """The best fits from some starts over ever more of the runs, of each candidate one at least; none where all run
+    away or leave about what the null leaves."""
     alive: list[Hypothesis] = []
     for share, steps, most in LADDER:
         there = after(onset, share)
         fits = run_all(partial(_fit, case.until(there) if there < 1 else case, null, steps), starts, jobs)
         told = sorted((h for h in fits if h is not None), key=lambda h: h.chi)
-        alive = _keep_promising(told, leave(there))[:most]
+        alive = _keep_of_each(_keep_promising(told, leave(there)), most)
         starts = [_Start(h.found[-1], h.values, h.case.began) for h in alive]
-    return alive[0] if alive else None
+    return alive
+
+
+def _keep_of_each(fits: Sequence[Hypothesis], most: int) -> list[Hypothesis]:
+    """So many of some fits, the best first, and the best of every candidate."""
+    first = {h.found[-1].key: h for h in reversed(fits)}
+    return [h for k, h in enumerate(fits) if k < most or first[h.found[-1].key] is h]
 
 
 def _keep_promising(fits: Sequence[Hypothesis], left: float) -> list[Hypothesis]:
