@@ -324,6 +324,11 @@ def test_what_does_not_hold_at_the_end_goes_and_the_rest_is_judged_again(monkeyp
             found=tuple(names), evidence=evidence[names], values={}, case=None, chi=3.0 if "B" in names else 1.0
         )
 
+    def chosen(names: str, of_one_half: str = "") -> SimpleNamespace:
+        """What was chosen; of_one_half: findings that other runs speak against."""
+        test = {name: SimpleNamespace(speaks_against=name in of_one_half) for name in names}
+        return SimpleNamespace(best=hypothesis(names), threshold=12.0, unseen_of=test.get)
+
     evidence |= {"d": 1.0, "bd": 80.0}
     beside_heat = {"bd": 303.0}  # d adds 50 nats to b, and 3 where heat of any course stands beside both
 
@@ -342,8 +347,26 @@ def test_what_does_not_hold_at_the_end_goes_and_the_rest_is_judged_again(monkeyp
     }  # fmt: skip
     evidence["B"] = 40.0  # the capital leaves three times the noise: √80/3 is less than three standard errors
     for names, (left, gains) in expected.items():
-        held, told = backward_elimination._eliminate_at_end(hypothesis(names), 12.0, 1)  # type: ignore[arg-type]
+        held, told = backward_elimination._eliminate_at_end(chosen(names), 1, True)  # type: ignore[arg-type]
         assert ("".join(held.found), told) == (left, gains), names  # type: ignore[arg-type]
+    held, told = backward_elimination._eliminate_at_end(chosen("bd"), 1, False)  # type: ignore[arg-type]
+    assert ("".join(held.found), told) == ("bd", (79.0, 50.0))  # type: ignore[arg-type]
+    held, _ = backward_elimination._eliminate_at_end(chosen("bc", "c"), 1, True)  # type: ignore[arg-type]
+    assert "".join(held.found) == "b"  # type: ignore[arg-type]
+    held, _ = backward_elimination._eliminate_at_end(chosen("b", "b"), 1, True)  # type: ignore[arg-type]
+    assert "".join(held.found) == "b"  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("alone, together, told", [("", "ab", "ab"), ("", "", ""), ("a", "ab", "a")])
+def test_findings_that_hold_only_together_are_not_taken_apart(
+    alone: str, together: str, told: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def keep(null: object, now: object, jobs: int, is_apart: bool = True) -> SimpleNamespace:
+        return SimpleNamespace(best=SimpleNamespace(found=tuple(alone if is_apart else together)))
+
+    monkeypatch.setattr(backward_elimination, "_keep_what_holds", keep)
+    now = SimpleNamespace(best=SimpleNamespace(found=("a", "b")))
+    assert "".join(backward_elimination.check_selection(None, now, 1).best.found) == told  # type: ignore[arg-type]
 
 
 def test_a_kind_that_takes_the_place_of_another_may_lack_numbers_of_it() -> None:

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from build import machine
 from test_small_decisions import bare
 
 from network.analysis.diagnosis import (
@@ -14,19 +15,22 @@ from network.analysis.diagnosis import (
     findings,
     forward_selection,
     lump_convergence,
+    lump_promise,
     lump_refinement,
     lumping_finding,
     placement,
+    refit,
     screening,
     search,
     simulated_findings,
     verdict,
 )
+from network.analysis.diagnosis.crossed_splits import UnseenTest
 from network.analysis.diagnosis.experiments import advice, separation
 from network.analysis.diagnosis.experiments.programs import Driver, _ladder
 from network.analysis.diagnosis.intermittent import channel_fault, channel_samples, intermittent_fault, onset_fault
 from network.analysis.diagnosis.settings import SETTINGS
-from network.analysis.diagnosis.switching.relay_search import rank_likely_places
+from network.analysis.diagnosis.switching.relay_search import _keep_of_each, rank_likely_places
 from network.analysis.diagnosis.switching.sample_refinement import DAMPED, _At, _steps, refine_samples
 from network.analysis.diagnosis.time_budget import BudgetReached
 from network.platform.refusal import Failed, Refused
@@ -229,14 +233,66 @@ def test_the_machine_as_written_is_cut_more_finely_while_that_helps(
     """Not where lumps gain little, or leave what they do not mend."""
     evidence = np.cumsum([0.0, *gains])
     levels = [h(chi, float(e), values={"level": i}) for i, (chi, e) in enumerate(zip(chis, evidence, strict=True))]
-    starts = list[Any]()
+    begun = list[Any]()
     monkeypatch.setattr(lump_refinement, "LEVELS", 9)
     monkeypatch.setattr(lump_refinement, "choose_lumps", lambda each, jobs: each.values["level"] + 1)
+    monkeypatch.setattr(lump_refinement, "promises_more", lambda each, finer: True)
     monkeypatch.setattr(
-        lump_refinement, "_fit_finer", lambda case, level, best, start: starts.append(start) or levels[level]
+        lump_refinement, "_fit_finer", lambda case, level, best, written: begun.append(best) or levels[level]
     )
     assert lump_refinement.refine_lumps(bare(), levels[0]) == levels[:tried]
-    assert starts == [None, {"level": 1}, {"level": 2}][: tried - 1]
+    assert begun == levels[: tried - 1]
+
+
+@pytest.mark.parametrize(
+    "chi, promised, switches, told",
+    [
+        (70.0, {"chosen", "cut"}, False, ["chosen"]), (70.0, {"cut"}, False, ["cut"]), (70.0, {"cut"}, True, []),
+        (70.0, set(), False, []), (DOUBTFUL - 0.1, {"cut"}, False, []),
+    ],
+)  # fmt: skip
+def test_where_much_is_left_every_bar_is_cut_if_the_lumps_it_takes_promise_nothing(
+    chi: float, promised: set[str], switches: bool, told: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Numbers that are bent by coarse lumps do not tell which lumps they take; beside a relay no misfit does."""
+    written = h(chi, 0.0, root="written", fit=bare(problem=bare(model=bare(switches=switches))))
+    monkeypatch.setattr(lump_refinement, "choose_lumps", lambda each, jobs: "chosen" if each is written else None)
+    monkeypatch.setattr(lump_refinement, "bars_of", lambda machine: {"bar": 1, "fine": 9})
+    monkeypatch.setattr(lump_refinement, "cut_bars", lambda machine, counts: counts == {"bar": 4} and "cut")
+    monkeypatch.setattr(lump_refinement, "promises_more", lambda each, finer: finer in promised)
+    monkeypatch.setattr(lump_refinement, "_fit_finer", lambda case, finer, *of: h(0.6 * chi, 99.0, machine=finer))
+    levels = lump_refinement.refine_lumps(bare(), written)
+    assert [each.machine for each in levels[1:]] == told
+
+
+def test_lumps_are_cut_again_where_much_is_left_but_far_less_than_before() -> None:
+    before = h(24.0)
+    assert lump_refinement._is_no_matter_of_lumps(h(13.0), before)
+    assert not lump_refinement._is_no_matter_of_lumps(h(5.0), before)
+    assert not lump_refinement._is_no_matter_of_lumps(h(DOUBTFUL - 0.1), h(DOUBTFUL))
+
+
+@pytest.mark.parametrize(
+    "chis, gains, switches, told",
+    [
+        ([2, 2], [SETTINGS.structure + 1, -50], False, True), ([2, 2], [SETTINGS.structure - 1, -50], False, False),
+        ([None, None], [0, 0], False, True), ([None, 2], [0, -50], False, False),
+        ([2 * SETTINGS.hopeless - 0.1, 99], [-50, -90], True, True),
+        ([2 * SETTINGS.hopeless + 0.1, 99], [-50, -90], True, False),
+    ],
+)  # fmt: skip
+def test_finer_lumps_promise_more_where_a_fit_to_what_they_have_more_gains(
+    chis: list[Any], gains: list[float], switches: bool, told: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From the numbers at hand or from those of the file; what breaks down tells nothing, and what switches out of step
+    only where it stays far behind."""
+    model = bare(switches=switches)
+    now = h(2.0, 100.0, values={}, fit=bare(problem=bare(parameters=(), model=model)))
+    fits = iter([None if chi is None else h(chi, 100.0 + gain) for chi, gain in zip(chis, gains, strict=True)])
+    monkeypatch.setattr(lump_promise, "on_few_runs", lambda each: each)
+    monkeypatch.setattr(lump_promise, "values_at", lambda parameters, theta: {})
+    monkeypatch.setattr(lump_promise, "_fit_rest", lambda each, finer, values: next(fits))
+    assert lump_promise.promises_more(now, "finer") is told  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("gain, goes_on", [(1.0, True), (-1.0, False)])
@@ -255,7 +311,7 @@ def test_finer_lumps_are_fitted_to_all_runs_only_where_they_explain_more_of_a_fe
 
     monkeypatch.setattr(lump_refinement, "on_few_runs", lambda each: few)
     monkeypatch.setattr(lump_refinement, "fit_hypothesis", fit)
-    told = lump_refinement._fit_finer("all", "fine", before, None)  # type: ignore[arg-type]
+    told = lump_refinement._fit_finer("all", "fine", before, before)  # type: ignore[arg-type]
     assert told is (fits["all"] if goes_on else None)
     assert asked == [("few", None), *([("all", {"of": "few"})] if goes_on else [])]
 
@@ -348,7 +404,10 @@ def search_of(
     chi: float, explained: float = 1.0, located: Any = (SHOWN,), shift: float = 0.0, found: Any = ()
 ) -> Any:  # fmt: skip
     p = bare(path="links.joint.conductance")
-    best = h(chi, found=found, own=(), shift=np.array([shift]), fit=bare(problem=bare(parameters=(p,))))
+    machine = bare(sensors={})
+    best = h(
+        chi, found=found, own=(), shift=np.array([shift]), fit=bare(problem=bare(parameters=(p,))), machine=machine
+    )
     return bare(
         best=best, located=located, selection=bare(is_checked=True, explained=explained), null=bare(linearised=None),
         fault=None, threshold=12.0,
@@ -385,7 +444,7 @@ def test_the_verdict(
     search: Any, given: list[str], coarse: Any, refuted: bool, told: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        verdict, "find_unknown", lambda search, alone=False: bare(name="unknown", kind="unknown", channels=())
+        verdict, "find_unknown", lambda search, alone=False: bare(name="unknown", kind="unknown", channels=(), places=())
     )
     monkeypatch.setattr(verdict, "_was_off", lambda search: False)
     monkeypatch.setattr(verdict, "is_shadow", lambda search: "bent" in given)
@@ -706,8 +765,86 @@ def test_what_breaks_down_when_it_is_simulated_is_taken_back(error: Exception, m
 
 
 def test_what_a_named_fault_leaves_of_its_own_channel_comes_after_it() -> None:
-    fault, heat = bare(channels=("T",)), bare(channels=())
-    same, other, place = bare(channels=("T",)), bare(channels=("U",)), bare(channels=())
-    assert verdict._put_in_order([same], [fault, heat]) == [fault, heat, same]
-    assert verdict._put_in_order([other], [fault, heat]) == [other, fault, heat]
-    assert verdict._put_in_order([place], [fault]) == [place, fault] and verdict._put_in_order([], [heat]) == [heat]
+    """And so does heat in the part that this channel reads, and no other."""
+    part = {"heat_capacity": "1 kJ/K"}
+    path = {"path": {"kind": "conduction", "between": ["a", "b"], "conductance": "1 W/K"}}
+    known = machine({"a": part, "b": part}, links=path, sensors={"T": {"measures": "a", "noise": "0.1 K"}})
+    fault, heat = bare(channels=("T",), places=()), bare(channels=(), places=("b",))
+    same, other = bare(channels=("T",), places=()), bare(channels=("U",), places=())
+    there, elsewhere = bare(channels=(), places=("a",)), bare(channels=(), places=("a", "b"))
+
+    def order(unknown: list[Any], told: list[Any]) -> list[Any]:
+        return verdict._put_in_order(known, unknown, told)
+
+    assert order([same], [fault, heat]) == [fault, heat, same]
+    assert order([other], [fault, heat]) == [other, fault, heat]
+    assert order([there], [fault]) == [fault, there]
+    assert order([elsewhere], [fault]) == [elsewhere, fault]
+    assert order([there], [heat]) == [there, heat]
+
+
+# -- steps from both numbers, and what goes on -----------------------------------------------------------------------
+@pytest.mark.parametrize(
+    "of_file, at_hand, told", [(3.0, 5.0, 5.0), (7.0, 5.0, 7.0), (None, 5.0, 5.0), (None, None, None)]
+)
+def test_a_trial_begins_from_the_file_and_from_the_numbers_at_hand(
+    of_file: float | None, at_hand: float | None, told: float | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The better of both is what goes on; at hand it begins where it was screened."""
+    about = bare(case="few", own_values={"own": 1.0}, values={"own": 1.0, "file": 9.0})
+    trial = bare(candidate=bare(key="it"), best={"new": 4.0})
+
+    def fit(case: Any, current: Any, c: Any, start: Any, steps: int) -> Any:
+        evidence = at_hand if "file" in start else of_file
+        assert start["new"] == 4.0 and steps == (refit.BRIEFER if "file" in start else refit.BRIEF)
+        return None if evidence is None else h(evidence=evidence)
+
+    monkeypatch.setattr(refit, "fit_with", fit)
+    monkeypatch.setattr(refit, "move_stretch", lambda each: each)
+    monkeypatch.setattr(refit, "compact", lambda each: each)
+    begun = refit._start_trial(about, {}, trial)
+    assert (begun and begun.evidence) == told
+
+
+@pytest.mark.parametrize(
+    "found, left, under, told",
+    [
+        (("a",), SETTINGS.further - 0.01, SETTINGS.further + 0.1, True),
+        (("a",), SETTINGS.further + 0.01, SETTINGS.further + 0.1, False),
+        (("a",), SETTINGS.further - 0.01, SETTINGS.further - 0.01, False),
+        (("a", "b"), SETTINGS.further - 0.01, SETTINGS.further + 0.1, False), ((), 1.0, 9.0, False),
+    ],
+)  # fmt: skip
+def test_what_passed_for_noise_is_looked_for_again(
+    found: tuple[str, ...], left: float, under: float, told: bool
+) -> None:
+    """Where one finding leaves something under the noise that is left in the end, and not under that of the null."""
+    now, checked = (bare(best=h(chi, found=found, offset_pull=0.0)) for chi in (left, under))
+    assert forward_selection._shows_more(now, checked) is told
+    fewer = bare(best=h(left, found=(*found, "c"), offset_pull=0.0))
+    assert not forward_selection._shows_more(fewer, checked)
+
+
+def test_steps_that_are_run_out_tell_where_they_come_to() -> None:
+    def steps() -> Any:
+        yield "one"
+        yield "two"
+        return "end"
+
+    assert forward_selection._run_out(steps()) == "end"
+
+
+def test_relays_at_every_place_go_on_beside_the_best() -> None:
+    fits = [h(chi, found=(bare(key=key),)) for chi, key in ((1.0, "a"), (1.1, "a"), (1.2, "a"), (1.3, "b"), (1.4, "b"))]
+    assert [each.chi for each in _keep_of_each(fits, 2)] == [1.0, 1.1, 1.3]
+    assert [each.chi for each in _keep_of_each(fits, 1)] == [1.0, 1.3]
+    assert _keep_of_each([], 3) == []
+
+
+@pytest.mark.parametrize(
+    "p, of_one, told", [(0.6, False, True), (0.4, False, False), (0.6, True, False), (1e-9, False, False)]
+)
+def test_halves_speak_against_a_finding_where_chance_is_more_likely_than_not(
+    p: float, of_one: bool, told: bool
+) -> None:
+    assert UnseenTest((p / 2, p / 2), (("a",), ("b",)), of_one).speaks_against is told

@@ -8,9 +8,9 @@ from test_diagnosis import LADDERS, plant, recorded
 
 from network.analysis.diagnosis.candidate_response import respond_to_candidates
 from network.analysis.diagnosis.candidates import candidates
-from network.analysis.diagnosis.hypothesis import Case, fit_hypothesis
+from network.analysis.diagnosis.hypothesis import Case, fit_hypothesis, theta_of
 from network.analysis.diagnosis.locate import locate
-from network.analysis.diagnosis.timed_search import search_timed, settle_instants
+from network.analysis.diagnosis.timed_search import _is_seen, search_timed, settle_instants
 from network.engine.response.model import Model
 from network.engine.response.parameters import at_values
 from network.recordings.recording import Column, Recording
@@ -68,3 +68,14 @@ def test_pulses_faster_than_the_samples_are_not_told() -> None:
     scores = search_timed(h, candidates(h.machine, case.drivers), locate(h.linearised, h.machine), 1, 1)
     periods = [value for s in scores for path, value in s.own.items() if path.endswith(".period")]
     assert periods and min(periods) > 1900.0, "the usual one, 30 min, is not among them"
+
+
+@pytest.mark.parametrize("duration, seen", [(10.0, False), (25.0, True), (2810.0, False)])
+def test_what_is_on_or_off_for_less_than_a_sample_is_not_told(duration: float, seen: bool) -> None:
+    case = Case(plant(), tuple(recorded(plant(), x, i) for i, x in enumerate(LADDERS[:1])))
+    h = fit_hypothesis(case, case.machine, steps=1)
+    proposed = candidates(h.machine, case.drivers)
+    c = next(c for c in proposed if c.kind.kind == "timed_source" and c.places == ("column",))
+    values = {"period": 2820.0, "duration": duration, "phase": 600.0}
+    shapes = theta_of(c.own[1:], {p.path: values[p.attribute] for p in c.own[1:]})
+    assert h.case.runs.interval == 20.0 and _is_seen(h, c, shapes) is seen

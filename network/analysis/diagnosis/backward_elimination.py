@@ -42,7 +42,7 @@ def check_selection(null: Hypothesis, now: Selection, jobs: int) -> Selection:
 
 def _keep_what_holds(null: Hypothesis, now: Selection, jobs: int, is_apart: bool = True) -> Selection:
     """The same; is_apart: whether each of several has to add something beside heat of any course."""
-    current, gains = _eliminate_at_end(now.best, now.threshold, jobs, is_apart)
+    current, gains = _eliminate_at_end(now, jobs, is_apart)
     if not current.found:
         return Selection(_bare_or_null(null, current), threshold=now.threshold, is_checked=True)
     before = reweight(current.case, null)
@@ -107,15 +107,14 @@ def rerank_first(now: Selection, jobs: int) -> Hypothesis:
     return _finish_fit(better) if better.evidence > current.evidence else current
 
 
-def _eliminate_at_end(
-    current: Hypothesis, threshold: float, jobs: int, is_apart: bool
-) -> tuple[Hypothesis, tuple[float, ...]]:
+def _eliminate_at_end(now: Selection, jobs: int, is_apart: bool) -> tuple[Hypothesis, tuple[float, ...]]:
     """The findings that still add what chance does not, under the noise that they leave in the end, on the final lumps
     and beside each other, and how much."""
+    current = now.best
     while True:
         count = len(current.found)
         about = reweight(estimate_noise(current.case, current), current)
-        current, gains = _eliminate(about, threshold, jobs, is_apart)
+        current, gains = _eliminate(about, now, jobs, is_apart)
         if len(current.found) in (0, count):
             return current, gains
 
@@ -127,23 +126,31 @@ def _bare_or_null(null: Hypothesis, bare: Hypothesis) -> Hypothesis:
 
 
 def _eliminate(
-    current: Hypothesis, threshold: float, jobs: int, is_apart: bool
+    current: Hypothesis, now: Selection, jobs: int, is_apart: bool
 ) -> tuple[Hypothesis, tuple[float, ...]]:
     """Without the findings that add less than the threshold beside the others, may as well not be there, or are one of
-    several and, if each has to (is_apart), add nothing beside heat of any course; and the evidence that each of the
-    rest adds."""
+    several and, if each has to (is_apart), add nothing beside heat of any course or do not show where they were not
+    chosen; and the evidence that each of the rest adds."""
     gains: list[float] = []
     while current.found:
         rests = [[c for c in current.found if c is not out] for out in current.found]
         less = run_all(partial(_refit, current), [(rest, current.values) for rest in rests], jobs)
         rest = find_rest(current) if is_apart and len(current.found) > 1 else None
         gains = [np.inf if h is None else _gain_over(current, h, rest) for h in less]
+        if rest is not None:
+            gains = [-np.inf if _is_of_one_half(now, c) else gain for gain, c in zip(gains, current.found, strict=True)]
         k = int(np.argmin(gains))
         other = less[k]
-        if other is None or gains[k] >= threshold:
+        if other is None or gains[k] >= now.threshold:
             break
         current = _finish_fit(other)
     return current, tuple(gains) if current.found else ()
+
+
+def _is_of_one_half(now: Selection, c: Candidate) -> bool:
+    """Whether recordings that a finding was not chosen on speak against its step."""
+    test = now.unseen_of(c)
+    return test is not None and test.speaks_against
 
 
 def _gain_over(current: Hypothesis, less: Hypothesis, rest: Rest | None) -> float:

@@ -59,6 +59,11 @@ class UnseenTest:
         return self.p_value <= 1 - SETTINGS.quantile
 
     @property
+    def speaks_against(self) -> bool:
+        """Whether chance alone is more likely than not to show as much in recordings that did not choose."""
+        return not self.of_one and self.p_value > SETTINGS.half
+
+    @property
     def doubt(self) -> str:
         """Why what was found is not sure; empty where that is not so, or it is of one recording and not sure anyhow."""
         if self.rejects or self.of_one:

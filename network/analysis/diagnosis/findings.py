@@ -54,8 +54,8 @@ def _faults(search: Search, after: Machine) -> Iterator[Finding]:
 
 def _findings(search: Search, after: Machine) -> Iterator[Finding]:
     for i, c in enumerate(search.best.found):
-        k = _step_of(search, c)
-        ranked, unseen = search.steps[k], None if c.is_searched_apart else search.unseen[k]
+        k, unseen = search.selection.step_of(c), search.selection.unseen_of(c)
+        ranked = search.steps[k]
         rivals = list(list_rivals(ranked, search.befores[k], c.key))
         doubts = tuple(list_doubts(search, c, unseen))
         is_first = ranked[0].found[-1].key == c.key
@@ -71,12 +71,6 @@ def _findings(search: Search, after: Machine) -> Iterator[Finding]:
             tuple(_alike(ranked, c)), doubts, unseen=unseen, share=share_of(ranked, c.key), holds=float(holds),
             nothing=None if i or search.fault else belief_in_nothing(gain, search.best.chi),
         )  # fmt: skip
-
-
-def _step_of(search: Search, c: Candidate) -> int:
-    """The step in which a finding was made, or the one in the place of which it came."""
-    made = [k for k, ranked in enumerate(search.steps) if ranked[0].found[-1].key == c.key]
-    return made[0] if made else min(search.best.found.index(c), len(search.steps) - 1)
 
 
 def list_rivals(ranked: Sequence[Hypothesis], null: Hypothesis, but: tuple[str, ...] = ()) -> Iterator[Rival]:

@@ -18,6 +18,7 @@ from network.analysis.calibration.misfit import lasting_misfit
 from network.analysis.calibration.null import Null
 from network.analysis.diagnosis.candidates import candidates
 from network.analysis.diagnosis.case_noise import estimate_noise, use_file_noise
+from network.analysis.diagnosis.coarse_surrogate import build_surrogate
 from network.analysis.diagnosis.exchange.find_exchange import find_exchange
 from network.analysis.diagnosis.faced_relays import fit_written, keep_in_step
 from network.analysis.diagnosis.forward_selection import select_forward
@@ -119,7 +120,7 @@ def _search_from(
     levels = refine_lumps(now.case, now.written, jobs)
     tell(0.1)
     if now.fault is None and sets_right:
-        fault, finest = _set_right(max(levels, key=_evidence), jobs)
+        fault, finest = _set_right(build_surrogate(max(levels, key=_evidence)), jobs)
         if fault is not None:
             now = _with_fault(now, fault, finest)
             levels = refine_lumps(now.case, now.written, jobs)

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from network.analysis.calibration.null import Null
-from network.analysis.diagnosis.crossed_splits import UnseenTest
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis
 from network.analysis.diagnosis.locate import locate
 from network.analysis.diagnosis.located_heat import UnknownHeat
@@ -54,12 +53,6 @@ class Search:
     def steps(self) -> tuple[tuple[Hypothesis, ...], ...]:
         """Of each step all that was fitted, what was kept first."""
         return self.selection.steps
-
-    @property
-    def unseen(self) -> tuple[UnseenTest | None, ...]:
-        """Of each step, what recordings that were not chosen on say."""
-        tests = self.selection.unseen
-        return (*tests, *(None for _ in self.steps[len(tests) :]))
 
     @property
     def gains(self) -> tuple[float, ...]:

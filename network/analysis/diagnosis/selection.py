@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.crossed_splits import UnseenTest
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.settings import SETTINGS
@@ -27,3 +28,14 @@ class Selection:
     added: float = float("inf")
     share_of_rest: float = 1.0
     unseen: tuple[UnseenTest | None, ...] = ()
+
+    def step_of(self, c: Candidate) -> int:
+        """The step in which a finding was made, or the one in the place of which it came."""
+        made = [k for k, ranked in enumerate(self.steps) if ranked[0].found[-1].key == c.key]
+        keys = [own.key for own in self.best.found]
+        return made[0] if made else min(keys.index(c.key) if c.key in keys else 0, len(self.steps) - 1)
+
+    def unseen_of(self, c: Candidate) -> UnseenTest | None:
+        """What recordings that a finding was not chosen on say of its step; None where that was not asked."""
+        k = self.step_of(c)
+        return None if c.is_searched_apart or k >= len(self.unseen) else self.unseen[k]

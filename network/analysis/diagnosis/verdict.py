@@ -25,7 +25,10 @@ from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.simulated_findings import is_finer, leave_fault, numbers_in, withdraw_refuted
 from network.analysis.diagnosis.strategies import list_unsearched
 from network.analysis.diagnosis.time_budget import TimeBudget
+from network.catalogue.declaration.places import Place
 from network.engine.response.followed_relays import MODE
+from network.machine.checks import places_of
+from network.machine.machine import Machine
 from network.platform.wording import sentence
 from network.recordings.recording import Recording
 
@@ -122,7 +125,8 @@ def _decide_verdict(
         is_bent = is_left and search.fault is None and is_shadow(search)
         only_sensors = not (is_more or is_bent) and all(f.channels for f in findings)
         unnamed = [find_unknown(search, is_bent)] if is_more or is_bent else []
-        return [*_put_in_order(unnamed, findings), *cut], "sensor_fault" if only_sensors else "missing_physics"
+        told = _put_in_order(best.machine, unnamed, findings) if unnamed else findings
+        return [*told, *cut], "sensor_fault" if only_sensors else "missing_physics"
     if is_left or (is_refuted and best.chi > SETTINGS.adequate and _stands_out(search)):
         unknown = find_unknown(search)
         return [*cut, unknown], "unexplained" if unknown.kind == UNKNOWN else "missing_physics"
@@ -148,11 +152,20 @@ def _is_vain(search: Search) -> bool:
     return is_much and bool(best.found) and chosen.is_checked and chosen.explained < SETTINGS.half
 
 
-def _put_in_order(unknown: list[Finding], findings: list[Finding]) -> list[Finding]:
-    """What has no name first, but in a channel whose fault is named: there it is what the name leaves."""
+def _put_in_order(machine: Machine, unknown: list[Finding], findings: list[Finding]) -> list[Finding]:
+    """What has no name first, but in a channel whose fault is named, and in the parts that it reads: there it is what
+    the name leaves."""
     faulty = {name for f in findings for name in f.channels}
-    is_same = any(u.channels and faulty.issuperset(u.channels) for u in unknown)
+    read = {place.node for name in faulty for place in _list_read(machine, name)}
+    is_same = any((u.channels or u.places) and faulty.issuperset(u.channels) and read.issuperset(u.places)
+                  for u in unknown)  # fmt: skip
     return [*findings, *unknown] if is_same else [*unknown, *findings]
+
+
+def _list_read(machine: Machine, channel: str) -> list[Place]:
+    """The places of parts that a channel reads; none of a displacement."""
+    sensor = machine.sensors.get(channel)
+    return [] if sensor is None else [place for _, place in places_of(sensor)]
 
 
 def _stands_out(search: Search) -> bool:
