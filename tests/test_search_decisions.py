@@ -444,7 +444,9 @@ def test_the_verdict(
     search: Any, given: list[str], coarse: Any, refuted: bool, told: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        verdict, "find_unknown", lambda search, alone=False: bare(name="unknown", kind="unknown", channels=(), places=())
+        verdict,
+        "find_unknown",
+        lambda search, alone=False: bare(name="unknown", kind="unknown", channels=(), places=()),
     )
     monkeypatch.setattr(verdict, "_was_off", lambda search: False)
     monkeypatch.setattr(verdict, "is_shadow", lambda search: "bent" in given)
