@@ -73,11 +73,12 @@ STAGES: Mapping[str, Mapping[str, Stand]] = {
         "intermittent.onset_fault._beats_unknown": always,
         "exchange.find_exchange._explain_unknown": no_gain,
     },
+    "no-crossed": {"crossed_splits.halve": nothing},
     "no-switching": {"switching.relay_search.search_relays": none_found},
     "no-intermittent": {"intermittent.find_fault.find_reading_fault": nothing},
 }
 """What each does without: noise told from residuals, finer lumps, checks on runs left out or held out, what unknown
-heat decides, the search for relays, faults that come and go. Functions by module and name."""
+heat decides, tests on the half that did not choose, the search for relays, faults that come and go. Functions by module and name."""
 
 
 def switch_off(stage: str) -> None:

@@ -29,8 +29,9 @@ STEPS = 8
 
 def check_selection(null: Hypothesis, now: Selection, jobs: int) -> Selection:
     """What was chosen, tested again: without what is superfluous beside the others under the noise that is left in the
-    end, and without what does not help to tell runs that were left out; the null where nothing of it holds. Findings
-    that hold only together are not taken apart for what heat of any course could do in the stead of one of them."""
+    end, and without what does not help to tell runs that were left out; the null where nothing of it holds, or all of
+    it explains next to nothing of these. Findings that hold only together are not taken apart for what heat of any
+    course could do in the stead of one of them."""
     if not now.best.found:
         return replace(now, best=null, is_checked=True)
     told = _keep_what_holds(null, now, jobs)
@@ -47,8 +48,8 @@ def _keep_what_holds(null: Hypothesis, now: Selection, jobs: int, is_apart: bool
         return Selection(_bare_or_null(null, current), threshold=now.threshold, is_checked=True)
     before = reweight(current.case, null)
     current, gains, explained = _keep_what_predicts(before, current, gains, jobs)
-    if not current.found:
-        return Selection(current, threshold=now.threshold, is_checked=True)
+    if explained < 1 - SETTINGS.covered:
+        return Selection(before, threshold=now.threshold, is_checked=True)
     added, share = _weigh_rest(before, current)
     return replace(
         now, best=current, gains=gains, is_checked=True, explained=explained, added=added, share_of_rest=share

@@ -21,6 +21,7 @@ from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.locate import explain_unknown, locate, rows_of
 from network.analysis.diagnosis.located_heat import UnknownHeat
 from network.analysis.diagnosis.ranking import distinct
+from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.declare import Array
 from network.platform.refusal import Failed
 
@@ -60,7 +61,10 @@ def find_rest(h: Hypothesis, refit: bool = True) -> Rest:
 
 def rank_beside_rest(ranked: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Rivals by their evidence with heat of any course beside each, as far as they are among the best without: what
-    has the right form leaves the least to such heat, also where lumps or laws leave more than noise."""
+    has the right form leaves the least to such heat, also where lumps or laws leave more than noise. As they are where
+    the best leaves nothing that such heat could explain."""
+    if not ranked or ranked[0].chi <= SETTINGS.noise:
+        return [*ranked]
     first = distinct(ranked)[:RANKED]
     rest = [h for h in ranked if not any(h is other for other in first)]
     weighed = [h if h.beside is not None else replace(h, beside=find_rest(h).evidence) for h in first]
