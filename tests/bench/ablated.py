@@ -78,7 +78,8 @@ STAGES: Mapping[str, Mapping[str, Stand]] = {
     "no-intermittent": {"intermittent.find_fault.find_reading_fault": nothing},
 }
 """What each does without: noise told from residuals, finer lumps, checks on runs left out or held out, what unknown
-heat decides, tests on the half that did not choose, the search for relays, faults that come and go. Functions by module and name."""
+heat decides, tests on the half that did not choose, the search for relays, faults that come and go. Functions by module
+and name."""
 
 
 def switch_off(stage: str) -> None:
