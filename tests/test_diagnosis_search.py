@@ -326,8 +326,11 @@ def test_what_does_not_hold_at_the_end_goes_and_the_rest_is_judged_again(monkeyp
 
     def chosen(names: str, of_one_half: str = "") -> SimpleNamespace:
         """What was chosen; of_one_half: findings that other runs speak against."""
-        test = {name: SimpleNamespace(speaks_against=name in of_one_half) for name in names}
-        return SimpleNamespace(best=hypothesis(names), threshold=12.0, unseen_of=test.get)
+        test = {
+            name: SimpleNamespace(speaks_against=name in of_one_half, shows_again=name not in of_one_half)
+            for name in names
+        }
+        return SimpleNamespace(best=hypothesis(names), threshold=12.0, unseen_of=test.get, step_of=names.index)
 
     evidence |= {"d": 1.0, "bd": 80.0}
     beside_heat = {"bd": 303.0}  # d adds 50 nats to b, and 3 where heat of any course stands beside both

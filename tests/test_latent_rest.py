@@ -74,11 +74,12 @@ def test_a_second_kind_that_imitates_what_has_no_name_adds_nothing_beside_heat()
 
 
 def test_rivals_are_ranked_by_what_they_leave_to_heat_of_any_course(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The best of each kind and place; what is far behind without such heat keeps its place."""
+    """The best of each kind and place; what is far behind without such heat keeps its place, and all do where nothing
+    is left for such heat."""
 
-    def rival(kind: str, evidence: float) -> Any:
+    def rival(kind: str, evidence: float, chi: float = 2.0) -> Any:
         found = SimpleNamespace(kind=SimpleNamespace(kind=kind), places=("column",), channels=())
-        return SimpleNamespace(found=(found,), evidence=evidence, weighed=evidence, beside=None)
+        return SimpleNamespace(found=(found,), evidence=evidence, weighed=evidence, beside=None, chi=chi)
 
     bent, right, again, last = rival("bent", 90.0), rival("right", 80.0), rival("bent", 85.0), rival("last", 10.0)
     beside = {"bent": 95.0, "right": 120.0, "last": 200.0}
@@ -91,6 +92,9 @@ def test_rivals_are_ranked_by_what_they_leave_to_heat_of_any_course(monkeypatch:
     monkeypatch.setattr(latent_rest, "find_rest", lambda h: SimpleNamespace(evidence=beside[h.found[-1].kind.kind]))
     told = latent_rest.rank_beside_rest([bent, again, right, last])
     assert [h is x for h, x in zip(told, (right, bent, again, last), strict=True)] == [True] * 4
+    bent.chi = SETTINGS.noise
+    told = latent_rest.rank_beside_rest([bent, again, right, last])
+    assert [h is x for h, x in zip(told, (bent, again, right, last), strict=True)] == [True] * 4
 
 
 def test_heat_learned_elsewhere_raises_the_probability_of_a_run_as_gaussians_have_it(

@@ -197,7 +197,7 @@ def test_it_is_refused_outside_a_clone_and_over_other_files(tmp_path: Path, monk
 # -- ablations --------------------------------------------------------------------------------------------------------
 def test_a_stage_that_is_none_is_refused_with_those_there_are(tmp_path: Path) -> None:
     with pytest.raises(
-        Refused, match=r"'noise' is no stage .* give file-noise, as-written, seen-runs, no-latent, no-crossed, no-switching, no-in"
+        Refused, match=r"'noise' is no stage .* give file-noise, as-written, seen-runs, no-latent, no-crossed, no-swi"
     ):
         prove(1, 0, 1, tmp_path / "new", ablate="noise")
     assert not (tmp_path / "new").exists()

@@ -850,3 +850,12 @@ def test_halves_speak_against_a_finding_where_chance_is_more_likely_than_not(
     p: float, of_one: bool, told: bool
 ) -> None:
     assert UnseenTest((p / 2, p / 2), (("a",), ("b",)), of_one).speaks_against is told
+
+
+@pytest.mark.parametrize(
+    "p, agree, of_one, told",
+    [(4e-3, False, False, False), (4e-3, True, False, True), (9e-5, False, False, True), (0.9, False, True, True)],
+)
+def test_a_further_finding_shows_where_it_was_not_chosen(p: float, agree: bool, of_one: bool, told: bool) -> None:
+    chosen = (("a",), ("a",)) if agree else (("a",), ("b",))
+    assert UnseenTest((p / 2, p / 2), chosen, of_one).shows_again is told

@@ -149,9 +149,12 @@ def _eliminate(
 
 
 def _is_of_one_half(now: Selection, c: Candidate) -> bool:
-    """Whether recordings that a finding was not chosen on speak against its step."""
+    """Whether recordings that a finding was not chosen on speak against its step, or, where it was looked for beside
+    another, do not choose it, too."""
     test = now.unseen_of(c)
-    return test is not None and test.speaks_against
+    if test is None:
+        return False
+    return test.speaks_against if now.step_of(c) == 0 else not test.shows_again
 
 
 def _gain_over(current: Hypothesis, less: Hypothesis, rest: Rest | None) -> float:

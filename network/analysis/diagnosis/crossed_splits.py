@@ -64,6 +64,12 @@ class UnseenTest:
         return not self.of_one and self.p_value > SETTINGS.half
 
     @property
+    def shows_again(self) -> bool:
+        """Whether what is looked for beside a finding shows where it was not chosen: both halves choose the same, or
+        chance would not have it twice over, for it was looked for twice."""
+        return self.of_one or self.halves_agree or self.p_value <= (1 - SETTINGS.quantile) ** 2
+
+    @property
     def doubt(self) -> str:
         """Why what was found is not sure; empty where that is not so, or it is of one recording and not sure anyhow."""
         if self.rejects or self.of_one:
