@@ -72,6 +72,19 @@ class ReadingFault(ABC):
         """What else it could be."""
         return ()
 
+    @property
+    def changes_machine(self) -> bool:
+        """Whether the machine of the case that is set right is another one."""
+        return bool(self.patch)
+
+    def complete(self, recording: Recording) -> Recording:
+        """A recording with what that machine asks for besides."""
+        return recording
+
+    def leave_wrong(self, case: Case) -> Case:
+        """A case with the fault in its recordings, laid out for that machine as what is set right is."""
+        return case
+
     def leave_in(self, machine: Machine) -> Machine:
         """A machine for what is recorded from now on, whose sensor goes on so; the same where it does not."""
         return machine

@@ -80,7 +80,7 @@ def list_retreats(search: Search) -> Iterator[Search]:
 
 def _bare_of(search: Search) -> Hypothesis:
     """The machine as given on the recordings as they were, where a fault of readings is taken back."""
-    if search.fault is None or not search.fault.patch:
+    if search.fault is None or not search.fault.changes_machine:
         return reweight(search.given, search.written)
     return state(search.given, search.given.machine, search.calibrated.values)
 
@@ -154,6 +154,7 @@ def leave_fault(search: Search, after: Machine, holdout: Sequence[Recording], fi
 
 def _correct_run(fault: ReadingFault, found: Numbers, run: Recording) -> Recording:
     """The run set right in the way that leaves least."""
+    run = fault.complete(run)
     raw = compare_estimated(found, run, held_out=True)
     if not {*fault.channels} <= {*raw.channels}:
         return run

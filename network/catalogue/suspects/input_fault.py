@@ -27,8 +27,7 @@ class InputFault(Suspect, kind="input_fault"):
     sentence = "{source} stands at times, and nothing that is recorded says when"
 
     def patch(self, machine: MachineLike) -> Mapping[str, Any]:
-        entry = machine.sources[self.source]
-        return {"sources": {self.source: {**entry.to_plain(), self.fields["on"].key: self.on}}}
+        return {"sources": {self.source: {self.fields["on"].key: self.on}}}
 
     @classmethod
     def suspected(cls, machine: MachineLike) -> Iterator[Self]:

@@ -1,0 +1,189 @@
+"""A stop that recordings do not tell: stretches scored about a fit, the best confirmed by fits to recordings set right.
+
+Numbers that were fitted to a stop are bent, so it is found again about the fit without it, and further ones of the same
+driver are looked for there. What counts in the end is what the fit explains of each channel in units of how large the
+misfit that it leaves there is and how long that lasts: beyond the log of as many stretches as were tried for each stop,
+all of them at full strength, and where neither the catalogue nor unknown heat explains as much.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from network.analysis.calibration.linearised import Linearised, linearise
+from network.analysis.calibration.misfit import channel_misfits, chi_of, list_channel_residuals
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
+from network.analysis.diagnosis.intermittent.change_points import Windows
+from network.analysis.diagnosis.intermittent.channel_fault import FAULTY
+from network.analysis.diagnosis.locate import explain_unknown_at_most
+from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.standstill.driver import Driver, list_drivers
+from network.analysis.diagnosis.standstill.standstill_edges import Edges, refine_edges
+from network.analysis.diagnosis.standstill.standstill_fault import StandstillFault
+from network.analysis.diagnosis.standstill.standstill_scan import Stretch, scan_stretches
+from network.platform.refusal import Failed, Refused
+
+CONFIRMED, ROUNDS = 2, 5
+"""Best scores that are confirmed by fits, and times that their stretches are found again about the better fit
+(budget)."""
+
+Stops = tuple[Windows, ...]
+
+
+def find_standstill(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[StandstillFault, Hypothesis] | None:
+    """The stops, and the hypothesis fitted to the recordings set right; None where there are none. rival_gain: what the
+    best of the catalogue scores about the same fit [nats]."""
+    drivers = [*list_drivers(h)]
+    scores = scan_stretches(h.linearised, drivers)
+    tried = sum(s.tried for s in scores)
+    likely = [s for s in scores if s.gain > SETTINGS.alike and s.is_strong][:CONFIRMED]
+    settled = [t for s in likely if (t := _settle(h, s, tried))]
+    best = max(settled, key=lambda t: t.worth - t.price, default=None)
+    if best is None or best.worth <= best.price or not _is_full(h, best) or not best.beats_unknown:
+        return None
+    return (best.tell(), best.after) if best.gain > rival_gain() * max(1.0, h.chi) ** 2 else None
+
+
+@dataclass(frozen=True, eq=False)
+class Stopped:
+    """Fits to the recordings as they are and with a driver stopped in some windows; tried: stretches that one of them
+    was chosen from; edges: how well those of its first window are known."""
+
+    before: Hypothesis
+    after: Hypothesis
+    driver: Driver
+    stops: Stops
+    tried: int
+    edges: Edges | None = None
+
+    @property
+    def gain(self) -> float:
+        return self.after.evidence - self.before.evidence
+
+    @cached_property
+    def worth(self) -> float:
+        """What it explains of the channels, where each counts by what is left of it and how long that lasts [nats]."""
+        left = channel_misfits(self.after.fit)
+        before, after = (square_channels(h) for h in (self.before, self.after))
+        return sum((before[n] - after[n]) / 2 / left[n].factor(is_whole=True) ** 2 for n in left)
+
+    @property
+    def price(self) -> float:
+        """What chance reaches where each window was chosen from so many."""
+        return SETTINGS.least + sum(map(len, self.stops)) * float(np.log(self.tried))
+
+    @property
+    def beats_unknown(self) -> bool:
+        """Whether with unknown heat or an unknown error beside it it explains more than these alone."""
+        alone, beside = (explain_unknown_at_most(h.linearised, h.machine) for h in (self.before, self.after))
+        return self.gain + beside > alone
+
+    def tell(self) -> StandstillFault:
+        belief = 1 / (1 + np.exp(-(self.worth - self.price) / SETTINGS.softening))
+        std = (0.0, 0.0) if self.edges is None else self.edges.std
+        runs, gain = self.before.case.recordings, self.gain - self.price
+        return StandstillFault(runs, gain, self.driver, self.stops, std, min(float(belief), FAULTY))
+
+
+def square_channels(h: Hypothesis) -> dict[str, float]:
+    """Σ of the squares of what is left of every channel, in noise."""
+    squares: dict[str, float] = {}
+    for name, left in list_channel_residuals(h.fit):
+        squares[name] = squares.get(name, 0.0) + float(left @ left)
+    return squares
+
+
+def _settle(h: Hypothesis, first: Stretch, tried: int) -> Stopped | None:
+    """Stops found again, and further ones of the same driver, until nothing moves; their edges to less than a step."""
+    none: Stops = tuple(() for _ in h.case.recordings)
+    now = fit_stopped(h, first.driver, _add(none, first), tried)
+    for _ in range(ROUNDS):
+        if now is None:
+            return None
+        stops = tuple(_find_again(h, now))
+        if stops == now.stops or not any(stops):
+            break
+        now = fit_stopped(h, first.driver, stops, tried, now)
+    return now if now is None else _refine(h, now)
+
+
+def fit_stopped(h: Hypothesis, driver: Driver, stops: Stops, tried: int, like: Stopped | None = None) -> Stopped | None:
+    """Fits to recordings with the stops in them and without; like: an earlier one, to begin from. None where they
+    fail."""
+    try:
+        before = _fit_as_it_is(h, driver, driver.correct(h.case, stops, False))
+        right = driver.correct(h.case, stops)
+        after = _fit(h, driver, right, None if like is None else like.after)
+        if after.evidence < before.evidence:
+            after = max(after, _fit(h, driver, right, before), key=lambda fit: fit.evidence)
+    except (Failed, Refused, np.linalg.LinAlgError):
+        return None
+    return Stopped(before, after, driver, stops, tried)
+
+
+def _fit(h: Hypothesis, driver: Driver, case: Case, begin: Hypothesis | None) -> Hypothesis:
+    """From the numbers of a fit, or from those of the file: of a fit to what is not true they are bent."""
+    values = h.own_values if begin is None else begin.values
+    return fit_hypothesis(case, driver.put_in(h.machine), h.found, h.own, values)
+
+
+def _fit_as_it_is(h: Hypothesis, driver: Driver, case: Case) -> Hypothesis:
+    """A fit to recordings laid out as they are with stops in them: fitted only where readings do not count there."""
+    if driver.list_gated(h.machine):
+        return _fit(h, driver, case, h)
+    machine, fit = driver.put_in(h.machine), h.fit
+    at = linearise(case.problem(machine, fit.problem.parameters), fit.theta)
+    return replace(h, case=case, machine=machine, fit=at.temper(1.0, max(1.0, chi_of(at))))
+
+
+def _linearise(h: Hypothesis, now: Stopped, stops: Sequence[Windows]) -> Linearised:
+    """About the numbers of a fit, with other stops in the recordings."""
+    case, fit = now.driver.correct(h.case, tuple(stops)), now.after.fit
+    return linearise(case.problem(now.after.machine, fit.problem.parameters), fit.theta)
+
+
+def _find_again(h: Hypothesis, now: Stopped) -> Iterator[Windows]:
+    """Of every run its stops as they show beside the others, and a further one where that explains more than chance."""
+    price = float(np.log(now.tried))
+    for run, windows in enumerate(now.stops):
+        found = [s for w in windows for s in _scan_without(h, now, run, w)]
+        kept = [s for s in found if s.gain > SETTINGS.alike]
+        more = [s for s in scan_stretches(now.after.linearised, [now.driver], [run]) if s.gain > price and s.is_strong]
+        yield _join([*kept, *more])
+
+
+def _is_full(h: Hypothesis, now: Stopped) -> bool:
+    """Whether every stop is one at full strength, by the numbers that were fitted beside it."""
+    windows = [(run, w) for run, own in enumerate(now.stops) for w in own]
+    return all(s.is_full for run, w in windows for s in _scan_without(h, now, run, w))
+
+
+def _scan_without(h: Hypothesis, now: Stopped, run: int, window: tuple[float, float]) -> list[Stretch]:
+    others = [tuple(w for w in own if i != run or w != window) for i, own in enumerate(now.stops)]
+    return scan_stretches(_linearise(h, now, others), [now.driver], [run])
+
+
+def _join(found: Sequence[Stretch]) -> Windows:
+    """Stretches one after the other; those that touch are one."""
+    joined: list[tuple[float, float]] = []
+    for s in sorted(found, key=lambda s: s.begin):
+        if joined and s.begin <= joined[-1][1] + s.width:
+            joined[-1] = (joined[-1][0], max(s.end, joined[-1][1]))
+        else:
+            joined.append((s.begin, s.end))
+    return tuple(joined)
+
+
+def _add(stops: Stops, s: Stretch) -> Stops:
+    return tuple((*own, (s.begin, s.end)) if i == s.run else own for i, own in enumerate(stops))
+
+
+def _refine(h: Hypothesis, now: Stopped) -> Stopped:
+    """Its edges where the readings, and no step, say that they are."""
+    told = refine_edges(lambda stops: _linearise(h, now, stops), now.stops)
+    again = fit_stopped(h, now.driver, told.stops, now.tried, now)
+    return replace(now, edges=told) if again is None else replace(again, edges=told)
