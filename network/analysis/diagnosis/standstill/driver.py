@@ -10,6 +10,7 @@ import numpy as np
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import Windows
 from network.analysis.diagnosis.intermittent.channel_fault import inside
+from network.analysis.diagnosis.standstill.laid_instants import CLOSE, lay_instants
 from network.catalogue.declaration.patch import Patch
 from network.catalogue.suspects.input_fault import InputFault
 from network.machine.machine import Machine
@@ -46,13 +47,22 @@ class Driver:
     def stop(self, machine: Machine, recording: Recording, windows: Windows, sets_right: bool = True) -> Recording:
         """A recording with the inputs at zero in some windows, or as they are; without readings that do not count
         where these are zero."""
-        recording, stands = self.lay_beside(recording), inside(recording.t, windows)
+        edges = (edge for window in windows for edge in window)
+        recording = lay_instants(machine, self.lay_beside(recording), edges)
+        stands = inside(recording.t + CLOSE / 2, windows)
         told = {n: np.where(stands, 0.0 if sets_right else (1 - SHADE) * recording.columns[n].values,
                             recording.columns[n].values) for n in self.inputs}  # fmt: skip
         told |= {n: np.where(stands, np.nan, recording.columns[n].values)
                  for n in self.list_gated(machine) if n in recording.columns}  # fmt: skip
         columns = {n: replace(recording.columns[n], values=values) for n, values in told.items()}
         return replace(recording, columns={**recording.columns, **columns})
+
+    def stop_samples(self, machine: Machine, recording: Recording, windows: Windows) -> Recording:
+        """A recording with the inputs at zero from the sample that is nearest to where each window begins, as it is
+        sampled."""
+        t = recording.t
+        near = tuple((float(t[np.abs(t - a).argmin()]), float(t[np.abs(t - b).argmin()])) for a, b in windows)
+        return self.stop(machine, recording, near)
 
     def list_gated(self, machine: Machine) -> list[str]:
         """Channels whose readings count only while one of the inputs is not zero."""

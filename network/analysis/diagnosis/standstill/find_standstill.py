@@ -26,6 +26,7 @@ from network.analysis.diagnosis.standstill.standstill_edges import Edges, refine
 from network.analysis.diagnosis.standstill.standstill_fault import StandstillFault
 from network.analysis.diagnosis.standstill.standstill_scan import Stretch, scan_stretches
 from network.platform.refusal import Failed, Refused
+from network.recordings.recording import Recording
 
 CONFIRMED, ROUNDS = 2, 5
 """Best scores that are confirmed by fits, and times that their stretches are found again about the better fit
@@ -45,7 +46,7 @@ def find_standstill(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[Sta
     best = max(settled, key=lambda t: t.worth - t.price, default=None)
     if best is None or best.worth <= best.price or not _is_full(h, best) or not best.beats_unknown:
         return None
-    return (best.tell(), best.after) if best.gain > rival_gain() * max(1.0, h.chi) ** 2 else None
+    return (best.tell(h.case.recordings), best.after) if best.gain > rival_gain() * max(1.0, h.chi) ** 2 else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,11 +83,12 @@ class Stopped:
         alone, beside = (explain_unknown_at_most(h.linearised, h.machine) for h in (self.before, self.after))
         return self.gain + beside > alone
 
-    def tell(self) -> StandstillFault:
+    def tell(self, recordings: tuple[Recording, ...]) -> StandstillFault:
+        """As a fault of the recordings as they are."""
         belief = 1 / (1 + np.exp(-(self.worth - self.price) / SETTINGS.softening))
         std = (0.0, 0.0) if self.edges is None else self.edges.std
-        runs, gain = self.before.case.recordings, self.gain - self.price
-        return StandstillFault(runs, gain, self.driver, self.stops, std, min(float(belief), FAULTY))
+        sure, gain = min(float(belief), FAULTY), self.gain - self.price
+        return StandstillFault(recordings, gain, self.driver, self.stops, std, sure)
 
 
 def square_channels(h: Hypothesis) -> dict[str, float]:

@@ -7,6 +7,7 @@ generalised least squares. Source: Prais & Winsten 1954, Cowles Commission discu
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 
 import numpy as np
@@ -17,10 +18,11 @@ from network.catalogue.declaration.declare import Array
 
 
 class LastingFit:
-    """at: the fit; residual: of every run, what is left beside a full step of all numbers, so weighed."""
+    """at: the fit; misfits: of its channels, by default its own; residual: of every run, what is left beside a full
+    step of all numbers, so weighed."""
 
-    def __init__(self, at: Linearised) -> None:
-        self.at, self._misfits = at, channel_misfits(at)
+    def __init__(self, at: Linearised, misfits: Mapping[str, ChannelMisfit] | None = None) -> None:
+        self.at, self._misfits = at, {**channel_misfits(at), **(misfits or {})}
         self._rows = [rows for rows, _ in at.rows.slopes.blocks]
         self._slopes = [self._weigh(i, at.slopes[:, rows]) for i, rows in enumerate(self._rows)]
         left = [self._weigh(i, at.left[rows]) for i, rows in enumerate(self._rows)]

@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
+from network.analysis.calibration.estimated_constants import Numbers
 from network.analysis.comparison.compare import RecordingResidual
 from network.analysis.diagnosis.finding import Quantity
 from network.analysis.diagnosis.hypothesis import Case
 from network.analysis.diagnosis.intermittent.change_points import Windows
 from network.analysis.diagnosis.reading_fault import ReadingFault
 from network.analysis.diagnosis.standstill.driver import Driver
+from network.analysis.diagnosis.standstill.held_out_stops import find_held_out_stops
 from network.catalogue.suspects.input_fault import InputFault
 from network.machine.machine import Machine
 from network.platform.wording import join_names
@@ -71,11 +75,23 @@ class StandstillFault(ReadingFault):
         return self.sure
 
     @property
+    def needed(self) -> tuple[str, ...]:
+        return ()
+
+    @property
+    def stands_alone(self) -> bool:
+        return True
+
+    @property
     def changes_machine(self) -> bool:
         return bool(self.driver.source)
 
     def complete(self, recording: Recording) -> Recording:
         return self.driver.lay_beside(recording)
+
+    def show(self, case: Case) -> tuple[Recording, ...]:
+        runs = zip(self.recordings, self.stops, strict=True)
+        return tuple(self.driver.stop_samples(case.machine, r, w) for r, w in runs)
 
     def leave_wrong(self, case: Case) -> Case:
         return self.driver.correct(case, self.stops, sets_right=False)
@@ -84,13 +100,24 @@ class StandstillFault(ReadingFault):
         """Without what let a source be stopped."""
         if not self.driver.source:
             return machine
-        entry = machine.sources[self.driver.source].to_plain()
-        own = {key: None for key, value in entry.items() if value in self.driver.inputs}
-        return machine.patched({"sources": {self.driver.source: {**entry, **own}}})
+        return machine.patched({"sources": {self.driver.source: {InputFault.fields["on"].key: None}}})
 
     def set_right(self, case: Case) -> Case:
         return self.driver.correct(case, self.stops)
 
-    def list_corrections(self, residual: RecordingResidual) -> list[Recording]:
-        """As it is: when something stood elsewhere is not known."""
-        return [residual.recording]
+    def list_corrections(self, residual: RecordingResidual, numbers: Numbers) -> list[Recording]:
+        """As it is; and with the stops that its own readings show."""
+        recording = residual.recording
+        stops = find_held_out_stops(numbers, recording, self.driver)
+        return [recording, *([self.driver.stop_samples(numbers.machine, recording, stops)] if stops else [])]
+
+    def tell_correction(self, given: Recording, right: Recording) -> str:
+        name = self.driver.inputs[0]
+        before, after = (self.driver.lay_beside(r).columns[name].values for r in (given, right))
+        stands = np.concatenate([[0], (before != after).astype(int), [0]])
+        edges = np.append(right.t, right.t[-1])[np.flatnonzero(np.diff(stands))].reshape(-1, 2)
+        if not len(edges):
+            return ""
+        when = " and ".join(f"from {begin / 60:.0f} to {end / 60:.0f} min" for begin, end in edges)
+        names = join_names([*self.driver.names])
+        return f"By its own readings {names} stood still in {given.name}, too, {when}: it was set right there."

@@ -12,12 +12,13 @@ Source: as of `screen`.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from network.analysis.calibration.gauss_newton import Linearised
+from network.analysis.calibration.misfit import ChannelMisfit
 from network.analysis.diagnosis.standstill.absent_heat import Absence, find_absence
 from network.analysis.diagnosis.standstill.driver import Driver
 from network.analysis.diagnosis.standstill.lasting_fit import LastingFit
@@ -56,9 +57,13 @@ class Stretch:
         return FULL[0] < self.strength < FULL[1]
 
 
-def scan_stretches(at: Linearised, drivers: Iterable[Driver], runs: Iterable[int] | None = None) -> list[Stretch]:
-    """The best stretch of each driver and run, the best first."""
-    fit, runs = LastingFit(at), [*(range(len(at.predictions)) if runs is None else runs)]
+def scan_stretches(
+    at: Linearised, drivers: Iterable[Driver], runs: Iterable[int] | None = None,
+    misfits: Mapping[str, ChannelMisfit] | None = None,
+) -> list[Stretch]:  # fmt: skip
+    """The best stretch of each driver and run, the best first; misfits: of the channels, by default those of the
+    fit."""
+    fit, runs = LastingFit(at, misfits), [*(range(len(at.predictions)) if runs is None else runs)]
     found = [s for driver in drivers for run in runs for s in _scan_run(fit, driver, run)]
     return sorted(found, key=lambda s: -s.gain)
 
