@@ -32,6 +32,9 @@ CONFIRMED, ROUNDS = 2, 5
 """Best scores that are confirmed by fits, and times that their stretches are found again about the better fit
 (budget)."""
 
+PROMISING = 0.25
+"""Share of what chance reaches that a fit has to explain for its stops to be found again (budget)."""
+
 Stops = tuple[Windows, ...]
 
 
@@ -41,9 +44,8 @@ def find_standstill(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[Sta
     drivers = [*list_drivers(h)]
     scores = scan_stretches(h.linearised, drivers)
     tried = sum(s.tried for s in scores)
-    likely = [s for s in scores if s.gain > SETTINGS.alike and s.is_strong][:CONFIRMED]
-    settled = [t for s in likely if (t := _settle(h, s, tried))]
-    best = max(settled, key=lambda t: t.worth - t.price, default=None)
+    likely = [s for s in scores if s.gain > SETTINGS.alike and s.is_strong]
+    best = _settle_best(h, likely, tried)
     if best is None or best.worth <= best.price or not _is_full(h, best) or not best.beats_unknown:
         return None
     return (best.tell(h.case.recordings), best.after) if best.gain > rival_gain() * max(1.0, h.chi) ** 2 else None
@@ -99,17 +101,31 @@ def square_channels(h: Hypothesis) -> dict[str, float]:
     return squares
 
 
-def _settle(h: Hypothesis, first: Stretch, tried: int) -> Stopped | None:
-    """Stops found again, and further ones of the same driver, until nothing moves; their edges to less than a step."""
-    none: Stops = tuple(() for _ in h.case.recordings)
-    now = fit_stopped(h, first.driver, _add(none, first), tried)
+def _settle_best(h: Hypothesis, likely: Sequence[Stretch], tried: int) -> Stopped | None:
+    """The driver whose stops explain most: of a few, as long as none leaves little."""
+    best: Stopped | None = None
+    for driver in list(dict.fromkeys(s.driver for s in likely))[:CONFIRMED]:
+        now = _settle(h, [s for s in likely if s.driver is driver], tried)
+        if now is not None and (best is None or now.worth - now.price > best.worth - best.price):
+            best = now
+        if best is not None and best.after.chi <= SETTINGS.adequate:
+            break
+    return best
+
+
+def _settle(h: Hypothesis, first: Sequence[Stretch], tried: int) -> Stopped | None:
+    """Stops of one driver in some runs found again, and further ones, until nothing is new; their edges to less than a
+    step."""
+    driver, stops = first[0].driver, tuple(_join([s for s in first if s.run == i]) for i in range(len(h.predictions)))
+    now, seen = fit_stopped(h, driver, stops, tried), {stops}
     for _ in range(ROUNDS):
-        if now is None:
+        if now is None or now.worth < PROMISING * now.price:
             return None
         stops = tuple(_find_again(h, now))
-        if stops == now.stops or not any(stops):
+        if stops in seen or not any(stops):
             break
-        now = fit_stopped(h, first.driver, stops, tried, now)
+        now = fit_stopped(h, driver, stops, tried, now)
+        seen.add(stops)
     return now if now is None else _refine(h, now)
 
 
@@ -178,10 +194,6 @@ def _join(found: Sequence[Stretch]) -> Windows:
         else:
             joined.append((s.begin, s.end))
     return tuple(joined)
-
-
-def _add(stops: Stops, s: Stretch) -> Stops:
-    return tuple((*own, (s.begin, s.end)) if i == s.run else own for i, own in enumerate(stops))
 
 
 def _refine(h: Hypothesis, now: Stopped) -> Stopped:
