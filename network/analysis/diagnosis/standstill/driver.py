@@ -9,7 +9,7 @@ import numpy as np
 
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import Windows
-from network.analysis.diagnosis.intermittent.channel_fault import inside
+from network.analysis.diagnosis.intermittent.channel_fault import EDGE, inside
 from network.analysis.diagnosis.standstill.laid_instants import CLOSE, lay_instants
 from network.catalogue.declaration.patch import Patch
 from network.catalogue.suspects.input_fault import InputFault
@@ -46,13 +46,14 @@ class Driver:
 
     def stop(self, machine: Machine, recording: Recording, windows: Windows, sets_right: bool = True) -> Recording:
         """A recording with the inputs at zero in some windows, or as they are; without readings that do not count
-        where these are zero."""
+        where these are zero, and about there."""
         edges = (edge for window in windows for edge in window)
         recording = lay_instants(machine, self.lay_beside(recording), edges)
         stands = inside(recording.t + CLOSE / 2, windows)
         told = {n: np.where(stands, 0.0 if sets_right else (1 - SHADE) * recording.columns[n].values,
                             recording.columns[n].values) for n in self.inputs}  # fmt: skip
-        told |= {n: np.where(stands, np.nan, recording.columns[n].values)
+        silent = inside(recording.t, ((begin - EDGE, end + EDGE) for begin, end in windows))
+        told |= {n: np.where(silent, np.nan, recording.columns[n].values)
                  for n in self.list_gated(machine) if n in recording.columns}  # fmt: skip
         columns = {n: replace(recording.columns[n], values=values) for n, values in told.items()}
         return replace(recording, columns={**recording.columns, **columns})

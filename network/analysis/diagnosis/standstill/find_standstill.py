@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -28,9 +28,11 @@ from network.analysis.diagnosis.standstill.standstill_scan import Stretch, scan_
 from network.platform.refusal import Failed, Refused
 from network.recordings.recording import Recording
 
-CONFIRMED, ROUNDS = 2, 5
-"""Best scores that are confirmed by fits, and times that their stretches are found again about the better fit
-(budget)."""
+CONFIRMED, ROUNDS, REFINED = 2, 5, 3
+"""Best drivers that are confirmed by fits, and times that their stretches, then the edges of these, are found again
+about the better fit (budget)."""
+SETTLED = 5.0
+"""s by which edges have to move for a further fit."""
 
 PROMISING = 0.25
 """Share of what chance reaches that a fit has to explain for its stops to be found again (budget)."""
@@ -41,14 +43,20 @@ Stops = tuple[Windows, ...]
 def find_standstill(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[StandstillFault, Hypothesis] | None:
     """The stops, and the hypothesis fitted to the recordings set right; None where there are none. rival_gain: what the
     best of the catalogue scores about the same fit [nats]."""
-    drivers = [*list_drivers(h)]
-    scores = scan_stretches(h.linearised, drivers)
-    tried = sum(s.tried for s in scores)
-    likely = [s for s in scores if s.gain > SETTINGS.alike and s.is_strong]
-    best = _settle_best(h, likely, tried)
-    if best is None or best.worth <= best.price or not _is_full(h, best) or not best.beats_unknown:
+    try:
+        best = _find_best(h)
+        if best is None or not _is_full(h, best) or not best.beats_unknown:
+            return None
+    except (Failed, Refused, np.linalg.LinAlgError):
         return None
     return (best.tell(h.case.recordings), best.after) if best.gain > rival_gain() * max(1.0, h.chi) ** 2 else None
+
+
+def _find_best(h: Hypothesis) -> Stopped | None:
+    """The stops of one driver that explain most, settled."""
+    scores = scan_stretches(h.linearised, [*list_drivers(h)])
+    likely = [s for s in scores if s.gain > SETTINGS.alike and s.is_strong]
+    return _settle_best(h, likely, sum(s.tried for s in scores))
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,11 +130,13 @@ def _settle(h: Hypothesis, first: Sequence[Stretch], tried: int) -> Stopped | No
         if now is None or now.worth < PROMISING * now.price:
             return None
         stops = tuple(_find_again(h, now))
-        if stops in seen or not any(stops):
+        if not any(stops):
+            return None
+        if stops in seen:
             break
         now = fit_stopped(h, driver, stops, tried, now)
         seen.add(stops)
-    return now if now is None else _refine(h, now)
+    return _refine(h, now) if now is not None and now.worth > now.price else None
 
 
 def fit_stopped(h: Hypothesis, driver: Driver, stops: Stops, tried: int, like: Stopped | None = None) -> Stopped | None:
@@ -197,7 +207,13 @@ def _join(found: Sequence[Stretch]) -> Windows:
 
 
 def _refine(h: Hypothesis, now: Stopped) -> Stopped:
-    """Its edges where the readings, and no step, say that they are."""
-    told = refine_edges(lambda stops: _linearise(h, now, stops), now.stops)
-    again = fit_stopped(h, now.driver, told.stops, now.tried, now)
-    return replace(now, edges=told) if again is None else replace(again, edges=told)
+    """Its edges where the readings, and no step, say that they are, found again about the fit that has them."""
+    for _ in range(REFINED):
+        told = refine_edges(partial(_linearise, h, now), now.stops)
+        again = fit_stopped(h, now.driver, told.stops, now.tried, now)
+        if again is None:
+            break
+        now = replace(again, edges=told)
+        if told.moved < SETTLED:
+            break
+    return now

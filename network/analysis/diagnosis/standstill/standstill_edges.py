@@ -19,17 +19,19 @@ from network.catalogue.declaration.declare import Array
 from network.engine.response.nuisance_pushes import edge_pushes
 
 ROUNDS, FARTHEST = 4, 120.0
-"""Times that edges are moved (budget), and how far [s] from where the scan has them: its longest step."""
+"""Times that edges are moved (budget), and how far [s] from where they were found, which is their prior 1σ: the longest
+step of the scan."""
 STILL = 1.0
 """s that an edge moves by where it is found."""
 
 
 @dataclass(frozen=True, eq=False)
 class Edges:
-    """Stops with their edges moved; std: 1σ of those of the first of them [s]."""
+    """Stops with their edges moved; std: 1σ of those of the first of them [s]; moved: by how much, at most [s]."""
 
     stops: tuple[Windows, ...]
     std: tuple[float, float]
+    moved: float
 
 
 def refine_edges(about: Callable[[tuple[Windows, ...]], Linearised], stops: tuple[Windows, ...]) -> Edges:
@@ -44,7 +46,8 @@ def refine_edges(about: Callable[[tuple[Windows, ...]], Linearised], stops: tupl
         is_still, edges = np.abs(moved - edges).max() < STILL, moved
         if is_still:
             break
-    return Edges(_as_stops(edges, stops), (float(std[0]), float(std[1])))
+    far = float(np.abs(edges - first).max())
+    return Edges(_as_stops(edges, stops), (float(std[0]), float(std[1])), far)
 
 
 def _find_step(at: Linearised, stops: tuple[Windows, ...]) -> tuple[Array, Array]:
@@ -58,7 +61,7 @@ def _find_step(at: Linearised, stops: tuple[Windows, ...]) -> tuple[Array, Array
             pulls.append(g)
             weights.append(among)
     own = block_diag(*weights)
-    own = own + 1e-12 * np.trace(own) * np.eye(len(own))
+    own = own + np.eye(len(own)) / FARTHEST**2
     return np.linalg.solve(own, np.concatenate(pulls)), np.sqrt(np.diag(np.linalg.inv(own)))
 
 
