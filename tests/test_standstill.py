@@ -25,6 +25,7 @@ from network.analysis.diagnosis.standstill.standstill_fault import StandstillFau
 from network.analysis.diagnosis.standstill.standstill_scan import scan_stretches
 from network.engine.simulation import simulate
 from network.machine.machine import Machine
+from network.platform.threads import on_one_thread
 from network.recordings.columns import Column
 from network.recordings.inputs import Schedule, Start, hold, linear
 from network.recordings.recording import Recording
@@ -79,13 +80,19 @@ def runs_of(truth: Machine, stops: dict[int, tuple[str, ...]], seed: int = 0, co
     return [recorded(truth, i, stops.get(i, ()), seed) for i in range(count)]
 
 
+@on_one_thread
 def fitted(runs: list[Recording], given: Machine | None = None) -> Hypothesis:
     machine = given or mill()
     return fit_hypothesis(Case(machine, tuple(runs)), machine)
 
 
+@on_one_thread
+def find(h: Hypothesis, rival_gain: float = 0.0) -> tuple[StandstillFault, Hypothesis] | None:
+    return find_standstill(h, lambda: rival_gain)
+
+
 def told(h: Hypothesis) -> StandstillFault | None:
-    found = find_standstill(h, lambda: 0.0)
+    found = find(h)
     return found and found[0]
 
 
@@ -156,7 +163,7 @@ def test_readings_that_do_not_count_at_standstill_are_left_out_there() -> None:
     stands = (runs[1].t >= STOOD[0]) & (runs[1].t < STOOD[1])
     frozen = replace(dz, values=np.where(stands, before, dz.values))
     runs[1] = replace(runs[1], columns={**runs[1].columns, "dz": frozen})
-    found = find_standstill(fitted(runs, given), lambda: 0.0)
+    found = find(fitted(runs, given))
     assert found is not None and found[0].channels == BOTH and is_near(found[0].windows[1][0])
     assert found[1].chi < 1.1
 
@@ -175,7 +182,7 @@ def test_missing_physics_is_no_stop(name: str) -> None:
 
 def test_what_the_catalogue_explains_as_well_is_not_told() -> None:
     h = fitted(runs_of(mill(), {1: BOTH}))
-    assert find_standstill(h, lambda: 1e9) is None
+    assert find(h, 1e9) is None
 
 
 def test_what_the_scan_gains_is_what_a_fit_gains() -> None:
