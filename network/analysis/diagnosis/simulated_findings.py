@@ -74,7 +74,7 @@ def list_retreats(search: Search) -> Iterator[Search]:
     for rest in (search.null, search.written):
         if rest is not best:
             yield replace(search, selection=Selection(reweight(best.case, rest)))
-    if search.fault is not None and search.fault.stands_alone and not search.ended:
+    if search.fault is not None and search.fault.stands_alone:
         yield from _list_alone(search)
     if search.fault is not None:
         bare = _bare_of(search)
@@ -83,13 +83,15 @@ def list_retreats(search: Search) -> Iterator[Search]:
 
 def _list_alone(search: Search) -> Iterator[Search]:
     """Its fault of readings alone, at numbers to which each channel counts by how far it is off and how long that
-    lasts: neither coloured noise nor constant errors of sensors take up what is left."""
-    case = use_file_noise(search.written.case)
-    try:
-        alone = reweight(case, fit_lasting(reweight(case, search.written)))
-    except (Failed, np.linalg.LinAlgError):
-        return
-    yield replace(search, case=case, written=alone, null=alone, selection=Selection(alone))
+    lasts: neither coloured noise nor constant errors of sensors take up what is left. From the numbers as calibrated,
+    then from those as fitted."""
+    case = replace(use_file_noise(search.written.case), budget=search.case.budget)
+    for values in (search.calibrated.values, search.written.values):
+        try:
+            alone = reweight(case, fit_lasting(state(case, case.machine, values)))
+        except (Failed, np.linalg.LinAlgError):
+            continue
+        yield replace(search, case=case, written=alone, null=alone, selection=Selection(alone))
 
 
 def _bare_of(search: Search) -> Hypothesis:

@@ -22,15 +22,16 @@ from network.analysis.diagnosis.intermittent.channel_fault import FAULTY
 from network.analysis.diagnosis.locate import explain_unknown_at_most
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.standstill.driver import Driver, list_drivers
-from network.analysis.diagnosis.standstill.standstill_edges import Edges, refine_edges
+from network.analysis.diagnosis.standstill.standstill_edges import FARTHEST, Edges, refine_edges
 from network.analysis.diagnosis.standstill.standstill_fault import StandstillFault
 from network.analysis.diagnosis.standstill.standstill_scan import Stretch, scan_stretches
 from network.platform.refusal import Failed, Refused
 from network.recordings.recording import Recording
 
-CONFIRMED, ROUNDS, REFINED = 2, 5, 3
-"""Best drivers that are confirmed by fits, and times that their stretches, then the edges of these, are found again
-about the better fit (budget)."""
+CONFIRMED, NEARLY = 2, 0.5
+"""Best drivers that are confirmed by fits, and the share of the best score that they need (budget)."""
+ROUNDS, REFINED = 5, 2
+"""Times that their stretches, then the edges of these, are found again about the better fit (budget)."""
 SETTLED = 5.0
 """s by which edges have to move for a further fit."""
 
@@ -110,9 +111,10 @@ def square_channels(h: Hypothesis) -> dict[str, float]:
 
 
 def _settle_best(h: Hypothesis, likely: Sequence[Stretch], tried: int) -> Stopped | None:
-    """The driver whose stops explain most: of a few, as long as none leaves little."""
+    """The driver whose stops explain most: of the likely ones, as long as none leaves little."""
     best: Stopped | None = None
-    for driver in list(dict.fromkeys(s.driver for s in likely))[:CONFIRMED]:
+    drivers = dict.fromkeys(s.driver for s in likely if s.gain > NEARLY * likely[0].gain)
+    for driver in list(drivers)[:CONFIRMED]:
         now = _settle(h, [s for s in likely if s.driver is driver], tried)
         if now is not None and (best is None or now.worth - now.price > best.worth - best.price):
             best = now
@@ -132,11 +134,19 @@ def _settle(h: Hypothesis, first: Sequence[Stretch], tried: int) -> Stopped | No
         stops = tuple(_find_again(h, now))
         if not any(stops):
             return None
-        if stops in seen:
+        if _is_alike(stops, now.stops) or stops in seen:
             break
         now = fit_stopped(h, driver, stops, tried, now)
         seen.add(stops)
     return _refine(h, now) if now is not None and now.worth > now.price else None
+
+
+def _is_alike(one: Stops, other: Stops) -> bool:
+    """Whether stops are the same but for a step at their edges."""
+    if [len(w) for w in one] != [len(w) for w in other]:
+        return False
+    edges = [np.array([edge for own in stops for w in own for edge in w]) for stops in (one, other)]
+    return bool(np.abs(edges[0] - edges[1]).max(initial=0.0) <= FARTHEST)
 
 
 def fit_stopped(h: Hypothesis, driver: Driver, stops: Stops, tried: int, like: Stopped | None = None) -> Stopped | None:
