@@ -18,11 +18,12 @@ from network.analysis.diagnosis.diagnose import diagnose
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
 from network.analysis.diagnosis.result import Diagnosis
 from network.analysis.diagnosis.standstill.driver import Driver, list_drivers
-from network.analysis.diagnosis.standstill.find_standstill import find_standstill, fit_stopped
+from network.analysis.diagnosis.standstill.find_standstill import find_standstill
 from network.analysis.diagnosis.standstill.laid_instants import lay_instants
 from network.analysis.diagnosis.standstill.lasting_fit import LastingFit
 from network.analysis.diagnosis.standstill.standstill_fault import StandstillFault
 from network.analysis.diagnosis.standstill.standstill_scan import scan_stretches
+from network.analysis.diagnosis.standstill.stopped_fits import fit_stopped
 from network.engine.simulation import simulate
 from network.machine.machine import Machine
 from network.platform.threads import on_one_thread

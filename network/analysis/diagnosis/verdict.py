@@ -53,7 +53,8 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     if search.ended:  # nothing is sure
         findings = [replace(f, confidence=min(f.confidence, SETTINGS.half)) for f in findings]
     known = isolability(search.screened.scores, search.screened.proposed)
-    advice = () if search.ended else tuple(experiments(search, known.unseen))
+    can_advise = not search.ended and {*search.case.machine.inputs} <= {*search.given.machine.inputs}
+    advice = tuple(experiments(search, known.unseen)) if can_advise else ()
     is_looked = search.null.chi > SETTINGS.noise
     unsearched = list_unsearched(search.screened, search.ended, _list_tried(search, findings)) if is_looked else []
     told = [*map(_as_sentence, refuted), *_notes(search), *(u.sentence for u in unsearched)]
