@@ -329,7 +329,8 @@ def test_a_fault_has_to_explain_more_than_chance_on_the_finer_lumps_too(
         search, "fit_hypothesis", lambda case, machine, start: asked.append((case, machine)) or h(1.0, 100.0)
     )
     null = h(1.0, 100.0 + gain, machine="fine", values={}, linearised=None)
-    now = bare(fault=bare(competes=False), null=null, written=bare(machine="coarse"), case=bare(noise="n", sigma="s"))
+    fault = bare(competes=False, leave_wrong=lambda case: case)
+    now = bare(fault=fault, null=null, written=bare(machine="coarse"), case=bare(noise="n", sigma="s"))
     assert search._is_found_again(now, bare(case="bare")) == stays
     assert asked == [(("bare", {"noise": "n", "sigma": "s"}), "fine")]
     assert search._is_found_again(bare(fault=None), bare())

@@ -73,7 +73,7 @@ def stated_misfits(stated: Validity | None) -> Mapping[str, ChannelMisfit] | Non
 def channel_misfits(at: Linearised | Estimate) -> Mapping[str, ChannelMisfit]:
     """Of every channel."""
     pooled: dict[str, list[Array]] = {}
-    for name, left in _channel_residuals(at):
+    for name, left in list_channel_residuals(at):
         pooled.setdefault(name, []).append(left)
     return {n: ChannelMisfit(_rms(np.concatenate(z)), correlate_neighbours(z)) for n, z in pooled.items()}
 
@@ -84,7 +84,7 @@ def _rms(values: Array) -> float:
 
 def persistence(at: Linearised) -> float:
     """ρ ≥ 0: correlation of whitened residuals from one cell of a channel to the next, less what chance brings."""
-    return correlate_neighbours(left for _, left in _channel_residuals(at))
+    return correlate_neighbours(left for _, left in list_channel_residuals(at))
 
 
 def correlate_neighbours(several: Iterable[Array]) -> float:
@@ -100,7 +100,7 @@ def correlate_neighbours(several: Iterable[Array]) -> float:
     return float(np.clip(along / square - CHANCE / np.sqrt(pairs), 0.0, 1 - 1 / pairs))
 
 
-def _channel_residuals(at: Linearised | Estimate) -> Iterator[tuple[str, Array]]:
+def list_channel_residuals(at: Linearised | Estimate) -> Iterator[tuple[str, Array]]:
     """What is left of each channel of each run."""
     first = 0
     for data, whitener in zip(at.problem.data, at.problem.whiteners, strict=True):

@@ -11,6 +11,7 @@ from network.analysis.diagnosis.crossed_splits import UnseenTest
 from network.analysis.diagnosis.located_heat import UnknownHeat
 from network.analysis.diagnosis.lump_sentences import cuts_only, lump_sentence
 from network.catalogue.declaration.patch import Patch
+from network.catalogue.suspects.input_fault import InputFault
 
 UNKNOWN = "unknown"
 """The kind of a finding that no kind of the catalogue explains."""
@@ -86,6 +87,11 @@ class Finding:
     def is_room(self) -> bool:
         """Whether it is surroundings that are not what is given for them, for which no number of a file can stand."""
         return self.course is not None and self.course.is_room
+
+    @property
+    def is_stop(self) -> bool:
+        """Whether it is of what drives the machine, which stood while recordings say otherwise, and of no sensor."""
+        return self.kind == InputFault.kind
 
     @property
     def is_unnamed(self) -> bool:

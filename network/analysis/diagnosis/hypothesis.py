@@ -14,7 +14,7 @@ from network.analysis.calibration.gauss_newton import STEPS, Linearised, Problem
 from network.analysis.calibration.growing_horizon import settle_starts
 from network.analysis.calibration.linearised import weigh_anew
 from network.analysis.calibration.measured_means import Measured, RunPoint, weigh_recording
-from network.analysis.calibration.misfit import chi_of, strain_of
+from network.analysis.calibration.misfit import channel_misfits, chi_of, strain_of
 from network.analysis.calibration.noise import Noise
 from network.analysis.diagnosis.candidates import Candidate, lay_over
 from network.analysis.diagnosis.recorded_powers import gather_runs
@@ -238,6 +238,14 @@ def state(case: Case, machine: Machine, values: Mapping[str, float]) -> Hypothes
     parameters = parameters_of(machine, ())
     fit = linearise(case.problem(machine, parameters), theta_of(parameters, values))
     return Hypothesis(case, machine, (), (), fit.temper(1.0, max(1.0, chi_of(fit))))
+
+
+def fit_lasting(h: Hypothesis) -> Hypothesis:
+    """A hypothesis fitted anew without constant errors of sensors, each channel counting by its misfit and how long
+    that lasts."""
+    misfit, data = channel_misfits(h.fit), h.fit.problem.data
+    sigma = {n: s * misfit[n].factor(is_whole=True) for d in data for n, s in d.sigma.items()}
+    return fit_hypothesis(replace(h.case, sigma=sigma), h.machine, h.found, h.own, h.values, offsets=False)
 
 
 def settle_hypothesis(h: Hypothesis, is_late: Callable[[], bool] = lambda: False) -> Hypothesis:

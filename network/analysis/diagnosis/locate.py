@@ -59,6 +59,12 @@ def locate(fit: Linearised, machine: Machine, scale: float | None = None) -> tup
     return tuple(sorted(told, key=lambda u: -u.probability))
 
 
+def explain_unknown_at_most(fit: Linearised, machine: Machine) -> float:
+    """What unknown heat, or an unknown error of a channel, explains at most [nats], in stated noise."""
+    chi2 = max(1.0, float(np.mean(fit.left**2)))
+    return chi2 * max(u.gain for u in locate(fit, machine))
+
+
 def list_likely_parts(located: Sequence[UnknownHeat]) -> dict[str, float]:
     """What unknown heat gains in the parts where that is not much less than in the best of them [nats]."""
     gains = {u.at.nodes[0]: u.gain for u in located if u.at.kind == "node"}

@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from network.analysis.calibration.estimated_constants import Numbers
 from network.analysis.comparison.compare import RecordingResidual
 from network.analysis.diagnosis.finding import Quantity, Rival
 from network.analysis.diagnosis.hypothesis import Case
@@ -72,6 +73,34 @@ class ReadingFault(ABC):
         """What else it could be."""
         return ()
 
+    @property
+    def needed(self) -> tuple[str, ...]:
+        """The channels without which a recording cannot be set right."""
+        return self.channels
+
+    @property
+    def stands_alone(self) -> bool:
+        """Whether it is told, where runs speak against all that was found beside it, as long as they do not against
+        it."""
+        return False
+
+    @property
+    def changes_machine(self) -> bool:
+        """Whether the machine of the case that is set right is another one."""
+        return bool(self.patch)
+
+    def complete(self, recording: Recording) -> Recording:
+        """A recording with what that machine asks for besides."""
+        return recording
+
+    def show(self, case: Case) -> tuple[Recording, ...]:
+        """The recordings of a case that was set right, sampled as they were."""
+        return case.recordings
+
+    def leave_wrong(self, case: Case) -> Case:
+        """A case with the fault in its recordings, laid out for that machine as what is set right is."""
+        return case
+
     def leave_in(self, machine: Machine) -> Machine:
         """A machine for what is recorded from now on, whose sensor goes on so; the same where it does not."""
         return machine
@@ -81,5 +110,10 @@ class ReadingFault(ABC):
         """The case without it: on corrected recordings, or with a machine that has it."""
 
     @abstractmethod
-    def list_corrections(self, residual: RecordingResidual) -> list[Recording]:
-        """A recording of which only the residual is known, in all ways in which it may have to be set right."""
+    def list_corrections(self, residual: RecordingResidual, numbers: Numbers) -> list[Recording]:
+        """A recording of which only the residual beside some numbers is known, in all ways in which it may have to be
+        set right."""
+
+    def tell_correction(self, given: Recording, right: Recording) -> str:
+        """What was set right in a recording that no fit used, where that is to be said."""
+        return ""

@@ -38,6 +38,7 @@ from network.analysis.diagnosis.screening import Screening, leaves_something, sc
 from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.standstill.find_standstill import find_standstill
 from network.analysis.diagnosis.time_budget import BudgetReached, TimeBudget
 from network.analysis.diagnosis.unseen_runs import unseen_misfit
 from network.platform.parallel import check_each
@@ -74,7 +75,7 @@ def _is_found_again(now: Search, first: Search) -> bool:
     these are others than those it was found on (first): what coarse lumps leave looks like a fault."""
     if now.fault is None or now.fault.competes or now.null.machine is now.written.machine:
         return True
-    case = replace(first.case, noise=now.case.noise, sigma=now.case.sigma)
+    case = replace(now.fault.leave_wrong(first.case), noise=now.case.noise, sigma=now.case.sigma)
     try:
         bare = fit_hypothesis(case, now.null.machine, start=now.null.values)
     except (Failed, np.linalg.LinAlgError):
@@ -189,7 +190,7 @@ def _set_right(h: Hypothesis, jobs: int) -> tuple[ReadingFault | None, Hypothesi
     if h.chi <= SETTINGS.noise:
         return None, h
     rival_gain = cache(partial(_best_score, h, jobs))
-    told = find_reading_fault(h, rival_gain), find_exchange(h, rival_gain)
+    told = find_reading_fault(h, rival_gain), find_exchange(h, rival_gain), find_standstill(h, rival_gain)
     return max((pair for pair in told if pair is not None), key=lambda pair: pair[0].gain, default=(None, h))
 
 

@@ -16,9 +16,10 @@ from network.analysis.calibration.misfit import channel_misfits
 from network.analysis.calibration.recorded_modes import forget_modes
 from network.analysis.calibration.uncertainty import Uncertainty, uncertainty_by_curvature
 from network.analysis.comparison.compare import Comparison, RecordingResidual
+from network.analysis.diagnosis.case_noise import use_file_noise
 from network.analysis.diagnosis.compact_fit import expand
 from network.analysis.diagnosis.faced_relays import face_relays
-from network.analysis.diagnosis.hypothesis import Hypothesis, fit_findings, reweight, state
+from network.analysis.diagnosis.hypothesis import Hypothesis, fit_findings, fit_lasting, reweight, state
 from network.analysis.diagnosis.invariants import list_refutations
 from network.analysis.diagnosis.result import Fits
 from network.analysis.diagnosis.selection import Selection
@@ -73,14 +74,29 @@ def list_retreats(search: Search) -> Iterator[Search]:
     for rest in (search.null, search.written):
         if rest is not best:
             yield replace(search, selection=Selection(reweight(best.case, rest)))
+    if search.fault is not None and search.fault.stands_alone:
+        yield from _list_alone(search)
     if search.fault is not None:
         bare = _bare_of(search)
         yield replace(search, fault=None, case=search.given, written=bare, selection=Selection(bare))
 
 
+def _list_alone(search: Search) -> Iterator[Search]:
+    """Its fault of readings alone, at numbers to which each channel counts by how far it is off and how long that
+    lasts: neither coloured noise nor constant errors of sensors take up what is left. From the numbers as calibrated,
+    then from those as fitted."""
+    case = replace(use_file_noise(search.written.case), budget=search.case.budget)
+    for values in (search.calibrated.values, search.written.values):
+        try:
+            alone = reweight(case, fit_lasting(state(case, case.machine, values)))
+        except (Failed, np.linalg.LinAlgError):
+            continue
+        yield replace(search, case=case, written=alone, null=alone, selection=Selection(alone))
+
+
 def _bare_of(search: Search) -> Hypothesis:
     """The machine as given on the recordings as they were, where a fault of readings is taken back."""
-    if search.fault is None or not search.fault.patch:
+    if search.fault is None or not search.fault.changes_machine:
         return reweight(search.given, search.written)
     return state(search.given, search.given.machine, search.calibrated.values)
 
@@ -115,7 +131,8 @@ def _fits(search: Search, before: Machine, after: Machine, holdout: Sequence[Rec
     given = search.calibrated.numbers(search.given.start)
     found = given if after is before else _numbers(search.told, after)
     held = _correct_readings(search, found, holdout)
-    bare = forget_modes(search.case.recordings)
+    shown = search.case.recordings if search.fault is None else search.fault.show(search.case)
+    bare = forget_modes(shown)
     sets = [(given, search.given.recordings), (found, bare), (given, holdout), (found, held)]
     items = [((id(numbers), i > 1, id(run)), (i, i > 1, run)) for i, (numbers, runs) in enumerate(sets) for run in runs]
     different = dict(items)
@@ -154,10 +171,11 @@ def leave_fault(search: Search, after: Machine, holdout: Sequence[Recording], fi
 
 def _correct_run(fault: ReadingFault, found: Numbers, run: Recording) -> Recording:
     """The run set right in the way that leaves least."""
+    run = fault.complete(run)
     raw = compare_estimated(found, run, held_out=True)
-    if not {*fault.channels} <= {*raw.channels}:
+    if not {*fault.needed} <= {*raw.channels}:
         return run
-    ways = fault.list_corrections(raw)
+    ways = fault.list_corrections(raw, found)
     if len(ways) == 1:
         return ways[0]
     return min(ways, key=lambda way: compare_estimated(found, way, held_out=True).rmse_in_noise)

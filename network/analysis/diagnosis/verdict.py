@@ -56,11 +56,13 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     if search.ended:  # nothing is sure
         findings = [replace(f, confidence=min(f.confidence, SETTINGS.half)) for f in findings]
     known = isolability(search.screened.scores, search.screened.proposed)
-    advice = () if search.ended else tuple(experiments(search, known.unseen))
+    can_advise = not search.ended and {*search.case.machine.inputs} <= {*search.given.machine.inputs}
+    advice = tuple(experiments(search, known.unseen)) if can_advise else ()
     is_looked = search.null.chi > SETTINGS.noise
     unsearched = list_unsearched(search.screened, search.ended, _list_tried(search, findings)) if is_looked else []
     told = [*map(_as_sentence, refuted), *_notes(search), *(u.sentence for u in unsearched)]
     told += list(_tell_unseen(fits)) if doubt and not findings else []
+    told += list(_tell_corrections(search, holdout, fits))
     notes = (*warnings, *told, *([known.sentence] if known.sentence else ()))
     if after is before:
         before = after = search.calibrated.state_numbers(is_late)
@@ -88,6 +90,14 @@ def _tell_unseen(fits: Fits) -> Iterator[str]:
             f"What was held out is left at {unseen:.2g} σ, what was fitted at {seen:.2g} σ: something differs between "
             "these runs that the file does not know – a room, a start, or what acts in some of them only."
         )
+
+
+def _tell_corrections(search: Search, holdout: Sequence[Recording], fits: Fits) -> Iterator[str]:
+    """What was set right in runs held out."""
+    if search.fault is not None and fits.holdout_after is not None:
+        for given, told in zip(holdout, fits.holdout_after.recordings, strict=True):
+            if said := search.fault.tell_correction(given, told.recording):
+                yield said
 
 
 def _doubt_finding(finding: Finding, doubt: str) -> Finding:

@@ -97,7 +97,10 @@ def to_sigma(nats: float) -> float:
 
 
 def windows_words(d: Diagnosis, finding: Finding) -> str:
-    """When it showed most, on the first recording; nothing where that was always, or is that of an earlier finding."""
+    """When it showed most, on the first recording; nothing where that was always, or is that of an earlier finding, or
+    where its sentence says so of the recording that it is about."""
+    if finding.is_stop:
+        return ""
     earlier = d.findings[: d.findings.index(finding)] if finding in d.findings else ()
     if finding.windows in [f.windows for f in earlier]:
         return ""

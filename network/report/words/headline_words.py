@@ -34,8 +34,8 @@ def added_words(d: Diagnosis) -> str:
 
 
 def misread_words(d: Diagnosis) -> str:
-    """Which channels do not read true."""
-    return next(_tell_readings(d), "a channel does not read true")
+    """Which channels do not read true, and what stood."""
+    return ", and ".join(_tell_readings(d)) or "a channel does not read true"
 
 
 def place_words(d: Diagnosis) -> str:
@@ -59,9 +59,13 @@ def _tell_machine(d: Diagnosis) -> Iterator[str]:
 
 
 def _tell_readings(d: Diagnosis) -> Iterator[str]:
-    channels = list(dict.fromkeys(n for f in d.findings if f.kind != UNKNOWN for n in f.channels))
+    told = [f for f in d.findings if f.kind != UNKNOWN]
+    channels = list(dict.fromkeys(n for f in told if not f.is_stop for n in f.channels))
     if channels:
         yield f"{join_names(channels)} {'does' if len(channels) == 1 else 'do'} not read true"
+    for f in (f for f in told if f.is_stop):
+        is_one = len(f.channels) == 1
+        yield f"when {join_names(list(f.channels))} stood still is not in {'its' if is_one else 'their'} recordings"
 
 
 def _tell_nameless(d: Diagnosis) -> Iterator[str]:

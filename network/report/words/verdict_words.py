@@ -58,6 +58,11 @@ NEXT = {
     "unexplained": "Look at the machine where heat or movement is unaccounted for, with its history in hand. The patch "
     "holds only what did hold.",
 }
+NEXT_STOP = (
+    "Ask who ran the machine what happened then. Where it did stand, record with the next runs what says so: the "
+    "control's own state, a current, a speed that is measured. Leave the physics of the machine as it is."
+)
+"""Where something stood that recordings say ran."""
 NEXT_ROOM = (
     "Hang a thermometer there, record it as a column with the next runs, and diagnose again: until then it hides what "
     "else may be missing."
@@ -118,6 +123,8 @@ def next_words(d: Diagnosis) -> str:
         return NEXT_ROOM
     if d.verdict == "unexplained" and d.findings and all(f.channels for f in d.findings if f.kind == UNKNOWN):
         return NEXT_CHANNEL
+    if d.verdict == "sensor_fault" and any(f.is_stop for f in d.findings):
+        return NEXT_STOP
     return "" if d.ended and d.verdict in CLEAN else NEXT[d.verdict]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from network.analysis.calibration.estimated_constants import Numbers
 from network.analysis.comparison.compare import RecordingResidual
 from network.analysis.diagnosis.candidates import Candidate, candidate
 from network.analysis.diagnosis.exchange.exchange_scan import Runs
@@ -86,7 +87,7 @@ class ExchangeFault(ReadingFault):
         swap = candidate(case.machine, SensorSwap, self.swap.patch)
         return case if swap is None else replace(case, machine=swap.machine)
 
-    def list_corrections(self, residual: RecordingResidual) -> list[Recording]:
+    def list_corrections(self, residual: RecordingResidual, numbers: Numbers) -> list[Recording]:
         """As it is; and exchanged, where some recordings are and some are not."""
         recording = residual.recording
         return [recording] if self.is_machines else [recording, exchange_columns(recording, self.pair)]

@@ -28,7 +28,7 @@ from network.analysis.diagnosis.findings import why_not
 from network.analysis.diagnosis.hypothesis import Hypothesis, fit_hypothesis, theta_of
 from network.analysis.diagnosis.intermittent.channel_fault import LEFT
 from network.analysis.diagnosis.intermittent.channel_samples import excess_of
-from network.analysis.diagnosis.locate import locate
+from network.analysis.diagnosis.locate import explain_unknown_at_most
 from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.sensors.sensor_swap import SensorSwap
 from network.machine.machine import Machine
@@ -121,7 +121,7 @@ class Exchanged:
     @property
     def beats_unknown(self) -> bool:
         """Whether with unknown heat or an unknown error beside it it explains more than these alone."""
-        alone, beside = (_explain_unknown(h) for h in (self.before, self.after))
+        alone, beside = (explain_unknown_at_most(h.linearised, h.machine) for h in (self.before, self.after))
         return self.gain + beside > alone
 
     def tell(self, others: Sequence[Exchanged], rival: float) -> ExchangeFault:
@@ -177,12 +177,6 @@ def _linearise_at_file(h: Hypothesis) -> Linearised | None:
         return linearise(h.fit.problem, theta_of(h.fit.problem.parameters, h.own_values))
     except (Failed, np.linalg.LinAlgError):
         return None
-
-
-def _explain_unknown(h: Hypothesis) -> float:
-    """What unknown heat, or an unknown error of a channel, explains at most [nats]."""
-    chi2 = max(1.0, float(np.mean(h.fit.left**2)))
-    return chi2 * max(u.gain for u in locate(h.linearised, h.machine))
 
 
 def _patch_of(machine: Machine, pair: Pair) -> Mapping[str, Any]:

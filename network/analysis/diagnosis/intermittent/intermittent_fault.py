@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from network.analysis.calibration.estimated_constants import Numbers
 from network.analysis.comparison.compare import RecordingResidual
 from network.analysis.diagnosis.candidates import Candidate, candidates, kinds
 from network.analysis.diagnosis.finding import Quantity
@@ -88,7 +89,7 @@ class IntermittentFault(ChannelFault):
         truth = self.effect.truth(values, list_inputs(self.effect, recording))
         return np.where(inside(recording.t, windows), truth, values)
 
-    def list_corrections(self, residual: RecordingResidual) -> list[Recording]:
+    def list_corrections(self, residual: RecordingResidual, numbers: Numbers) -> list[Recording]:
         """Where its residual jumps by the same share."""
         recording, channel = residual.recording, residual.channels[self.channel]
         full = effect_of(at_share(self.candidate, 1.0), self.candidate)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from network.analysis.calibration.estimated_constants import Numbers
 from network.analysis.calibration.linearised import linearise
 from network.analysis.comparison.compare import RecordingResidual
 from network.analysis.diagnosis.finding import Quantity
@@ -106,7 +107,7 @@ class OnsetFault(ChannelFault):
         t0 = windows[0][0] if windows else np.inf
         return self.onset.shape.set_right(recording, values, t0, self.onset.size)
 
-    def list_corrections(self, residual: RecordingResidual) -> list[Recording]:
+    def list_corrections(self, residual: RecordingResidual, numbers: Numbers) -> list[Recording]:
         """As it is; and from its beginning on, where the fault stayed to the last run."""
         recording = residual.recording
         whole = ((float(recording.t[0]), float(recording.t[-1])),)

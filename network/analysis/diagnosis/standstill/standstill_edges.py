@@ -1,0 +1,71 @@
+"""When a stop begins and ends, to less than a step of the scan: by the slopes of the readings by its instants.
+
+About a fit to recordings that are set right an edge that comes a second later kicks the states by the rates that it
+changes. All edges are moved at once by Gauss–Newton, M r along their answers, all numbers refitted beside them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from network.analysis.calibration.gauss_newton import Linearised
+from network.analysis.diagnosis.intermittent.change_points import Windows
+from network.analysis.diagnosis.standstill.lasting_fit import LastingFit
+from network.catalogue.declaration.declare import Array
+from network.engine.response.nuisance_pushes import edge_pushes
+
+ROUNDS, FARTHEST = 4, 120.0
+"""Times that edges are moved (budget), and how far [s] from where they were found, which is their prior 1σ: the longest
+step of the scan."""
+STILL = 1.0
+"""s that an edge moves by where it is found."""
+
+
+@dataclass(frozen=True, eq=False)
+class Edges:
+    """Stops with their edges moved; std: 1σ of those of the first of them [s]; moved: by how much, at most [s]."""
+
+    stops: tuple[Windows, ...]
+    std: tuple[float, float]
+    moved: float
+
+
+def refine_edges(about: Callable[[tuple[Windows, ...]], Linearised], stops: tuple[Windows, ...]) -> Edges:
+    """about: the fit linearised on recordings with some stops."""
+    first = edges = np.array([edge for own in stops for window in own for edge in window])
+    std = np.zeros_like(edges)
+    for _ in range(ROUNDS):
+        step, std = _find_step(about(_as_stops(edges, stops)), _as_stops(edges, stops))
+        moved = np.clip(edges + step, first - FARTHEST, first + FARTHEST)
+        if (np.diff(moved.reshape(-1, 2)) <= 0).any():
+            break
+        is_still, edges = np.abs(moved - edges).max() < STILL, moved
+        if is_still:
+            break
+    far = float(np.abs(edges - first).max())
+    return Edges(_as_stops(edges, stops), (float(std[0]), float(std[1])), far)
+
+
+def _find_step(at: Linearised, stops: tuple[Windows, ...]) -> tuple[Array, Array]:
+    """How much later every edge is by the readings, and 1σ [s]."""
+    fit, pulls, weights = LastingFit(at), list[Array](), list[Array]()
+    for run, windows in enumerate(stops):
+        if windows:
+            p = at.predictions[run]
+            t = np.clip(np.ravel(windows), p.run.knots.t[1], p.run.knots.t[-2])
+            g, among = fit.weigh(run, p.respond_to(edge_pushes(p.course, t)))
+            pulls.append(g)
+            weights.append(among)
+    own = block_diag(*weights)
+    own = own + np.eye(len(own)) / FARTHEST**2
+    return np.linalg.solve(own, np.concatenate(pulls)), np.sqrt(np.diag(np.linalg.inv(own)))
+
+
+def _as_stops(edges: Array, like: tuple[Windows, ...]) -> tuple[Windows, ...]:
+    """Edges as windows of the same runs."""
+    pairs = iter(edges.reshape(-1, 2).tolist())
+    return tuple(tuple((begin, end) for begin, end in (next(pairs) for _ in own)) for own in like)
