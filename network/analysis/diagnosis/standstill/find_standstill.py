@@ -3,7 +3,8 @@
 Numbers that were fitted to a stop are bent, so it is found again about the fit without it, and further ones of the same
 driver are looked for there. What counts in the end is what the fit explains of each channel in units of how large the
 misfit that it leaves there is and how long that lasts: beyond the log of as many stretches as were tried for each stop,
-all of them at full strength, and where neither the catalogue nor unknown heat explains as much.
+all of them at full strength, and where neither the catalogue nor unknown heat explains as much; a source of which
+nothing is recorded also has to leave hardly anything.
 """
 
 from __future__ import annotations
@@ -41,11 +42,17 @@ def find_standstill(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[Sta
     best of the catalogue scores about the same fit [nats]."""
     try:
         best = _find_best(h)
-        if best is None or not _is_full(h, best) or not best.beats_unknown:
+        if best is None or not _is_plain(best) or not _is_full(h, best) or not best.beats_unknown:
             return None
     except (Failed, Refused, np.linalg.LinAlgError):
         return None
     return (best.tell(h.case.recordings), best.after) if best.gain > rival_gain() * max(1.0, h.chi) ** 2 else None
+
+
+def _is_plain(now: Stopped) -> bool:
+    """Whether an input stood, of which a recording tells when it moved; or a source of which none tells anything, where
+    hardly anything is left: else that may as well be something else."""
+    return not now.driver.source or now.after.chi <= SETTINGS.adequate
 
 
 def _find_best(h: Hypothesis) -> Stopped | None:
