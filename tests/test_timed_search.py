@@ -77,5 +77,7 @@ def test_what_is_on_or_off_for_less_than_a_sample_is_not_told(duration: float, s
     proposed = candidates(h.machine, case.drivers)
     c = next(c for c in proposed if c.kind.kind == "timed_source" and c.places == ("column",))
     values = {"period": 2820.0, "duration": duration, "phase": 600.0}
+    always = values | {"period": 90000.0, "duration": 80000.0, "phase": -600.0}
+    assert not _is_seen(h, c, theta_of(c.own[1:], {p.path: always[p.attribute] for p in c.own[1:]}))
     shapes = theta_of(c.own[1:], {p.path: values[p.attribute] for p in c.own[1:]})
     assert h.case.runs.interval == 20.0 and _is_seen(h, c, shapes) is seen

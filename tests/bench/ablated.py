@@ -71,7 +71,7 @@ STAGES: Mapping[str, Mapping[str, Stand]] = {
         "backward_elimination._weigh_rest": worth_all,
         "unseen_runs._add_rest": no_gain,
         "intermittent.onset_fault._beats_unknown": always,
-        "exchange.find_exchange._explain_unknown": no_gain,
+        "locate.explain_unknown_at_most": no_gain,
     },
     "no-crossed": {"crossed_splits.halve": nothing},
     "no-switching": {"switching.relay_search.search_relays": none_found},

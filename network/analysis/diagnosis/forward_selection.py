@@ -12,6 +12,7 @@ from network.analysis.diagnosis.backward_elimination import check_selection, rer
 from network.analysis.diagnosis.coarse_surrogate import fit_on_finer_lumps, fit_on_finer_lumps_afresh
 from network.analysis.diagnosis.compact_fit import compact
 from network.analysis.diagnosis.few_runs import SEARCHED, on_all_runs, on_few_runs
+from network.analysis.diagnosis.fresh_fit import fit_afresh
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight
 from network.analysis.diagnosis.initial_state_restarts import restart_from_starts
 from network.analysis.diagnosis.latent_rest import rank_beside_rest
@@ -230,7 +231,7 @@ def _accept_best(
     best = _best_on_lumps(current, before, rivals, jobs)
     if best is None or not _is_gain(current, best, threshold):
         return None
-    best = restart_from_starts(settle_instants(best), jobs)
+    best = restart_from_starts(settle_instants(fit_afresh(best)), jobs)
     return refine_until_converged(best.case, best, jobs)
 
 

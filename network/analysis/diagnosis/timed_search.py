@@ -80,13 +80,13 @@ def _settle(
 
 
 def _is_seen(before: Hypothesis, c: Candidate, theta: Array) -> bool:
-    """Whether it stays on and off for a sample at least: what goes faster looks like what stays, and a pulse between
-    two samples like a jump."""
+    """Whether it goes on or off at all, and stays so for a sample at least: what goes faster looks like what stays, and
+    a pulse between two samples like a jump."""
     runs, shapes = before.case.runs, c.own[1:]
     laws = {p.entry: c.machine.by_path[p.entry] for p in shapes}
     values = {p.attribute: p.value(float(x)) for p, x in zip(shapes, theta, strict=True)}
     edges = [law.replaced(**values).edges(runs.longest) for law in laws.values() if isinstance(law, Mechanism)]
-    return all((np.diff(each) >= runs.interval).all() for each in edges)
+    return all(len(each) and (np.diff(each) >= runs.interval).all() for each in edges)
 
 
 def _steps(rng: np.random.Generator, shapes: int, near: int, far: int) -> Array:

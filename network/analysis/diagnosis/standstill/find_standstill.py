@@ -33,6 +33,8 @@ ROUNDS, REFINED = 5, 2
 SETTLED = 5.0
 """s by which edges have to move for a further fit."""
 
+EDGES = 2
+"""Of a stop."""
 PROMISING = 0.25
 """Share of what chance reaches that a fit has to explain for its stops to be found again (budget)."""
 
@@ -42,7 +44,9 @@ def find_standstill(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[Sta
     best of the catalogue scores about the same fit [nats]."""
     try:
         best = _find_best(h)
-        if best is None or not _is_plain(best) or not _is_full(h, best) or not best.beats_unknown:
+        if best is None or not _is_plain(best) or not _lasts(h, best):
+            return None
+        if not _is_full(h, best) or not best.beats_unknown:
             return None
     except (Failed, Refused, np.linalg.LinAlgError):
         return None
@@ -53,6 +57,13 @@ def _is_plain(now: Stopped) -> bool:
     """Whether an input stood, of which a recording tells when it moved; or a source of which none tells anything, where
     hardly anything is left: else that may as well be something else."""
     return not now.driver.source or now.after.chi <= SETTINGS.adequate
+
+
+def _lasts(h: Hypothesis, now: Stopped) -> bool:
+    """Whether every stop lasts for more steps of the fit than its two edges take: an edge of an input that is stamped
+    early or late is none."""
+    steps = [float(np.median(np.diff(p.run.knots.t))) for p in h.predictions]
+    return all(end - begin > EDGES * step for step, own in zip(steps, now.stops, strict=True) for begin, end in own)
 
 
 def _find_best(h: Hypothesis) -> Stopped | None:
