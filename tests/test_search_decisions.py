@@ -14,6 +14,7 @@ from network.analysis.diagnosis import (
     falling_short,
     findings,
     forward_selection,
+    fresh_fit,
     lump_convergence,
     lump_promise,
     lump_refinement,
@@ -30,6 +31,7 @@ from network.analysis.diagnosis.experiments import advice, separation
 from network.analysis.diagnosis.experiments.programs import Driver, _ladder
 from network.analysis.diagnosis.intermittent import channel_fault, channel_samples, intermittent_fault, onset_fault
 from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.standstill import find_standstill
 from network.analysis.diagnosis.switching.relay_search import _keep_of_each, rank_likely_places
 from network.analysis.diagnosis.switching.sample_refinement import DAMPED, _At, _steps, refine_samples
 from network.analysis.diagnosis.time_budget import BudgetReached
@@ -860,3 +862,41 @@ def test_halves_speak_against_a_finding_where_chance_is_more_likely_than_not(
 def test_a_further_finding_shows_where_it_was_not_chosen(p: float, agree: bool, of_one: bool, told: bool) -> None:
     chosen = (("a",), ("a",)) if agree else (("a",), ("b",))
     assert UnseenTest((p / 2, p / 2), chosen, of_one).shows_again is told
+
+
+@pytest.mark.parametrize(
+    "chi, switches, tried, told",
+    [(SETTINGS.adequate - 0.1, False, 0, 10.0), (9.0, True, 0, 10.0), (9.0, False, 3, 30.0)],
+)
+def test_a_fit_that_leaves_much_is_made_again_from_other_numbers(
+    chi: float, switches: bool, tried: int, told: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From those of the file and with its strength smaller and larger; what breaks down tells nothing."""
+    c, starts = bare(own=(bare(path="late"),)), list[Any]()
+    held = h(
+        chi, 10.0, (c,), case=None, machine=None, own=c.own, own_values={"late": 300.0}, switches=switches,
+        values={"late": 300.0, "file": 2.0},
+    )  # fmt: skip
+
+    def fit(case: Any, machine: Any, found: Any, own: Any, start: Any, until: Any) -> Any:
+        starts.append(start)
+        if start["late"] < 300:
+            raise Failed("it runs away")
+        assert until.needed == 10.0
+        return h(1.0, 30.0 if start["late"] > 300 else 5.0)
+
+    monkeypatch.setattr(fresh_fit, "fit_hypothesis", fit)
+    assert fresh_fit.fit_afresh(held).evidence == told and len(starts) == tried
+    if tried:
+        assert starts == [{"late": 300.0}, *({"late": 300.0 * kick, "file": 2.0} for kick in fresh_fit.KICKS)]
+
+
+def test_a_stop_lasts_for_more_than_its_edges() -> None:
+    """60 s a step: two of them are what an edge takes that is stamped early or late."""
+    of = bare(predictions=(bare(run=bare(knots=bare(t=np.arange(0.0, 3600.0, 60.0)))),))
+    short, long, both = ((600.0, 710.0),), ((600.0, 730.0),), ((0.0, 900.0), (1200.0, 1260.0))
+    for windows, told in ((short, False), (long, True), (both, False)):
+        assert find_standstill._lasts(of, bare(stops=(windows,))) is told
+    assert find_standstill._is_plain(bare(driver=bare(source=""), after=h(9.0)))
+    assert not find_standstill._is_plain(bare(driver=bare(source="pump"), after=h(9.0)))
+    assert find_standstill._is_plain(bare(driver=bare(source="pump"), after=h(1.0)))
