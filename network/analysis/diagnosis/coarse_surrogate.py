@@ -14,10 +14,10 @@ from itertools import chain
 
 import numpy as np
 
+from network.analysis.diagnosis.additive_correction import AdditiveCorrection
 from network.analysis.diagnosis.candidates import Candidate, lay_over
 from network.analysis.diagnosis.falling_short import FallsShort
 from network.analysis.diagnosis.hypothesis import (
-    AdditiveCorrection,
     Case,
     Hypothesis,
     fit_findings,

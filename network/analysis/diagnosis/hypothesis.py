@@ -16,6 +16,7 @@ from network.analysis.calibration.linearised import weigh_anew
 from network.analysis.calibration.measured_means import Measured, RunPoint, weigh_recording
 from network.analysis.calibration.misfit import channel_misfits, chi_of, strain_of
 from network.analysis.calibration.noise import Noise
+from network.analysis.diagnosis.additive_correction import AdditiveCorrection
 from network.analysis.diagnosis.candidates import Candidate, lay_over
 from network.analysis.diagnosis.recorded_powers import gather_runs
 from network.analysis.diagnosis.settings import SETTINGS
@@ -39,23 +40,6 @@ CONTINUATION, CONTINUATION_STEPS = (0.25, 0.4, 0.6, 0.8), 3
 def never(at: Linearised) -> bool:
     """A fit that is not given up."""
     return False
-
-
-@dataclass(frozen=True, eq=False)
-class AdditiveCorrection:
-    """A difference of a run's channels over time, as means about instants t [s]: (channels, instants)."""
-
-    t: Array
-    values: Array
-
-    @classmethod
-    def of(cls, data: Measured, cells: Array) -> AdditiveCorrection:
-        """From the cells of a layout of the run (channels · cells)."""
-        return cls(data.centres, cells.reshape(len(data.run.channels), -1))
-
-    def at(self, data: Measured) -> Array:
-        """The same about the cells of a layout of the run (channels · cells)."""
-        return np.concatenate([np.interp(data.centres, self.t, row) for row in self.values])
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,8 +13,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from network.analysis.diagnosis.additive_correction import AdditiveCorrection
 from network.analysis.diagnosis.few_runs import on_few_runs
-from network.analysis.diagnosis.hypothesis import AdditiveCorrection, Hypothesis, fit_hypothesis, theta_of
+from network.analysis.diagnosis.hypothesis import Hypothesis, fit_hypothesis, theta_of
 from network.analysis.diagnosis.settings import SETTINGS
 from network.engine.response.model import Model
 from network.engine.response.parameters import centres, values_at

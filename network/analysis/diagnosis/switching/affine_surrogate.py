@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 
 from network.analysis.calibration.linearised import linearise
+from network.analysis.diagnosis.additive_correction import AdditiveCorrection
 from network.analysis.diagnosis.candidates import Candidate, candidate
-from network.analysis.diagnosis.hypothesis import AdditiveCorrection, Hypothesis, theta_of
+from network.analysis.diagnosis.hypothesis import Hypothesis, theta_of
 from network.catalogue.declaration.declare import list_kinds
 from network.catalogue.declaration.fields import REQUIRED
 from network.catalogue.mechanisms.base import Link
