@@ -215,12 +215,15 @@ def _contenders(
 
 
 def _skip_misleading(before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int) -> Sequence[Hypothesis]:
-    """Rivals from the first on that tells runs that it has not seen no worse than without it, where much is left: what
-    only bends itself to the runs is no reason to leave out the next. As they are where none of the best does."""
+    """Rivals from the first on that explains at least half as much of runs that it has not seen as the best of them,
+    where much is left: what only bends itself to the runs is no reason to leave out the next. As they are where none of
+    the best tells these better than without it."""
     if not ranked or ranked[0].chi <= SETTINGS.adequate:
         return ranked
-    least = unseen_misfit(before, jobs)
-    told = next((h for h in distinct(ranked)[:CARRIED] if unseen_misfit(h, jobs) <= least), ranked[0])
+    rivals, least = distinct(ranked)[:CARRIED], unseen_misfit(before, jobs) ** 2
+    left = [unseen_misfit(h, jobs) ** 2 for h in rivals]
+    most = least - SETTINGS.half * max(0.0, least - min(left))
+    told = next((h for h, misfit in zip(rivals, left, strict=True) if misfit <= most), ranked[0])
     return ranked[[*ranked].index(told) :]
 
 

@@ -120,8 +120,9 @@ def _search_from(
     """Ever better states from the machine as written; sets_right: whether readings may be at fault."""
     levels = refine_lumps(now.case, now.written, jobs)
     tell(0.1)
-    if now.fault is None and sets_right:
-        fault, finest = _set_right(build_surrogate(max(levels, key=_evidence)), jobs)
+    finest = max(levels, key=_evidence)
+    if now.fault is None and sets_right and finest is not now.written:  # in that one they were looked for before
+        fault, finest = _set_right(build_surrogate(finest), jobs)
         if fault is not None:
             now = _with_fault(now, fault, finest)
             levels = refine_lumps(now.case, now.written, jobs)
