@@ -59,9 +59,9 @@ def _is_plain(now: Stopped) -> bool:
     return not now.driver.source or now.after.chi <= SETTINGS.adequate
 
 
-def _is_hopeless(now: Stopped) -> bool:
+def _is_hopeless(h: Hypothesis, now: Stopped) -> bool:
     """Whether so much is left beside a stop of a source that it will not come to hardly anything."""
-    return bool(now.driver.source) and now.after.chi > SETTINGS.hopeless
+    return bool(now.driver.source) and now.after.chi > max(SETTINGS.hopeless, SETTINGS.half * h.chi)
 
 
 def _lasts(h: Hypothesis, now: Stopped) -> bool:
@@ -97,7 +97,7 @@ def _settle(h: Hypothesis, first: Sequence[Stretch], tried: int) -> Stopped | No
     driver, stops = first[0].driver, tuple(_join([s for s in first if s.run == i]) for i in range(len(h.predictions)))
     now, seen = fit_stopped(h, driver, stops, tried), {stops}
     for _ in range(ROUNDS):
-        if now is None or now.worth < PROMISING * now.price or _is_hopeless(now):
+        if now is None or now.worth < PROMISING * now.price or _is_hopeless(h, now):
             return None
         stops = tuple(_find_again(h, now))
         if not any(stops):
