@@ -900,3 +900,22 @@ def test_a_stop_lasts_for_more_than_its_edges() -> None:
     assert find_standstill._is_plain(bare(driver=bare(source=""), after=h(9.0)))
     assert not find_standstill._is_plain(bare(driver=bare(source="pump"), after=h(9.0)))
     assert find_standstill._is_plain(bare(driver=bare(source="pump"), after=h(1.0)))
+
+
+@pytest.mark.parametrize(
+    "left, first, told",
+    [
+        ((15.2, 13.0, 6.1), 5.9, 2), ((12.0, 13.0, 6.1), 5.9, 0), ((4.4, 2.9, 4.8), 2.1, 0), ((17.0, 18.0, 19.0), 5.9, 0),
+        ((15.2, 13.0, 6.1), ADEQUATE - 0.1, 0),
+    ],
+)  # fmt: skip
+def test_of_rivals_that_leave_much_one_that_tells_unseen_runs_well_goes_on(
+    left: tuple[float, ...], first: float, told: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first that explains half of what the best of them explains there; as they are where none explains anything,
+    or little is left."""
+    before, rivals = h(9.6), [h(first, float(-k)) for k in range(3)]
+    unseen = {id(before): 16.9} | {id(each): x for each, x in zip(rivals, left, strict=True)}
+    monkeypatch.setattr(forward_selection, "unseen_misfit", lambda each, jobs: unseen[id(each)])
+    monkeypatch.setattr(forward_selection, "distinct", lambda ranked: [*ranked])
+    assert [*forward_selection._skip_misleading(before, rivals, 1)] == rivals[told:]
