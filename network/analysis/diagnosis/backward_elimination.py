@@ -137,9 +137,9 @@ def _eliminate(
         rests = [[c for c in current.found if c is not out] for out in current.found]
         less = run_all(partial(_refit, current), [(rest, current.values) for rest in rests], jobs)
         rest = find_rest(current) if is_apart and len(current.found) > 1 else None
-        gains = [np.inf if h is None else _gain_over(current, h, rest) for h in less]
-        if rest is not None:
-            gains = [-np.inf if _is_of_one_half(now, c) else gain for gain, c in zip(gains, current.found, strict=True)]
+        is_out = [rest is not None and _is_of_one_half(now, c) for c in current.found]
+        pairs = zip(less, is_out, strict=True)
+        gains = [-np.inf if out else np.inf if h is None else _gain_over(current, h, rest) for h, out in pairs]
         k = int(np.argmin(gains))
         other = less[k]
         if other is None or gains[k] >= now.threshold:

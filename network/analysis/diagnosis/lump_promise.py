@@ -32,11 +32,20 @@ def promises_more(h: Hypothesis, finer: Machine) -> bool:
     far behind is left out."""
     few = on_few_runs(h)
     parameters = few.fit.problem.parameters
-    tried = [_fit_rest(few, finer, values) for values in (few.values, values_at(parameters, centres(parameters)))]
-    told = [other for other in tried if other is not None]
-    if few.fit.problem.model.switches:
-        return not told or any(other.chi < SETTINGS.hopeless * few.chi for other in told)
-    return not told or any(other.evidence > few.evidence + SETTINGS.structure for other in told)
+    runs = False
+    for values in (few.values, values_at(parameters, centres(parameters))):
+        if (other := _fit_rest(few, finer, values)) is not None:
+            if _is_near(few, other):
+                return True
+            runs = True
+    return not runs
+
+
+def _is_near(h: Hypothesis, other: Hypothesis) -> bool:
+    """Whether a fit to the rest promises that."""
+    if h.fit.problem.model.switches:
+        return other.chi < SETTINGS.hopeless * h.chi
+    return other.evidence > h.evidence + SETTINGS.structure
 
 
 def _fit_rest(h: Hypothesis, finer: Machine, values: Mapping[str, float]) -> Hypothesis | None:

@@ -32,15 +32,13 @@ FULL = (0.5, 1.5)
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """A stop of a driver in a run from begin to end [s], each off by as much as `apart` [s]. gain [nats]: at full
-    strength; strength: of the stretch that explains most at any; width: of the steps at its ends [s]; tried: how many
-    stretches it was chosen from."""
+    """A stop of a driver in a run from begin to end [s]. gain [nats]: at full strength; strength: of the stretch that
+    explains most at any; width: of the steps at its ends [s]; tried: how many stretches it was chosen from."""
 
     driver: Driver
     run: int
     begin: float
     end: float
-    apart: tuple[float, float]
     gain: float
     strength: float
     width: float
@@ -80,11 +78,9 @@ def _scan_run(fit: LastingFit, driver: Driver, run: int) -> Iterator[Stretch]:
     best, freest = int(gain.argmax()), int(free.argmax())
     strength, t = float(g[freest] / kappa[freest]), absence.edges
     ways = [best, freest] if strength > FULL[0] else [best, best]
-    begins, ends = t[i[ways]], t[j[ways]]
+    begin, end = float(t[i[ways]].mean()), float(t[j[ways]].mean())
     width = max(t[i[best] + 1] - t[i[best]], t[j[best]] - t[j[best] - 1])
-    apart = (float(np.ptp(begins)) / 2, float(np.ptp(ends)) / 2)
-    at = float(begins.mean()), float(ends.mean())
-    yield Stretch(driver, run, *at, apart, float(gain[best]), strength, float(width), len(i))
+    yield Stretch(driver, run, begin, end, float(gain[best]), strength, float(width), len(i))
 
 
 def _list_stretches(absence: Absence) -> tuple[Indices, Indices]:

@@ -13,6 +13,7 @@ from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothes
 from network.analysis.diagnosis.intermittent.change_points import Windows
 from network.analysis.diagnosis.intermittent.channel_fault import FAULTY
 from network.analysis.diagnosis.locate import explain_unknown_at_most
+from network.analysis.diagnosis.ranking import belief_in_nothing
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.standstill.driver import Driver
 from network.analysis.diagnosis.standstill.standstill_edges import Edges
@@ -59,9 +60,9 @@ class Stopped:
 
     def tell(self, recordings: tuple[Recording, ...]) -> StandstillFault:
         """As a fault of the recordings as they are."""
-        belief = 1 / (1 + np.exp(-(self.worth - self.price) / SETTINGS.softening))
+        belief = 1 - belief_in_nothing(self.worth - self.price)
         std = (0.0, 0.0) if self.edges is None else self.edges.std
-        sure, gain = min(float(belief), FAULTY), self.gain - self.price
+        sure, gain = min(belief, FAULTY), self.gain - self.price
         return StandstillFault(recordings, gain, self.driver, self.stops, std, sure)
 
 
