@@ -98,6 +98,11 @@ class Finding:
         """Whether it is what heat, or surroundings, would have to be, without a cause."""
         return self.kind == UNKNOWN or self.is_room
 
+    @property
+    def is_withheld(self) -> bool:
+        """Whether it is in the machine by a name that is less likely than not."""
+        return self.kind == UNKNOWN and bool(self.patch)
+
     def weigh(self, belief: float) -> Finding:
         """With a belief in it beside other findings; a fault of readings stays as sure as it is."""
         if self.is_unnamed:

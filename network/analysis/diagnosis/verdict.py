@@ -25,6 +25,7 @@ from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.simulated_findings import is_finer, leave_fault, numbers_in, withdraw_refuted
 from network.analysis.diagnosis.strategies import list_unsearched
 from network.analysis.diagnosis.time_budget import TimeBudget
+from network.analysis.diagnosis.withheld_names import withhold_names
 from network.catalogue.declaration.places import Place
 from network.engine.response.followed_relays import MODE
 from network.machine.checks import places_of
@@ -52,7 +53,7 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     coarse = find_lumping(search.written, search.best.root, finer_gain, search.threshold) if is_told else None
     findings, verdict = _decide_verdict(search, list_findings(search, after), coarse, bool(refuted))
     doubt = doubt_unseen(fits)
-    findings = [_doubt_finding(f, doubt) for f in _share_belief(findings)]
+    findings = withhold_names([_doubt_finding(f, doubt) for f in _share_belief(findings)])
     if search.ended:  # nothing is sure
         findings = [replace(f, confidence=min(f.confidence, SETTINGS.half)) for f in findings]
     known = isolability(search.screened.scores, search.screened.proposed)

@@ -69,9 +69,12 @@ def _tell_readings(d: Diagnosis) -> Iterator[str]:
 
 
 def _tell_nameless(d: Diagnosis) -> Iterator[str]:
-    nameless = [f for f in d.findings if f.kind == UNKNOWN]
+    nameless = [f for f in d.findings if f.kind == UNKNOWN and not f.is_withheld]
+    unsure = [f for f in d.findings if f.is_withheld]
     if nameless:
         yield f"something is left{_at(d, nameless)} that nothing in the catalogue explains"
+    if unsure:
+        yield f"something{_at(d, unsure)} has no sure name"
 
 
 def _count(effects: Sequence[Finding]) -> str:

@@ -32,8 +32,10 @@ from network.machine.checks import places_of
 
 FARTHEST = 4.0
 """Prior 1σ that a start may lie off."""
-MOST_SWITCHES = 25
-"""An hour, beyond which a draw is not looked at."""
+AROUND = 0.3
+"""Prior σ in which numbers are drawn about some that are known."""
+MOST_SWITCHES = 120
+"""An hour, two a minute, beyond which a draw is not looked at: readings of a minute show no more than the mean."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,11 +74,15 @@ class Space:
         centre, spread, low, high = np.array(rows, float).T
         return centre, spread, low, high
 
-    def draw(self, count: int, seed: int) -> Array:
-        """Draws from the prior (count, numbers)."""
+    def draw(self, count: int, seed: int, near: Array | None = None) -> Array:
+        """Draws from the prior (count, numbers); near some numbers, these and others as far from them as draws are
+        apart."""
         centre, spread, low, high = self.prior
-        rng = np.random.default_rng(seed)
-        return np.clip(centre + rng.standard_normal((count, len(centre))) * spread, low, high)
+        away = np.random.default_rng(seed).standard_normal((count, len(centre))) * spread
+        if near is not None:
+            centre, away = near, AROUND * away
+            away[0] = 0.0
+        return np.clip(centre + away, low, high)
 
     def numbers(self, theta: Array) -> dict[str, float]:
         return values_at(self.candidate.own, theta[: len(self.candidate.own)])

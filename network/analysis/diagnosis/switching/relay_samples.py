@@ -1,8 +1,10 @@
-"""Draws of relays: many of every candidate over the beginning of the runs, the best polished over ever more of them."""
+"""Draws of relays: many of every candidate over the beginning of the runs, the best polished over ever more of them; and
+over whole runs at once, where one that holds its part about the set point is told by its mean, out of step as it may be.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -30,10 +32,15 @@ STEPS = ((1, 12), (2, 12))
 """Steps of polishing there, and how many draws go on."""
 THEN = ((0.25, 2, 24), (0.35, 2, 12), (0.5, 2, 4))
 """Shares and steps after these, and how many draws go on there."""
+WHOLE = (12, 3, 4)
+"""How many draws over whole runs are polished, in how many steps, and how many of a candidate go on."""
 ALIKE = 0.1
 """Prior σ within which polished draws are the same."""
 NEAR = 0.85
 """Misfit of the best draw over that of the null, up to which draws are fitted."""
+
+Near = Mapping[tuple[str, ...], Array]
+"""Of candidates, by key, numbers near which to draw."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +81,33 @@ def draw_samples(
         drawn = _each([g[0].judge for g in groups], further)
     behind = min((View(a, after(onset, THEN[-1][0])).misfit for a in abouts), default=0.0)
     return [d for d in drawn if d.misfit < NEAR * behind]
+
+
+def draw_over_whole(
+    abouts: Sequence[Linearised], switched: Sequence[Candidate], known: Near, seed: int, jobs: int
+) -> list[Drawn]:
+    """The best draws over whole runs, of every candidate some; none where they stay behind what is there. known: of
+    some candidates the numbers about which they are drawn."""
+    spaces = [s for s in map(Space, switched) if s.serves]
+    judges = [Judge(s, a, values_at(a.problem.parameters, a.theta)) for a in abouts for s in spaces]
+    drawn = _each(judges, run_all(partial(_whole, known, seed), judges, jobs))
+    behind = min((View(a, 1.0).misfit for a in abouts), default=0.0)
+    near = [d for d in drawn if d.misfit < NEAR * behind]
+    return [d for s in spaces for d in [d for d in near if d.judge.space is s][: WHOLE[-1]]]
+
+
+def _whole(known: Near, seed: int, judge: Judge) -> tuple[Array, Array]:
+    """The best draws over whole runs, polished, and their misfits; none where none comes near."""
+    view, theta = View(judge.about, 1.0), judge.space.draw(DRAWS, seed, known.get(judge.space.candidate.key))
+    begun, steps, _ = WHOLE
+    try:
+        misfit = judge.misfits(view, theta, judge.residuals(view, theta))
+        if not misfit.min() < NEAR * view.misfit:
+            return theta[:0], np.empty(0)
+        theta = theta[apart(theta, misfit, judge.space.prior[1], APART, begun)]
+        return _distinct(judge, *refine_samples(judge, view, theta, steps))
+    except (Failed, np.linalg.LinAlgError):
+        return theta[:0], np.empty(0)
 
 
 def _first(seed: int, then: float, of: tuple[Judge, float]) -> tuple[Array, Array]:

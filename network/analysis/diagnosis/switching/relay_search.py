@@ -18,7 +18,7 @@ from network.analysis.diagnosis.locate import list_likely_parts
 from network.analysis.diagnosis.located_heat import UnknownHeat
 from network.analysis.diagnosis.switching.affine_surrogate import straighten
 from network.analysis.diagnosis.switching.prior_samples import Space, parts_about
-from network.analysis.diagnosis.switching.relay_samples import ALIKE, NEAR, Drawn, after, draw_samples, find_onset
+from network.analysis.diagnosis.switching.relay_samples import ALIKE, NEAR, Drawn, after, draw_over_whole, draw_samples, find_onset
 from network.analysis.diagnosis.switching.share_view import View
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import centres
@@ -52,29 +52,51 @@ def search_relays(
     white = use_file_noise(case)
     null = reweight(white, current)
     plain, best = straighten(null), list[Hypothesis]()
-    for _ in range(ROUNDS):
-        found = _search_about(white, null, plain, switched[:MOST], seed, jobs) if plain else []
+    able = switched[:MOST]
+    for _ in range(ROUNDS if plain is not None else 0):
+        found = _search_about(white, null, plain, able, best[:1], seed, jobs) if plain else []
         if not found or (best and found[0].chi >= best[0].chi):
             break
-        best = found
-        plain = None if plain is null else straighten(reweight(white, best[0]), best[0].found[-1])
+        best, able = found, [h.found[-1] for h in found]
+        plain = null if plain is null else straighten(reweight(white, best[0]), best[0].found[-1])
     return [compact(reweight(case, h)) for h in best if h.chi < WELL * null.chi]
 
 
 def _search_about(
-    case: Case, null: Hypothesis, plain: Hypothesis, switched: Sequence[Candidate], seed: int, jobs: int
-) -> list[Hypothesis]:
-    """The relays that come nearest of those drawn on a machine that stands for the null's."""
-    about = [_about(plain, theta) for theta in (plain.fit.theta, _of_file(plain))]
+    case: Case, null: Hypothesis, plain: Hypothesis, switched: Sequence[Candidate], best: Sequence[Hypothesis],
+    seed: int, jobs: int,
+) -> list[Hypothesis]:  # fmt: skip
+    """The relays that come nearest of those drawn on a machine that stands for the null's; best: the one that came
+    nearest so far, beside the numbers of which they are drawn."""
+    values = {**null.values, **(best[0].values if best else {})}
+    about = [_about(plain, theta) for theta in (theta_of(plain.fit.problem.parameters, values), _of_file(plain))]
     known, onset = {c.key: c for c in switched}, find_onset(about)
     laid = [again for c in known.values() if (again := candidate(plain.machine, c.kind, c.patch)) is not None]
-    drawn = [d for d in draw_samples(about, laid, onset, seed, jobs) if d.judge.space.candidate.key in known]
-    fits = []
-    for d in drawn:
-        beside = null.values if d.judge.about is about[0] else null.own_values
-        began = _all(case, d.judge.space.starts(d.theta))
-        fits.append(_Start(known[d.judge.space.candidate.key], beside | _values(d), began))
-    return _fit_samples(case, null, fits, partial(_leave, about), onset, jobs) if fits else []
+    near = {h.found[-1].key: _numbers(h, Space(h.found[-1])) for h in best}
+    leave = partial(_leave, about)
+    fits: list[Hypothesis] = []
+    for drawn, ladder in (
+        (draw_samples(about, laid, onset, seed, jobs), LADDER),
+        (draw_over_whole(about, laid, near, seed, jobs), LADDER[-1:]),
+    ):
+        beside = (values, null.own_values)
+        starts = [_start_of(case, known, beside[d.judge.about is not about[0]], d) for d in drawn]
+        fits += _fit_samples(case, null, starts, ladder, leave, onset, jobs) if starts else []
+    return _keep_of_each(sorted(fits, key=lambda h: h.chi), 1)
+
+
+def _numbers(h: Hypothesis, space: Space) -> Array:
+    """The numbers of its relay, and the starts of what that brings."""
+    start = h.case.began[0].start if h.case.began else {}
+    return np.array([*theta_of(space.candidate.own, h.own_values), *(start[n] for n in space.parts)])
+
+
+def _start_of(
+    case: Case, known: Mapping[tuple[str, ...], Candidate], beside: Mapping[str, float], drawn: Drawn
+) -> _Start:
+    """A draw as the beginning of a fit, beside the numbers about which it was judged."""
+    began = _all(case, drawn.judge.space.starts(drawn.theta))
+    return _Start(known[drawn.judge.space.candidate.key], {**beside, **_values(drawn)}, began)
 
 
 def tell_unsearched(null: Hypothesis, switched: Sequence[Candidate]) -> str:
@@ -122,12 +144,13 @@ def _leave(abouts: Sequence[Linearised], share: float) -> float:
 
 
 def _fit_samples(
-    case: Case, null: Hypothesis, starts: Sequence[_Start], leave: Callable[[float], float], onset: float, jobs: int
-) -> list[Hypothesis]:
+    case: Case, null: Hypothesis, starts: Sequence[_Start], ladder: Sequence[tuple[float, int, int]],
+    leave: Callable[[float], float], onset: float, jobs: int,
+) -> list[Hypothesis]:  # fmt: skip
     """The best fits from some starts over ever more of the runs, of each candidate one at least; none where all run
     away or leave about what the null leaves."""
     alive: list[Hypothesis] = []
-    for share, steps, most in LADDER:
+    for share, steps, most in ladder:
         there = after(onset, share)
         fits = run_all(partial(_fit, case.until(there) if there < 1 else case, null, steps), starts, jobs)
         told = sorted((h for h in fits if h is not None), key=lambda h: h.chi)

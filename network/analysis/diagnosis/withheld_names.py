@@ -1,0 +1,35 @@
+"""Names that are less likely than not: beside what is told first they are told as something without a name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from network.analysis.diagnosis.finding import UNKNOWN, Finding, Rival
+from network.analysis.diagnosis.settings import SETTINGS
+from network.platform.wording import join_names, sentence
+
+
+def withhold_names(findings: Sequence[Finding]) -> list[Finding]:
+    """The findings, of which what is not told first has a name only where that is more likely than not, or recordings
+    that did not choose it show it again. The machine keeps what was found: it tells the recordings better."""
+    is_later = [any(not other.is_cut for other in findings[:k]) for k in range(len(findings))]
+    return [_withhold(f) if later and _is_unsure(f) else f for f, later in zip(findings, is_later, strict=True)]
+
+
+def _is_unsure(f: Finding) -> bool:
+    """Faults of readings, which hold is None, have a test of their own."""
+    is_open = not (f.is_unnamed or f.is_cut or f.holds is None) and f.confidence < SETTINGS.half
+    return is_open and not (f.unseen is not None and f.unseen.shows_again and f.unseen.rejects)
+
+
+def _withhold(f: Finding) -> Finding:
+    """The same without its name, which becomes one of those that it may have."""
+    own = Rival(f.kind, f.places, f.channels, f.confidence, 0.0, f.gain, "it tells most, but is less likely than not")
+    seats = join_names([*f.places, *f.channels])
+    said = f"{sentence(f'something at {seats}')} without a sure name is told best so: {f.sentence}"
+    unnamed = 1 - f.confidence
+    return replace(
+        f, kind=UNKNOWN, sentence=said, confidence=min(unnamed, SETTINGS.barred), share=unnamed, holds=None,
+        alternatives=(own, *f.alternatives), nothing=None,
+    )  # fmt: skip

@@ -1,0 +1,54 @@
+"""A name that is less likely than not is not told behind another finding, but what it stands for stays."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from network.analysis.diagnosis.crossed_splits import UnseenTest
+from network.analysis.diagnosis.finding import UNKNOWN, Finding
+from network.analysis.diagnosis.withheld_names import withhold_names
+from network.catalogue.declaration.patch import Patch
+
+SHOWS = UnseenTest((1e-9, 1e-9), (("guide_friction", "bed"), ("guide_friction", "bed")))
+HIDES = UnseenTest((0.4, 0.5), (("guide_friction", "bed"), ("tilt", "tcp.z")))
+
+
+def tell(kind: str, confidence: float, unseen: UnseenTest | None = None, holds: float | None = 0.9) -> Finding:
+    patch = Patch({"sources": {"warm": {"kind": kind}}}) if kind != UNKNOWN else Patch({})
+    return Finding(kind, "sources", ("bed",), (), confidence, {}, "Bed is warm.", patch, 50.0, 12.0, unseen=unseen,
+                   share=confidence, holds=holds)  # fmt: skip
+
+
+FIRST = tell("heat_source", 0.3)
+
+
+def test_the_first_name_is_told_however_unsure() -> None:
+    assert withhold_names([FIRST]) == [FIRST]
+
+
+@pytest.mark.parametrize("unseen", [None, HIDES])
+def test_an_unlikely_name_behind_it_is_withheld(unseen: UnseenTest | None) -> None:
+    told = withhold_names([FIRST, tell("timed_source", 0.3, unseen)])[1]
+    assert (told.kind, told.places, told.is_withheld, told.part) == (UNKNOWN, ("bed",), True, "part")
+    assert told.alternatives[0].kind == "timed_source" and told.alternatives[0].confidence == 0.3
+    assert told.sentence == "Something at bed without a sure name is told best so: Bed is warm."
+    assert told.patch == tell("timed_source", 0.3).patch
+
+
+@pytest.mark.parametrize("other", [tell("timed_source", 0.5), tell("timed_source", 0.3, SHOWS),
+                                   tell("sensor_fault", 0.3, holds=None)])  # fmt: skip
+def test_a_likely_one_one_that_shows_again_and_a_fault_of_readings_keep_their_names(other: Finding) -> None:
+    assert withhold_names([FIRST, other])[1] is other
+
+
+def test_what_has_no_name_counts_as_told_first() -> None:
+    nameless = replace(tell(UNKNOWN, 0.5), holds=None)
+    assert [f.kind for f in withhold_names([nameless, tell("timed_source", 0.3)])] == [UNKNOWN, UNKNOWN]
+
+
+def test_finer_lumps_are_no_finding_that_comes_first() -> None:
+    cut = Finding("lumping", "nodes", ("bed",), (), 0.5, {}, "Bed needs 4 lumps.",
+                  Patch({"nodes": {"bed": {"lumps": 4}}}), 50.0, 12.0)  # fmt: skip
+    assert withhold_names([cut, FIRST])[1] is FIRST
