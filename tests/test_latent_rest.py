@@ -83,6 +83,7 @@ def test_rivals_are_ranked_by_what_they_leave_to_heat_of_any_course(monkeypatch:
 
     bent, right, again, last = rival("bent", 90.0), rival("right", 80.0), rival("bent", 85.0), rival("last", 10.0)
     beside = {"bent": 95.0, "right": 120.0, "last": 200.0}
+
     def weigh(h: Any, beside: float) -> Any:
         h.beside = h.weighed = beside
         return h

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from network.analysis.diagnosis.candidates import Candidate
+from network.analysis.diagnosis.candidates import Candidate, candidates
 from network.analysis.diagnosis.case_noise import estimate_noise
 from network.analysis.diagnosis.coarse_surrogate import build_surrogate
 from network.analysis.diagnosis.compact_fit import compact
 from network.analysis.diagnosis.hypothesis import Hypothesis, fit_findings, reweight
 from network.analysis.diagnosis.latent_rest import Rest, find_rest, share_of_rest
+from network.analysis.diagnosis.screen import SHOWS, score_candidates
 from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.strength import errors_from_nothing
@@ -21,8 +22,8 @@ from network.analysis.diagnosis.unseen_runs import Unseen, tell_unseen
 from network.platform.parallel import run_all
 
 RERANKED, REACH = 3, 3.0
-"""Rivals of the first finding that are tried in its stead, and how many times what the later findings gained they may
-be behind it."""
+"""Rivals of the first finding that are tried in its stead, as many others that sit where it does, and how many times
+what the later findings gained they may be behind it."""
 STEPS = 8
 """Of a fit with other findings."""
 
@@ -96,16 +97,43 @@ def _refit(current: Hypothesis, other: tuple[Sequence[Candidate], Mapping[str, f
     return found and compact(found)
 
 
-def rerank_first(now: Selection, jobs: int) -> Hypothesis:
-    """What was found with another one of the first step's rivals in place of the first finding, where that is better
-    beside the others: what came first may have stood in for two."""
+def rerank_first(now: Selection, jobs: int) -> Selection:
+    """What was found with another one of the first step's rivals in place of the first finding, or something else that
+    sits where that does, where it is better beside the others: what came first may have stood in for two."""
     current, (first, *_) = now.best, now.steps
     later = sum(ranked[0].evidence - h.evidence for h, ranked in zip(now.befores[1:], now.steps[1:], strict=True))
     rivals = [h for h in first[1 : RERANKED + 1] if first[0].evidence - h.evidence < REACH * later]
     others = [((h.found[-1], *current.found[1:]), h.values | current.values) for h in rivals]
+    tried = {h.found[-1].key for h in (first[0], *rivals)}
+    others += [((c, *current.found[1:]), values) for c, values in _list_there(current, tried, jobs)]
     told = run_all(partial(_refit, current), others, jobs)
     better = max((h for h in told if h is not None), key=lambda h: h.evidence, default=current)
-    return _finish_fit(better) if better.evidence > current.evidence else current
+    return _exchange_first(now, _finish_fit(better)) if better.evidence > current.evidence else now
+
+
+def _exchange_first(now: Selection, better: Hypothesis) -> Selection:
+    """A selection with another first finding, which leads its step by what it gains beside the later ones."""
+    (first, *later), current = now.steps, now.best
+    alone = fit_findings(current.case, current.root, better.found[:1], better.values, steps=STEPS)
+    if alone is None:
+        return replace(now, best=better)
+    lead = replace(compact(alone), beside=first[0].weighed + better.evidence - current.evidence)
+    rest = [h for h in first if h.found[-1].key != lead.found[-1].key]
+    return replace(now, best=better, steps=((lead, *rest), *later))
+
+
+def _list_there(
+    current: Hypothesis, tried: Collection[tuple[str, ...]], jobs: int
+) -> Iterator[tuple[Candidate, dict[str, float]]]:
+    """What else shows most in the parts of the first finding beside the later ones alone, and the numbers there."""
+    (first, *later), case = current.found, current.case
+    less = fit_findings(case, current.root, later, current.values, steps=STEPS) if later and first.parts else None
+    if less is not None:
+        proposed = candidates(less.machine, case.drivers, runs=case.runs)
+        there = [c for c in proposed if c.parts == first.parts and c.key not in tried and not c.switches]
+        for score in score_candidates(less.linearised, there, less.values, jobs)[:RERANKED]:
+            if score.gain > SHOWS:
+                yield score.candidate, {**less.values, **score.best}
 
 
 def _eliminate_at_end(now: Selection, jobs: int, is_apart: bool) -> tuple[Hypothesis, tuple[float, ...]]:
@@ -126,9 +154,7 @@ def _bare_or_null(null: Hypothesis, bare: Hypothesis) -> Hypothesis:
     return bare if bare.evidence > before.evidence + SETTINGS.structure else before
 
 
-def _eliminate(
-    current: Hypothesis, now: Selection, jobs: int, is_apart: bool
-) -> tuple[Hypothesis, tuple[float, ...]]:
+def _eliminate(current: Hypothesis, now: Selection, jobs: int, is_apart: bool) -> tuple[Hypothesis, tuple[float, ...]]:
     """Without the findings that add less than the threshold beside the others, may as well not be there, or are one of
     several and, if each has to (is_apart), add nothing beside heat of any course or do not show where they were not
     chosen; and the evidence that each of the rest adds."""

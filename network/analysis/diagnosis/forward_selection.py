@@ -79,7 +79,7 @@ def _take_steps(
         if kept is None:
             break
         if len(now.steps) > 1:
-            now = replace(now, best=rerank_first(now, jobs))
+            now = rerank_first(now, jobs)
         tell(min(0.4 + 0.25 * count, 0.75))
         yield _on_all_runs(null, now, INTERIM_STEPS)
     return now

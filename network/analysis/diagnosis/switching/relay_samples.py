@@ -1,5 +1,6 @@
-"""Draws of relays: many of every candidate over the beginning of the runs, the best polished over ever more of them; and
-over whole runs at once, where one that holds its part about the set point is told by its mean, out of step as it may be.
+"""Draws of relays: many of every candidate over the beginning of the runs, the best polished over ever more of them.
+
+And over whole runs at once: one that holds its part about the set point is told by its mean, however out of step.
 """
 
 from __future__ import annotations

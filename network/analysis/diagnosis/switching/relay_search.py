@@ -18,7 +18,15 @@ from network.analysis.diagnosis.locate import list_likely_parts
 from network.analysis.diagnosis.located_heat import UnknownHeat
 from network.analysis.diagnosis.switching.affine_surrogate import straighten
 from network.analysis.diagnosis.switching.prior_samples import Space, parts_about
-from network.analysis.diagnosis.switching.relay_samples import ALIKE, NEAR, Drawn, after, draw_over_whole, draw_samples, find_onset
+from network.analysis.diagnosis.switching.relay_samples import (
+    ALIKE,
+    NEAR,
+    Drawn,
+    after,
+    draw_over_whole,
+    draw_samples,
+    find_onset,
+)
 from network.analysis.diagnosis.switching.share_view import View
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import centres
