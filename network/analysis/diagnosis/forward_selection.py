@@ -9,6 +9,7 @@ from typing import cast
 
 from network.analysis.calibration.gauss_newton import STEPS
 from network.analysis.diagnosis.backward_elimination import check_selection, rerank_first
+from network.analysis.diagnosis.case_noise import use_file_noise
 from network.analysis.diagnosis.coarse_surrogate import fit_on_finer_lumps, fit_on_finer_lumps_afresh
 from network.analysis.diagnosis.compact_fit import compact
 from network.analysis.diagnosis.few_runs import SEARCHED, on_all_runs, on_few_runs
@@ -47,7 +48,9 @@ def select_forward(
     Of many runs the steps are taken on those that are told worst, and what they come to is tested on all.
 
     The noise of the steps is that of the null: evidence under different noises cannot be compared. What is missing may
-    have passed for noise there; where it shows under the noise that is left in the end, the steps go on under that.
+    have passed for noise there: where it shows under the noise that is left in the end, the steps go on under that, and
+    where nothing was found but the noise of the file does not explain what is left, they are taken under that of the
+    file. What these come to is tested under the noise that it leaves, as all is.
     """
     now = yield from _take_steps(null, Selection(first.whole or null), first, seed, jobs, tell)
     told = check_selection(null, _on_all_runs(null, now), jobs)
@@ -57,6 +60,23 @@ def select_forward(
         further = _run_out(_take_steps(null, about, first, seed, jobs, tell))
         if len(further.steps) > len(told.steps):
             yield check_selection(null, _on_all_runs(null, further), jobs)
+    elif not told.best.found and (bare := reweight(use_file_noise(null.case), null)).chi > SETTINGS.doubtful:
+        held = _select_under_file_noise(null, bare, seed, jobs, tell)
+        if held is not None and held.best.found:
+            yield held
+
+
+def _select_under_file_noise(
+    null: Hypothesis, bare: Hypothesis, seed: int, jobs: int, tell: Callable[[float], None]
+) -> Selection | None:
+    """What the steps come to from the null under the noise of the file (bare), tested; None where no candidate is
+    worth a name there: what one alone explains may have passed for coloured noise, which many things together are."""
+    seen = screen_candidates(bare, seed, jobs)
+    most = max((s.gain for s in seen.scores), default=0.0)
+    if most < SETTINGS.worth * len(seen.before.fit.left):
+        return None
+    further = _run_out(_take_steps(bare, Selection(seen.whole or bare), seen, seed, jobs, tell))
+    return check_selection(null, _on_all_runs(null, further), jobs) if further.steps else None
 
 
 def _take_steps(
