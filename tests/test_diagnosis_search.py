@@ -20,7 +20,7 @@ from network.analysis.diagnosis.candidate_response import respond_to_candidates
 from network.analysis.diagnosis.candidates import Candidate, candidate, candidates
 from network.analysis.diagnosis.coarse_surrogate import build_surrogate
 from network.analysis.diagnosis.compact_fit import compact
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis, start_from
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_findings, fit_hypothesis, start_from
 from network.analysis.diagnosis.lump_refinement import list_finer_machines
 from network.analysis.diagnosis.placement import _widest, move_stretch, place_best
 from network.analysis.diagnosis.screening import Screening
@@ -358,6 +358,34 @@ def test_what_does_not_hold_at_the_end_goes_and_the_rest_is_judged_again(monkeyp
     assert "".join(held.found) == "b"  # type: ignore[arg-type]
     held, _ = backward_elimination._eliminate_at_end(chosen("b", "b"), 1, True)  # type: ignore[arg-type]
     assert "".join(held.found) == "b"  # type: ignore[arg-type]
+
+
+def test_another_kind_in_the_place_of_the_first_finding_is_tried_beside_the_later_ones() -> None:
+    """A floor under the housing was told as a mass there before the friction of the spindle was found."""
+    known = plant()
+    truth = known.patched(
+        {
+            "nodes": {"floor": {"temperature": "17 degC"}},
+            "links": {"feet": {"kind": "conduction", "between": ["housing", "floor"], "conductance": "12 W/K"}},
+            "sources": {"pump": {"kind": "heat_source", "into": {"column": 1}, "power": "40 W", "with": "always"}},
+        }
+    )
+    case = Case(known, tuple(recorded(truth, ladder, i) for i, ladder in enumerate(LADDERS)))
+    bare_machine = fit_hypothesis(case, known)
+    able = candidates(known, case.drivers, runs=case.runs)
+    mass = next(c for c in able if c.kind.kind == "hidden_mass" and c.places == ("housing",))
+    pump = next(c for c in able if c.kind.kind == "heat_source" and c.places == ("column",))
+    wrong = fit_findings(case, known, (mass, pump), {**bare_machine.values, **mass.usual, **pump.usual})
+    assert wrong is not None
+    there = [c for c, _ in backward_elimination._list_there(wrong, {mass.key}, 1)]
+    assert there[0].kind.kind == "foundation" and all(c.parts == mass.parts and c.key != mass.key for c in there)
+    steps = ((replace(wrong, found=(mass,)),), (wrong,))
+    now = Selection(wrong, (bare_machine, wrong), steps, (50.0, 50.0))
+    told = backward_elimination.rerank_first(now, 1)
+    assert [c.kind.kind for c in told.best.found] == ["foundation", "heat_source"]
+    assert told.steps[0][0].found[-1].kind.kind == "foundation" and told.steps[0][1] is steps[0][0]
+    lead = told.steps[0][0].weighed - steps[0][0].weighed
+    assert lead == pytest.approx(told.best.evidence - wrong.evidence) and told.best.evidence > wrong.evidence
 
 
 @pytest.mark.parametrize("alone, together, told", [("", "ab", "ab"), ("", "", ""), ("a", "ab", "a")])

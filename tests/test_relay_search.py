@@ -13,7 +13,7 @@ from network.analysis.diagnosis.screening import Screening
 from network.analysis.diagnosis.strategies import CUT_SHORT, list_unsearched, strategy_of
 from network.analysis.diagnosis.switching.affine_surrogate import straighten
 from network.analysis.diagnosis.switching.prior_samples import Space
-from network.analysis.diagnosis.switching.relay_samples import find_onset
+from network.analysis.diagnosis.switching.relay_samples import draw_over_whole, find_onset
 from network.analysis.diagnosis.switching.relay_search import _keep_promising, search_relays, tell_unsearched
 from network.machine.machine import Machine
 
@@ -67,6 +67,16 @@ def test_a_cooler_is_found_that_a_machine_warms_up_to(at: float, power: float) -
     told = {path.rpartition(".")[2]: value for path, value in found[0].own_values.items()}
     assert told["set"] == pytest.approx(at, abs=0.1) and told["power"] == pytest.approx(power, rel=0.05)
     assert found[0].chi < 1.05
+
+
+def test_what_holds_a_part_at_its_set_point_is_drawn_over_whole_runs() -> None:
+    h = null(plant(), plant(sources={"cooler": COOLER}))
+    drawn = draw_over_whole([h.linearised], relays(h), {}, 1, 1)
+    assert drawn[0].misfit < 0.5 * h.chi**2 * len(h.linearised.residual)
+    (c,) = relays(h)
+    near = np.array([np.log(250.0), 24.0, np.log(0.6)])
+    np.testing.assert_array_equal(Space(c).draw(3, 1, near)[0], near)
+    assert draw_over_whole([null(plant(), plant()).linearised], relays(h), {}, 1, 1) == []
 
 
 def test_fits_of_a_relay_that_are_the_same_go_on_once() -> None:

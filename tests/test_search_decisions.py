@@ -90,6 +90,24 @@ def test_a_finding_gains_more_than_chance_and_takes_away_what_is_worth_a_name() 
     assert not forward_selection._is_gain(strained, h(1.0, 121.0, offset_pull=SETTINGS.errors + 0.1), 20.0)
 
 
+@pytest.mark.parametrize("share, is_searched", [(0.99, False), (1.01, True)])
+def test_under_the_noise_of_the_file_one_candidate_has_to_be_worth_a_name(
+    share: float, is_searched: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    null, bent, taken = h(2.0), h(2.0, fit=bare(left=[0.0] * 1000)), []
+
+    def take(*_: Any) -> Any:
+        taken.append(1)
+        yield from ()
+        return bare(steps=())
+
+    seen = bare(scores=[bare(gain=share * SETTINGS.worth * 1000)], before=bent, whole=None)
+    monkeypatch.setattr(forward_selection, "screen_candidates", lambda *_: seen)
+    monkeypatch.setattr(forward_selection, "_take_steps", take)
+    assert forward_selection._select_under_file_noise(null, bent, 0, 1, lambda share: None) is None
+    assert bool(taken) is is_searched
+
+
 def test_scores_count_in_full_only_far_from_an_explanation() -> None:
     scores = [bare(gain=gain) for gain in (0.0, 5.0, 50.0)]
     near = bare(before=h(SETTINGS.adequate - 0.01, found="a", fit=bare(left=np.zeros(1000))), scores=scores)
