@@ -29,12 +29,14 @@ from network.analysis.diagnosis import (
 from network.analysis.diagnosis.crossed_splits import UnseenTest
 from network.analysis.diagnosis.experiments import advice, separation
 from network.analysis.diagnosis.experiments.programs import Driver, _ladder
+from network.analysis.diagnosis.finding import Finding
 from network.analysis.diagnosis.intermittent import channel_fault, channel_samples, intermittent_fault, onset_fault
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.standstill import find_standstill
 from network.analysis.diagnosis.switching.relay_search import _keep_of_each, rank_likely_places
 from network.analysis.diagnosis.switching.sample_refinement import DAMPED, _At, _steps, refine_samples
 from network.analysis.diagnosis.time_budget import BudgetReached
+from network.catalogue.declaration.patch import Patch
 from network.platform.refusal import Failed, Refused
 
 NOISE, ALIKE, DOUBTFUL = SETTINGS.noise, SETTINGS.alike, SETTINGS.doubtful
@@ -472,10 +474,19 @@ def test_the_verdict(
     monkeypatch.setattr(verdict, "_was_off", lambda search: False)
     monkeypatch.setattr(verdict, "is_shadow", lambda search: "bent" in given)
     told_findings = [
-        bare(name=n, channels=("T",) * (n == "sensor"), confidence=0.3 if n == "unsure" else 0.9) for n in given
+        bare(name=n, channels=("T",) * (n == "sensor"), confidence=0.3 if n == "unsure" else 0.9, is_stop=False)
+        for n in given
     ]
     found, said = verdict._decide_verdict(search, told_findings, coarse and bare(name=coarse), refuted)
     assert ([f.name for f in found], said) == told
+
+
+@pytest.mark.parametrize(("kind", "told"), [("input_fault", 0.5), ("sensor_fault", 0.98)])
+def test_a_stop_beside_what_has_no_name_is_not_sure(kind: str, told: float) -> None:
+    """What ages, or comes and goes, looks like a drive that stood still."""
+    found = Finding(kind, "scenario", (), ("feed",), 0.98, {}, "Feed stood still.", Patch({}), 6000.0, 12.0)
+    doubted = verdict._doubt_stop(found)
+    assert doubted.confidence == told and bool(doubted.doubts) is (told == 0.5)
 
 
 @pytest.mark.parametrize(

@@ -136,7 +136,7 @@ def _decide_verdict(
         is_bent = is_left and search.fault is None and is_shadow(search)
         only_sensors = not (is_more or is_bent) and all(f.channels for f in findings)
         unnamed = [find_unknown(search, is_bent)] if is_more or is_bent else []
-        told = _put_in_order(best.machine, unnamed, findings) if unnamed else findings
+        told = _put_in_order(best.machine, unnamed, [*map(_doubt_stop, findings)]) if unnamed else findings
         return [*told, *cut], "sensor_fault" if only_sensors else "missing_physics"
     if is_left or (is_refuted and best.chi > SETTINGS.adequate and _stands_out(search)):
         unknown = find_unknown(search)
@@ -154,6 +154,11 @@ def _share_belief(findings: Sequence[Finding]) -> list[Finding]:
         return [*findings]
     nameless = max(1 - holds[0], SETTINGS.half)
     return [f.weigh(nameless if f.is_unnamed else 1 - nameless) for f in findings]
+
+
+def _doubt_stop(finding: Finding) -> Finding:
+    """A finding beside what has no name: what fades or comes and goes can look like a drive that stood still."""
+    return _doubt_finding(finding, "what has no name may look like a stop") if finding.is_stop else finding
 
 
 def _is_vain(search: Search) -> bool:
