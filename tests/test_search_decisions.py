@@ -21,6 +21,7 @@ from network.analysis.diagnosis import (
     lumping_finding,
     placement,
     refit,
+    rival_acceptance,
     screening,
     search,
     simulated_findings,
@@ -86,10 +87,10 @@ def test_a_finding_gains_more_than_chance_and_takes_away_what_is_worth_a_name() 
     for after, told in (
         (h(worth - 0.01, 121), True), (h(worth - 0.01, 119), False), (h(worth + 0.01, 121), False), (h(1, 60), False)
     ):  # fmt: skip
-        assert forward_selection._is_gain(before, after, 20.0) is told
+        assert rival_acceptance.is_gain(before, after, 20.0) is told
     strained = h(1.0, 100.0, offset_pull=SETTINGS.strained + 0.1)
-    assert forward_selection._is_gain(strained, h(1.0, 121.0, offset_pull=SETTINGS.errors - 0.1), 20.0)
-    assert not forward_selection._is_gain(strained, h(1.0, 121.0, offset_pull=SETTINGS.errors + 0.1), 20.0)
+    assert rival_acceptance.is_gain(strained, h(1.0, 121.0, offset_pull=SETTINGS.errors - 0.1), 20.0)
+    assert not rival_acceptance.is_gain(strained, h(1.0, 121.0, offset_pull=SETTINGS.errors + 0.1), 20.0)
 
 
 @pytest.mark.parametrize("share, is_searched", [(0.99, False), (1.01, True)])
@@ -128,14 +129,13 @@ def test_what_was_kept_stands_first_and_the_others_by_their_evidence() -> None:
 
 
 def test_rivals_on_the_lumps_there_are_need_no_further_fit(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(forward_selection, "reweight", lambda case, of: (case, of))
-    monkeypatch.setattr(forward_selection, "rank_beside_rest", lambda ranked: ranked)
+    monkeypatch.setattr(rival_acceptance, "reweight", lambda case, of: (case, of))
     now, best = h(), h(case="its")
-    assert forward_selection._best_on_lumps(now, now, [best], 1) == ("its", best)
-    assert forward_selection._best_on_lumps(now, now, [], 1) is None
-    assert forward_selection._best_on_lumps(now, h(), [], 1) is None
+    assert rival_acceptance._best_on_lumps(now, now, [best], 1) == ("its", best)
+    assert rival_acceptance._best_on_lumps(now, now, [], 1) is None
+    assert rival_acceptance._best_on_lumps(now, h(), [], 1) is None
     several = [best, h(case="other")]
-    assert forward_selection._contenders(now, now, several, 1) == [best]
+    assert rival_acceptance.list_contenders(now, now, several, 1) == [best]
 
 
 ADEQUATE, LITTLE = SETTINGS.adequate, 1.1
@@ -168,10 +168,10 @@ def test_relays_are_looked_for_first_where_little_is_explained_and_last_where_mu
         forward_selection, "_fit_wider", lambda trials, ranked, is_told, jobs: widened.append(is_told) or ranked
     )
     monkeypatch.setattr(forward_selection, "place_ranked", lambda before, smooth, jobs: smooth)
-    monkeypatch.setattr(forward_selection, "_skip_misleading", lambda before, ranked, jobs: ranked)
+    monkeypatch.setattr(rival_acceptance, "_skip_misleading", lambda before, ranked, jobs: ranked)
     monkeypatch.setattr(forward_selection, "rank_beside_rest", lambda ranked: ranked)
-    monkeypatch.setattr(forward_selection, "_accept_best", lambda current, before, tried, threshold, jobs: tried[0])
-    monkeypatch.setattr(forward_selection, "_take_first", lambda current, before, ranked, threshold: None)
+    monkeypatch.setattr(forward_selection, "accept_best", lambda current, before, tried, threshold, jobs: tried[0])
+    monkeypatch.setattr(forward_selection, "take_first", lambda current, before, ranked, threshold: None)
     seen = bare(before=h(case=bare(recordings=("run",) * 2)), proposed=(), scores=())
     *_, (best, ranked) = forward_selection._select_next(seen.before, seen, 12.0, 0, 1, lambda share: None)
     assert (widened, len(asked), "smooth" if best is kept else "relay") == ([told[0]], *told[1:])
@@ -946,6 +946,6 @@ def test_of_rivals_that_leave_much_one_that_tells_unseen_runs_well_goes_on(
     or little is left."""
     before, rivals = h(9.6), [h(first, float(-k)) for k in range(3)]
     unseen = {id(before): 16.9} | {id(each): x for each, x in zip(rivals, left, strict=True)}
-    monkeypatch.setattr(forward_selection, "unseen_misfit", lambda each, jobs: unseen[id(each)])
-    monkeypatch.setattr(forward_selection, "distinct", lambda ranked: [*ranked])
-    assert [*forward_selection._skip_misleading(before, rivals, 1)] == rivals[told:]
+    monkeypatch.setattr(rival_acceptance, "unseen_misfit", lambda each, jobs: unseen[id(each)])
+    monkeypatch.setattr(rival_acceptance, "distinct", lambda ranked: [*ranked])
+    assert [*rival_acceptance._skip_misleading(before, rivals, 1)] == rivals[told:]

@@ -10,34 +10,24 @@ from typing import cast
 from network.analysis.calibration.gauss_newton import STEPS
 from network.analysis.diagnosis.backward_elimination import check_selection, rerank_first
 from network.analysis.diagnosis.case_noise import use_file_noise
-from network.analysis.diagnosis.coarse_surrogate import fit_on_finer_lumps, fit_on_finer_lumps_afresh
 from network.analysis.diagnosis.compact_fit import compact
 from network.analysis.diagnosis.few_runs import SEARCHED, on_all_runs, on_few_runs
-from network.analysis.diagnosis.fresh_fit import fit_afresh
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight
-from network.analysis.diagnosis.initial_state_restarts import restart_from_starts
+from network.analysis.diagnosis.hypothesis import Hypothesis, reweight
 from network.analysis.diagnosis.latent_rest import rank_beside_rest
 from network.analysis.diagnosis.lump_convergence import refine_until_converged
-from network.analysis.diagnosis.placement import near, place_best, place_ranked
-from network.analysis.diagnosis.ranking import best_first, best_of, distinct
+from network.analysis.diagnosis.placement import place_ranked
+from network.analysis.diagnosis.ranking import best_first
 from network.analysis.diagnosis.refit import TrialFits, start_trials
+from network.analysis.diagnosis.rival_acceptance import INTERIM_STEPS, accept_best, list_contenders, take_first
 from network.analysis.diagnosis.screen import Score
 from network.analysis.diagnosis.screening import Screening, leaves_something, screen_candidates
 from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.significance import null_threshold
 from network.analysis.diagnosis.switching.relay_search import rank_likely_places, search_relays
-from network.analysis.diagnosis.timed_search import settle_instants
-from network.analysis.diagnosis.unseen_runs import unseen_misfit
-from network.machine.machine import Machine
-from network.platform.parallel import run_all
 
 HOPE = 0.5
 """Linear score of a further candidate over what a name is worth, below which it is not fitted."""
-INTERIM_STEPS = 2
-"""Steps on the finer lumps of what is told if there is no time for more."""
-CARRIED = 3
-"""Rivals that are fitted again on the finer lumps, or asked what they tell of runs that they have not seen."""
 
 
 def select_forward(
@@ -149,40 +139,27 @@ def _select_next(
     trials = start_trials(seen.before, seen.proposed, _worth_fitting(seen), jobs, tell, _is_near(seen))
     smooth = trials.rank(jobs)
     if _is_told_so_far(current):
-        yield _take_first(current, seen.before, smooth, threshold), smooth
+        yield take_first(current, seen.before, smooth, threshold), smooth
     early = sway() if trials.is_poor(smooth) else None
     if not seen.before.found:
         is_told = early is None or bool(early and early[0].chi <= trials.little)
         smooth = _fit_wider(trials, smooth, is_told, jobs)
     ranked = best_first(*(early or ()), *place_ranked(seen.before, smooth, jobs))
     if _is_told_so_far(current):
-        yield _take_first(current, seen.before, ranked, threshold), ranked
+        yield take_first(current, seen.before, ranked, threshold), ranked
     ranked = rank_beside_rest(ranked)
-    tried = _contenders(current, seen.before, ranked, jobs)
-    kept = _accept_best(current, seen.before, tried, threshold, jobs)
+    tried = list_contenders(current, seen.before, ranked, jobs)
+    kept = accept_best(current, seen.before, tried, threshold, jobs)
     yield kept, ranked
     switched = sway() if early is None and (kept or current).chi > SETTINGS.adequate else []
     if not switched:
         return
     ranked = rank_beside_rest(best_first(*switched, *ranked))
-    again = _contenders(current, seen.before, ranked, jobs)
-    other = _accept_best(current, seen.before, again, threshold, jobs) if again != tried else None
+    again = list_contenders(current, seen.before, ranked, jobs)
+    other = accept_best(current, seen.before, again, threshold, jobs) if again != tried else None
     if other is not None and (kept is None or other.evidence > kept.evidence):
         kept = other
     yield kept, ranked
-
-
-def _take_first(
-    current: Hypothesis, before: Hypothesis, ranked: Sequence[Hypothesis], threshold: float
-) -> Hypothesis | None:
-    """The best of some explanations as it is, on the lumps of what is there; None where it gains no more than
-    chance."""
-    if not ranked or not _is_gain(before, ranked[0], threshold):
-        return None
-    best = ranked[0]
-    if before is current:
-        return reweight(best.case, best)
-    return fit_on_finer_lumps(replace(current.case, lacking=()), best, current.root, INTERIM_STEPS)
 
 
 def _fit_wider(trials: TrialFits, ranked: list[Hypothesis], is_told: bool, jobs: int) -> list[Hypothesis]:
@@ -226,62 +203,6 @@ def _report_share(tell: Callable[[float], None], done: float, share: float) -> N
     tell(done + 0.1 * share)
 
 
-def _contenders(
-    current: Hypothesis, before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int
-) -> Sequence[Hypothesis]:
-    """Those of the rivals that may be kept: the best, and what comes near it if all were fitted on coarser lumps."""
-    able = _skip_misleading(before, ranked, jobs)
-    return able[:1] if before is current else near(before, able, CARRIED)
-
-
-def _skip_misleading(before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int) -> Sequence[Hypothesis]:
-    """Rivals from the first on that explains at least half as much of runs that it has not seen as the best of them,
-    where much is left: what only bends itself to the runs is no reason to leave out the next. As they are where none of
-    the best tells these better than without it."""
-    if not ranked or ranked[0].chi <= SETTINGS.adequate:
-        return ranked
-    rivals, least = distinct(ranked)[:CARRIED], unseen_misfit(before, jobs) ** 2
-    left = [unseen_misfit(h, jobs) ** 2 for h in rivals]
-    most = least - SETTINGS.half * max(0.0, least - min(left))
-    told = next((h for h, misfit in zip(rivals, left, strict=True) if misfit <= most), ranked[0])
-    return ranked[[*ranked].index(told) :]
-
-
-def _accept_best(
-    current: Hypothesis, before: Hypothesis, rivals: Sequence[Hypothesis], threshold: float, jobs: int
-) -> Hypothesis | None:
-    """The best of some rivals on as many lumps as it takes; None where it gains no more than chance."""
-    best = _best_on_lumps(current, before, rivals, jobs)
-    if best is None or not _is_gain(current, best, threshold):
-        return None
-    best = restart_from_starts(settle_instants(fit_afresh(best)), jobs)
-    return refine_until_converged(best.case, best, jobs)
-
-
-def _best_on_lumps(
-    current: Hypothesis, before: Hypothesis, rivals: Sequence[Hypothesis], jobs: int
-) -> Hypothesis | None:
-    """The best of some rivals on the lumps of what is there; None where there is none."""
-    if before is current or not rivals:
-        return reweight(rivals[0].case, rivals[0]) if rivals else None
-    case = replace(current.case, lacking=())
-    told = run_all(partial(_fit_on_lumps, case, current.root, rivals[0]), rivals, jobs)
-    best = best_of(*told)
-    return best and reweight(replace(case, began=best.case.began), best)
-
-
-def _fit_on_lumps(case: Case, root: Machine, first: Hypothesis, h: Hypothesis) -> Hypothesis | None:
-    told = (fit_on_finer_lumps_afresh if h.found[-1].key == first.found[-1].key else fit_on_finer_lumps)(case, h, root)
-    return told and compact(place_best(told))
-
-
 def _put_first(best: Hypothesis, ranked: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:
     """The rivals, the one that was kept first."""
     return tuple(sorted(ranked, key=lambda h: (h.found[-1].key != best.found[-1].key, -h.weighed)))
-
-
-def _is_gain(before: Hypothesis, after: Hypothesis, threshold: float) -> bool:
-    """More evidence than chance gives, and a misfit that is worth a name, or sensors that are not far off any more."""
-    is_worth = after.chi < before.chi * (1 - SETTINGS.worth)
-    is_relief = before.offset_pull > SETTINGS.strained and after.offset_pull < SETTINGS.errors
-    return after.evidence - before.evidence > threshold and (is_worth or is_relief)
