@@ -30,7 +30,8 @@ def test_the_first_name_is_told_however_unsure() -> None:
 
 @pytest.mark.parametrize("unseen", [None, HIDES])
 def test_an_unlikely_name_behind_it_is_withheld(unseen: UnseenTest | None) -> None:
-    told = withhold_names([FIRST, tell("timed_source", 0.3, unseen)])[1]
+    first = replace(FIRST, places=("column",))
+    told = withhold_names([first, tell("timed_source", 0.3, unseen)])[1]
     assert (told.kind, told.places, told.is_withheld, told.part) == (UNKNOWN, ("bed",), True, "part")
     assert told.alternatives[0].kind == "timed_source" and told.alternatives[0].confidence == 0.3
     assert told.sentence == "Something at bed without a sure name is told best so: Bed is warm."
@@ -40,7 +41,15 @@ def test_an_unlikely_name_behind_it_is_withheld(unseen: UnseenTest | None) -> No
 @pytest.mark.parametrize("other", [tell("timed_source", 0.5), tell("timed_source", 0.3, SHOWS),
                                    tell("sensor_fault", 0.3, holds=None)])  # fmt: skip
 def test_a_likely_one_one_that_shows_again_and_a_fault_of_readings_keep_their_names(other: Finding) -> None:
-    assert withhold_names([FIRST, other])[1] is other
+    assert withhold_names([FIRST, other]) == [FIRST, other]
+
+
+@pytest.mark.parametrize(("place", "told"), [("bed", UNKNOWN), ("column", "heat_source")])
+def test_two_unlikely_names_in_one_place_may_be_one_thing(place: str, told: str) -> None:
+    first = replace(FIRST, places=(place,))
+    assert withhold_names([first, tell("timed_source", 0.3)])[0].kind == told
+    sure = replace(first, confidence=0.5)
+    assert withhold_names([sure, tell("timed_source", 0.3)])[0] is sure
 
 
 def test_what_has_no_name_counts_as_told_first() -> None:

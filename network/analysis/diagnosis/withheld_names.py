@@ -12,9 +12,17 @@ from network.platform.wording import join_names, sentence
 
 def withhold_names(findings: Sequence[Finding]) -> list[Finding]:
     """The findings, of which what is not told first has a name only where that is more likely than not, or recordings
-    that did not choose it show it again. The machine keeps what was found: it tells the recordings better."""
+    that did not choose it show it again; nor has the first one where another such sits in the same place, for they may
+    be one thing. The machine keeps what was found: it tells the recordings better."""
     is_later = [any(not other.is_cut for other in findings[:k]) for k in range(len(findings))]
-    return [_withhold(f) if later and _is_unsure(f) else f for f, later in zip(findings, is_later, strict=True)]
+    unsure = [f for f, later in zip(findings, is_later, strict=True) if later and _is_unsure(f)]
+    return [_withhold(f) if _is_among(f, unsure) else f for f in findings]
+
+
+def _is_among(f: Finding, unsure: Sequence[Finding]) -> bool:
+    """Whether it is one of some unsure findings, or unsure itself and in the same place as one of them."""
+    beside = any(f.places and f.places == other.places for other in unsure)
+    return any(f is other for other in unsure) or (beside and _is_unsure(f))
 
 
 def _is_unsure(f: Finding) -> bool:
