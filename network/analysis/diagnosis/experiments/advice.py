@@ -49,7 +49,13 @@ def separating(pair: Pair) -> Iterator[Experiment]:
     elif tried:
         best, program = max(tried, key=lambda each: each[0].sigma)
         more = with_sensor(pair, program)
-        yield more if more is not None and more.sigma >= CLEAR else replace(best, text=_in_vain(best, more))
+        yield more if more is not None and more.sigma >= CLEAR else _tell_in_vain(best, more)
+
+
+def _tell_in_vain(best: Experiment, more: Experiment | None) -> Experiment:
+    """The best that was tried, said to be not enough; a run that tells nothing is not written."""
+    told = replace(best, text=_in_vain(best, more))
+    return replace(told, scenario={}) if best.sigma < FAINT else told
 
 
 def _in_vain(best: Experiment, more: Experiment | None) -> str:
