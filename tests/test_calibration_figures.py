@@ -130,6 +130,19 @@ def test_a_fit_shows_both_runs_the_worst_channel_first(
     check_legible(figure, tmp_path / "x.png")
 
 
+def test_a_constant_error_that_only_one_of_both_has_moves_its_line(
+    pair: tuple[RecordingResidual, RecordingResidual],
+) -> None:
+    """Readings are drawn once: a line that was compared with others keeps its distance from them."""
+    before, after = pair
+    offset = {n: replace(c, measured=c.measured + 0.4 * c.sigma) for n, c in before.channels.items()}
+    plain, moved = (fit_figure(b, after, "x").axes[0] for b in (before, replace(before, channels=offset)))
+    worst = max(offset.values(), key=lambda channel: channel.rmse_in_noise)
+    given = 1e6 if worst.unit == "um" else 1.0
+    down = line_of(plain, ORANGE).get_ydata()[5] - line_of(moved, ORANGE).get_ydata()[5]
+    assert down == pytest.approx(0.4 * worst.sigma * given, rel=1e-3)
+
+
 def test_the_held_out_recording_is_drawn_larger(
     pair: tuple[RecordingResidual, RecordingResidual], tmp_path: Path
 ) -> None:

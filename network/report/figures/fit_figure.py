@@ -112,11 +112,20 @@ def _draw_values(axes: Axes, pair: tuple[ChannelResidual, ChannelResidual], leng
     given = unit(pair[1].unit)
     draw_measured(axes, pair[1].t, in_own_unit(pair[1].measured, given), GREY, 0.9, length)
     for channel, colour, dashes, width in _lines(pair):
-        times, values = thin(channel.t, in_own_unit(channel.simulated, given), POINTS)
+        times, values = thin(channel.t, in_own_unit(channel.simulated + _find_shift(channel, pair[1]), given), POINTS)
         axes.plot(times / length, values, color=colour, linestyle=dashes, linewidth=width)
     axes.margins(y=0.08)
     headline(axes, _change(*pair))
     label_y(axes, "", pair[1].unit)
+
+
+def _find_shift(channel: ChannelResidual, shown: ChannelResidual) -> float:
+    """By how much the readings that are drawn lie above those that a channel was compared with: each is less the
+    constant error of its own sensor."""
+    if channel.measured.shape != shown.measured.shape:
+        return 0.0
+    apart = shown.measured - channel.measured
+    return float(np.median(apart[np.isfinite(apart)])) if np.isfinite(apart).any() else 0.0
 
 
 def _lines(pair: tuple[ChannelResidual, ChannelResidual]) -> list[tuple[ChannelResidual, str, Dashes, float]]:
