@@ -53,8 +53,16 @@ def test_two_unlikely_names_in_one_place_may_be_one_thing(place: str, told: str)
 
 
 def test_what_has_no_name_counts_as_told_first() -> None:
-    nameless = replace(tell(UNKNOWN, 0.5), holds=None)
+    nameless = replace(tell(UNKNOWN, 0.5), places=("column",), holds=None)
     assert [f.kind for f in withhold_names([nameless, tell("timed_source", 0.3)])] == [UNKNOWN, UNKNOWN]
+
+
+def test_in_one_place_with_what_has_no_name_it_is_the_nearest_that_is_known_of_that() -> None:
+    nameless = replace(tell(UNKNOWN, 0.5), sentence="An unknown heat at bed.", holds=None)
+    (told,) = withhold_names([nameless, tell("timed_source", 0.3)])
+    assert told.sentence.startswith("An unknown heat at bed. Something at bed without a sure name")
+    assert [r.kind for r in told.alternatives] == ["timed_source"] and told.confidence == 0.5
+    assert told.patch.to_plain() == tell("timed_source", 0.3).patch.to_plain()
 
 
 def test_finer_lumps_are_no_finding_that_comes_first() -> None:

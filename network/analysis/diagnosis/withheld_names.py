@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from network.analysis.diagnosis.finding import UNKNOWN, Finding, Rival
 from network.analysis.diagnosis.settings import SETTINGS
+from network.catalogue.declaration.patch import Patch
 from network.platform.wording import join_names, sentence
 
 
@@ -16,7 +17,23 @@ def withhold_names(findings: Sequence[Finding]) -> list[Finding]:
     be one thing. The machine keeps what was found: it tells the recordings better."""
     is_later = [any(not other.is_cut for other in findings[:k]) for k in range(len(findings))]
     unsure = [f for f, later in zip(findings, is_later, strict=True) if later and _is_unsure(f)]
-    return [_withhold(f) if _is_among(f, unsure) else f for f in findings]
+    return _join_unnamed([_withhold(f) if _is_among(f, unsure) else f for f in findings])
+
+
+def _join_unnamed(findings: Sequence[Finding]) -> list[Finding]:
+    """Something without a sure name in the place of something that has none is the nearest that is known of that."""
+    withheld = [f for f in findings if f.is_withheld]
+    told = [f for f in findings if f.kind == UNKNOWN and not f.is_withheld]
+    near = {id(f): [w for w in withheld if (w.places, w.channels) == (f.places, f.channels)] for f in told}
+    gone = {id(w) for joined in near.values() for w in joined}
+    return [_join(f, near.get(id(f), ())) for f in findings if id(f) not in gone]
+
+
+def _join(f: Finding, near: Sequence[Finding]) -> Finding:
+    """A finding with all that is near to it in the machine."""
+    entries = [entry for each in (f, *near) for entry in each.patch.by_name()]
+    said, names = " ".join(each.sentence for each in (f, *near)), [r for w in near for r in w.alternatives]
+    return replace(f, patch=Patch.of(entries), sentence=said, alternatives=(*names, *f.alternatives)) if near else f
 
 
 def _is_among(f: Finding, unsure: Sequence[Finding]) -> bool:
