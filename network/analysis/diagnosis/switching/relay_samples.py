@@ -69,8 +69,7 @@ def draw_samples(
     abouts: Sequence[Linearised], switched: Sequence[Candidate], onset: float, seed: int, jobs: int
 ) -> list[Drawn]:
     """The best draws of all, polished over ever more of the runs; none where they stay behind what is there."""
-    spaces = [s for s in map(Space, switched) if s.serves]
-    judges = [Judge(s, a, values_at(a.problem.parameters, a.theta)) for a in abouts for s in spaces]
+    spaces, judges = _list_judges(abouts, switched)
     begins = [after(onset, share) for share in FIRST for _ in spaces]
     drawn = _each(
         judges, run_all(partial(_first, seed, after(onset, THEN[0][0])), list(zip(judges, begins, strict=True)), jobs)
@@ -89,8 +88,7 @@ def draw_over_whole(
 ) -> list[Drawn]:
     """The best draws over whole runs, of every candidate some; none where they stay behind what is there. known: of
     some candidates the numbers about which they are drawn."""
-    spaces = [s for s in map(Space, switched) if s.serves]
-    judges = [Judge(s, a, values_at(a.problem.parameters, a.theta)) for a in abouts for s in spaces]
+    spaces, judges = _list_judges(abouts, switched)
     drawn = _each(judges, run_all(partial(_whole, known, seed), judges, jobs))
     behind = min((View(a, 1.0).misfit for a in abouts), default=0.0)
     near = [d for d in drawn if d.misfit < NEAR * behind]
@@ -109,6 +107,12 @@ def _whole(known: Near, seed: int, judge: Judge) -> tuple[Array, Array]:
         return _distinct(judge, *refine_samples(judge, view, theta, steps))
     except (Failed, np.linalg.LinAlgError):
         return theta[:0], np.empty(0)
+
+
+def _list_judges(abouts: Sequence[Linearised], switched: Sequence[Candidate]) -> tuple[list[Space], list[Judge]]:
+    """What can be drawn of some candidates, and each beside every fit."""
+    spaces = [s for s in map(Space, switched) if s.serves]
+    return spaces, [Judge(s, a, values_at(a.problem.parameters, a.theta)) for a in abouts for s in spaces]
 
 
 def _first(seed: int, then: float, of: tuple[Judge, float]) -> tuple[Array, Array]:

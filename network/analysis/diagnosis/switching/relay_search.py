@@ -61,7 +61,7 @@ def search_relays(
     null = reweight(white, current)
     plain, best = straighten(null), list[Hypothesis]()
     able = switched[:MOST]
-    for _ in range(ROUNDS if plain is not None else 0):
+    for _ in range(ROUNDS):
         found = _search_about(white, null, plain, able, best[:1], seed, jobs) if plain else []
         if not found or (best and found[0].chi >= best[0].chi):
             break
