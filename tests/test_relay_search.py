@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from test_diagnosis import LADDERS, LINKS, plant, recorded
@@ -11,6 +13,7 @@ from network.analysis.diagnosis.compact_fit import fit_or_none
 from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
 from network.analysis.diagnosis.screening import Screening
 from network.analysis.diagnosis.strategies import CUT_SHORT, list_unsearched, strategy_of
+from network.analysis.diagnosis.switching import relay_search
 from network.analysis.diagnosis.switching.affine_surrogate import straighten
 from network.analysis.diagnosis.switching.prior_samples import Space
 from network.analysis.diagnosis.switching.relay_samples import draw_over_whole, find_onset
@@ -77,6 +80,14 @@ def test_what_holds_a_part_at_its_set_point_is_drawn_over_whole_runs() -> None:
     near = np.array([np.log(250.0), 24.0, np.log(0.6)])
     np.testing.assert_array_equal(Space(c).draw(3, 1, near)[0], near)
     assert draw_over_whole([null(plant(), plant()).linearised], relays(h), {}, 1, 1) == []
+
+
+def test_draws_of_what_is_another_candidate_on_straight_laws_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    h = null(plant(), plant(sources={"cooler": COOLER}))
+    stray = SimpleNamespace(judge=SimpleNamespace(space=SimpleNamespace(candidate=SimpleNamespace(key=("other",)))))
+    monkeypatch.setattr(relay_search, "draw_samples", lambda *_: [stray])
+    monkeypatch.setattr(relay_search, "draw_over_whole", lambda *_: [])
+    assert search_relays(h.case, h, relays(h), seed=1, jobs=1) == []
 
 
 def test_fits_of_a_relay_that_are_the_same_go_on_once() -> None:

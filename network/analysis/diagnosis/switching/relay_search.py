@@ -87,8 +87,8 @@ def _search_about(
         (draw_samples(about, laid, onset, seed, jobs), LADDER),
         (draw_over_whole(about, laid, near, seed, jobs), LADDER[-1:]),
     ):
-        beside = (values, null.own_values)
-        starts = [_start_of(case, known, beside[d.judge.about is not about[0]], d) for d in drawn]
+        able = [d for d in drawn if d.judge.space.candidate.key in known]
+        starts = [_start_of(case, known, values if d.judge.about is about[0] else null.own_values, d) for d in able]
         fits += _fit_samples(case, null, starts, ladder, leave, onset, jobs) if starts else []
     return _keep_of_each(sorted(fits, key=lambda h: h.chi), 1)
 
