@@ -297,10 +297,10 @@ def test_what_does_not_help_to_tell_runs_left_out_goes(monkeypatch: pytest.Monke
     def hypothesis(names: str) -> SimpleNamespace:
         return SimpleNamespace(found=tuple(names), name=names)
 
-    def tell(h: SimpleNamespace, jobs: int) -> Unseen:
-        return Unseen(misfit[h.name] ** 2, 1, -misfit[h.name] - (h.name == "d"))
+    def tell(all_of: list[SimpleNamespace], jobs: int) -> list[Unseen]:
+        return [Unseen(misfit[h.name] ** 2, 1, -misfit[h.name] - (h.name == "d")) for h in all_of]
 
-    monkeypatch.setattr(backward_elimination, "tell_unseen", tell)
+    monkeypatch.setattr(backward_elimination, "tell_all_unseen", tell)
     monkeypatch.setattr(backward_elimination, "build_surrogate", lambda h: h)
     without = lambda before, now, out: hypothesis(now.name.replace(out, ""))  # noqa: E731
     monkeypatch.setattr(backward_elimination, "_without", without)

@@ -169,7 +169,7 @@ def test_relays_are_looked_for_first_where_little_is_explained_and_last_where_mu
     )
     monkeypatch.setattr(forward_selection, "place_ranked", lambda before, smooth, jobs: smooth)
     monkeypatch.setattr(rival_acceptance, "_skip_misleading", lambda before, ranked, jobs: ranked)
-    monkeypatch.setattr(forward_selection, "rank_beside_rest", lambda ranked: ranked)
+    monkeypatch.setattr(forward_selection, "rank_beside_rest", lambda ranked, jobs: ranked)
     monkeypatch.setattr(forward_selection, "accept_best", lambda current, before, tried, threshold, jobs: tried[0])
     monkeypatch.setattr(forward_selection, "take_first", lambda current, before, ranked, threshold: None)
     seen = bare(before=h(case=bare(recordings=("run",) * 2)), proposed=(), scores=())
@@ -946,6 +946,10 @@ def test_of_rivals_that_leave_much_one_that_tells_unseen_runs_well_goes_on(
     or little is left."""
     before, rivals = h(9.6), [h(first, float(-k)) for k in range(3)]
     unseen = {id(before): 16.9} | {id(each): x for each, x in zip(rivals, left, strict=True)}
-    monkeypatch.setattr(rival_acceptance, "unseen_misfit", lambda each, jobs: unseen[id(each)])
+
+    def tell(all_of: list[Any], jobs: int, with_rest: bool) -> list[Any]:
+        return [bare(chi=unseen[id(each)]) for each in all_of]
+
+    monkeypatch.setattr(rival_acceptance, "tell_all_unseen", tell)
     monkeypatch.setattr(rival_acceptance, "distinct", lambda ranked: [*ranked])
     assert [*rival_acceptance._skip_misleading(before, rivals, 1)] == rivals[told:]

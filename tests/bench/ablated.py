@@ -49,7 +49,7 @@ def no_gain(original: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def as_given(original: Callable[..., Any]) -> Callable[..., Any]:
-    return lambda ranked: [*ranked]
+    return lambda ranked, jobs: [*ranked]
 
 
 def worth_all(original: Callable[..., Any]) -> Callable[..., Any]:

@@ -18,7 +18,7 @@ from network.analysis.diagnosis.screen import SHOWS, score_candidates
 from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.strength import errors_from_nothing
-from network.analysis.diagnosis.unseen_runs import Unseen, tell_unseen
+from network.analysis.diagnosis.unseen_runs import Unseen, tell_all_unseen
 from network.platform.parallel import run_all
 
 RERANKED, REACH = 3, 3.0
@@ -68,12 +68,13 @@ def _keep_what_predicts(
 ) -> tuple[Hypothesis, tuple[float, ...], float]:
     """The findings without which runs that were left out are less likely, heat of any course beside them or not, the
     gain of each, and the share of the misfit before that they take away there."""
-    start = tell_unseen(build_surrogate(before), jobs)
-    now = tell_unseen(build_surrogate(current), jobs) if current.found else start
+    ends = (before, current) if current.found else (before,)
+    first = tell_all_unseen([build_surrogate(h) for h in ends], jobs)
+    start, now = first[0], first[-1]
     while current.found:
         less = [_without(before, current, out) for out in current.found]
-        told = [Unseen.broken() if h is None else tell_unseen(build_surrogate(h), jobs) if h.found else start
-                for h in less]  # fmt: skip
+        able = iter(tell_all_unseen([build_surrogate(h) for h in less if h is not None and h.found], jobs))
+        told = [Unseen.broken() if h is None else next(able) if h.found else start for h in less]
         k = int(np.argmax([unseen.density for unseen in told]))
         if (other := less[k]) is None or told[k].density < now.density:
             break

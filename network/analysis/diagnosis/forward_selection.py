@@ -147,14 +147,14 @@ def _select_next(
     ranked = best_first(*(early or ()), *place_ranked(seen.before, smooth, jobs))
     if _is_told_so_far(current):
         yield take_first(current, seen.before, ranked, threshold), ranked
-    ranked = rank_beside_rest(ranked)
+    ranked = rank_beside_rest(ranked, jobs)
     tried = list_contenders(current, seen.before, ranked, jobs)
     kept = accept_best(current, seen.before, tried, threshold, jobs)
     yield kept, ranked
     switched = sway() if early is None and (kept or current).chi > SETTINGS.adequate else []
     if not switched:
         return
-    ranked = rank_beside_rest(best_first(*switched, *ranked))
+    ranked = rank_beside_rest(best_first(*switched, *ranked), jobs)
     again = list_contenders(current, seen.before, ranked, jobs)
     other = accept_best(current, seen.before, again, threshold, jobs) if again != tried else None
     if other is not None and (kept is None or other.evidence > kept.evidence):

@@ -23,6 +23,7 @@ from network.analysis.diagnosis.located_heat import UnknownHeat
 from network.analysis.diagnosis.ranking import distinct
 from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.declare import Array
+from network.platform.parallel import run_all
 from network.platform.refusal import Failed
 
 ROUNDS = 3
@@ -59,7 +60,7 @@ def find_rest(h: Hypothesis, refit: bool = True) -> Rest:
     return best
 
 
-def rank_beside_rest(ranked: Sequence[Hypothesis]) -> list[Hypothesis]:
+def rank_beside_rest(ranked: Sequence[Hypothesis], jobs: int = 1) -> list[Hypothesis]:
     """Rivals by their evidence with heat of any course beside each, as far as they are among the best without: what
     has the right form leaves the least to such heat, also where lumps or laws leave more than noise. As they are where
     the best leaves nothing that such heat could explain."""
@@ -67,8 +68,14 @@ def rank_beside_rest(ranked: Sequence[Hypothesis]) -> list[Hypothesis]:
         return [*ranked]
     first = distinct(ranked)[:RANKED]
     rest = [h for h in ranked if not any(h is other for other in first)]
-    weighed = [h if h.beside is not None else replace(h, beside=find_rest(h).evidence) for h in first]
+    told = iter(run_all(_weigh_beside, [h for h in first if h.beside is None], jobs))
+    weighed = [h if h.beside is not None else replace(h, beside=next(told)) for h in first]
     return [*sorted(weighed, key=lambda h: -h.weighed), *rest]
+
+
+def _weigh_beside(h: Hypothesis) -> float:
+    """Its evidence with such heat beside it [nats]."""
+    return find_rest(h).evidence
 
 
 def share_of_rest(before: Rest, after: Rest) -> float:

@@ -136,10 +136,12 @@ def choose_lumps(h: Hypothesis, jobs: int = 1) -> Machine | None:
     few = on_few_runs(h)
     share = len(few.fit.left) / max(len(h.fit.left), 1)
     allowed = float(np.sqrt(2 * SETTINGS.alike * share)) * lasting_misfit(h.linearised) / max(len(counts), 1)
+    open_bars = [*counts]
     for _ in range(ROUNDS):
-        left = _leave_each(few, counts, jobs)
-        more = {name: _count(counts[name], TO_THE_LIMIT * left[name] / allowed) for name in counts}
-        if more == counts or sum(more.values()) > FINEST:
+        left = _leave_each(few, counts, open_bars, jobs)
+        more = counts | {name: _count(counts[name], TO_THE_LIMIT * off / allowed) for name, off in left.items()}
+        open_bars = [name for name in counts if more[name] > counts[name]]
+        if not open_bars or sum(more.values()) > FINEST:
             break
         counts = more
     return None if counts == written else cut_bars(h.root, counts)
@@ -150,14 +152,14 @@ def _count(now: int, off: float) -> int:
     return now if off <= 1 else min(ceil(now * np.sqrt(off)), GROWTH * now)
 
 
-def _leave_each(h: Hypothesis, counts: Mapping[str, int], jobs: int) -> dict[str, float]:
-    """|M W d| of every bar [σ]; nothing where a run breaks down."""
+def _leave_each(h: Hypothesis, counts: Mapping[str, int], bars: Sequence[str], jobs: int) -> dict[str, float]:
+    """|M W d| of some bars [σ]; nothing where a run breaks down."""
     is_own = counts.items() <= bars_of(h.machine).items()
     here = np.concatenate([p.cells for p in h.predictions]) if is_own else means_of(h, cut_bars(h.machine, counts))
-    finer = [cut_bars(h.machine, {**counts, name: 2 * n}) for name, n in counts.items()]
-    there = zip(counts, run_all(partial(means_of, h), finer, jobs), strict=True)
+    finer = [cut_bars(h.machine, {**counts, name: 2 * counts[name]}) for name in bars]
+    there = zip(bars, run_all(partial(means_of, h), finer, jobs), strict=True)
     told = {name: means - here for name, means in there if here is not None and means is not None}
-    return dict.fromkeys(counts, 0.0) | {name: _size(h.linearised, lack) for name, lack in told.items()}
+    return dict.fromkeys(bars, 0.0) | {name: _size(h.linearised, lack) for name, lack in told.items()}
 
 
 def means_of(h: Hypothesis, machine: Machine) -> Array | None:

@@ -117,9 +117,10 @@ class TrialFits:
         return max(float(np.sqrt(1 + SETTINGS.poor * max(0.0, self.current.chi**2 - 1))), SETTINGS.adequate)
 
     def is_poor(self, ranked: Sequence[Hypothesis]) -> bool:
-        """Whether none of some explanations leaves little, or where nothing is found yet only with sensors far off."""
+        """Whether none of some explanations leaves little, or where nothing is found yet only with sensors far off: by
+        more than what is left, which counts as noise, lets them be."""
         most = np.inf if self.current.found else SETTINGS.strained
-        return min((h.chi for h in ranked if h.offset_pull < most), default=np.inf) > self.little
+        return min((h.chi for h in ranked if h.offset_pull < most * max(1.0, h.chi)), default=np.inf) > self.little
 
     def wider(self, jobs: int) -> TrialFits:
         """The best of those that were not fitted yet."""

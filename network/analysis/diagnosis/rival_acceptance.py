@@ -16,7 +16,7 @@ from network.analysis.diagnosis.placement import near, place_best
 from network.analysis.diagnosis.ranking import best_of, distinct
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.timed_search import settle_instants
-from network.analysis.diagnosis.unseen_runs import unseen_misfit
+from network.analysis.diagnosis.unseen_runs import tell_all_unseen
 from network.machine.machine import Machine
 from network.platform.parallel import run_all
 
@@ -53,8 +53,11 @@ def _skip_misleading(before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int
     the best tells these better than without it."""
     if not ranked or ranked[0].chi <= SETTINGS.adequate:
         return ranked
-    rivals, least = distinct(ranked)[:CARRIED], unseen_misfit(before, jobs) ** 2
-    left = [unseen_misfit(h, jobs) ** 2 for h in rivals]
+    rivals = distinct(ranked)[:CARRIED]
+    least, first = (told.chi**2 for told in tell_all_unseen([before, rivals[0]], jobs, with_rest=False))
+    if first <= SETTINGS.half * least:  # whatever the next ones explain
+        return ranked
+    left = [first, *(told.chi**2 for told in tell_all_unseen(rivals[1:], jobs, with_rest=False))]
     most = least - SETTINGS.half * max(0.0, least - min(left))
     told = next((h for h, misfit in zip(rivals, left, strict=True) if misfit <= most), ranked[0])
     return ranked[[*ranked].index(told) :]

@@ -57,6 +57,7 @@ def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[f
     first = Search(given, written.case, None, written, calibrated, written, Selection(written), Screening(written))
     fault, mended = _set_right(written, jobs)
     begun = first if fault is None else _with_fault(first, fault, mended)
+    yield begun
     states = _search_from(begun, seed, jobs, tell)
     yield (now := next(states))
     if not _is_found_again(now, first):

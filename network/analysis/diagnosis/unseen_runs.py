@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 
 import numpy as np
 
@@ -59,12 +60,25 @@ def unseen_misfit(hypothesis: Hypothesis, jobs: int = 1) -> float:
 
 def tell_unseen(hypothesis: Hypothesis, jobs: int = 1, with_rest: bool = True) -> Unseen:
     """The same with their density; with_rest: whether heat of any course stands beside the hypothesis."""
-    count = len(hypothesis.case.recordings)
+    return tell_all_unseen([hypothesis], jobs, with_rest)[0]
+
+
+def tell_all_unseen(hypotheses: Sequence[Hypothesis], jobs: int = 1, with_rest: bool = True) -> list[Unseen]:
+    """The same of several, the parts of all side by side."""
+    parted = [[(h, fold) for fold in _list_folds(len(h.case.recordings))] for h in hypotheses]
+    told = iter(run_all(partial(_tell_part, with_rest), [*chain(*parted)], jobs))
+    return [Unseen.together([next(told) for _ in parts]) for parts in parted]
+
+
+def _list_folds(count: int) -> list[range]:
+    """Which runs are left out at a time; none of a single one."""
+    return [range(k, count, FOLDS) for k in range(min(FOLDS, count))] if count > 1 else [range(0)]
+
+
+def _tell_part(with_rest: bool, of: tuple[Hypothesis, range]) -> Unseen:
+    h, left_out = of
     try:
-        if count < 2:
-            return _tell_end(hypothesis)
-        folds = [range(k, count, FOLDS) for k in range(min(FOLDS, count))]
-        return Unseen.together(run_all(partial(_tell_without, hypothesis, with_rest), folds, jobs))
+        return _tell_without(h, with_rest, left_out) if left_out else _tell_end(h)
     except (Failed, np.linalg.LinAlgError):
         return Unseen.broken()
 

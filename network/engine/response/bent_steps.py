@@ -43,11 +43,12 @@ class BentSteps:
         read, into, (gain, c0, c1) = (output_map.over[s.index] @ s.modes.V).T, (s.heat @ spread.T).T, s.factors
         at_once = output_map.direct[s.index] @ spread.T
         one = np.eye(output_map.count)
-        G = np.real((read.T * c1[:, None, :]) @ into.T) + at_once
+        G = np.real(c1 @ _spread_pairs(read, into)).reshape(-1, read.shape[1], len(into)) + at_once
         before = np.linalg.inv(one - at_once @ B0) if at_once.any() else one
         after = np.linalg.inv(one - G @ B1)
         begin, end = ((B @ y).transpose(0, 2, 1) for B, y in ((B0, before), (B1, after)))
-        return cls(s, output_map, read, gain, begin, end, begin @ into * c0[:, None], end @ into * c1[:, None])
+        by_begin, by_end = (_bring(heats, into, c) for heats, c in ((begin, c0), (end, c1)))
+        return cls(s, output_map, read, gain, begin, end, by_begin, by_end)
 
     def along(self, pushes: Sequence[Push], m: Array, h0: Array, h1: Array) -> Array:
         """Fills the heats just after and before the edges (k, pushes, series); modal states after the last interval."""
@@ -134,3 +135,15 @@ class BentSteps:
                  for side in ([p.q0 for p in pushes], [p.q1 for p in pushes]))  # fmt: skip
         first, last = (np.stack(side, axis=1) for side in sides)
         return first, last
+
+
+def _spread_pairs(read: Array, into: Array) -> Array:
+    """What heat of a series shows by each mode, for every pair of a reading and a series (n, r series): one product
+    with the factors of all intervals takes the place of one each."""
+    return (read[:, :, None] * into.T[:, None, :]).reshape(len(read), -1)
+
+
+def _bring(heats: Array, into: Array, factor: Array) -> Array:
+    """What heats by readings (k, r, series) make of the modes (k, r, n)."""
+    modes = (np.ascontiguousarray(heats).reshape(-1, len(into)) @ into).reshape(*heats.shape[:2], -1)
+    return np.asarray(np.multiply(modes, factor[:, None], out=modes if modes.dtype == factor.dtype else None))
