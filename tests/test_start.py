@@ -71,6 +71,15 @@ def test_runs_of_one_call_begin_by_one_rule() -> None:
     assert begins(share_start_rule(chain(), [cold, warm])[0])["b"] == pytest.approx(15.1, abs=1e-6)
 
 
+def test_runs_of_a_calibrated_machine_begin_by_the_rule_of_those_it_was_calibrated_on() -> None:
+    cold, read = recorded([20.2, 20.2, 20.2, 20.2]), {"start": "first readings"}
+    known = chain().patched({"calibrated": read})
+    assert known.calibrated.to_plain()["start"] == "first readings"
+    assert compare(known, [cold]).recordings[0].trajectory.sensors["A"][0] == pytest.approx(20.2)
+    with pytest.raises(Refused, match="calibrated.start is not 'first readings'"):
+        chain().patched({"calibrated": {"start": "cold"}})
+
+
 def test_a_stated_start_that_the_readings_deny_is_told() -> None:
     warm = replace(recorded([28.0, 28.1, 27.9, 28.0]), start=Start(others=20.0))
     assert [*doubt_starts(chain(), [warm])] == ["r.csv: A is stated to begin at 20.00 degC, and reads 28.00 degC first"]

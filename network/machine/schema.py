@@ -19,7 +19,7 @@ from network.catalogue.materials import Material
 from network.catalogue.nodes import Node
 from network.catalogue.sensors.sensor import Sensor
 from network.machine.reader import ROLES
-from network.machine.validity import KEYS
+from network.machine.validity import FIRST_READINGS, KEYS, START
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 Schema = dict[str, Any]
@@ -45,8 +45,9 @@ def _calibrated() -> Schema:
     row = {"type": "array", "items": {"type": "number"}, "minItems": 1}
     held = ({"type": "string"}, {"type": "string"}, row | {"minItems": 2, "maxItems": 2}, row)
     inside = {key: {"type": "object", "additionalProperties": each} for key, each in zip(KEYS, held, strict=True)}
+    start = {"const": FIRST_READINGS, "description": "where runs begin that do not say it themselves"}
     about = "written by lptn calibrate: where the machine holds, what it leaves, how its numbers are tied"
-    return {"description": about, **_object(inside), "type": ["object", "null"]}
+    return {"description": about, **_object({START: start, **inside}), "type": ["object", "null"]}
 
 
 def _sections() -> Schema:

@@ -2,7 +2,9 @@
 
 Section `calibrated` of a machine file: `ranges` of the inputs it was calibrated in, `left` of each axis, `misfit` of
 each channel, and `correlation_root`, the rows of L with L Lᵀ the correlation of the numbers, by their paths. L and not
-the correlation itself, because a few digits of L keep what numbers tell together far better than each of them.
+the correlation itself, because a few digits of L keep what numbers tell together far better than each of them. `start`
+says that runs began at their first readings, where those calibrated on did so though nobody had said it: later runs are
+told by the same rule.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ from network.platform.yaml.tree import Branch, Items, Leaf, Tree
 
 T = TypeVar("T")
 KEYS = ("ranges", "left", "misfit", "correlation_root")
+START, FIRST_READINGS = "start", "first readings"
 DIGITS, LEFT_DIGITS, ROOT_DECIMALS = 6, 3, 4
 _RANGE = re.compile(rf"^({NUMBER})\s*\.\.\s*({NUMBER})\s*(.*)$")
 
@@ -41,12 +44,14 @@ class Range:
 class Validity:
     """ranges: of the inputs over the runs calibrated on; left: 1σ of what the machine leaves on a run it has not seen,
     by axis [m or rad], of those measured; root: rows of L by the paths of the numbers; misfit: χ and ρ of each channel
-    in the runs calibrated on, the rms of what is left in noise and how it lasts from one mean to the next."""
+    in the runs calibrated on, the rms of what is left in noise and how it lasts from one mean to the next; starts_read:
+    whether runs that do not say where they begin do so at their first readings, however near the reference."""
 
     ranges: Mapping[str, Range]
     left: Mapping[str, float]
     root: Mapping[str, tuple[float, ...]]
     misfit: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    starts_read: bool = False
 
     def to_plain(self) -> dict[str, Any]:
         """The section as it stands in a file."""
@@ -54,7 +59,8 @@ class Validity:
         root = {path: [round(x, ROOT_DECIMALS) + 0.0 for x in row] for path, row in self.root.items()}
         misfit = {name: [float(f"{x:.{DIGITS}g}") for x in pair] for name, pair in self.misfit.items()}
         ranges = {name: str(r) for name, r in self.ranges.items()}
-        return {"ranges": ranges, "left": left, "misfit": misfit, "correlation_root": root}
+        start = {START: FIRST_READINGS} if self.starts_read else {}
+        return {**start, "ranges": ranges, "left": left, "misfit": misfit, "correlation_root": root}
 
 
 def left_unit(axis: str) -> str:
@@ -65,8 +71,8 @@ def left_unit(axis: str) -> str:
 def read_validity(tree: Branch, complaints: Complaints) -> Validity | None:
     """The section of a machine file; None where it is not given, or at fault, which is told."""
     branch, own = section(tree, CALIBRATED), Complaints()
-    for key in (key for key in branch.items if key not in KEYS):
-        own.refuse(branch.key_spot(key), f"{CALIBRATED} has an unknown key '{short(key)}'", likely(key, KEYS))
+    for key in (key for key in branch.items if key not in (START, *KEYS)):
+        own.refuse(branch.key_spot(key), f"{CALIBRATED} has an unknown key '{short(key)}'", likely(key, (START, *KEYS)))
     ranges = dict(_read_each(branch, "ranges", _range, own))
     left = dict(_read_each(branch, "left", _left, own))
     misfit = dict(_read_each(branch, "misfit", _misfit, own))
@@ -75,8 +81,18 @@ def read_validity(tree: Branch, complaints: Complaints) -> Validity | None:
         if len(row) != count:
             wrong = f"{CALIBRATED}.correlation_root.{path} has {len(row)} numbers, and it is row {count}"
             own.refuse(section(branch, "correlation_root").key_spot(path), wrong, "calibrate again, or take it out")
+    starts_read = _read_start(branch, own)
     complaints.refusals.extend(own.refusals)
-    return Validity(ranges, left, root, misfit) if branch.items and not own.refusals else None
+    return Validity(ranges, left, root, misfit, starts_read) if branch.items and not own.refusals else None
+
+
+def _read_start(branch: Branch, complaints: Complaints) -> bool:
+    held = branch.items.get(START)
+    if held is None:
+        return False
+    if not isinstance(held, Leaf) or held.text.strip() != FIRST_READINGS:
+        complaints.refuse(held.spot, f"{CALIBRATED}.{START} is not '{FIRST_READINGS}'", "write that, or take it out")
+    return True
 
 
 def _read_each(

@@ -108,7 +108,8 @@ def state_validity(
     rows = {p.path: tuple(root[i, : i + 1].tolist()) for i, p in enumerate(problem.parameters)}
     schedules = [d.recording.schedule(machine.inputs) for d in problem.data]
     misfit = {n: (m.chi, m.rho) for n, m in channel_misfits(known.at).items()}
-    return Validity(find_ranges(machine, schedules), estimate_left(known, is_late), rows, misfit)
+    starts_read = any(d.recording.start is not None and d.recording.start.read for d in problem.data)
+    return Validity(find_ranges(machine, schedules), estimate_left(known, is_late), rows, misfit, starts_read)
 
 
 def _pool(several: Sequence[Unseen]) -> float:

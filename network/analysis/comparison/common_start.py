@@ -18,12 +18,14 @@ START, TOLD = 0.3, 3.0
 
 
 def share_start_rule(machine: Machine, recordings: Iterable[Recording], start: Start | None = None) -> list[Recording]:
-    """The recordings, all of which begin at their first readings if some do and others would begin at the reference."""
+    """The recordings, all of which begin at their first readings if some do and others would begin at the reference, or
+    if those did that the machine was calibrated on."""
     several = list(recordings)
     network = build(machine)
     silent = [r for r in several if start is None and r.start is None]
     cold = {id(r): begins_cold(network, r) for r in silent}
-    if len(set(cold.values())) < 2:
+    is_known = machine.calibrated is not None and machine.calibrated.starts_read
+    if len(set(cold.values())) < 2 and not is_known:
         return several
     return [replace(r, start=Start(read=True)) if id(r) in cold else r for r in several]
 
