@@ -236,7 +236,7 @@ def test_lumps_are_added_while_they_explain(
     ]
     monkeypatch.setattr(lump_convergence, "expand", lambda each: each)
     monkeypatch.setattr(
-        lump_convergence, "choose_lumps", lambda each, jobs: "finer" if levels[each.level + 1 :] else None
+        lump_convergence, "choose_lumps", lambda each, jobs, **of: "finer" if levels[each.level + 1 :] else None
     )
     monkeypatch.setattr(lump_convergence, "_begin_on_few", lambda each, root: each)
     monkeypatch.setattr(lump_convergence, "fit_on_finer_lumps_afresh", lambda case, each, *of: levels[each.level + 1])

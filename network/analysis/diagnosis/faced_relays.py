@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import partial
 
 from network.analysis.calibration.expansion_point import move_points
+from network.analysis.calibration.gauss_newton import STEPS
 from network.analysis.calibration.growing_horizon import LEAP, begin_in_step, has_relays
 from network.analysis.calibration.null import Null
 from network.analysis.calibration.recorded_modes import forget_modes, read_modes
@@ -26,6 +26,9 @@ from network.analysis.diagnosis.hypothesis import (
 )
 from network.analysis.diagnosis.time_budget import TimeBudget
 from network.engine.response.parameters import values_at
+
+BRIEF = 5
+"""Steps beside relays that switch by themselves where there is no time (budget)."""
 
 
 def keep_in_step(case: Case, calibrated: Null) -> Case:
@@ -53,15 +56,20 @@ def _fit_beside_modes(case: Case, values: Mapping[str, float]) -> Hypothesis:
     return max(fits, key=lambda h: h.evidence)
 
 
-def face_relays(h: Hypothesis) -> Hypothesis:
-    """A hypothesis whose relays switch by what they watch, at numbers that keep them in step; itself where they do."""
+def face_relays(h: Hypothesis, is_brief: bool = False) -> Hypothesis:
+    """A hypothesis whose relays switch by what they watch, at numbers that keep them in step; itself where they do.
+    is_brief: not led back into step where a few steps do not do that."""
     if not h.case.recordings[0].modes:
         return h
-    is_late = partial(h.case.budget.is_past, 1.0)
+
+    def is_late() -> bool:
+        return is_brief or h.case.budget.is_past(1.0)
+
     recordings = forget_modes(h.case.recordings)
     case = replace(h.case, recordings=recordings, began=move_points(h.fit), budget=TimeBudget())
-    direct = settle_hypothesis(fit_findings(case, h.root, h.found, h.values) or reweight(case, h), is_late)
-    if direct.chi <= LEAP * max(h.chi, 1.0):
+    near = fit_findings(case, h.root, h.found, h.values, steps=BRIEF if is_brief else STEPS)
+    direct = settle_hypothesis(near or reweight(case, h), is_late)
+    if direct.chi <= LEAP * max(h.chi, 1.0) or is_brief:
         return direct
     parameters = parameters_of(h.machine, h.own)
     begin = begin_in_step(h.machine, parameters, case.lay_out(h.machine), case.start, is_late)

@@ -134,7 +134,7 @@ def _select_next(
     current: Hypothesis, seen: Screening, threshold: float, seed: int, jobs: int, tell: Callable[[float], None]
 ) -> Iterator[tuple[Hypothesis | None, list[Hypothesis]]]:
     """What is kept beside a hypothesis, and its rivals, ever better founded: relays are looked for before much else is
-    tried, where what is likely explains little, and last, where much is left."""
+    tried, where what is likely explains little, and last, where much is left, or else beside what is kept."""
     sway = partial(_search_switching, seen, seed, jobs)
     trials = start_trials(seen.before, seen.proposed, _worth_fitting(seen), jobs, tell, _is_near(seen))
     smooth = trials.rank(jobs)
@@ -151,7 +151,8 @@ def _select_next(
     tried = list_contenders(current, seen.before, ranked, jobs)
     kept = accept_best(current, seen.before, tried, threshold, jobs)
     yield kept, ranked
-    switched = sway() if early is None and (kept or current).chi > SETTINGS.adequate else []
+    is_due = early is None and (kept or current).chi > SETTINGS.adequate and not _is_next(current, kept)
+    switched = sway() if is_due else []
     if not switched:
         return
     ranked = rank_beside_rest(best_first(*switched, *ranked), jobs)
@@ -160,6 +161,14 @@ def _select_next(
     if other is not None and (kept is None or other.evidence > kept.evidence):
         kept = other
     yield kept, ranked
+
+
+def _is_next(current: Hypothesis, kept: Hypothesis | None) -> bool:
+    """Whether what was kept explains so much, all but a quarter of the excess, that nothing is looked for in its stead,
+    but only beside it in a next step."""
+    if kept is None or len(kept.found) >= SETTINGS.findings:
+        return False
+    return kept.chi**2 - 1 < SETTINGS.half**2 * (current.chi**2 - 1)
 
 
 def _fit_wider(trials: TrialFits, ranked: list[Hypothesis], is_told: bool, jobs: int) -> list[Hypothesis]:

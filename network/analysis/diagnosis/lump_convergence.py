@@ -15,10 +15,10 @@ from network.machine.machine import Machine
 
 def refine_until_converged(case: Case, best: Hypothesis, jobs: int = 1) -> Hypothesis:
     """The hypothesis on the lumps that it takes at its numbers; relays are led back into step there. What numbers of
-    the file are bent for is not converged, however little is left."""
+    the file are bent for is not converged, however little is left: then lumps are doubled, until they are not."""
     for _ in range(LEVELS):
         best = expand(best)
-        if (best.chi < SETTINGS.noise and not best.is_bent) or (root := choose_lumps(best, jobs)) is None:
+        if (best.chi < SETTINGS.noise and not best.is_bent) or (root := _choose_next(best, jobs)) is None:
             break
         begun = _begin_on_few(best, root)
         other = begun and fit_on_finer_lumps_afresh(case, begun, root, best.evidence)
@@ -26,6 +26,10 @@ def refine_until_converged(case: Case, best: Hypothesis, jobs: int = 1) -> Hypot
             break
         best = other
     return best
+
+
+def _choose_next(best: Hypothesis, jobs: int) -> Machine | None:
+    return choose_lumps(best, jobs) if best.chi >= SETTINGS.noise else choose_lumps(best, jobs, rounds=1, growth=2)
 
 
 def _begin_on_few(best: Hypothesis, root: Machine) -> Hypothesis | None:

@@ -128,18 +128,19 @@ def _fit_finer(case: Case, machine: Machine, before: Hypothesis, written: Hypoth
     return max(direct, led, key=lambda h: h.evidence)
 
 
-def choose_lumps(h: Hypothesis, jobs: int = 1) -> Machine | None:
+def choose_lumps(h: Hypothesis, jobs: int = 1, rounds: int = ROUNDS, growth: int = GROWTH) -> Machine | None:
     """The machine of a hypothesis without what was found, with the lumps that it takes; None where it has them, or they
-    would be more than FINEST."""
+    would be more than FINEST. rounds: times that they are looked at; growth: how many times as many a bar gets in
+    each."""
     own = bars_of(h.root)
     written = counts = {name: n for name, n in bars_of(h.machine).items() if name in own}
     few = on_few_runs(h)
     share = len(few.fit.left) / max(len(h.fit.left), 1)
     allowed = float(np.sqrt(2 * SETTINGS.alike * share)) * lasting_misfit(h.linearised) / max(len(counts), 1)
     open_bars = [*counts]
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         left = _leave_each(few, counts, open_bars, jobs)
-        more = counts | {name: _count(counts[name], TO_THE_LIMIT * off / allowed) for name, off in left.items()}
+        more = counts | {name: _count(counts[name], TO_THE_LIMIT * off / allowed, growth) for name, off in left.items()}
         open_bars = [name for name in counts if more[name] > counts[name]]
         if not open_bars or sum(more.values()) > FINEST:
             break
@@ -147,9 +148,10 @@ def choose_lumps(h: Hypothesis, jobs: int = 1) -> Machine | None:
     return None if counts == written else cut_bars(h.root, counts)
 
 
-def _count(now: int, off: float) -> int:
-    """Lumps with which an error that is so many times what is allowed is within it."""
-    return now if off <= 1 else min(ceil(now * np.sqrt(off)), GROWTH * now)
+def _count(now: int, off: float, growth: int) -> int:
+    """Lumps with which an error that is so many times what is allowed is within it, as far as they do not grow by
+    more."""
+    return now if off <= 1 else min(ceil(now * np.sqrt(off)), growth * now)
 
 
 def _leave_each(h: Hypothesis, counts: Mapping[str, int], bars: Sequence[str], jobs: int) -> dict[str, float]:

@@ -45,7 +45,8 @@ from network.platform.parallel import check_each
 from network.platform.refusal import Failed
 
 MANY = 120
-"""Lumps from which it is not worked out what would not have shown, where nothing is looked for."""
+"""Lumps from which it is not worked out what would not have shown, where nothing is looked for, nor looked once more
+for readings at fault (budget)."""
 
 
 def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[float], None]) -> Iterator[Search]:
@@ -123,7 +124,8 @@ def _search_from(
     tell(0.1)
     finest = max(levels, key=_evidence)
     if now.fault is None and sets_right and finest is not now.written:  # in that one they were looked for before
-        fault, finest = _set_right(build_surrogate(finest), jobs)
+        finest = build_surrogate(finest)
+        fault, finest = _set_right(finest, jobs) if finest.machine.lumps <= MANY else (None, finest)
         if fault is not None:
             now = _with_fault(now, fault, finest)
             levels = refine_lumps(now.case, now.written, jobs)

@@ -108,7 +108,7 @@ def _simulate_both(
     tells the recordings, simulated."""
     if not (search.fault or search.best.found or is_finer(search)):
         return replace(search, faced=None), before, _fits(search, before, before, holdout, jobs)
-    search = replace(search, faced=face_relays(search.best))
+    search = replace(search, faced=face_relays(search.best, bool(search.ended)))
     after = with_standard_errors(search.told.machine, _known(search.told))
     return search, after, _fits(search, before, after, holdout, jobs)
 
