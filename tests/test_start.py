@@ -76,7 +76,7 @@ def test_runs_of_a_calibrated_machine_begin_by_the_rule_of_those_it_was_calibrat
     known = chain().patched({"calibrated": read})
     assert known.calibrated.to_plain()["start"] == "first readings"
     assert compare(known, [cold]).recordings[0].trajectory.sensors["A"][0] == pytest.approx(20.2)
-    with pytest.raises(Refused, match="calibrated.start is not 'first readings'"):
+    with pytest.raises(Refused, match=r"calibrated\.start is not 'first readings'"):
         chain().patched({"calibrated": {"start": "cold"}})
 
 
