@@ -53,6 +53,8 @@ FINEST = 400
 ROUNDS, GROWTH = 4, 4
 """Times that lumps are looked at again, and how many times as many a bar gets at once."""
 TO_THE_LIMIT = 4 / 3
+NOTHING = 1e-6
+"""σ below which cutting a bar changes nothing, however others are cut: it has one temperature."""
 
 
 def list_finer_machines(machine: Machine, most: int | None = None) -> Iterator[Machine]:
@@ -137,14 +139,13 @@ def choose_lumps(h: Hypothesis, jobs: int = 1, rounds: int = ROUNDS, growth: int
     few = on_few_runs(h)
     share = len(few.fit.left) / max(len(h.fit.left), 1)
     allowed = float(np.sqrt(2 * SETTINGS.alike * share)) * lasting_misfit(h.linearised) / max(len(counts), 1)
-    open_bars = [*counts]
+    bars = [*counts]
     for _ in range(rounds):
-        left = _leave_each(few, counts, open_bars, jobs)
+        left = _leave_each(few, counts, bars, jobs)
         more = counts | {name: _count(counts[name], TO_THE_LIMIT * off / allowed, growth) for name, off in left.items()}
-        open_bars = [name for name in counts if more[name] > counts[name]]
-        if not open_bars or sum(more.values()) > FINEST:
+        if more == counts or sum(more.values()) > FINEST:
             break
-        counts = more
+        counts, bars = more, [name for name, off in left.items() if off > NOTHING]
     return None if counts == written else cut_bars(h.root, counts)
 
 
