@@ -472,6 +472,7 @@ def test_the_verdict(
         lambda search, alone=False: bare(name="unknown", kind="unknown", channels=(), places=()),
     )
     monkeypatch.setattr(verdict, "_was_off", lambda search: False)
+    monkeypatch.setattr(verdict, "is_finer", lambda search: bool(coarse))
     monkeypatch.setattr(verdict, "is_shadow", lambda search: "bent" in given)
     told_findings = [
         bare(name=n, channels=("T",) * (n == "sensor"), confidence=0.3 if n == "unsure" else 0.9, is_stop=False)
@@ -479,6 +480,22 @@ def test_the_verdict(
     ]
     found, said = verdict._decide_verdict(search, told_findings, coarse and bare(name=coarse), refuted)
     assert ([f.name for f in found], said) == told
+
+
+@pytest.mark.parametrize(
+    ("refuted", "chi", "relays", "told"),
+    [(["worse"], 1.0, True, True), ([], 1.0, True, False), (["worse"], NOISE + 0.1, True, False),
+     (["worse"], 1.0, False, False)],
+)  # fmt: skip
+def test_lumps_that_explain_all_and_were_taken_back_are_what_is_told(
+    refuted: list[str], chi: float, relays: bool, told: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    search = search_of(DOUBTFUL + 0.1)
+    search.null = bare(chi=chi, machine="finer")
+    monkeypatch.setattr(verdict, "has_relays", lambda machine: relays)
+    assert verdict._is_untaken(search, refuted) is told
+    monkeypatch.setattr(verdict, "is_finer", lambda search: False)
+    assert verdict._decide_verdict(search, [], bare(name="cut"), True)[1] == "too_coarse"
 
 
 @pytest.mark.parametrize(("kind", "told"), [("input_fault", 0.5), ("sensor_fault", 0.98)])

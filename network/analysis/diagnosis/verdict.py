@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from network.analysis.calibration.gauss_newton import chi_of
+from network.analysis.calibration.growing_horizon import has_relays
 from network.analysis.diagnosis.experiments.advice import experiments
 from network.analysis.diagnosis.finding import UNKNOWN, Finding
 from network.analysis.diagnosis.findings import find_unknown, is_shadow, list_findings, list_rivals
@@ -49,8 +50,9 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     before = search.calibrated.fitted
     search, after, fits, refuted = withdraw_refuted(search, before, holdout, jobs)
     finer_gain = search.null.evidence - search.written.evidence
-    is_told = is_finer(search) and finer_gain > search.threshold
-    coarse = find_lumping(search.written, search.best.root, finer_gain, search.threshold) if is_told else None
+    is_told = finer_gain > search.threshold and (is_finer(search) or _is_untaken(search, refuted))
+    finest = search.best.root if is_finer(search) else search.null.root
+    coarse = find_lumping(search.written, finest, finer_gain, search.threshold) if is_told else None
     findings, verdict = _decide_verdict(search, list_findings(search, after), coarse, bool(refuted))
     doubt = doubt_unseen(fits)
     findings = withhold_names([_doubt_finding(f, doubt) for f in _share_belief(findings)])
@@ -76,6 +78,13 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
         _shifts(search.told), seed, explained=search.selection.explained, ended=search.ended, refuted=tuple(refuted),
         unsearched=tuple(unsearched), screened=list_screened(search.screened.scores),
     )  # fmt: skip
+
+
+def _is_untaken(search: Search, refuted: Sequence[str]) -> bool:
+    """Whether lumps alone leave nothing, but were taken back, as simulated runs speak against them: what switches falls
+    out of step with them."""
+    null = search.null
+    return bool(refuted) and not search.best.found and null.chi <= SETTINGS.noise and has_relays(null.machine)
 
 
 def _list_tried(search: Search, findings: Sequence[Finding]) -> set[str]:
@@ -138,6 +147,8 @@ def _decide_verdict(
         unnamed = [find_unknown(search, is_bent)] if is_more or is_bent else []
         told = _put_in_order(best.machine, unnamed, [*map(_doubt_stop, findings)]) if unnamed else findings
         return [*told, *cut], "sensor_fault" if only_sensors else "missing_physics"
+    if coarse and not is_finer(search):
+        return cut, "too_coarse"
     if is_left or (is_refuted and best.chi > SETTINGS.adequate and _stands_out(search)):
         unknown = find_unknown(search)
         return [*cut, unknown], "unexplained" if unknown.kind == UNKNOWN else "missing_physics"

@@ -30,6 +30,11 @@ ROOM = (
     "is left."
 )
 """Where that is what was found first."""
+UNTAKEN = (
+    "{machine} is cut too coarsely{where}. With more lumps there nothing is left but noise as long as what switches "
+    "follows the recordings; simulated it falls out of step with them, so that the file stays as it is, at {left}."
+)
+"""Where finer lumps explain all and were taken back."""
 UNENDED = "With its numbers calibrated {machine} leaves {left}; nothing was found so far that it lacks."
 DIFFERS = (
     "{machine} and its recordings differ{where}{also}: {left} is left, and nothing that explains it was found so far."
@@ -58,6 +63,11 @@ NEXT = {
     "unexplained": "Look at the machine where heat or movement is unaccounted for, with its history in hand. The patch "
     "holds only what did hold.",
 }
+NEXT_UNTAKEN = (
+    "Look up, or record, at what temperatures it switches, and write these into the file: with them its finer parts "
+    "can be kept in step."
+)
+"""Where finer lumps explain all and were taken back."""
 NEXT_STOP = (
     "Ask who ran the machine what happened then. Where it did stand, record with the next runs what says so: the "
     "control's own state, a current, a speed that is measured. Leave the physics of the machine as it is."
@@ -84,8 +94,15 @@ def verdict_words(d: Diagnosis) -> str:
         "where": place_words(d), "finer": finer and f" {finer}", "also": finer and f", also {finer}",
     }  # fmt: skip
     so_far = {**dict.fromkeys(CLEAN, UNENDED), "unexplained": DIFFERS} if d.ended else {}
+    if _is_untaken(d):
+        return UNTAKEN.format_map(words) + ENDED.get(d.ended, "")
     meaning = ROOM if _is_room(d) else so_far.get(d.verdict, MEANING[d.verdict])
     return "".join([meaning.format_map(words), _part(d), _but(d), ENDED.get(d.ended, "")])
+
+
+def _is_untaken(d: Diagnosis) -> bool:
+    """Whether finer lumps explain all and are not in the file."""
+    return d.verdict == "too_coarse" and d.after.lumps <= d.machine.lumps
 
 
 def _is_room(d: Diagnosis) -> bool:
@@ -123,6 +140,8 @@ def next_words(d: Diagnosis) -> str:
         return NEXT_ROOM
     if d.verdict == "unexplained" and d.findings and all(f.channels for f in d.findings if f.kind == UNKNOWN):
         return NEXT_CHANNEL
+    if _is_untaken(d):
+        return NEXT_UNTAKEN
     if d.verdict == "sensor_fault" and any(f.is_stop for f in d.findings):
         return NEXT_STOP
     return "" if d.ended and d.verdict in CLEAN else NEXT[d.verdict]
