@@ -10,7 +10,6 @@ from test_small_decisions import bare
 
 from network.analysis.diagnosis import forward_selection, search
 from network.analysis.diagnosis.settings import SETTINGS
-from network.analysis.diagnosis.standstill import find_standstill
 
 
 def states(*told: float) -> Iterator[Any]:
@@ -77,24 +76,3 @@ def test_what_explains_nearly_all_is_not_contested_but_followed(kept: Any, count
     """Unless nothing more is looked for after it."""
     found = kept and bare(chi=kept, found=(None,) * count)
     assert forward_selection._is_next(bare(chi=10.0), found) is told
-
-
-@pytest.mark.parametrize(("rival", "fits"), [(110.0, 6), (300.0, 2)])
-def test_stops_are_refined_while_they_may_come_to_what_a_rival_explains(
-    rival: float, fits: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Each fit explains 10 nats more: the second would come to 170 at the most."""
-    tried = list[Any]()
-
-    def fit(h: Any, driver: Any, stops: Any, count: int, like: Any = None) -> Any:
-        gain = 100.0 + 10.0 * len(tried)
-        tried.append(bare(worth=50.0, price=20.0, gain=gain, stops=(((0.0, 99.0 * len(tried)),),), driver=None))
-        return tried[-1]
-
-    monkeypatch.setattr(find_standstill, "fit_stopped", fit)
-    monkeypatch.setattr(find_standstill, "_is_hopeless", lambda h, now: False)
-    monkeypatch.setattr(find_standstill, "_find_again", lambda h, now: [((0.0, 500.0 + 99.0 * len(tried)),)])
-    monkeypatch.setattr(find_standstill, "_refine", lambda h, now: now)
-    first = [bare(driver=None, run=0, begin=0.0, end=9.0, width=1.0)]
-    told = find_standstill._settle(bare(predictions=(None,)), first, 10, lambda: rival)
-    assert len(tried) == fits and (told is None) is (rival > 200)

@@ -37,6 +37,9 @@ from network.recordings.recording import Recording
 if TYPE_CHECKING:
     from network.analysis.diagnosis.search_record import Search
 
+WITHDRAWN = "what explains the fitted runs better did not hold when it was simulated"
+"""Why something without a name is not sure of its place."""
+
 
 def _is_late(budget: TimeBudget, ended: str) -> bool:
     """Whether how far a machine holds is to be found briefly."""
@@ -56,6 +59,7 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     findings, verdict = _decide_verdict(search, list_findings(search, after), coarse, bool(refuted))
     doubt = doubt_unseen(fits)
     findings = withhold_names([_doubt_finding(f, doubt) for f in _share_belief(findings)])
+    findings = [_doubt_finding(f, WITHDRAWN) if refuted and f.kind == UNKNOWN else f for f in findings]
     if search.ended:  # nothing is sure
         findings = [replace(f, confidence=min(f.confidence, SETTINGS.half)) for f in findings]
     known = isolability(search.screened.scores, search.screened.proposed)

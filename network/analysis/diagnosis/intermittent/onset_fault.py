@@ -29,7 +29,7 @@ from network.analysis.diagnosis.intermittent.channel_fault import (
 )
 from network.analysis.diagnosis.intermittent.channel_samples import excess_of
 from network.analysis.diagnosis.intermittent.fault_shapes import list_shapes
-from network.analysis.diagnosis.intermittent.onset_jump import ResidualSteps, watch_jump
+from network.analysis.diagnosis.intermittent.onset_jump import ResidualSteps, list_lone_jumps, watch_jump
 from network.analysis.diagnosis.intermittent.onset_scan import Onset, OnsetScan
 from network.analysis.diagnosis.locate import locate
 from network.analysis.diagnosis.settings import SETTINGS
@@ -118,9 +118,10 @@ def find_onset_fault(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[On
     """The fault that explains most, and the hypothesis fitted to the readings set right; None where there is none.
     rival_gain: what the best of the catalogue scores about the same fit [nats]."""
     recordings = h.case.recordings
-    scores = OnsetScan(h.linearised, tuple(list_shapes(h)), recordings).best()
-    seen = [o for o in scores if o.gain > PER_WINDOW and o.shape.allows(o.size)]
-    steps = ResidualSteps(h, recordings)
+    scan, steps = OnsetScan(h.linearised, tuple(list_shapes(h)), recordings), ResidualSteps(h, recordings)
+    jumps = [o for jump in list_lone_jumps(steps) for o in scan.begun_at(*jump)]
+    scores = {(o.shape, o.run, o.t0): o for o in (*scan.best(), *jumps)}.values()
+    seen = sorted((o for o in scores if o.gain > PER_WINDOW and o.shape.allows(o.size)), key=lambda o: -o.gain)
     faults = [_make_fault(steps, o) for o in seen]
     clear = [f for f in faults if f.is_clear]
     other = [f for f in faults if not f.is_clear and f.onset.since > PER_WINDOW and _may_mend(h, f.onset)][:1]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -14,6 +14,8 @@ from network.analysis.diagnosis.intermittent.onset_scan import Onset
 from network.catalogue.declaration.declare import Array
 from network.recordings.recording import Recording
 
+MANY = 4
+"""Jumps of inputs elsewhere, at none of which a channel jumps, from which one at which it does is a coincidence."""
 BLURRED = 0.5
 """Share by which the jump of a residual in bins may differ from the size of the fault."""
 
@@ -77,7 +79,8 @@ def watch_jump(steps: ResidualSteps, o: Onset) -> Jump:
         return Jump(bool(is_due.any()))
     k = int(np.where(is_seen, np.abs(own.size), 0.0).argmax())
     at, full = float(own.t[k]), _full_by_readings(steps.recordings[o.run], o, float(own.t[max(k - SIDE - 1, 0)]))
-    is_alone = not (_is_driven(steps.h, o, at, reach) or _is_shared(steps, o, at, reach))
+    run, name = o.run, o.shape.channel
+    is_alone = not (_is_driven(steps, run, name, at, reach) or _is_shared(steps, run, name, at, reach))
     return Jump(True, True, is_alone, at, float(own.size[k]) / full, own.scatter / abs(full))
 
 
@@ -88,13 +91,35 @@ def _full_by_readings(recording: Recording, o: Onset, before: float) -> float:
     return float(np.interp(before, recording.t[good], o.shape.full(recording, values)[good]))
 
 
-def _is_driven(h: Hypothesis, o: Onset, at: float, reach: float) -> bool:
-    """Whether an input jumps at that time."""
-    return bool((np.abs(h.predictions[o.run].run.knots.jumps - at) < reach).any())
+def list_lone_jumps(steps: ResidualSteps) -> Iterator[tuple[int, str, float, float]]:
+    """The largest clear jump of each channel in each run that no input and no other channel shares: run, channel, when
+    and over how long [s]. It shows a reading that fails also where something else is missing that outweighs it."""
+    for run, prediction in enumerate(steps.h.predictions):
+        for name in prediction.run.channels:
+            own = steps.of(run, name)
+            if own is None or not (np.abs(own.size) > CLEAR * own.scatter).any():
+                continue
+            at, reach = float(own.t[np.abs(own.size).argmax()]), SIDE * max(BIN, float(np.median(np.diff(own.t))))
+            if not (_is_driven(steps, run, name, at, reach) or _is_shared(steps, run, name, at, reach)):
+                yield run, name, at, reach
 
 
-def _is_shared(steps: ResidualSteps, o: Onset, at: float, reach: float) -> bool:
+def _is_driven(steps: ResidualSteps, run: int, channel: str, at: float, reach: float) -> bool:
+    """Whether an input jumps at that time; not where the channel jumps at none of many others at which inputs do."""
+    having = [(i, p.run) for i, p in enumerate(steps.h.predictions) if channel in p.run.channels]
+    moved = [(i, float(t)) for i, of in having for t in of.knots.jumps]
+    others = [(i, t) for i, t in moved if i != run or abs(t - at) >= reach]
+    if len(others) == len(moved):
+        return False
+    seen = (_jumps_near(of, t, reach) for i, t in others if (of := steps.of(i, channel)) is not None)
+    return len(others) < MANY or any(seen)
+
+
+def _is_shared(steps: ResidualSteps, run: int, channel: str, at: float, reach: float) -> bool:
     """Whether another channel jumps at that time."""
-    names = [name for name in steps.h.predictions[o.run].run.channels if name != o.shape.channel]
-    others = [s for name in names if (s := steps.of(o.run, name)) is not None]
-    return any(bool((np.abs(s.size[np.abs(s.t - at) < reach]) > CLEAR * s.scatter).any()) for s in others)
+    names = [name for name in steps.h.predictions[run].run.channels if name != channel]
+    return any(_jumps_near(s, at, reach) for name in names if (s := steps.of(run, name)) is not None)
+
+
+def _jumps_near(steps: Steps, at: float, reach: float) -> bool:
+    return bool((np.abs(steps.size[np.abs(steps.t - at) < reach]) > CLEAR * steps.scatter).any())

@@ -51,6 +51,9 @@ class Onset:
         return -np.inf if run > self.run and self.stays else np.inf
 
 
+ANYWHEN = (-np.inf, np.inf)
+
+
 @dataclass(frozen=True, eq=False)
 class _Columns:
     """Of one run and one shape: whitened unit faults that begin at each of its cells (instants, rows), with what they
@@ -89,14 +92,27 @@ class OnsetScan:
         columns = [self._columns(i, known.shape) for i in range(len(self.at.problem.data))]
         return self._score(known.shape, columns, known.run, known.stays)
 
+    def begun_at(self, run: int, channel: str, at: float, reach: float) -> Iterator[Onset]:
+        """Of every shape that jumps the best that begins within reach of an instant of a run [s]."""
+        for shape in self.shapes:
+            if shape.channel == channel and shape.may_jump:
+                columns = [self._columns(i, shape) for i in range(len(self.at.problem.data))]
+                yield from self._of_run(shape, columns, run, (at - reach, at + reach))
+
     def _of_shape(self, shape: FaultShape) -> Iterator[Onset]:
         columns = [self._columns(i, shape) for i in range(len(self.at.problem.data))]
         for run in range(len(columns)):
-            lasting = (False, True) if shape.may_stay and run < len(columns) - 1 else (False,)
-            told = [self._score(shape, columns, run, stays) for stays in lasting]
-            known = [each for each in told if each is not None]
-            if known:
-                yield max(known, key=lambda each: each.gain)
+            yield from self._of_run(shape, columns, run)
+
+    def _of_run(
+        self, shape: FaultShape, columns: Sequence[_Columns | None], run: int, within: tuple[float, float] = ANYWHEN
+    ) -> Iterator[Onset]:
+        """The better of one that is over with the run and one that stays, if there is any."""
+        lasting = (False, True) if shape.may_stay and run < len(columns) - 1 else (False,)
+        told = [self._score(shape, columns, run, stays, within) for stays in lasting]
+        known = [each for each in told if each is not None]
+        if known:
+            yield max(known, key=lambda each: each.gain)
 
     def _columns(self, i: int, shape: FaultShape) -> _Columns | None:
         """None where the run lacks the channel."""
@@ -112,7 +128,10 @@ class OnsetScan:
         seen = slice(rows.start + own.start, rows.start + own.stop)
         return _Columns(t0, whitened, whitened @ self.at.left[seen], whitened @ self.at.slopes[:, seen].T)
 
-    def _score(self, shape: FaultShape, columns: Sequence[_Columns | None], run: int, stays: bool) -> Onset | None:
+    def _score(
+        self, shape: FaultShape, columns: Sequence[_Columns | None], run: int, stays: bool,
+        within: tuple[float, float] = ANYWHEN,
+    ) -> Onset | None:  # fmt: skip
         here = columns[run]
         if here is None:
             return None
@@ -124,8 +143,9 @@ class OnsetScan:
         along = along - taken @ self.pull
         kappa = square - np.einsum("kp,kp->k", taken, shared)
         gain = np.where(kappa > SEEN, along**2 / np.maximum(kappa, SEEN) / 2, 0.0) / self.chi**2
-        k = 1 + int(gain[1:].argmax())
-        if kappa[k] <= SEEN:
+        is_in = (within[0] < here.t0) & (here.t0 < within[1]) & (np.arange(len(gain)) > 0)
+        k = int(np.where(is_in, gain, -1.0).argmax())
+        if not is_in[k] or kappa[k] <= SEEN:
             return None
         size, std = float(along[k] / kappa[k]), self.chi / float(np.sqrt(kappa[k]))
         width = float(np.diff(here.t0[1:])[max(k - 2, 0) : k].max(initial=0.0))

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from functools import cache, partial
+from functools import partial
 
 import numpy as np
 
@@ -42,16 +42,15 @@ PROMISING = 0.25
 def find_standstill(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[StandstillFault, Hypothesis] | None:
     """The stops, and the hypothesis fitted to the recordings set right; None where there are none. rival_gain: what the
     best of the catalogue scores about the same fit [nats]."""
-    rival = cache(lambda: rival_gain() * max(1.0, h.chi) ** 2)
     try:
-        best = _find_best(h, rival)
+        best = _find_best(h)
         if best is None or not _is_plain(best) or not _lasts(h, best):
             return None
         if not _is_full(h, best) or not best.beats_unknown:
             return None
     except (Failed, Refused, np.linalg.LinAlgError):
         return None
-    return (best.tell(h.case.recordings), best.after) if best.gain > rival() else None
+    return (best.tell(h.case.recordings), best.after) if best.gain > rival_gain() * max(1.0, h.chi) ** 2 else None
 
 
 def _is_plain(now: Stopped) -> bool:
@@ -72,20 +71,19 @@ def _lasts(h: Hypothesis, now: Stopped) -> bool:
     return all(end - begin > EDGES * step for step, own in zip(steps, now.stops, strict=True) for begin, end in own)
 
 
-def _find_best(h: Hypothesis, rival: Callable[[], float]) -> Stopped | None:
+def _find_best(h: Hypothesis) -> Stopped | None:
     """The stops of one driver that explain most, settled."""
     scores = scan_stretches(h.linearised, [*list_drivers(h)])
     likely = [s for s in scores if s.gain > SETTINGS.alike and s.is_strong]
-    return _settle_best(h, likely, sum(s.tried for s in scores), rival)
+    return _settle_best(h, likely, sum(s.tried for s in scores))
 
 
-def _settle_best(h: Hypothesis, likely: Sequence[Stretch], tried: int, rival: Callable[[], float]) -> Stopped | None:
-    """The driver whose stops explain most: of the likely ones, as long as none leaves little. rival: what the best of
-    the catalogue explains [nats]."""
+def _settle_best(h: Hypothesis, likely: Sequence[Stretch], tried: int) -> Stopped | None:
+    """The driver whose stops explain most: of the likely ones, as long as none leaves little."""
     best: Stopped | None = None
     drivers = dict.fromkeys(s.driver for s in likely if s.gain > NEARLY * likely[0].gain)
     for driver in list(drivers)[:CONFIRMED]:
-        now = _settle(h, [s for s in likely if s.driver is driver], tried, rival)
+        now = _settle(h, [s for s in likely if s.driver is driver], tried)
         if now is not None and (best is None or now.worth - now.price > best.worth - best.price):
             best = now
         if best is not None and best.after.chi <= SETTINGS.adequate:
@@ -93,12 +91,12 @@ def _settle_best(h: Hypothesis, likely: Sequence[Stretch], tried: int, rival: Ca
     return best
 
 
-def _settle(h: Hypothesis, first: Sequence[Stretch], tried: int, rival: Callable[[], float]) -> Stopped | None:
+def _settle(h: Hypothesis, first: Sequence[Stretch], tried: int) -> Stopped | None:
     """Stops of one driver in some runs found again, and further ones, until nothing is new; their edges to less than a
-    step. None where even as much more with every further fit would not come to what a rival explains."""
+    step."""
     driver, stops = first[0].driver, tuple(_join([s for s in first if s.run == i]) for i in range(len(h.predictions)))
     now, seen = fit_stopped(h, driver, stops, tried), {stops}
-    for left in reversed(range(ROUNDS)):
+    for _ in range(ROUNDS):
         if now is None or now.worth < PROMISING * now.price or _is_hopeless(h, now):
             return None
         stops = tuple(_find_again(h, now))
@@ -106,10 +104,8 @@ def _settle(h: Hypothesis, first: Sequence[Stretch], tried: int, rival: Callable
             return None
         if _is_alike(stops, now.stops) or stops in seen:
             break
-        before, now = now, fit_stopped(h, driver, stops, tried, now)
+        now = fit_stopped(h, driver, stops, tried, now)
         seen.add(stops)
-        if now is not None and now.gain + (left + REFINED) * (now.gain - before.gain) < rival():
-            return None
     return _refine(h, now) if now is not None and now.worth > now.price else None
 
 
