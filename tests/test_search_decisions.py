@@ -11,6 +11,7 @@ from test_small_decisions import bare
 
 from network.analysis.diagnosis import (
     coarse_surrogate,
+    diagnosis_notes,
     falling_short,
     findings,
     forward_selection,
@@ -517,7 +518,7 @@ def test_a_stop_beside_what_has_no_name_is_not_sure(kind: str, told: float) -> N
 def test_how_often_a_relay_switched_says_over_which_runs(counts: tuple[int, ...], told: str) -> None:
     runs = tuple(bare(modes={"mode of cooler": bare(t=np.arange(1.0 + n))}) for n in counts)
     best = h(fit=bare(problem=bare(data=())), case=bare(noise=bare(coloured={})))
-    (note,) = verdict._notes(bare(case=bare(recordings=runs), best=best))
+    (note,) = diagnosis_notes.tell_recordings(bare(case=bare(recordings=runs), best=best))
     assert note.startswith(told)
 
 

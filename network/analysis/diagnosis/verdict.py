@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 from network.analysis.calibration.gauss_newton import chi_of
 from network.analysis.calibration.growing_horizon import has_relays
+from network.analysis.diagnosis.diagnosis_notes import (
+    tell_corrections,
+    tell_recordings,
+    tell_refuted,
+    tell_unseen,
+)
 from network.analysis.diagnosis.experiments.advice import experiments
 from network.analysis.diagnosis.finding import UNKNOWN, Finding
 from network.analysis.diagnosis.findings import find_unknown, is_shadow, list_findings, list_rivals
@@ -21,17 +27,14 @@ from network.analysis.diagnosis.lumping_finding import find_lumping
 from network.analysis.diagnosis.refit import linearise_at_priors
 from network.analysis.diagnosis.result import Diagnosis, Fits
 from network.analysis.diagnosis.screened_gain import list_screened
-from network.analysis.diagnosis.screening import leaves_something
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.simulated_findings import is_finer, leave_fault, numbers_in, withdraw_refuted
 from network.analysis.diagnosis.strategies import list_unsearched
 from network.analysis.diagnosis.time_budget import TimeBudget
 from network.analysis.diagnosis.withheld_names import withhold_names
 from network.catalogue.declaration.places import Place
-from network.engine.response.followed_relays import MODE
 from network.machine.checks import places_of
 from network.machine.machine import Machine
-from network.platform.wording import sentence
 from network.recordings.recording import Recording
 
 if TYPE_CHECKING:
@@ -67,9 +70,9 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     advice = tuple(experiments(search, known.unseen)) if can_advise else ()
     is_looked = search.null.chi > SETTINGS.noise
     unsearched = list_unsearched(search.screened, search.ended, _list_tried(search, findings)) if is_looked else []
-    told = [*map(_as_sentence, refuted), *_notes(search), *(u.sentence for u in unsearched)]
-    told += list(_tell_unseen(fits)) if doubt and not findings else []
-    told += list(_tell_corrections(search, holdout, fits))
+    told = [*tell_refuted(refuted), *tell_recordings(search), *(u.sentence for u in unsearched)]
+    told += list(tell_unseen(fits)) if doubt and not findings else []
+    told += list(tell_corrections(search, holdout, fits))
     notes = (*warnings, *told, *([known.sentence] if known.sentence else ()))
     if after is before:
         before = after = search.calibrated.state_numbers(is_late)
@@ -96,24 +99,6 @@ def _list_tried(search: Search, findings: Sequence[Finding]) -> set[str]:
     return {h.found[-1].kind.kind for ranked in search.steps for h in ranked} | {f.kind for f in findings}
 
 
-def _tell_unseen(fits: Fits) -> Iterator[str]:
-    """That runs held out are told much worse than those fitted."""
-    if fits.holdout_after is not None:
-        seen, unseen = fits.train_after.rmse_in_noise, fits.holdout_after.rmse_in_noise
-        yield (
-            f"What was held out is left at {unseen:.2g} σ, what was fitted at {seen:.2g} σ: something differs between "
-            "these runs that the file does not know – a room, a start, or what acts in some of them only."
-        )
-
-
-def _tell_corrections(search: Search, holdout: Sequence[Recording], fits: Fits) -> Iterator[str]:
-    """What was set right in runs held out."""
-    if search.fault is not None and fits.holdout_after is not None:
-        for given, told in zip(holdout, fits.holdout_after.recordings, strict=True):
-            if said := search.fault.tell_correction(given, told.recording):
-                yield said
-
-
 def _doubt_finding(finding: Finding, doubt: str) -> Finding:
     """A finding with a further doubt, where there is one."""
     if not doubt:
@@ -129,10 +114,6 @@ def _trace_first(search: Search) -> tuple[UnknownHeat, ...]:
     if first is None or search.null.chi <= SETTINGS.noise:
         return places
     return tuple(trace(search.null.linearised, u) if u is first else u for u in places)
-
-
-def _as_sentence(told: str) -> str:
-    return f"{sentence(told)}: it is not added."
 
 
 def _decide_verdict(
@@ -221,29 +202,3 @@ def _shifts(h: Hypothesis) -> dict[str, float]:
     own = {p.path for p in h.own}
     names = [p.path for p in h.fit.problem.parameters if p.path not in own]
     return dict(sorted(zip(names, h.shift.tolist(), strict=True), key=lambda pair: -abs(pair[1])))
-
-
-def _notes(search: Search) -> Iterator[str]:
-    """What the recordings are worth, as sentences."""
-    runs = search.case.recordings
-    yield from (_tell_switchings(name, runs) for name in runs[0].modes)
-    if len(search.best.found) >= SETTINGS.findings and leaves_something(search.best):
-        yield "More may be missing than is looked for at once: diagnose the machine that is written to look further."
-    for data in search.best.fit.problem.data:
-        for name, channel in data.channels.items():
-            if channel.apart.any():
-                count = int(channel.apart.sum())
-                yield f"{data.recording.name}: {count} readings of {name} are outliers and were excluded."
-    tinted = [n for n, (s, _) in search.best.case.noise.coloured.items() if s]
-    if tinted:
-        yield f"The noise of {', '.join(tinted)} is coloured; evidence counts it as such."
-
-
-def _tell_switchings(name: str, runs: Sequence[Recording]) -> str:
-    """How often a relay whose modes are read switched, over which runs, and how it was used."""
-    count = sum(len(run.modes[name].t) - 1 for run in runs)
-    over = "in the fitted run" if len(runs) == 1 else f"in the {len(runs)} fitted runs together"
-    return (
-        f"{name.removeprefix(MODE)} switched {'once' if count == 1 else f'{count} times'} {over}, as readings show; it "
-        "was followed while something was looked for, and switches by itself in what is told."
-    )
