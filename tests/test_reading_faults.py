@@ -14,8 +14,10 @@ from network.analysis.calibration.estimated_constants import compare_estimating
 from network.analysis.diagnosis.candidates import candidates
 from network.analysis.diagnosis.diagnose import diagnose
 from network.analysis.diagnosis.hypothesis import Case, fit_hypothesis
+from network.analysis.diagnosis.intermittent import onset_jump
 from network.analysis.diagnosis.intermittent.fault_shapes import list_shapes
 from network.analysis.diagnosis.intermittent.find_fault import find_reading_fault
+from network.analysis.diagnosis.intermittent.onset_jump import ResidualSteps
 from network.analysis.diagnosis.intermittent.onset_scan import OnsetScan
 from network.analysis.diagnosis.screen import screen
 from network.catalogue.declaration.declare import Array
@@ -100,6 +102,21 @@ def find_beside_catalogue(runs: list[Recording]) -> object:
     assert h.chi > 1.5
     scores = screen(h.linearised, candidates(h.machine, h.case.drivers), h.values)
     return find_reading_fault(h, lambda: max(s.gain for s in scores))
+
+
+def test_a_jump_is_seen_beside_what_is_missing_and_at_a_step_of_an_input_that_makes_none_elsewhere() -> None:
+    pump = plant(sources={"pump": {"kind": "heat_source", "into": {"housing": 1}, "power": "80 W"}})
+    first, second = (recorded(pump, x, i) for i, x in enumerate(LADDERS))
+    moves = [t for t in fit_hypothesis(case_of([first, second]), plant()).predictions[0].run.knots.jumps if t > 1800]
+    for begins, few in ((BEGINS, False), (moves[0], False), (moves[0], True)):
+        runs = [fail(first, FAULTS["offset"], begins=begins), second]
+        h = fit_hypothesis(case_of(runs), plant())
+        steps = ResidualSteps(h, runs)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(onset_jump, "MANY", 99 if few else onset_jump.MANY)
+            seen = [(run, name, at) for run, name, at, _ in onset_jump.list_lone_jumps(steps)]
+        assert (seen == []) is few
+        assert few or (seen[0][:2] == (0, "T_housing") and seen[0][2] == pytest.approx(begins, abs=150))
 
 
 def test_heat_in_one_run_is_no_fault_of_a_sensor() -> None:
