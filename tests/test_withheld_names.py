@@ -8,6 +8,8 @@ import pytest
 
 from network.analysis.diagnosis.crossed_splits import UnseenTest
 from network.analysis.diagnosis.finding import UNKNOWN, Finding
+from network.analysis.diagnosis.located_heat import UnknownHeat
+from network.analysis.diagnosis.location import Location
 from network.analysis.diagnosis.withheld_names import withhold_names
 from network.catalogue.declaration.patch import Patch
 
@@ -69,3 +71,12 @@ def test_finer_lumps_are_no_finding_that_comes_first() -> None:
     cut = Finding("lumping", "nodes", ("bed",), (), 0.5, {}, "Bed needs 4 lumps.",
                   Patch({"nodes": {"bed": {"lumps": 4}}}), 50.0, 12.0)  # fmt: skip
     assert withhold_names([cut, FIRST])[1] is FIRST
+
+
+def test_a_room_that_drifts_and_one_that_does_not_stay_are_one_room() -> None:
+    course = UnknownHeat(Location(("ambient",), is_held=True), 1.0, 1.0, 50.0, (), (), ())
+    room = replace(tell("ambient_drift", 0.5, holds=None), places=("ambient",), patch=Patch({}), course=course)
+    drift = replace(tell("ambient_drift", 0.5), places=("ambient",))
+    (told,) = withhold_names([room, drift])
+    assert told.is_room and told.patch == drift.patch and told.sentence == "Bed is warm. Bed is warm."
+    assert len(withhold_names([room, replace(drift, places=("hall",))])) == 2

@@ -21,12 +21,17 @@ def withhold_names(findings: Sequence[Finding]) -> list[Finding]:
 
 
 def _join_unnamed(findings: Sequence[Finding]) -> list[Finding]:
-    """Something without a sure name in the place of something that has none is the nearest that is known of that."""
-    withheld = [f for f in findings if f.is_withheld]
-    told = [f for f in findings if f.kind == UNKNOWN and not f.is_withheld]
-    near = {id(f): [w for w in withheld if (w.places, w.channels) == (f.places, f.channels)] for f in told}
+    """Something without a sure name in the place of something that has none is the nearest that is known of that; and
+    surroundings that drift are no other finding than that the same do not stay at what is given for them."""
+    told = [f for f in findings if f.is_unnamed and not f.is_withheld]
+    near = {id(f): [other for other in findings if _is_near(other, f)] for f in told}
     gone = {id(w) for joined in near.values() for w in joined}
     return [_join(f, near.get(id(f), ())) for f in findings if id(f) not in gone]
+
+
+def _is_near(other: Finding, unnamed: Finding) -> bool:
+    is_there = other is not unnamed and (other.places, other.channels) == (unnamed.places, unnamed.channels)
+    return is_there and (other.is_withheld or other.kind == unnamed.kind)
 
 
 def _join(f: Finding, near: Sequence[Finding]) -> Finding:
