@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from test_small_decisions import bare
 
-from network.analysis.diagnosis import forward_selection, search
+from network.analysis.diagnosis import findings, forward_selection, search
 from network.analysis.diagnosis.settings import SETTINGS
 
 
@@ -76,3 +76,17 @@ def test_what_explains_nearly_all_is_not_contested_but_followed(kept: Any, count
     """Unless nothing more is looked for after it."""
     found = kept and bare(chi=kept, found=(None,) * count)
     assert forward_selection._is_next(bare(chi=10.0), found) is told
+
+
+@pytest.mark.parametrize(
+    ("ended", "competes", "chi", "told"),
+    [("budget", True, 9.0, ["found", "fault"]), ("", True, 9.0, ["fault", "found"]),
+     ("budget", False, 9.0, ["fault", "found"]), ("budget", True, 1.0, ["fault", "found"])],
+)  # fmt: skip
+def test_an_exchange_that_was_not_weighed_is_told_last(
+    ended: str, competes: bool, chi: float, told: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where it leaves much, and the time was up before a search without it came to its end."""
+    monkeypatch.setattr(findings, "_faults", lambda search, after: iter(["fault"]))
+    monkeypatch.setattr(findings, "_findings", lambda search, after: iter(["found"]))
+    assert findings.list_findings(bare(fault=bare(competes=competes), best=bare(chi=chi), ended=ended), bare()) == told
