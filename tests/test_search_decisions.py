@@ -567,17 +567,34 @@ def test_what_simulated_runs_refute_is_taken_back_step_by_step(monkeypatch: pyte
 
 
 @pytest.mark.parametrize(
-    "gain, mended, kept", [(1.0, True, True), (-1.0, True, False), (0.0, True, False), (1.0, False, False)]
-)
+    "gain, mended, left, kept",
+    [(1.0, True, 9.0, True), (-1.0, True, 1.0, False), (0.0, True, 1.0, False), (1.0, False, 6.0, False),
+     (1.0, False, 4.0, True)],
+)  # fmt: skip
 def test_a_sensor_is_said_to_fail_now_and_then_where_that_mends_it(
-    gain: float, mended: bool, kept: bool, monkeypatch: pytest.MonkeyPatch
+    gain: float, mended: bool, left: float, kept: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(intermittent_fault, "replace", lambda of, **new: new)
-    monkeypatch.setattr(intermittent_fault, "fit_both", lambda now, e: ("before", "after", gain))
+    """Or, whatever else is missing, where it halves what is left of that channel itself."""
     monkeypatch.setattr(intermittent_fault, "is_mended", lambda before, after: mended and before == "before")
-    assert intermittent_fault._confirm_fault(bare(), bare()) == (({"gain": gain}, "after") if kept else None)
-    monkeypatch.setattr(intermittent_fault, "fit_both", lambda now, e: None)
-    assert intermittent_fault._confirm_fault(bare(), bare()) is None
+    monkeypatch.setattr(intermittent_fault, "excess_of", lambda x, channels, runs: {"before": 10.0, "after": left}[x])
+    fault = bare(channel="T", recordings=())
+    assert intermittent_fault._holds(fault, "before", "after", gain) is kept
+
+
+def test_share_and_windows_are_found_again_about_the_better_fit_until_none_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    chis = iter([5.0, 3.0, 3.5])
+    monkeypatch.setattr(intermittent_fault, "replace", lambda of, **new: bare(**{**vars(of), **new}))
+    monkeypatch.setattr(
+        intermittent_fault, "fit_both", lambda of, e: ("before", h(next(chis), share=e.share), 10.0 * e.share)
+    )
+    monkeypatch.setattr(intermittent_fault, "_update_fault", lambda of, e, about: bare(share=e.share + 0.1, gain=0.0))
+    monkeypatch.setattr(intermittent_fault, "_holds", lambda e, before, after, gain: e.share > 0.5)
+    fault, after = intermittent_fault._settle(bare(), bare(share=0.6, gain=0.0))
+    assert (fault.share, after.share, after.chi) == (0.7, 0.7, 3.0) and fault.gain == pytest.approx(7.0)
+    chis = iter([5.0, 3.0, 3.5])
+    assert intermittent_fault._settle(bare(), bare(share=0.2, gain=0.0)) is None
+    monkeypatch.setattr(intermittent_fault, "fit_both", lambda of, e: None)
+    assert intermittent_fault._settle(bare(), bare(share=0.6, gain=0.0)) is None
 
 
 def test_a_fit_is_read_at_samples_straight_between_knots_to_the_last() -> None:

@@ -22,11 +22,18 @@ from network.analysis.diagnosis.intermittent.change_points import (
     find_loose_contact,
     find_steps,
 )
-from network.analysis.diagnosis.intermittent.channel_fault import ChannelFault, fit_both, inside, is_mended
+from network.analysis.diagnosis.intermittent.channel_fault import (
+    LEFT,
+    ChannelFault,
+    fit_both,
+    inside,
+    is_mended,
+)
 from network.analysis.diagnosis.intermittent.channel_samples import (
     at_share,
     change_of,
     effect_of,
+    excess_of,
     list_inputs,
     truth_at_samples,
 )
@@ -100,16 +107,21 @@ class IntermittentFault(ChannelFault):
 
 def find_intermittent_fault(h: Hypothesis) -> tuple[IntermittentFault, Hypothesis] | None:
     """The fault that explains most, and the hypothesis fitted to the readings set right; None where there is none."""
-    tried = [pair for e in _list_faults(h) if (pair := _confirm_fault(h, e)) is not None]
-    if not tried:
-        return None
-    best = max(tried, key=lambda pair: pair[0].gain)
-    for _ in range(ROUNDS):
-        again = _confirm_fault(h, _update_fault(h, *best))
-        if again is None or again[1].chi > best[1].chi:
+    tried = [pair for e in _list_faults(h) if (pair := _settle(h, e)) is not None]
+    return max(tried, key=lambda pair: pair[0].gain, default=None)
+
+
+def _settle(h: Hypothesis, e: IntermittentFault) -> tuple[IntermittentFault, Hypothesis] | None:
+    """A fault with share and windows found again about ever better fits, for the numbers of the first are bent by it;
+    None where it does not hold about any."""
+    best, now = None, e
+    for _ in range(ROUNDS + 1):
+        fits = fit_both(h, now)
+        if fits is None or (best is not None and fits[1].chi > best[1].chi):
             break
-        best = again
-    return best
+        now, best = replace(now, gain=fits[2]), fits
+        e, now = now, _update_fault(h, now, fits[1])
+    return (e, best[1]) if best is not None and _holds(e, *best) else None
 
 
 def _list_faults(h: Hypothesis) -> Iterator[IntermittentFault]:
@@ -137,13 +149,12 @@ def _update_fault(h: Hypothesis, e: IntermittentFault, about: Hypothesis) -> Int
     return replace(e, loose=replace(e.loose, share=share, windows=tuple(now)))
 
 
-def _confirm_fault(h: Hypothesis, e: IntermittentFault) -> tuple[IntermittentFault, Hypothesis] | None:
-    """A fit to the readings set right against one to those around the jumps left out."""
-    fits = fit_both(h, e)
-    if fits is None:
-        return None
-    before, after, gain = fits
-    return (replace(e, gain=gain), after) if gain > 0 and is_mended(before, after) else None
+def _holds(e: IntermittentFault, before: Hypothesis, after: Hypothesis, gain: float) -> bool:
+    """Whether a fit to the readings set right explains more than one to those around the jumps left out, and hardly
+    anything is left, at least of its own channel: jumps of one share there and back are no heat, whatever else is
+    missing."""
+    left = [excess_of(x, [e.channel], range(len(e.recordings))) for x in (before, after)]
+    return gain > 0 and (is_mended(before, after) or left[1] <= LEFT * left[0])
 
 
 def _list_residuals(h: Hypothesis, c: Candidate, recordings: Sequence[Recording]) -> list[tuple[Array, Array, Array]]:
