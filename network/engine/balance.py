@@ -126,11 +126,14 @@ def jacobian(network: Network, T: Array, u: Inputs, modes: Array) -> Array:
     return J
 
 
-def affine_matrix(network: Network, u: Inputs, modes: Array) -> Array:
+def affine_matrix(network: Network, u: Inputs, modes: Array, about: Array | None = None) -> Array:
     """K [W/K] of an affine network: heat into the lumps = K T + q(u); of another one (a fit of radiation beside a
-    relay), its slopes at the reference temperature."""
-    about = 0.0 if network.is_affine() else network.machine.reference
-    return jacobian(network, np.full(network.size, about), u, modes)
+    relay), its slopes at some temperatures of all lumps, by default the reference."""
+    if network.is_affine():
+        about = np.zeros(network.size)
+    elif about is None:
+        about = np.full(network.size, network.machine.reference)
+    return jacobian(network, about, u, modes)
 
 
 def evaluate_driven_conductances(network: Network, u: Inputs) -> Array:

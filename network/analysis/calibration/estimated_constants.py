@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -42,7 +42,8 @@ TRIED = (0.0, -0.7, 0.7)
 @dataclass(frozen=True, eq=False)
 class Numbers:
     """What runs are compared with. machine: with its numbers in it; original, parameters, theta: where they came from
-    (a start depends on its sensors only); misfit: of each channel in the runs that they came from."""
+    (a start depends on its sensors only); misfit: of each channel in the runs that they came from; points: constants of
+    these runs as the fit has them, by file."""
 
     machine: Machine
     original: Machine
@@ -50,6 +51,7 @@ class Numbers:
     theta: Array
     start: Start | None = None
     misfit: Mapping[str, ChannelMisfit] | None = None
+    points: Mapping[str, RunPoint] = field(default_factory=dict)
 
     @classmethod
     def of(cls, machine: Machine, start: Start | None = None) -> Numbers:
@@ -144,8 +146,9 @@ def _offsets_of(fit: Linearised) -> dict[str, float]:
     return {name: float(x) for name, x in within}
 
 
-def _read_constants(fit: Linearised, scored_from: float) -> RunConstants:
-    (data,), (point,) = fit.problem.data, move_points(fit)
+def _read_constants(fit: Linearised, scored_from: float, at: RunPoint | None = None) -> RunConstants:
+    """As a fit finds them; at: those that it was made about, of which only the offsets are found."""
+    (data,), (point,) = fit.problem.data, move_points(fit) if at is None else (at,)
     signals = data.run.schedule.signals
     std = np.sqrt(np.diag(fit.covariance))[len(fit.eta) - len(data.inputs) :]
     told = {n: InputConstant(x, float(s), signals[n].unit) for (n, x), s in zip(point.inputs.items(), std, strict=True)}
@@ -165,8 +168,26 @@ def _share_absorbed(fit: Linearised) -> float:
 
 
 def compare_estimated(of: Numbers, recording: Recording, held_out: bool = False) -> RecordingResidual:
-    """Residuals of a run with its constants estimated."""
-    return compare_with_constants(of.machine, recording, estimate_constants(of, recording, held_out))
+    """Residuals of a run with its constants estimated; where something switches, or with those that keep it in step in
+    the fit that the numbers came from, whichever leave less: no straight step leads from the one to the other."""
+    told = compare_with_constants(of.machine, recording, estimate_constants(of, recording, held_out))
+    known = None if held_out else _constants_in_step(of, recording)
+    if known is None:
+        return told
+    return min(told, compare_with_constants(of.machine, recording, known), key=lambda each: each.rmse_in_noise)
+
+
+def _constants_in_step(of: Numbers, recording: Recording) -> RunConstants | None:
+    """Of a run that the fit saw, as it has them; None of other runs, and where nothing switches."""
+    point = of.points.get(recording.file)
+    if point is None or not has_relays(of.machine):
+        return None
+    fixed = at_values(of.original, values_at(of.parameters, of.theta))
+    try:
+        fit = linearise(_about(fixed, weigh_recording(fixed, recording, of.start), point), np.empty(0))
+    except Failed:
+        return None
+    return _read_constants(fit, -np.inf, point)
 
 
 def compare_with_constants(machine: Machine, recording: Recording, constants: RunConstants) -> RecordingResidual:

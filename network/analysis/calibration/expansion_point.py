@@ -22,6 +22,11 @@ def move_points(at: Linearised | Estimate) -> tuple[RunPoint, ...]:
     return tuple(RunPoint(*of) for of in zip(move_starts(at), move_inputs(at), strict=True))
 
 
+def points_by_file(at: Linearised | Estimate) -> dict[str, RunPoint]:
+    """The same by the file of the run."""
+    return dict(zip((d.recording.file for d in at.problem.data), move_points(at), strict=True))
+
+
 def move_starts(at: Linearised | Estimate) -> tuple[Mapping[str, float], ...]:
     """Temperatures of the parts at the start of every run as a fit finds them [°C]."""
     return tuple(d.move_start(own[: len(d.starts)]) for d, own in _own_constants(at))

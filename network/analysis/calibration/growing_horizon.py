@@ -60,13 +60,14 @@ class InStep:
 
 def begin_in_step(
     machine: Machine, parameters: Sequence[Parameter], data: Sequence[Measured], start: Start | None,
-    is_late: Callable[[], bool], tell: Told = lambda share: None,
+    is_late: Callable[[], bool], tell: Told = lambda share: None, about: InStep | None = None,
 ) -> InStep | None:  # fmt: skip
     """Where relays stay in step over whole recordings; None for a machine without relays, or where it always breaks
-    down."""
+    down. about: from where, by default from the priors' centres."""
     if not parameters or not has_relays(machine):
         return None
-    known, found, points = at_prior_centres(machine, parameters), None, tuple(d.point for d in data)
+    known, found = at_prior_centres(machine, parameters), None
+    about = about or InStep(centres(parameters), tuple(d.point for d in data))
     first = max(FIRST, *(FEWEST / len(d.recording.t) for d in data))
     done, left, growth, is_patient = 0.0, 1.0, GROWTH, True
     while done < 1 and not is_late():
@@ -74,7 +75,7 @@ def begin_in_step(
         say(tell, f"what switches falls into step: the first {100 * share:.2g} % of the recordings")
         some = [weigh_recording(known, d.recording.until(share), start) for d in data]
         most = LEAP * max(left, 1.0) if done and is_patient else np.inf
-        at = _fit_beginning(machine, parameters, some, found or InStep(centres(parameters), points), most)
+        at = _fit_beginning(machine, parameters, some, found or about, most)
         if most < np.inf and (at is None or chi_of(at) > most):
             growth = float(np.sqrt(growth))
             is_patient = growth > LEAST_GROWTH

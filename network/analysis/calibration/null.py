@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 from network.analysis.calibration.estimated_constants import Numbers
+from network.analysis.calibration.expansion_point import points_by_file
 from network.analysis.calibration.gauss_newton import make_problem
 from network.analysis.calibration.generalisation import with_numbers, with_standard_errors
 from network.analysis.calibration.growing_horizon import begin_in_step, settle_starts
@@ -63,8 +64,9 @@ class Null(Brief):
 
     def numbers(self, start: Start | None) -> Numbers:
         """What runs are compared with."""
-        misfit = channel_misfits(self.fit.at)
-        return Numbers(self.fitted, self.original, self.parameters, self.fit.at.theta, start, misfit)
+        at = self.fit.at
+        misfit, points = channel_misfits(at), points_by_file(at)
+        return Numbers(self.fitted, self.original, self.parameters, at.theta, start, misfit, points)
 
 
 def estimate_null(

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from network.analysis.calibration.expansion_point import move_points
 from network.analysis.calibration.gauss_newton import STEPS
-from network.analysis.calibration.growing_horizon import LEAP, begin_in_step, has_relays
+from network.analysis.calibration.growing_horizon import LEAP, InStep, begin_in_step, has_relays
 from network.analysis.calibration.null import Null
 from network.analysis.calibration.recorded_modes import forget_modes, read_modes
 from network.analysis.diagnosis.hypothesis import (
@@ -23,6 +23,7 @@ from network.analysis.diagnosis.hypothesis import (
     parameters_of,
     reweight,
     settle_hypothesis,
+    theta_of,
 )
 from network.analysis.diagnosis.time_budget import TimeBudget
 from network.engine.response.parameters import values_at
@@ -72,7 +73,8 @@ def face_relays(h: Hypothesis, is_brief: bool = False) -> Hypothesis:
     if direct.chi <= LEAP * max(h.chi, 1.0) or is_brief:
         return direct
     parameters = parameters_of(h.machine, h.own)
-    begin = begin_in_step(h.machine, parameters, case.lay_out(h.machine), case.start, is_late)
+    near_by = InStep(theta_of(parameters, h.values), case.began)
+    begin = begin_in_step(h.machine, parameters, case.lay_out(h.machine), case.start, is_late, about=near_by)
     if begin is None:
         return direct
     about, values = replace(case, began=begin.points), values_at(parameters, begin.theta)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from network.analysis.calibration.estimated_constants import Numbers, compare_estimated
+from network.analysis.calibration.expansion_point import points_by_file
 from network.analysis.calibration.generalisation import with_numbers, with_standard_errors
 from network.analysis.calibration.misfit import channel_misfits
 from network.analysis.calibration.recorded_modes import forget_modes
@@ -146,7 +147,8 @@ def _fits(search: Search, before: Machine, after: Machine, holdout: Sequence[Rec
 def _numbers(h: Hypothesis, machine: Machine) -> Numbers:
     """A machine with the numbers of a hypothesis."""
     misfit = channel_misfits(h.fit)
-    return Numbers(machine, h.machine, h.fit.problem.parameters, h.fit.theta, h.case.start, misfit)
+    points = points_by_file(h.fit)
+    return Numbers(machine, h.machine, h.fit.problem.parameters, h.fit.theta, h.case.start, misfit, points)
 
 
 def _correct_readings(search: Search, found: Numbers, holdout: Sequence[Recording]) -> Sequence[Recording]:

@@ -26,7 +26,7 @@ from network.engine.response.parameters import Parameter, at_values, values_at
 from network.engine.response.prediction import Prediction, answer_together, joint_of
 from network.engine.response.run_plan import plan_of, start_of
 from network.engine.response.seen_differences import differ_as_seen, is_seen_only
-from network.engine.response.switchings import SwitchedCourse, build_switched_course, check_followed
+from network.engine.response.switchings import SwitchedCourse, build_course_about, check_followed
 from network.engine.response.warm_start import WarmStart
 from network.engine.response.waveform import course_of, keeps_bends, see_otherwise
 from network.engine.solvers.elimination import KnownRegimes
@@ -72,6 +72,7 @@ class Model:
         near to what they came to."""
         other = Model(self.machine, self.parameters, runs)
         other.warm.guess.update(self.warm.guess)
+        other.warm.middle.update(self.warm.middle)
         return other
 
     def at(self, theta: Array) -> tuple[Machine, Network]:
@@ -135,7 +136,8 @@ class Model:
         self, i: int, plan: Plan, outputs: Readouts, known: dict[bytes, Modes], regimes: KnownRegimes
     ) -> LinearRun:  # fmt: skip
         if plan.network.relays:
-            return build_switched_course(plan, outputs, known, regimes)
+            switched, self.warm.middle[i] = build_course_about(plan, outputs, known, regimes, self.warm.middle.get(i))
+            return switched
         course = course_of(plan, outputs, self.warm.guess.get(i), known, regimes)
         if not plan.network.is_affine():
             self.warm.guess[i] = course.T

@@ -35,6 +35,8 @@ from network.platform.refusal import Failed, Spot, refuse
 
 MOST = 2
 """Switchings for each interval between knots, beyond which a run is not followed."""
+ROUNDS, CLOSE = 4, 0.2
+"""Times at most that bent laws are laid straight about the means of a run, and the change of these [K] that is none."""
 LEAST_RATE = 1e-7
 """K/s: a guard that creeps over zero slower than this has no switching instant to speak of."""
 
@@ -194,6 +196,24 @@ def check_followed(network: Network) -> None:
             wrong = f"{network.mechanisms[rates.entry[0]]} ({rates.law.kind}) is not linear"
             right = f"make it linear, or take the relay out; {as_it_is}"
             raise refuse(spot, f"{wrong}, which a fit cannot follow beside a relay", right)
+
+
+def build_course_about(
+    plan: Plan, readouts: Readouts, known: dict[bytes, Modes], regimes: KnownRegimes, middle: Array | None = None
+) -> tuple[SwitchedCourse, Array]:
+    """The run of a plan with relays, laws that are not straight by their tangents about its own mean temperatures, and
+    these (N); middle: those of a run nearby. Error: of second order in how far temperatures go from their means."""
+    start = np.nan_to_num(plan.T0, nan=plan.network.machine.reference)
+    middle = start if middle is None or len(middle) != len(start) else middle
+    if plan.network.is_affine():
+        return build_switched_course(plan, readouts, known, regimes), middle
+    for _ in range(ROUNDS):
+        course, about = build_switched_course(replace(plan, about=middle), readouts, known, regimes), middle
+        T0, T1 = course.T
+        middle = course.problem.plan.steps @ (T0 + T1) / 2 / course.problem.plan.steps.sum()
+        if np.abs(middle - about).max() < CLOSE:
+            break
+    return course, about
 
 
 def build_switched_course(

@@ -11,12 +11,14 @@ from network.engine.response.output_jacobian import Slopes
 
 @dataclass(eq=False)
 class WarmStart:
-    """Run by run. guess: the course that the search for a bent one begins from; slopes: of the channels, where they
+    """Run by run. guess: the course that the search for a bent one begins from; middle: mean temperatures of one beside
+    relays, about which bent laws are straight; slopes: of the channels, where they
     stay the same at all instants and θ; joint: the last plan of all runs, with what their channels owe to all but the
     states; is_seen_same: whether the slopes of channels held at all instants at other numbers than the file's, too;
     is_apart: whether bent laws did not settle in all runs at once."""
 
     guess: dict[int, tuple[Array, Array]] = field(default_factory=dict)
+    middle: dict[int, Array] = field(default_factory=dict)
     slopes: dict[int, Slopes] = field(default_factory=dict)
     joint: tuple[JointPlan, dict[int, Array]] | None = None
     is_seen_same: bool = False

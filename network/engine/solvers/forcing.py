@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -28,6 +28,13 @@ class Forcing:
     def heat(self) -> tuple[Array, Array]:
         """Heats of all lumps (K, N)."""
         return self.lumped or (self.push(0), self.push(1))
+
+    def beside(self, first: Array, last: Array) -> Forcing:
+        """The same with further heats of all lumps just after and just before the edges (K, N)."""
+        if self.lumped is not None:
+            return replace(self, lumped=(self.lumped[0] + first, self.lumped[1] + last))
+        sources, into = (*self.sources, (first, last)), (*self.into, np.eye(first.shape[1]))
+        return replace(self, sources=sources, into=into)
 
     def push(self, side: int, rows: Array | None = None, at: Indices | slice = slice(None)) -> Array:
         """Heats of all lumps, or rows over them, in some intervals: (intervals, lumps or rows)."""

@@ -6,13 +6,13 @@ straight from f0 to f1.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
-from network.engine.balance import affine_matrix
+from network.engine.balance import affine_heat, affine_matrix, heat_into
 from network.engine.channels import Readouts
 from network.engine.solvers.courses import Courses
 from network.engine.solvers.elimination import KnownRegimes, Regime, regime_from
@@ -123,16 +123,20 @@ class LinearSolution:
 
 
 def reduce(plan: Plan, readouts: Readouts, known: KnownRegimes | None = None) -> LinearProblem:
-    """The reduced problem of a plan. known: regimes of the same network and readouts, by the inputs that make them."""
+    """The reduced problem of a plan; laws that are not straight by their tangents about its temperatures. known: regimes
+    of the same network and readouts, by the inputs and temperatures that make them."""
     network, known = plan.network, {} if known is None else known
+    about = () if plan.about is None else tuple(plan.about.tolist())
     names, (distinct, regime_of) = matrix_inputs(network), regimes_of(network, plan.left)
     regimes = []
     for k in distinct:
-        key = tuple(float(plan.left[name][k]) for name in names)
+        key = (*(float(plan.left[name][k]) for name in names), *about)
         if key not in known:
             known[key] = _find_regime(plan, int(k), readouts)
         regimes.append(known[key])
     forcing = force_sources(plan)
+    if not network.is_affine():
+        forcing = forcing.beside(*_find_offsets(plan, regimes, regime_of))
     f0, f1 = force_states(regimes, regime_of, forcing, readouts)
     scale = np.concatenate([np.sqrt(network.capacity[network.free]), np.ones(readouts.states)])
     problem = LinearProblem(plan, readouts, tuple(regimes), regime_of, forcing, f0, f1, np.zeros(len(scale)), scale)
@@ -163,7 +167,20 @@ def _find_regime(plan: Plan, k: int, readouts: Readouts) -> Regime:
     network = plan.network
     modes = np.zeros(network.relay_count)
     u = {name: values[k] for name, values in plan.left.items()}
-    return regime_from(network, affine_matrix(network, u, modes), readouts)
+    return regime_from(network, affine_matrix(network, u, modes, plan.about), readouts)
+
+
+def _find_offsets(plan: Plan, regimes: Sequence[Regime], regime_of: Indices) -> Iterator[Array]:
+    """Heats into all lumps with which tangents touch their laws, just after and just before the edges (K, N): Q(T̄, u) −
+    K T̄ − q(u), q what sources bring at readings of zero; all relays off."""
+    network, K = plan.network, len(plan.steps)
+    about = np.full(network.size, network.machine.reference) if plan.about is None else plan.about
+    slopes = np.array([regime.K @ about for regime in regimes])[regime_of]
+    off = np.zeros((K, network.relay_count))
+    for u in plan.just_inside:
+        heat = heat_into(network, np.tile(about, (K, 1)), u, off) - slopes - affine_heat(network, u, off, K)
+        heat[:, network.bound] = 0.0
+        yield heat
 
 
 def force_states(

@@ -27,7 +27,9 @@ class Plan:
 
     t: instants of output [s]; edges: K+1 instants, the first is the start, the last the end; left, right: input →
     K values just after and just before the edges of each interval, SI; `time` is among them; T0: temperatures of all
-    lumps at the start [°C]; modes: of the relays (0 off, 1 on) in each interval, (K, relays), once they are known.
+    lumps at the start [°C]; modes: of the relays (0 off, 1 on) in each interval, (K, relays), once they are known;
+    about: temperatures of all lumps (N) at which laws that are not straight are replaced by their tangents, where they
+    have to be, by default the reference.
     """
 
     network: Network
@@ -39,6 +41,7 @@ class Plan:
     method: str
     why: str
     modes: Array | None = None
+    about: Array | None = None
 
     def with_network(self, network: Network, T0: Array) -> Plan:
         """The same with other numbers and another start; what was found of its inputs and instants stays known."""
