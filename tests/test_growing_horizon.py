@@ -10,7 +10,10 @@ import yaml
 
 from network import Machine, Recording, Scenario, calibrate, simulate
 from network.analysis.calibration.growing_horizon import begin_in_step
-from network.engine.response.parameters import free_parameters
+from network.analysis.calibration.measured_means import weigh_recording
+from network.analysis.diagnosis.intermittent.channel_samples import truth_at_samples
+from network.engine.response.model import Model
+from network.engine.response.parameters import at_prior_centres, free_parameters
 from network.report.files.result_files import write_run
 
 ROOT = Path(__file__).parents[1]
@@ -83,3 +86,21 @@ def test_it_says_what_it_does_and_what_it_has(chilled: Machine, tmp_path: Path) 
     assert heard.shares == sorted(heard.shares)
     calibrate(chilled, Recording.load(tmp_path / "results.csv"), progress=plain.append)
     assert plain == heard.shares
+
+
+def test_laws_that_bend_beside_a_relay_are_those_of_the_run_itself(chilled: Machine, tmp_path: Path) -> None:
+    """Buoyancy and radiation by their tangents about the means of the run, against stiff steps; about the reference
+    the skin would carry nothing by buoyancy, and parts would be a kelvin too warm."""
+    skins = {
+        "still air": {"kind": "natural_convection", "between": ["housing", "ambient"], "area": "0.8 m^2",
+                      "coefficient": "3 W/(m^2 K^1.25)", "exponent": "0.25"},
+        "to the walls": {"kind": "radiation", "between": ["housing", "ambient"], "emissivity_area": "0.5 m^2"},
+    }  # fmt: skip
+    bent = chilled.patched({"links": skins})
+    run = simulate(bent, Scenario.of("a day of shifts", "6 h", INPUTS, output="20 s"), method="solve_ivp:LSODA")
+    write_run(run, tmp_path)
+    recording = Recording.load(tmp_path / "results.csv")
+    known = at_prior_centres(bent, free_parameters(bent))
+    (told,) = Model(known, (), [weigh_recording(known, recording, None).run]).predict(np.empty(0))
+    off = {name: truth_at_samples(told, recording, name) - run.sensors[name] for name in ("T_tank", "T_housing")}
+    assert {name: float(np.sqrt(np.mean(x**2))) < 0.1 for name, x in off.items()} == dict.fromkeys(off, True)

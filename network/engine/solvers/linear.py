@@ -123,8 +123,8 @@ class LinearSolution:
 
 
 def reduce(plan: Plan, readouts: Readouts, known: KnownRegimes | None = None) -> LinearProblem:
-    """The reduced problem of a plan; laws that are not straight by their tangents about its temperatures. known: regimes
-    of the same network and readouts, by the inputs and temperatures that make them."""
+    """The reduced problem of a plan; laws that are not straight by their tangents about its temperatures. known:
+    regimes of the same network and readouts, by the inputs and temperatures that make them."""
     network, known = plan.network, {} if known is None else known
     about = () if plan.about is None else tuple(plan.about.tolist())
     names, (distinct, regime_of) = matrix_inputs(network), regimes_of(network, plan.left)
