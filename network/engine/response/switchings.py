@@ -35,7 +35,7 @@ from network.platform.refusal import Failed, Spot, refuse
 
 MOST = 2
 """Switchings for each interval between knots, beyond which a run is not followed."""
-ROUNDS, CLOSE = 4, 0.2
+ROUNDS, CLOSE = 2, 0.5
 """Times at most that bent laws are laid straight about the means of a run, and the change of these [K] that is none."""
 LEAST_RATE = 1e-7
 """K/s: a guard that creeps over zero slower than this has no switching instant to speak of."""
