@@ -90,3 +90,10 @@ def test_an_exchange_that_was_not_weighed_is_told_last(
     monkeypatch.setattr(findings, "_faults", lambda search, after: iter(["fault"]))
     monkeypatch.setattr(findings, "_findings", lambda search, after: iter(["found"]))
     assert findings.list_findings(bare(fault=bare(competes=competes), best=bare(chi=chi), ended=ended), bare()) == told
+
+
+def test_what_does_not_fit_all_runs_leaves_no_gains_behind(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(forward_selection, "replace", lambda of, **new: new)
+    monkeypatch.setattr(forward_selection, "on_all_runs", lambda null, best, steps: null)
+    told = forward_selection._on_all_runs(bare(found=()), bare(best=bare(found=(1,)), gains=(9.0,)))
+    assert told["gains"] == ()

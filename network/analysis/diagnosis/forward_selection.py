@@ -112,8 +112,9 @@ def _shows_more(now: Selection, told: Selection) -> bool:
 
 
 def _on_all_runs(null: Hypothesis, now: Selection, steps: int = STEPS) -> Selection:
-    """A selection whose best is fitted to all runs of the null."""
-    return replace(now, best=on_all_runs(null, now.best, steps))
+    """A selection whose best is fitted to all runs of the null; without findings where it does not fit these."""
+    best = on_all_runs(null, now.best, steps)
+    return replace(now, best=best, gains=now.gains[: len(best.found)])
 
 
 def _is_told_so_far(current: Hypothesis) -> bool:
