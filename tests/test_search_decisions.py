@@ -492,7 +492,7 @@ def test_lumps_that_explain_all_and_were_taken_back_are_what_is_told(
     refuted: list[str], chi: float, relays: bool, told: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     search = search_of(DOUBTFUL + 0.1)
-    search.null = bare(chi=chi, machine="finer")
+    search.null, search.written = bare(chi=chi, machine=bare(lumps=9)), bare(machine=bare(lumps=3))
     monkeypatch.setattr(verdict, "has_relays", lambda machine: relays)
     assert verdict._is_untaken(search, refuted) is told
     monkeypatch.setattr(verdict, "is_finer", lambda search: False)

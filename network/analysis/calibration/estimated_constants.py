@@ -174,7 +174,11 @@ def compare_estimated(of: Numbers, recording: Recording, held_out: bool = False)
     known = None if held_out else _constants_in_step(of, recording)
     if known is None:
         return told
-    return min(told, compare_with_constants(of.machine, recording, known), key=lambda each: each.rmse_in_noise)
+    try:
+        other = compare_with_constants(of.machine, recording, known)
+    except Failed:
+        return told
+    return min(told, other, key=lambda each: each.rmse_in_noise)
 
 
 def _constants_in_step(of: Numbers, recording: Recording) -> RunConstants | None:

@@ -91,6 +91,8 @@ def _is_untaken(search: Search, refuted: Sequence[str]) -> bool:
     """Whether lumps alone leave nothing, but were taken back, as simulated runs speak against them: what switches falls
     out of step with them."""
     null = search.null
+    if search.fault is not None or null.machine.lumps <= search.written.machine.lumps:
+        return False
     return bool(refuted) and not search.best.found and null.chi <= SETTINGS.noise and has_relays(null.machine)
 
 

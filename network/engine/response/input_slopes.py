@@ -68,7 +68,8 @@ def _difference(prediction: Prediction, name: str, step: float) -> Array:
     signals = prediction.run.schedule.signals
     schedule = replace(prediction.run.schedule, signals={**signals, name: signals[name].shift(step)})
     run = prediction.run.driven_by(schedule)
-    plan = plan_of(prediction.course.problem.plan.network, run, prediction.begun)
+    own = prediction.course.problem.plan
+    plan = replace(plan_of(own.network, run, prediction.begun), about=own.about)
     return np.asarray((_predict(prediction, run, plan).cells - prediction.cells) / step)
 
 

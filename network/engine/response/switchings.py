@@ -211,6 +211,8 @@ def build_course_about(
         course, about = build_switched_course(replace(plan, about=middle), readouts, known, regimes), middle
         T0, T1 = course.T
         middle = course.problem.plan.steps @ (T0 + T1) / 2 / course.problem.plan.steps.sum()
+        if not np.isfinite(middle).all():
+            raise Failed("with its tangents the run runs away")
         if np.abs(middle - about).max() < CLOSE:
             break
     return course, about

@@ -141,6 +141,8 @@ def _update_fault(h: Hypothesis, e: IntermittentFault, about: Hypothesis) -> Int
     r = np.concatenate([residual[i] for (_, residual, _), i in zip(runs, within, strict=True)])
     full = np.concatenate([change[i] for (_, _, change), i in zip(runs, within, strict=True)])
     good = np.isfinite(r)
+    if not full[good].any():
+        return e
     share = float(np.clip(full[good] @ r[good] / (full[good] @ full[good]), *SHARES))
     now = [
         spans if (steps := find_steps(*run)) is None else steps.windows(share)
