@@ -71,7 +71,7 @@ def watch_jump(steps: ResidualSteps, o: Onset) -> Jump:
     own = steps.of_fault(o)
     if own is None or not o.shape.may_jump:
         return Jump()
-    reach = SIDE * max(BIN, float(np.median(np.diff(own.t))))  # a step spans so much on each side
+    reach = _reach_of(own)
     due, near = o.size * own.full, np.abs(own.t - o.t0) < max(o.width, reach)
     is_due = near & (np.abs(due) > CLEAR * own.scatter)
     is_seen = is_due & (np.abs(own.size - due) < BLURRED * np.abs(due))
@@ -82,6 +82,11 @@ def watch_jump(steps: ResidualSteps, o: Onset) -> Jump:
     run, name = o.run, o.shape.channel
     is_alone = not (_is_driven(steps, run, name, at, reach) or _is_shared(steps, run, name, at, reach))
     return Jump(True, True, is_alone, at, float(own.size[k]) / full, own.scatter / abs(full))
+
+
+def _reach_of(steps: Steps) -> float:
+    """What a step spans on each side [s]."""
+    return SIDE * max(BIN, float(np.median(np.diff(steps.t))))
 
 
 def _full_by_readings(recording: Recording, o: Onset, before: float) -> float:
@@ -99,7 +104,7 @@ def list_lone_jumps(steps: ResidualSteps) -> Iterator[tuple[int, str, float, flo
             own = steps.of(run, name)
             if own is None or not (np.abs(own.size) > CLEAR * own.scatter).any():
                 continue
-            at, reach = float(own.t[np.abs(own.size).argmax()]), SIDE * max(BIN, float(np.median(np.diff(own.t))))
+            at, reach = float(own.t[np.abs(own.size).argmax()]), _reach_of(own)
             if not (_is_driven(steps, run, name, at, reach) or _is_shared(steps, run, name, at, reach)):
                 yield run, name, at, reach
 
