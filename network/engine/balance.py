@@ -136,18 +136,18 @@ def affine_matrix(network: Network, u: Inputs, modes: Array, about: Array | None
     return jacobian(network, about, u, modes)
 
 
-def evaluate_driven_conductances(network: Network, u: Inputs) -> Array:
-    """The slopes [W/K] of an affine network that depend on inputs, at many instants: (instants, 1) → (instants, ·)."""
-    slopes = [flows.w * s for flows in network.flows if flows.law.needs() for s in _at_zero(flows, u)]
-    slopes += [s for heats in network.heats if heats.law.needs() for s in _at_zero(heats, u)]
+def evaluate_driven_conductances(network: Network, u: Inputs, about: Array | None = None) -> Array:
+    """The slopes [W/K] that depend on inputs, at many instants: (instants, 1) → (instants, ·); about: temperatures of
+    all lumps, which count where laws are not straight."""
+    T = np.zeros(network.size) if about is None else about
+    slopes = [flows.w * s for flows in network.flows if flows.law.needs() for s in flows.slopes(T, u)]
+    slopes += [s for heats in network.heats if heats.law.needs() for s in _slopes_of(heats, T, u)]
     instants = len(u["time"])
     return np.hstack([np.broadcast_to(s, (instants, np.shape(s)[-1])) for s in map(np.atleast_1d, slopes)])
 
 
-def _at_zero(group: Flows | Heats[Mechanism], u: Inputs) -> tuple[Array, ...]:
-    if isinstance(group, Flows):
-        return group.slopes(np.zeros(group.size), u)
-    return group.slopes(u, *(np.zeros(len(R)) for R in group.reads))
+def _slopes_of(heats: Heats[Mechanism], T: Array, u: Inputs) -> tuple[Array, ...]:
+    return heats.slopes(u, *(R @ T for R in heats.reads))
 
 
 def affine_heat(network: Network, u: Inputs, modes: Array, instants: int) -> Array:

@@ -145,7 +145,7 @@ def choose_lumps(h: Hypothesis, jobs: int = 1, rounds: int = ROUNDS, growth: int
         more = counts | {name: _count(counts[name], TO_THE_LIMIT * off / allowed, growth) for name, off in left.items()}
         if more == counts or sum(more.values()) > FINEST:
             break
-        counts, bars = more, [name for name, off in left.items() if off > NOTHING]
+        counts, bars = more, [name for name in bars if left.get(name, np.inf) > NOTHING]
     return None if counts == written else cut_bars(h.root, counts)
 
 
@@ -156,13 +156,13 @@ def _count(now: int, off: float, growth: int) -> int:
 
 
 def _leave_each(h: Hypothesis, counts: Mapping[str, int], bars: Sequence[str], jobs: int) -> dict[str, float]:
-    """|M W d| of some bars [σ]; nothing where a run breaks down."""
+    """|M W d| of some bars [σ], of those with which no run breaks down."""
     is_own = counts.items() <= bars_of(h.machine).items()
     here = np.concatenate([p.cells for p in h.predictions]) if is_own else means_of(h, cut_bars(h.machine, counts))
     finer = [cut_bars(h.machine, {**counts, name: 2 * counts[name]}) for name in bars]
     there = zip(bars, run_all(partial(means_of, h), finer, jobs), strict=True)
     told = {name: means - here for name, means in there if here is not None and means is not None}
-    return dict.fromkeys(bars, 0.0) | {name: _size(h.linearised, lack) for name, lack in told.items()}
+    return {name: _size(h.linearised, lack) for name, lack in told.items()}
 
 
 def means_of(h: Hypothesis, machine: Machine) -> Array | None:

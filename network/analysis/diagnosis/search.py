@@ -104,8 +104,7 @@ def _search_beside(found: Search, seed: int, jobs: int, tell: Callable[[float], 
     """What a search comes to on readings set right, where a fault of them shows beside what was found."""
     fault, mended = _set_right(reweight(found.best.case, found.best), jobs)
     if fault is not None:
-        now = replace(_with_fault(found, fault, mended), screened=Screening(found.written))
-        *_, last = _search_from(now, seed, jobs, tell)
+        *_, last = _search_from(_with_fault(found, fault, mended), seed, jobs, tell)
         yield last
 
 
@@ -113,7 +112,10 @@ def _with_fault(now: Search, fault: ReadingFault, mended: Hypothesis) -> Search:
     """The machine as written, fitted to readings that were set right; mended: a fit to such readings."""
     case = fault.set_right(now.written.case)
     written = fit_hypothesis(case, case.machine, start=mended.values)
-    return replace(now, case=case, fault=fault, written=written, null=written, selection=Selection(written))
+    screened = Screening(written)
+    return replace(
+        now, case=case, fault=fault, written=written, null=written, selection=Selection(written), screened=screened
+    )
 
 
 def _search_from(

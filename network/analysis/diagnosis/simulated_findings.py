@@ -79,7 +79,7 @@ def list_retreats(search: Search) -> Iterator[Search]:
         yield from _list_alone(search)
     if search.fault is not None:
         bare = _bare_of(search)
-        yield replace(search, fault=None, case=search.given, written=bare, selection=Selection(bare))
+        yield replace(search, fault=None, case=search.given, written=bare, null=bare, selection=Selection(bare))
 
 
 def _list_alone(search: Search) -> Iterator[Search]:

@@ -26,7 +26,12 @@ from network.engine.response.parameters import Parameter, at_values, values_at
 from network.engine.response.prediction import Prediction, answer_together, joint_of
 from network.engine.response.run_plan import plan_of, start_of
 from network.engine.response.seen_differences import differ_as_seen, is_seen_only
-from network.engine.response.switchings import SwitchedCourse, build_course_about, check_followed
+from network.engine.response.switchings import (
+    SwitchedCourse,
+    build_course_about,
+    build_switched_course,
+    check_followed,
+)
 from network.engine.response.warm_start import WarmStart
 from network.engine.response.waveform import course_of, keeps_bends, see_otherwise
 from network.engine.solvers.elimination import KnownRegimes
@@ -98,8 +103,10 @@ class Model:
         return self._run(machine, network, starts or [run.start for run in self.runs])
 
     def _run(
-        self, machine: Machine, network: Network, starts: Sequence[Mapping[str, float]]
+        self, machine: Machine, network: Network, starts: Sequence[Mapping[str, float]],
+        beside: Sequence[Prediction] | None = None,
     ) -> tuple[Prediction, ...]:  # fmt: skip
+        """All runs from starts; beside: those whose tangents bent laws beside relays keep."""
         outputs = self._readouts if machine is self.machine else readouts(network, parts=False)
         laid = [self._lay_out(run, network) for run in self.runs]
         plans = [plan.with_network(network, start_of(network, start, plan.left))
@@ -111,7 +118,9 @@ class Model:
         near = self.warm.guess.get(JOINT)
         told = None if joint is None else solve_together(joint, plans, outputs, known, regimes, near)
         if joint is None or told is None:
-            courses = [self._course(i, plan, outputs, known, regimes) for i, plan in enumerate(plans)]
+            held = [None if beside is None else beside[i].course.problem.plan.about for i in range(len(plans))]
+            courses = [self._course(i, replace(plan, about=about), outputs, known, regimes)
+                       for i, (plan, about) in enumerate(zip(plans, held, strict=True))]  # fmt: skip
             self.warm.is_apart |= joint is not None
             return self._share_slopes([self._predict(i, machine, course, None) for i, course in enumerate(courses)])
         whole, parts = told
@@ -135,6 +144,8 @@ class Model:
     def _course(
         self, i: int, plan: Plan, outputs: Readouts, known: dict[bytes, Modes], regimes: KnownRegimes
     ) -> LinearRun:  # fmt: skip
+        if plan.network.relays and plan.about is not None:
+            return build_switched_course(plan, outputs, known, regimes)
         if plan.network.relays:
             switched, self.warm.middle[i] = build_course_about(plan, outputs, known, regimes, self.warm.middle.get(i))
             return switched
@@ -256,7 +267,7 @@ class Model:
             outputs, known, regimes = readouts(network, parts=False), dict[bytes, Modes](), KnownRegimes()
             return [differ_at_switchings(machine, network, outputs, q, step, cells, known, regimes)
                     for q in predictions]  # fmt: skip
-        moved = self._run(machine, network, [q.begun for q in predictions])
+        moved = self._run(machine, network, [q.begun for q in predictions], predictions)
         if cells:
             return [(m.cells - q.cells) / step for m, q in zip(moved, predictions, strict=True)]
         return [(_onto(m, q) - q.values) / step for m, q in zip(moved, predictions, strict=True)]

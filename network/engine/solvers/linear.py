@@ -127,7 +127,7 @@ def reduce(plan: Plan, readouts: Readouts, known: KnownRegimes | None = None) ->
     regimes of the same network and readouts, by the inputs and temperatures that make them."""
     network, known = plan.network, {} if known is None else known
     about = () if plan.about is None else tuple(plan.about.tolist())
-    names, (distinct, regime_of) = matrix_inputs(network), regimes_of(network, plan.left)
+    names, (distinct, regime_of) = matrix_inputs(network), regimes_of(network, plan.left, plan.about)
     regimes = []
     for k in distinct:
         key = (*(float(plan.left[name][k]) for name in names), *about)

@@ -22,8 +22,11 @@ def matrix_inputs(network: Network) -> list[str]:
     return sorted({name for law in laws for name in law.needs()})
 
 
-def regimes(network: Network, left: Mapping[str, Array]) -> tuple[Indices, Indices]:
-    """One interval of each regime, and the regime of each interval, from the inputs held in every interval.
+def regimes(
+    network: Network, left: Mapping[str, Array], about: Array | None = None
+) -> tuple[Indices, Indices]:  # fmt: skip
+    """One interval of each regime, and the regime of each interval, from the inputs held in every interval; about:
+    temperatures of all lumps at which laws that are not straight are told apart.
 
     A regime is a set of conductances, not of inputs: a joint that moves within a lump stays in one.
     """
@@ -32,7 +35,7 @@ def regimes(network: Network, left: Mapping[str, Array]) -> tuple[Indices, Indic
         return np.zeros(1, int), np.zeros(len(left["time"]), int)
     values = np.stack([left[name] for name in keys], axis=1)
     _, first, at = np.unique(values, axis=0, return_index=True, return_inverse=True)
-    G = evaluate_driven_conductances(network, {name: held[first, None] for name, held in left.items()})
+    G = evaluate_driven_conductances(network, {name: held[first, None] for name, held in left.items()}, about)
     _, again, regime = np.unique(G, axis=0, return_index=True, return_inverse=True)
     return first[again], np.asarray(regime.ravel()[at.ravel()])
 

@@ -60,10 +60,24 @@ class Steps:
     @property
     def shares(self) -> Array:
         """Of the clear jumps, in shares of full strength."""
+        peak = self._peaks & (np.abs(self.full) > 0)
+        return np.asarray(self.size[peak] / self.full[peak])
+
+    @property
+    def clear(self) -> list[float]:
+        """When the clear jumps are [s], the largest first."""
+        at = np.flatnonzero(self._peaks)
+        return [float(self.t[k]) for k in at[np.argsort(-np.abs(self.size[at]))]]
+
+    def covers(self, t: float) -> bool:
+        """Whether a jump at that time would show."""
+        return bool(self.t[0] <= t <= self.t[-1])
+
+    @property
+    def _peaks(self) -> Mask:
         size = np.abs(self.size)
         near = sliding_window_view(np.pad(size, SIDE), 2 * SIDE + 1).max(axis=1)
-        peak = (size > CLEAR * self.scatter) & (size == near) & (np.abs(self.full) > 0)
-        return np.asarray(self.size[peak] / self.full[peak])
+        return np.asarray((size > CLEAR * self.scatter) & (size == near))
 
     def windows(self, share: float) -> Windows:
         """The windows of a share that explain the steps best (Viterbi's algorithm over the two states)."""

@@ -114,14 +114,15 @@ def find_intermittent_fault(h: Hypothesis) -> tuple[IntermittentFault, Hypothesi
 def _settle(h: Hypothesis, e: IntermittentFault) -> tuple[IntermittentFault, Hypothesis] | None:
     """A fault with share and windows found again about ever better fits, for the numbers of the first are bent by it;
     None where it does not hold about any."""
-    best, now = None, e
+    told, least = None, np.inf
     for _ in range(ROUNDS + 1):
-        fits = fit_both(h, now)
-        if fits is None or (best is not None and fits[1].chi > best[1].chi):
+        fits = fit_both(h, e)
+        if fits is None or fits[1].chi > least:
             break
-        now, best = replace(now, gain=fits[2]), fits
-        e, now = now, _update_fault(h, now, fits[1])
-    return (e, best[1]) if best is not None and _holds(e, *best) else None
+        e, least = replace(e, gain=fits[2]), fits[1].chi
+        told = (e, fits[1]) if _holds(e, *fits) else told
+        e = _update_fault(h, e, fits[1])
+    return told
 
 
 def _list_faults(h: Hypothesis) -> Iterator[IntermittentFault]:

@@ -101,12 +101,13 @@ def list_lone_jumps(steps: ResidualSteps) -> Iterator[tuple[int, str, float, flo
     and over how long [s]. It shows a reading that fails also where something else is missing that outweighs it."""
     for run, prediction in enumerate(steps.h.predictions):
         for name in prediction.run.channels:
-            own = steps.of(run, name)
-            if own is None or not (np.abs(own.size) > CLEAR * own.scatter).any():
+            if (own := steps.of(run, name)) is None:
                 continue
-            at, reach = float(own.t[np.abs(own.size).argmax()]), _reach_of(own)
-            if not (_is_driven(steps, run, name, at, reach) or _is_shared(steps, run, name, at, reach)):
-                yield run, name, at, reach
+            reach = _reach_of(own)
+            for at in own.clear:
+                if not (_is_driven(steps, run, name, at, reach) or _is_shared(steps, run, name, at, reach)):
+                    yield run, name, at, reach
+                    break
 
 
 def _is_driven(steps: ResidualSteps, run: int, channel: str, at: float, reach: float) -> bool:
@@ -116,8 +117,8 @@ def _is_driven(steps: ResidualSteps, run: int, channel: str, at: float, reach: f
     others = [(i, t) for i, t in moved if i != run or abs(t - at) >= reach]
     if len(others) == len(moved):
         return False
-    seen = (_jumps_near(of, t, reach) for i, t in others if (of := steps.of(i, channel)) is not None)
-    return len(others) < MANY or any(seen)
+    told = [_jumps_near(of, t, reach) for i, t in others if (of := steps.of(i, channel)) is not None and of.covers(t)]
+    return len(told) < MANY or any(told)
 
 
 def _is_shared(steps: ResidualSteps, run: int, channel: str, at: float, reach: float) -> bool:
