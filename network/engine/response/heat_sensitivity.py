@@ -101,18 +101,24 @@ def place_of(network: Network, p: Parameter) -> Found:
     name = str(p.entry)
     if name not in network.mechanisms or p.entry.section == "nodes":
         return ()
+    if _shapes_cells(network.machine.by_path[p.entry], p.attribute):
+        return ()
     index = network.mechanisms.index(name)
     members = ((g, np.flatnonzero(group.entry == index)) for g, group in enumerate(network.groups))
     return tuple((g, m) for g, m in members if len(m) and _is_stacked(network.groups[g].law, p.attribute))
 
 
+def _shapes_cells(entry: Declared, attribute: str) -> bool:
+    """Whether a number makes cells of fluid on the way, which only a stream with a delay has."""
+    if not isinstance(entry, Stream):
+        return False
+    delay, _ = entry.replaced(**{attribute: entry.__dict__[attribute] + 1.0}).transport()
+    return delay > 0
+
+
 def _is_stacked(law: Declared, attribute: str) -> bool:
-    """Whether the number stands in the law as an array and shapes nothing else (a stream's makes cells)."""
-    return (
-        not isinstance(law, Stream)
-        and not getattr(law, "moves", False)
-        and isinstance(law.__dict__.get(attribute), np.ndarray)
-    )
+    """Whether the number stands in the law as an array and shapes nothing else."""
+    return not getattr(law, "moves", False) and isinstance(law.__dict__.get(attribute), np.ndarray)
 
 
 def _by_parameter(course: LinearRun, g: int, members: Indices, attribute: str, among: Indices) -> Array:
