@@ -1,4 +1,5 @@
-"""When a fit that must come to some evidence is given up: by what its last steps gained, it will not get there."""
+"""When what is tried is given up: a fit that will not come to some evidence by what its last steps gained, or one that
+leaves too much."""
 
 from __future__ import annotations
 
@@ -6,6 +7,8 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 from network.analysis.calibration.linearised import Linearised
+from network.analysis.diagnosis.hypothesis import Hypothesis
+from network.analysis.diagnosis.settings import SETTINGS
 
 BEFORE = 3
 """Steps that tell how fast a fit gains."""
@@ -27,3 +30,8 @@ class FallsShort:
         gain = max((b - a for a, b in pairwise(last)), default=0.0)
         left = HOPE * (self.steps - len(self.told)) * max(gain, 0.0)
         return len(last) == BEFORE and self.told[-1] + left < self.needed
+
+
+def leaves_too_much(before: Hypothesis, after: Hypothesis) -> bool:
+    """Whether so much is left beside what is tried that it will not come to hardly anything."""
+    return after.chi > max(SETTINGS.hopeless, SETTINGS.half * before.chi)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis, reweight
 from network.analysis.diagnosis.intermittent.change_points import Windows
 from network.analysis.diagnosis.reading_fault import ReadingFault
 from network.catalogue.declaration.declare import Array, Mask
@@ -81,12 +81,12 @@ def inside(t: Array, windows: Iterable[tuple[float, float]]) -> Mask:
 def fit_both(
     h: Hypothesis, fault: ChannelFault, begin: Hypothesis | None = None
 ) -> tuple[Hypothesis, Hypothesis, float] | None:
-    """Fits to the readings as they were and set right, those around its jumps left out of both, and what the second
+    """A fit as it is and one to the readings set right, those around its jumps left out of both, and what the second
     explains more than chance does [nats]; None where what is set right is nothing that a machine could show. begin: a
     fit from whose numbers the second begins; default are those of the file, for those of a fit to readings that are not
     true are bent, and where that comes to less than these do – relays fall out of step – theirs."""
     try:
-        before = _fit(h, fault.correct(h.case, False), h.values)
+        before = reweight(fault.correct(h.case, False), h)
         after = _fit(h, right := fault.correct(h.case), begin.values if begin else h.own_values)
         if after.evidence < before.evidence:
             after = max(after, _fit(h, right, before.values), key=lambda fit: fit.evidence)

@@ -16,6 +16,7 @@ import numpy as np
 from network.analysis.calibration.estimated_constants import Numbers
 from network.analysis.calibration.linearised import linearise
 from network.analysis.comparison.compare import RecordingResidual
+from network.analysis.diagnosis.falling_short import leaves_too_much
 from network.analysis.diagnosis.finding import Quantity
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import Windows
@@ -43,7 +44,7 @@ CONFIRMED = 2
 ROUNDS = 6
 """Times at most that instant and size are found again about the better fit."""
 SETTLED = 1.0
-"""Nats by which that has to gain to go on."""
+"""Nats by which that has to gain to go on, in squares of the misfit."""
 NEARLY = 1.5
 """Times LEFT that a linear score may leave of the excess, for fits to be tried."""
 
@@ -183,6 +184,8 @@ def _settle(h: Hypothesis, best: _Corrected) -> _Corrected:
     """The fault with its instant and size found again in the readings as they were, about the numbers that a fit finds
     once it is set right. Where these still leave much, a clear jump tells more than they do."""
     first = best
+    if first.fault.is_clear and leaves_too_much(h, first.after):
+        return first
     for _ in range(ROUNDS):
         known, after = best.fault.onset, best.after
         about = linearise(h.case.problem(h.machine, after.fit.problem.parameters), after.fit.theta)
@@ -192,7 +195,8 @@ def _settle(h: Hypothesis, best: _Corrected) -> _Corrected:
         again = _correct(h, replace(best.fault, onset=onset), after)
         if again is None:
             break
-        is_better, is_settled = again.fault.gain > best.fault.gain, again.fault.gain < best.fault.gain + SETTLED
+        least = SETTLED * max(1.0, best.after.chi) ** 2
+        is_better, is_settled = again.fault.gain > best.fault.gain, again.fault.gain < best.fault.gain + least
         best = again if is_better else best
         if is_settled:
             break

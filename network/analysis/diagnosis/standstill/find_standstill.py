@@ -16,6 +16,7 @@ from functools import partial
 import numpy as np
 
 from network.analysis.calibration.linearised import Linearised, linearise
+from network.analysis.diagnosis.falling_short import leaves_too_much
 from network.analysis.diagnosis.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import Windows
 from network.analysis.diagnosis.settings import SETTINGS
@@ -60,8 +61,8 @@ def _is_plain(now: Stopped) -> bool:
 
 
 def _is_hopeless(h: Hypothesis, now: Stopped) -> bool:
-    """Whether so much is left beside a stop of a source that it will not come to hardly anything."""
-    return bool(now.driver.source) and now.after.chi > max(SETTINGS.hopeless, SETTINGS.half * h.chi)
+    """Whether too much is left beside a stop of a source."""
+    return bool(now.driver.source) and leaves_too_much(h, now.after)
 
 
 def _lasts(h: Hypothesis, now: Stopped) -> bool:
