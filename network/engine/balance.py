@@ -6,7 +6,7 @@ columns; their own rows have no meaning.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -144,6 +144,25 @@ def evaluate_driven_conductances(network: Network, u: Inputs, about: Array | Non
     slopes += [s for heats in network.heats if heats.law.needs() for s in _slopes_of(heats, T, u)]
     instants = len(u["time"])
     return np.hstack([np.broadcast_to(s, (instants, np.shape(s)[-1])) for s in map(np.atleast_1d, slopes)])
+
+
+def list_tangent_offsets(network: Network, T: Array, u: Inputs, held: Inputs) -> Iterator[tuple[Array, Array]]:
+    """Of every group that is not straight at temperatures T (N), or that inputs u change beside those that its slopes
+    are held at: what it brings less its slopes times T, and less what a source brings at readings of zero [W], (…,
+    members), and how that spreads (members, N); all relays off."""
+    for flows in network.flows:
+        if flows.relay is None and (flows.law.needs() or not flows.law.is_affine()):
+            by_a, by_b, *by_own = flows.slopes(T, held)
+            along = by_a * T[flows.a] + by_b * T[flows.b] + _along(by_own, flows.reads, T)
+            yield flow_heat(flows, T, u) - flows.w * along, flows.spread
+    for heats in network.heats:
+        if heats.reads and (heats.law.needs() or not heats.law.is_affine()):
+            still = heats.heat(u, *(np.zeros(len(R)) for R in heats.reads))
+            yield source_heat(heats, T, u) - still - _along(_slopes_of(heats, T, held), heats.reads, T), heats.into.T
+
+
+def _along(slopes: Sequence[Array], reads: Sequence[Array], T: Array) -> Array:
+    return sum((slope * (R @ T) for slope, R in zip(slopes, reads, strict=True)), np.zeros(1))
 
 
 def _slopes_of(heats: Heats[Mechanism], T: Array, u: Inputs) -> tuple[Array, ...]:

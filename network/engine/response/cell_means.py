@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
-from network.engine.response.cells import Averages, Samples
+from network.engine.response.cells import Averages, Samples, sum_rows
 from network.engine.response.heat_series import HeatSeries
 from network.engine.response.linear_run import LinearRun
 from network.engine.response.output_map import OutputMap
@@ -85,7 +85,7 @@ class Means:
                     mean -= right[i, here, None] * ends.m1
                 else:
                     mean += f.E * ends.m0
-                out[channels, cells] += rows[channels] @ np.add.reduceat(mean, starts, axis=0).T
+                out[channels, cells] += rows[channels] @ sum_rows(mean, starts).T
         return np.real(out)
 
     @property
@@ -161,14 +161,14 @@ class Means:
             weighed = _scale(f.E, m, is_last)
             weighed += _scale(f.F0, p0, is_last)
             weighed += _scale(f.F1, p1, is_last)
-            means.append(np.add.reduceat(weighed, starts, axis=0))
+            means.append(sum_rows(weighed, starts))
         return means, end
 
     def _direct(self, s: Segment, i: int, pushes: Sequence[Push], output_map: OutputMap, starts: Indices) -> Array:
         here, parts = slice(s.first, s.last), []
         left, right = self.over.left[i, here, None], self.over.right[i, here, None]
         for push in pushes:
-            q = np.add.reduceat(left * push.q0[here] + right * push.q1[here], starts, axis=0)
+            q = sum_rows(left * push.q0[here] + right * push.q1[here], starts)
             parts.append(q @ push.into(output_map.direct[s.index]))
         return np.stack(parts, axis=1)
 
@@ -181,7 +181,7 @@ class Means:
             cells, starts = self.over.split(kicks.cuts(s))
             seen = np.empty((len(starts), output_map.count, m.shape[1]), np.result_type(rows, decays))
             for i, channels in self.over.groups():
-                seen[:, channels] = np.add.reduceat(factors[i].E * decays, starts, axis=0)[:, None] * rows[channels]
+                seen[:, channels] = sum_rows(factors[i].E * decays, starts)[:, None] * rows[channels]
             for a, b, states in kicks.pieces(s, m):
                 first, last = starts.searchsorted((a - s.first, b - s.first)).tolist()
                 read = np.real(states @ seen[first:last].reshape(-1, m.shape[1]).T)

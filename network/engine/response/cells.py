@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.sparse import csr_array, hstack
 
 from network.catalogue.declaration.declare import Array, Indices, Mask
 from network.engine.response.intervals import first_from, interval_of
@@ -91,8 +92,22 @@ def _sum_by_interval(k: Indices, values: Array, count: int) -> Array:
     out = np.zeros((count, values.shape[1]), values.dtype)
     if len(k):
         starts = np.flatnonzero(np.append(True, np.diff(k) > 0))
-        out[k[starts]] = np.add.reduceat(values, starts, axis=0)
+        out[k[starts]] = sum_rows(values, starts)
     return out
+
+
+def sum_rows(values: Array, starts: Indices) -> Array:
+    """Sums of rows from each start to before the next: (rows, …) → (starts, …). A product with a sparse matrix of ones
+    is many times quicker than `reduceat`."""
+    return np.asarray(_rows_of(starts, np.ones(len(values))) @ values.reshape(len(values), -1)).reshape(
+        len(starts), *values.shape[1:]
+    )
+
+
+def _rows_of(starts: Indices, weights: Array) -> csr_array:
+    """Weights of rows in the sums from each start to before the next: (starts, rows)."""
+    rows = len(weights)
+    return csr_array((weights, np.arange(rows), np.append(starts, rows)), shape=(len(starts), rows))
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,10 +129,19 @@ class Averages:
     def of(self, values: Array, channels: Sequence[int] | None = None) -> Array:
         """Means (…, channels, cells) of what runs straight between values at both ends of the intervals (…, 2 K);
         channels: which the values are of, by default all."""
-        K, sets = values.shape[-1] // 2, self.set_of if channels is None else self.set_of[[*channels]]
-        weighed = values[..., :K] * self.left[sets]
-        weighed += values[..., K:] * self.right[sets]
-        return np.asarray(np.add.reduceat(weighed, self.starts, axis=-1))
+        sets = self.set_of if channels is None else self.set_of[[*channels]]
+        out = np.empty((*values.shape[:-1], self.cells))
+        for i, matrix in enumerate(self._matrices):
+            mine = slice(None) if len(self._matrices) == 1 else np.flatnonzero(sets == i)
+            of = values[..., mine, :]
+            out[..., mine, :] = (matrix @ of.reshape(-1, of.shape[-1]).T).T.reshape(*of.shape[:-1], self.cells)
+        return out
+
+    @cached_property
+    def _matrices(self) -> tuple[csr_array, ...]:
+        """Weights of the values of each set (cells, 2 K)."""
+        sides = zip(self.left, self.right, strict=True)
+        return tuple(csr_array(hstack([_rows_of(self.starts, w) for w in both])) for both in sides)
 
     def groups(self) -> Iterator[tuple[int, Indices | slice]]:
         """Each set of samples, and the channels that have it."""

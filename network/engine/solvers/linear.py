@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
-from network.engine.balance import affine_heat, affine_matrix, heat_into
+from network.engine.balance import affine_matrix, list_tangent_offsets
 from network.engine.channels import Readouts
 from network.engine.solvers.courses import Courses
 from network.engine.solvers.elimination import KnownRegimes, Regime, regime_from
@@ -136,7 +136,7 @@ def reduce(plan: Plan, readouts: Readouts, known: KnownRegimes | None = None) ->
         regimes.append(known[key])
     forcing = force_sources(plan)
     if not network.is_affine():
-        forcing = forcing.beside(*_find_offsets(plan, regimes, regime_of))
+        forcing = forcing.beside(*_find_offsets(plan))
     f0, f1 = force_states(regimes, regime_of, forcing, readouts)
     scale = np.concatenate([np.sqrt(network.capacity[network.free]), np.ones(readouts.states)])
     problem = LinearProblem(plan, readouts, tuple(regimes), regime_of, forcing, f0, f1, np.zeros(len(scale)), scale)
@@ -170,15 +170,16 @@ def _find_regime(plan: Plan, k: int, readouts: Readouts) -> Regime:
     return regime_from(network, affine_matrix(network, u, modes, plan.about), readouts)
 
 
-def _find_offsets(plan: Plan, regimes: Sequence[Regime], regime_of: Indices) -> Iterator[Array]:
+def _find_offsets(plan: Plan) -> Iterator[Array]:
     """Heats into all lumps with which tangents touch their laws, just after and just before the edges (K, N): Q(T̄, u) −
     K T̄ − q(u), q what sources bring at readings of zero; all relays off."""
     network, K = plan.network, len(plan.steps)
     about = np.full(network.size, network.machine.reference) if plan.about is None else plan.about
-    slopes = np.array([regime.K @ about for regime in regimes])[regime_of]
-    off = np.zeros((K, network.relay_count))
+    held = {name: values[:, None] for name, values in plan.left.items()}
     for u in plan.just_inside:
-        heat = heat_into(network, np.tile(about, (K, 1)), u, off) - slopes - affine_heat(network, u, off, K)
+        heat = np.zeros((K, network.size))
+        for own, spread in list_tangent_offsets(network, about, u, held):
+            heat += np.atleast_2d(own) @ spread
         heat[:, network.bound] = 0.0
         yield heat
 

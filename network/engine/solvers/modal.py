@@ -45,8 +45,12 @@ def modes_of(regime: Regime, scale: Array) -> Modes:
         values, U = np.linalg.eigh((B + B.T) / 2)
         return Modes(_without_rounding(-values), U / scale[:, None], U.T * scale, 1.0)
     values, U = np.linalg.eig(B)
-    condition = float(np.linalg.cond(U))
-    inverse = np.linalg.inv(U) if condition < 1e12 else np.zeros_like(U)
+    try:
+        inverse = np.linalg.inv(U)
+    except np.linalg.LinAlgError:
+        return Modes(-values, U / scale[:, None], np.zeros_like(U) * scale, np.inf)
+    most = float(np.linalg.norm(U) * np.linalg.norm(inverse))
+    condition = most if most < WORST_CONDITION else float(np.linalg.cond(U))
     return Modes(-values, U / scale[:, None], inverse * scale, condition)
 
 
