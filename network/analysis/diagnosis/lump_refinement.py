@@ -109,7 +109,8 @@ def _is_no_matter_of_lumps(finer: Hypothesis, before: Hypothesis) -> bool:
 
 def _fit_finer(case: Case, machine: Machine, before: Hypothesis, written: Hypothesis) -> Hypothesis | None:
     """The machine fitted on finer lumps, from the numbers of the file where nothing finer was fitted before; None where
-    they explain less of a few runs. Relays that fall out of step there are led back into it."""
+    they explain less of a few runs. Relays that fall out of step there are led back into it; from numbers that keep
+    step they have not where that explains more."""
     start = None if before is written else before.values
     few = on_few_runs(before)
     if few is not before and not before.fit.problem.model.switches:
@@ -119,7 +120,8 @@ def _fit_finer(case: Case, machine: Machine, before: Hypothesis, written: Hypoth
             return None
         start = begun.values
     direct = fit_hypothesis(case, machine, start=start)
-    if direct.chi < SETTINGS.doubtful or not direct.fit.problem.model.switches:
+    is_in_step = start is not None and direct.evidence > before.evidence
+    if is_in_step or direct.chi < SETTINGS.doubtful or not direct.fit.problem.model.switches:
         return direct
     parameters, is_late = parameters_of(machine, ()), partial(case.budget.is_past, SETTINGS.searched)
     begin = begin_in_step(machine, parameters, case.lay_out(machine), case.start, is_late)
