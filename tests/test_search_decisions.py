@@ -33,6 +33,7 @@ from network.analysis.diagnosis.experiments import advice, separation
 from network.analysis.diagnosis.experiments.programs import Driver, _ladder
 from network.analysis.diagnosis.finding import Finding
 from network.analysis.diagnosis.intermittent import channel_fault, channel_samples, intermittent_fault, onset_fault
+from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.standstill import find_standstill
 from network.analysis.diagnosis.switching.relay_search import _keep_of_each, rank_likely_places
@@ -890,11 +891,35 @@ def test_a_trial_begins_from_the_file_and_from_the_numbers_at_hand(
 def test_what_passed_for_noise_is_looked_for_again(
     found: tuple[str, ...], left: float, under: float, told: bool
 ) -> None:
-    """Where one finding leaves something under the noise that is left in the end, and not under that of the null."""
+    """Where one finding leaves something under the noise that is left in the end, and not under that of the null; or
+    where it is what is left of two."""
     now, checked = (bare(best=h(chi, found=found, offset_pull=0.0)) for chi in (left, under))
     assert forward_selection._shows_more(now, checked) is told
     fewer = bare(best=h(left, found=(*found, "c"), offset_pull=0.0))
-    assert not forward_selection._shows_more(fewer, checked)
+    assert forward_selection._shows_more(fewer, checked) is (len(found) == 1 and under > SETTINGS.further)
+
+
+def test_steps_of_what_is_not_there_any_more_are_left_out() -> None:
+    kept = [h(1.0, found=(bare(key=key),)) for key in ("tilt", "heat")]
+    now = Selection(
+        h(1.0, found=(bare(key="heat"),)), ("before", "after tilt"), ((kept[0],), (kept[1],)), unseen=("one",)
+    )  # type: ignore[arg-type]
+    told = now.keep_steps_found()
+    assert (told.befores, told.steps, told.unseen) == (("after tilt",), ((kept[1],),), ())
+
+
+@pytest.mark.parametrize(
+    ("end", "is_checked", "told"), [(BudgetReached(), False, "finished"), (BudgetReached(), True, "in passing"),
+                                    (KeyboardInterrupt(), False, "in passing")],
+)  # fmt: skip
+def test_what_was_fitted_in_passing_is_finished_where_the_time_is_up(
+    end: BaseException, is_checked: bool, told: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not where it was tested, and not where somebody waits for it to stop."""
+    monkeypatch.setattr(search, "replace", lambda of, **new: bare(**{**of.__dict__, **new}))
+    monkeypatch.setattr(search, "finish_in_passing", lambda best: "finished")
+    last = search._end_early(bare(selection=bare(best="in passing", is_checked=is_checked)), end)
+    assert last.selection.best == told
 
 
 def test_steps_that_are_run_out_tell_where_they_come_to() -> None:

@@ -8,10 +8,13 @@ import numpy as np
 
 from network.analysis.calibration.gauss_newton import STEPS
 from network.analysis.diagnosis.hypothesis import Hypothesis, fit_findings, reweight
+from network.analysis.diagnosis.time_budget import TimeBudget
 
 FEW, SEARCHED = 2, 3
 """Runs on which every trial begins, and on which the steps of a search are taken, those told worst: the others test
 what was chosen."""
+FINISHED = 8
+"""Steps of what is told because the time is up (budget)."""
 
 
 def list_worst_runs(h: Hypothesis, count: int = FEW) -> list[int]:
@@ -41,3 +44,10 @@ def on_all_runs(whole: Hypothesis, few: Hypothesis, steps: int = STEPS) -> Hypot
         return few
     about = replace(whole.case, noise=few.case.noise, sigma=few.case.sigma)
     return fit_findings(about, few.root, few.found, few.values, not few.switches, steps) or whole
+
+
+def finish_in_passing(h: Hypothesis) -> Hypothesis:
+    """What was fitted to all runs in passing, a few steps further, where that explains more; also past its time."""
+    case = replace(h.case, budget=TimeBudget())
+    told = fit_findings(case, h.root, h.found, h.values, steps=FINISHED) if h.found else None
+    return h if told is None or told.evidence < h.evidence else replace(told, case=h.case)

@@ -46,10 +46,12 @@ def select_forward(
     told = check_selection(null, _on_all_runs(null, now), jobs)
     yield told
     if _shows_more(now, told):
-        about = replace(told, best=on_few_runs(told.best, SEARCHED))
+        about = replace(told.keep_steps_found(), best=on_few_runs(told.best, SEARCHED))
         further = _run_out(_take_steps(null, about, first, seed, jobs, tell))
-        if len(further.steps) > len(told.steps):
-            yield check_selection(null, _on_all_runs(null, further), jobs)
+        if len(further.best.found) > len(about.best.found):
+            again = check_selection(null, _on_all_runs(null, further), jobs)
+            if len(again.best.found) >= len(told.best.found):
+                yield again
     elif not told.best.found and (bare := reweight(use_file_noise(null.case), null)).chi > SETTINGS.doubtful:
         held = _select_under_file_noise(null, bare, seed, jobs, tell)
         if held is not None and held.best.found:
@@ -105,10 +107,11 @@ def _run_out(steps: Generator[Selection, None, Selection]) -> Selection:
 
 
 def _shows_more(now: Selection, told: Selection) -> bool:
-    """Whether what was found leaves something under the noise that is left in the end, and did not before."""
+    """Whether what was found leaves something under the noise that is left in the end, and did not before, or has held
+    in the stead of another finding."""
     count = len(told.best.found)
-    is_whole = 0 < count < SETTINGS.findings and count == len(now.best.found)
-    return is_whole and leaves_something(told.best) and not leaves_something(now.best)
+    is_new = count < len(now.best.found) or not leaves_something(now.best)
+    return 0 < count < SETTINGS.findings and is_new and leaves_something(told.best)
 
 
 def _on_all_runs(null: Hypothesis, now: Selection, steps: int = STEPS) -> Selection:
@@ -166,10 +169,8 @@ def _select_next(
 
 def _is_next(current: Hypothesis, kept: Hypothesis | None) -> bool:
     """Whether what was kept explains so much, all but a quarter of the excess, that nothing is looked for in its stead,
-    but only beside it in a next step."""
-    if kept is None or len(kept.found) >= SETTINGS.findings:
-        return False
-    return kept.chi**2 - 1 < SETTINGS.half**2 * (current.chi**2 - 1)
+    but only beside it if there is a next step."""
+    return kept is not None and kept.chi**2 - 1 < SETTINGS.half**2 * (current.chi**2 - 1)
 
 
 def _fit_wider(trials: TrialFits, ranked: list[Hypothesis], is_told: bool, jobs: int) -> list[Hypothesis]:

@@ -21,6 +21,7 @@ from network.analysis.diagnosis.case_noise import estimate_noise, use_file_noise
 from network.analysis.diagnosis.coarse_surrogate import build_surrogate
 from network.analysis.diagnosis.exchange.find_exchange import find_exchange
 from network.analysis.diagnosis.faced_relays import fit_written, keep_in_step
+from network.analysis.diagnosis.few_runs import finish_in_passing
 from network.analysis.diagnosis.forward_selection import select_forward
 from network.analysis.diagnosis.hypothesis import (
     Case,
@@ -180,9 +181,17 @@ def last_of(states: Iterator[Search], budget: TimeBudget) -> Search:
     except (BudgetReached, KeyboardInterrupt, Failed, np.linalg.LinAlgError) as end:
         if last is None:
             raise
-        return replace(last, ended=_how_ended(end))
+        return _end_early(last, end)
     assert last is not None
     return last
+
+
+def _end_early(last: Search, end: BaseException) -> Search:
+    """What a search had come to; what was not tested to the end was fitted in passing, and is now in a few steps."""
+    how, chosen = _how_ended(end), last.selection
+    if how == "budget" and not chosen.is_checked:
+        last = replace(last, selection=replace(chosen, best=finish_in_passing(chosen.best)))
+    return replace(last, ended=how)
 
 
 def _how_ended(end: BaseException) -> str:

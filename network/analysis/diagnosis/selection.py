@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from network.analysis.diagnosis.candidates import Candidate
 from network.analysis.diagnosis.crossed_splits import UnseenTest
@@ -28,6 +28,15 @@ class Selection:
     added: float = float("inf")
     share_of_rest: float = 1.0
     unseen: tuple[UnseenTest | None, ...] = ()
+
+    def keep_steps_found(self) -> Selection:
+        """Without the steps of which the finding is not there any more."""
+        keys = {c.key for c in self.best.found}
+        held = [k for k, ranked in enumerate(self.steps) if ranked[0].found[-1].key in keys]
+        return replace(
+            self, befores=tuple(self.befores[k] for k in held), steps=tuple(self.steps[k] for k in held),
+            unseen=tuple(self.unseen[k] for k in held if k < len(self.unseen)),
+        )  # fmt: skip
 
     def step_of(self, c: Candidate) -> int:
         """The step in which a finding was made, or the one in the place of which it came."""
