@@ -73,6 +73,19 @@ def test_a_second_kind_that_imitates_what_has_no_name_adds_nothing_beside_heat()
     assert not is_imitation(find_rest(right), fitted("pump", ()))
 
 
+def test_a_steady_heat_is_told_from_others() -> None:
+    told = {c.name: c.is_steady for c in candidates(fitted("bursts", ()).machine, ["speed"])}
+    assert (
+        told["heat_source (column)"]
+        and not told["windage (spindle)"]
+        and not any(
+            steady
+            for name, steady in told.items()
+            if name.startswith(("timed", "thermostat", "tilt", "sensor", "cond"))
+        )
+    )
+
+
 def test_rivals_are_ranked_by_what_they_leave_to_heat_of_any_course(monkeypatch: pytest.MonkeyPatch) -> None:
     """The best of each kind and place; what is far behind without such heat keeps its place, and all do where nothing
     is left for such heat."""

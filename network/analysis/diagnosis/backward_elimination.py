@@ -166,7 +166,8 @@ def _eliminate(current: Hypothesis, now: Selection, jobs: int, is_apart: bool) -
         rest = find_rest(current) if is_apart and len(current.found) > 1 else None
         is_out = [rest is not None and _is_of_one_half(now, c) for c in current.found]
         pairs = zip(less, is_out, strict=True)
-        gains = [-np.inf if out else np.inf if h is None else _gain_over(current, h, rest) for h, out in pairs]
+        gains = [-np.inf if out else np.inf if h is None else _gain_over(current, h, rest, c)
+                 for c, (h, out) in zip(current.found, pairs, strict=True)]  # fmt: skip
         k = int(np.argmin(gains))
         other = less[k]
         if other is None or gains[k] >= now.threshold:
@@ -184,19 +185,20 @@ def _is_of_one_half(now: Selection, c: Candidate) -> bool:
     return test.speaks_against if now.step_of(c) == 0 else not test.shows_again
 
 
-def _gain_over(current: Hypothesis, less: Hypothesis, rest: Rest | None) -> float:
-    """Evidence that a finding adds; none where it may as well not be there, or where heat of any course (rest: beside
-    all that was found) tells what is left as well without it."""
+def _gain_over(current: Hypothesis, less: Hypothesis, rest: Rest | None, out: Candidate) -> float:
+    """Evidence that a finding (out) adds to a hypothesis without it; none where it may as well not be there, or where
+    heat of any course (rest: beside all that was found) tells what is left as well without it."""
     gain = current.evidence - less.evidence
     if errors_from_nothing(gain, current.chi) < SETTINGS.errors:
         return -np.inf
-    imitates = rest is not None and is_imitation(rest, less)
+    imitates = rest is not None and is_imitation(rest, less, out.is_steady)
     return -np.inf if imitates else gain
 
 
-def is_imitation(whole: Rest, less: Hypothesis) -> bool:
-    """Whether a finding (with it: whole, without: less) adds nothing beside heat of any course."""
-    return whole.evidence - find_rest(less).evidence < SETTINGS.alike
+def is_imitation(whole: Rest, less: Hypothesis, is_steady: bool = False) -> bool:
+    """Whether a finding (with it: whole, without: less) adds nothing beside heat of any course; a steady heat is one of
+    these courses, so that it adds nothing where another of them tells more."""
+    return whole.evidence - find_rest(less).evidence < (0.0 if is_steady else SETTINGS.alike)
 
 
 def _finish_fit(h: Hypothesis) -> Hypothesis:

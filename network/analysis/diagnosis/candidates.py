@@ -24,6 +24,7 @@ from network.catalogue.declaration.places import Place
 from network.catalogue.declaration.proposals import Runs
 from network.catalogue.declaration.registry import sections
 from network.catalogue.declaration.sections import TCP
+from network.catalogue.mechanisms.base import Source
 from network.catalogue.mechanisms.mechanism import Mechanism, Relay
 from network.engine.response.parameters import Parameter, parameter
 from network.machine.checks import places_of
@@ -89,6 +90,13 @@ class Candidate:
         own = [self.machine.by_path.get(path) for path, _ in self.patch.entries()]
         laws = [type(e) for e in own if isinstance(e, Mechanism)]
         return len(self.own) > 1 and any(law.edges is not Mechanism.edges for law in laws)
+
+    @cached_property
+    def is_steady(self) -> bool:
+        """Whether it is a heat that nothing drives or changes."""
+        own = [self.machine.by_path.get(path) for path, _ in self.patch.entries()]
+        laws = [e for e in own if isinstance(e, Source)]
+        return len(laws) == len(own) == 1 and not (self.is_searched_apart or laws[0].needs() or laws[0].places_read())
 
     @property
     def is_searched_apart(self) -> bool:

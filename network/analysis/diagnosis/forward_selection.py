@@ -50,7 +50,7 @@ def select_forward(
         further = _run_out(_take_steps(null, about, first, seed, jobs, tell))
         if len(further.best.found) > len(about.best.found):
             again = check_selection(null, _on_all_runs(null, further), jobs)
-            if len(again.best.found) >= len(told.best.found):
+            if reweight(told.best.case, again.best).evidence > told.best.evidence:
                 yield again
     elif not told.best.found and (bare := reweight(use_file_noise(null.case), null)).chi > SETTINGS.doubtful:
         held = _select_under_file_noise(null, bare, seed, jobs, tell)
