@@ -74,16 +74,14 @@ def test_a_second_kind_that_imitates_what_has_no_name_adds_nothing_beside_heat()
 
 
 def test_a_steady_heat_is_told_from_others() -> None:
-    told = {c.name: c.is_steady for c in candidates(fitted("bursts", ()).machine, ["speed"])}
-    assert (
-        told["heat_source (column)"]
-        and not told["windage (spindle)"]
-        and not any(
-            steady
-            for name, steady in told.items()
-            if name.startswith(("timed", "thermostat", "tilt", "sensor", "cond"))
-        )
-    )
+    """From heat that something drives, too."""
+    case = case_of(*LADDERS)
+    told = [c for c in candidates(case.machine, case.drivers) if c.kind.kind == "heat_source"]
+    assert {c.name for c in told if c.is_steady} == {
+        f"heat_source ({name})" for name in ("spindle", "housing", "column")
+    }
+    assert len([c for c in told if not c.is_steady]) == 3
+    assert not any(c.is_steady for c in candidates(case.machine, case.drivers) if c not in told)
 
 
 def test_rivals_are_ranked_by_what_they_leave_to_heat_of_any_course(monkeypatch: pytest.MonkeyPatch) -> None:
