@@ -69,6 +69,24 @@ def more_machines():
 MACHINES = more_machines()
 
 
+def test_tangents_of_bent_laws_stay_while_a_difference_is_made():
+    """However far the means of the run have moved from those that they are laid about."""
+    grows = {"kind": "stretching", "of": "body@0..0.5", "length": "200 mm", "direction": 1}
+    machine = two_blocks(
+        nodes={"body": {**STEEL, "length": "400 mm ± 5 %"}}, tcp={"z": {"grows": grows}}, links={"glow": RADIATES},
+        sources={"cooler": cooler("25 s ± 20 %")},
+    )  # fmt: skip
+    model = problem_of(machine, recorded(machine, speeds(*USUAL), None)).model
+    theta, j = centres(model.parameters), next(i for i, p in enumerate(model.parameters) if p.path.endswith("length"))
+    at = model.predict(theta)
+    about = at[0].course.problem.plan.about
+    slopes = model.mean_slopes(theta, at)[0][j]
+    model.warm.middle[0] = about + 5.0
+    there = model.mean_slopes(theta, at)[0][j]
+    np.testing.assert_allclose(there, slopes, rtol=1e-9)
+    np.testing.assert_allclose(model.warm.middle[0], about + 5.0)
+
+
 @pytest.mark.parametrize("name", list(MACHINES))
 def test_slopes_by_every_parameter_are_those_of_differences(name):
     machine = MACHINES[name]
