@@ -319,9 +319,16 @@ def test_what_does_not_hold_at_the_end_goes_and_the_rest_is_judged_again(monkeyp
     """Evidence by what is left in: taking one out may lift what another adds above what chance gives, or below it."""
     evidence = {"": 0.0, "a": 3.0, "b": 30.0, "ab": 35.0, "c": 2.0, "bc": 60.0, "abc": 66.0, "ac": 30.0}
 
+    class Name(str):
+        is_steady = False
+
     def hypothesis(names: str) -> SimpleNamespace:
         return SimpleNamespace(
-            found=tuple(names), evidence=evidence[names], values={}, case=None, chi=3.0 if "B" in names else 1.0
+            found=tuple(map(Name, names)),
+            evidence=evidence[names],
+            values={},
+            case=None,
+            chi=3.0 if "B" in names else 1.0,
         )
 
     def chosen(names: str, of_one_half: str = "") -> SimpleNamespace:
