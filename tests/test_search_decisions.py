@@ -13,6 +13,7 @@ from network.analysis.diagnosis import (
     coarse_surrogate,
     diagnosis_notes,
     falling_short,
+    few_runs,
     findings,
     forward_selection,
     fresh_fit,
@@ -38,7 +39,7 @@ from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.standstill import find_standstill
 from network.analysis.diagnosis.switching.relay_search import _keep_of_each, rank_likely_places
 from network.analysis.diagnosis.switching.sample_refinement import DAMPED, _At, _steps, refine_samples
-from network.analysis.diagnosis.time_budget import BudgetReached
+from network.analysis.diagnosis.time_budget import BudgetReached, TimeBudget
 from network.catalogue.declaration.patch import Patch
 from network.platform.refusal import Failed, Refused
 
@@ -609,10 +610,11 @@ def test_a_fit_is_read_at_samples_straight_between_knots_to_the_last() -> None:
 
 def test_every_window_of_a_fault_costs_what_chance_would_explain_by_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """The fit to readings set right begins at the numbers of the file, or where it is told to; the one beside it, to
-    those as they were, is the one at hand."""
+    those as they were, at hand, and briefly."""
     begun = list[Any]()
-    monkeypatch.setattr(channel_fault, "reweight", lambda case, of: h(evidence=case))
-    monkeypatch.setattr(channel_fault, "_fit", lambda of, case, begin: begun.append(begin) or h(evidence=case))
+    monkeypatch.setattr(
+        channel_fault, "_fit", lambda of, case, begin, *brief: begun.append((begin, *brief)) or h(evidence=case)
+    )
     fault, of = (
         bare(
             windows=(((0.0, 1.0), (2.0, 3.0)), ((4.0, 5.0),), ()),
@@ -623,16 +625,18 @@ def test_every_window_of_a_fault_costs_what_chance_would_explain_by_it(monkeypat
     before, after, gain = channel_fault.fit_both(of, fault) or (None, None, 0.0)
     assert (before.evidence, after.evidence) == (20.0, 100.0) and gain == 80.0 - 3 * channel_fault.PER_WINDOW
     assert channel_fault.fit_both(of, fault, bare(values="told")) is not None
-    assert begun == ["file", "told"]
+    brief = ("bent", channel_fault.BRIEF)
+    assert begun == [brief, ("file",), brief, ("told",)]
 
 
 def test_readings_set_right_are_fitted_from_bent_numbers_where_the_file_s_lead_astray(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """As where relays fall out of step."""
-    ends = {("set right", "file"): -500.0, ("set right", "bent"): 90.0}
-    monkeypatch.setattr(channel_fault, "reweight", lambda case, of: h(evidence=20.0, values=of.values))
-    monkeypatch.setattr(channel_fault, "_fit", lambda of, case, begin: h(evidence=ends[case, begin], values=begin))
+    ends = {("as they were", "bent"): 20.0, ("set right", "file"): -500.0, ("set right", "bent"): 90.0}
+    monkeypatch.setattr(
+        channel_fault, "_fit", lambda of, case, begin, *brief: h(evidence=ends[case, begin], values=begin)
+    )
     fault = bare(windows=(((0.0, 1.0),),), correct=lambda case, right=True: "set right" if right else "as they were")
     _, after, gain = channel_fault.fit_both(bare(case=None, values="bent", own_values="file"), fault) or (None, None, 0)
     assert after is not None and (after.values, gain) == ("bent", 70.0 - channel_fault.PER_WINDOW)
@@ -918,8 +922,44 @@ def test_what_was_fitted_in_passing_is_finished_where_the_time_is_up(
     """Not where it was tested, and not where somebody waits for it to stop."""
     monkeypatch.setattr(search, "replace", lambda of, **new: bare(**{**of.__dict__, **new}))
     monkeypatch.setattr(search, "finish_in_passing", lambda best: "finished")
-    last = search._end_early(bare(selection=bare(best="in passing", is_checked=is_checked)), end)
-    assert last.selection.best == told
+    now = bare(selection=bare(best="in passing", is_checked=is_checked))
+    assert search._end_early(now, end).selection.best == told
+
+
+def test_a_stop_while_something_is_finished_leaves_what_there_was(monkeypatch: pytest.MonkeyPatch) -> None:
+    def stop(best: Any) -> Any:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(search, "replace", lambda of, **new: bare(**{**of.__dict__, **new}))
+    monkeypatch.setattr(search, "finish_in_passing", stop)
+    now = search._end_early(bare(selection=bare(best="in passing", is_checked=False)), BudgetReached())
+    assert (now.ended, now.selection.best) == ("stopped", "in passing")
+
+
+@pytest.mark.parametrize(("evidence", "told"), [(9.0, 9.0), (4.0, 5.0), (None, 5.0)])
+def test_what_was_fitted_in_passing_is_kept_where_some_steps_further_tell_less(
+    evidence: float | None, told: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(few_runs, "replace", lambda of, **new: bare(**{**of.__dict__, **new}))
+    more = None if evidence is None else h(evidence=evidence)
+    monkeypatch.setattr(few_runs, "fit_findings", lambda *of, **how: more)
+    now = h(evidence=5.0, found=("it",), case=bare(budget=TimeBudget()), root=None, values={})
+    assert few_runs.finish_in_passing(now).evidence == told
+    assert few_runs.finish_in_passing(nothing := h(found=())) is nothing
+
+
+def test_steps_beside_what_was_tested_are_no_part_of_the_search_once_the_time_is_up(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def steps(*of: Any) -> Any:
+        yield "one"
+        raise BudgetReached
+
+    monkeypatch.setattr(forward_selection, "replace", lambda of, **new: of)
+    monkeypatch.setattr(forward_selection, "on_few_runs", lambda best, count: best)
+    monkeypatch.setattr(forward_selection, "_take_steps", steps)
+    told = bare(best=None, keep_steps_found=lambda: bare(best=None))
+    assert forward_selection._go_on(None, told, None, 0, 1, lambda share: None) is None  # type: ignore[arg-type]
 
 
 def test_steps_that_are_run_out_tell_where_they_come_to() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -47,7 +48,10 @@ def on_all_runs(whole: Hypothesis, few: Hypothesis, steps: int = STEPS) -> Hypot
 
 
 def finish_in_passing(h: Hypothesis) -> Hypothesis:
-    """What was fitted to all runs in passing, a few steps further, where that explains more; also past its time."""
-    case = replace(h.case, budget=TimeBudget())
-    told = fit_findings(case, h.root, h.found, h.values, steps=FINISHED) if h.found else None
+    """What was fitted to all runs in passing, a few steps further, where that explains more: in what is left of the
+    whole time when that of the search is up."""
+    if not h.found:
+        return h
+    case, is_late = replace(h.case, budget=TimeBudget()), partial(h.case.budget.is_past, 1.0)
+    told = fit_findings(case, h.root, h.found, h.values, steps=FINISHED, until=lambda at: is_late())
     return h if told is None or told.evidence < h.evidence else replace(told, case=h.case)

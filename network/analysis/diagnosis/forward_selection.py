@@ -25,6 +25,7 @@ from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.significance import null_threshold
 from network.analysis.diagnosis.switching.relay_search import rank_likely_places, search_relays
+from network.analysis.diagnosis.time_budget import BudgetReached
 
 HOPE = 0.5
 """Linear score of a further candidate over what a name is worth, below which it is not fitted."""
@@ -38,24 +39,36 @@ def select_forward(
     Of many runs the steps are taken on those that are told worst, and what they come to is tested on all.
 
     The noise of the steps is that of the null: evidence under different noises cannot be compared. What is missing may
-    have passed for noise there: where it shows under the noise that is left in the end, the steps go on under that, and
-    where nothing was found but the noise of the file does not explain what is left, they are taken under that of the
-    file. What these come to is tested under the noise that it leaves, as all is.
+    have passed for noise there: where it shows under the noise that is left in the end, or where one of several
+    findings is left, the steps go on under that, and what they come to is told where it explains more. Where nothing
+    was found but the noise of the file does not explain what is left, they are taken under that of the file. What these
+    come to is tested under the noise that it leaves, as all is.
     """
     now = yield from _take_steps(null, Selection(first.whole or null), first, seed, jobs, tell)
     told = check_selection(null, _on_all_runs(null, now), jobs)
     yield told
     if _shows_more(now, told):
-        about = replace(told.keep_steps_found(), best=on_few_runs(told.best, SEARCHED))
-        further = _run_out(_take_steps(null, about, first, seed, jobs, tell))
-        if len(further.best.found) > len(about.best.found):
-            again = check_selection(null, _on_all_runs(null, further), jobs)
-            if reweight(told.best.case, again.best).evidence > told.best.evidence:
-                yield again
+        again = _go_on(null, told, first, seed, jobs, tell)
+        if again is not None and reweight(told.best.case, again.best).evidence > told.best.evidence:
+            yield again
     elif not told.best.found and (bare := reweight(use_file_noise(null.case), null)).chi > SETTINGS.doubtful:
         held = _select_under_file_noise(null, bare, seed, jobs, tell)
         if held is not None and held.best.found:
             yield held
+
+
+def _go_on(
+    null: Hypothesis, told: Selection, first: Screening, seed: int, jobs: int, tell: Callable[[float], None]
+) -> Selection | None:
+    """What further steps beside a tested selection come to, tested; None where these find nothing. Where the time is up
+    that was no part of the search."""
+    about = replace(told.keep_steps_found(), best=on_few_runs(told.best, SEARCHED))
+    try:
+        further = _run_out(_take_steps(null, about, first, seed, jobs, tell))
+        is_more = len(further.best.found) > len(about.best.found)
+        return check_selection(null, _on_all_runs(null, further), jobs) if is_more else None
+    except BudgetReached:
+        return None
 
 
 def _select_under_file_noise(
@@ -77,7 +90,7 @@ def _take_steps(
     """The steps from a selection, each as it is taken, and where they come to."""
     while leaves_something(now.best) and len(now.best.found) < SETTINGS.findings:
         current, count = now.best, len(now.steps)
-        seen = screen_candidates(current, seed, jobs) if now.steps else first
+        seen = screen_candidates(current, seed, jobs) if current.found else first
         if _shows_nothing(seen):
             break
         threshold = now.threshold if now.steps else null_threshold(seen.scores, seed)

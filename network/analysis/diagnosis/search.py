@@ -188,10 +188,13 @@ def last_of(states: Iterator[Search], budget: TimeBudget) -> Search:
 
 def _end_early(last: Search, end: BaseException) -> Search:
     """What a search had come to; what was not tested to the end was fitted in passing, and is now in a few steps."""
-    how, chosen = _how_ended(end), last.selection
-    if how == "budget" and not chosen.is_checked:
-        last = replace(last, selection=replace(chosen, best=finish_in_passing(chosen.best)))
-    return replace(last, ended=how)
+    last, chosen = replace(last, ended=_how_ended(end)), last.selection
+    if last.ended != "budget" or chosen.is_checked:
+        return last
+    try:
+        return replace(last, selection=replace(chosen, best=finish_in_passing(chosen.best)))
+    except KeyboardInterrupt:
+        return replace(last, ended="stopped")
 
 
 def _how_ended(end: BaseException) -> str:

@@ -97,11 +97,10 @@ def _sum_by_interval(k: Indices, values: Array, count: int) -> Array:
 
 
 def sum_rows(values: Array, starts: Indices) -> Array:
-    """Sums of rows from each start to before the next: (rows, …) → (starts, …). A product with a sparse matrix of ones
-    is many times quicker than `reduceat`."""
-    return np.asarray(_rows_of(starts, np.ones(len(values))) @ values.reshape(len(values), -1)).reshape(
-        len(starts), *values.shape[1:]
-    )
+    """Sums of rows from each start to before the next: (rows, …) → (starts, …); starts: from 0, rising. A product with
+    a sparse matrix of ones is many times quicker than `reduceat`."""
+    sums = _rows_of(starts, np.ones(len(values))) @ values.reshape(len(values), -1)
+    return np.asarray(sums.reshape(len(starts), *values.shape[1:]))
 
 
 def _rows_of(starts: Indices, weights: Array) -> csr_array:

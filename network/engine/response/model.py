@@ -118,9 +118,10 @@ class Model:
         near = self.warm.guess.get(JOINT)
         told = None if joint is None else solve_together(joint, plans, outputs, known, regimes, near)
         if joint is None or told is None:
-            held = [None if beside is None else beside[i].course.problem.plan.about for i in range(len(plans))]
-            courses = [self._course(i, replace(plan, about=about), outputs, known, regimes)
-                       for i, (plan, about) in enumerate(zip(plans, held, strict=True))]  # fmt: skip
+            if beside is not None:
+                pairs = zip(plans, beside, strict=True)
+                plans = [replace(plan, about=of.course.problem.plan.about) for plan, of in pairs]
+            courses = [self._course(i, plan, outputs, known, regimes) for i, plan in enumerate(plans)]
             self.warm.is_apart |= joint is not None
             return self._share_slopes([self._predict(i, machine, course, None) for i, course in enumerate(courses)])
         whole, parts = told

@@ -126,6 +126,8 @@ def reduce(plan: Plan, readouts: Readouts, known: KnownRegimes | None = None) ->
     """The reduced problem of a plan; laws that are not straight by their tangents about its temperatures. known:
     regimes of the same network and readouts, by the inputs and temperatures that make them."""
     network, known = plan.network, {} if known is None else known
+    if plan.about is None and not network.is_affine():
+        plan = replace(plan, about=np.full(network.size, network.machine.reference))
     about = () if plan.about is None else tuple(plan.about.tolist())
     names, (distinct, regime_of) = matrix_inputs(network), regimes_of(network, plan.left, plan.about)
     regimes = []
@@ -173,8 +175,8 @@ def _find_regime(plan: Plan, k: int, readouts: Readouts) -> Regime:
 def _find_offsets(plan: Plan) -> Iterator[Array]:
     """Heats into all lumps with which tangents touch their laws, just after and just before the edges (K, N): Q(T̄, u) −
     K T̄ − q(u), q what sources bring at readings of zero; all relays off."""
-    network, K = plan.network, len(plan.steps)
-    about = np.full(network.size, network.machine.reference) if plan.about is None else plan.about
+    network, K, about = plan.network, len(plan.steps), plan.about
+    assert about is not None
     held = {name: values[:, None] for name, values in plan.left.items()}
     for u in plan.just_inside:
         heat = np.zeros((K, network.size))

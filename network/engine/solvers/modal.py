@@ -26,7 +26,7 @@ SLOW = 1e-3
 
 @dataclass(frozen=True)
 class Modes:
-    """x = V m, m = W x; decay rates λ [1/s]."""
+    """x = V m, m = W x; decay rates λ [1/s]; condition: of V at most."""
 
     rates: Array
     V: Array

@@ -69,9 +69,9 @@ class Steps:
         at = np.flatnonzero(self._peaks)
         return [float(self.t[k]) for k in at[np.argsort(-np.abs(self.size[at]))]]
 
-    def covers(self, t: float) -> bool:
-        """Whether a jump at that time would show."""
-        return bool(self.t[0] <= t <= self.t[-1])
+    def covers(self, t: float, reach: float) -> bool:
+        """Whether a jump within reach of that time would show: not where readings are missing."""
+        return bool((np.abs(self.t - t) < reach).any())
 
     @property
     def _peaks(self) -> Mask:

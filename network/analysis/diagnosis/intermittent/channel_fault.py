@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis, reweight
+from network.analysis.calibration.gauss_newton import STEPS
+from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
 from network.analysis.diagnosis.intermittent.change_points import Windows
 from network.analysis.diagnosis.reading_fault import ReadingFault
 from network.catalogue.declaration.declare import Array, Mask
@@ -25,6 +26,8 @@ PER_WINDOW = 14.0
 """Nats that the instants of a window cost: ln of as many runs, channels, shapes and instants as are tried."""
 FAULTY = 0.98
 """Confidence in a fault whose jumps are of one share, there and back."""
+BRIEF = 2
+"""Steps of a fit that begins where it was fitted to all but the same readings."""
 LEFT = 0.5
 """Share of the excess χ² − 1 that the fault may leave."""
 
@@ -81,12 +84,12 @@ def inside(t: Array, windows: Iterable[tuple[float, float]]) -> Mask:
 def fit_both(
     h: Hypothesis, fault: ChannelFault, begin: Hypothesis | None = None
 ) -> tuple[Hypothesis, Hypothesis, float] | None:
-    """A fit as it is and one to the readings set right, those around its jumps left out of both, and what the second
+    """Fits to the readings as they were and set right, those around its jumps left out of both, and what the second
     explains more than chance does [nats]; None where what is set right is nothing that a machine could show. begin: a
     fit from whose numbers the second begins; default are those of the file, for those of a fit to readings that are not
     true are bent, and where that comes to less than these do – relays fall out of step – theirs."""
     try:
-        before = reweight(fault.correct(h.case, False), h)
+        before = _fit(h, fault.correct(h.case, False), h.values, BRIEF)
         after = _fit(h, right := fault.correct(h.case), begin.values if begin else h.own_values)
         if after.evidence < before.evidence:
             after = max(after, _fit(h, right, before.values), key=lambda fit: fit.evidence)
@@ -95,8 +98,8 @@ def fit_both(
     return before, after, after.evidence - before.evidence - PER_WINDOW * sum(map(len, fault.windows))
 
 
-def _fit(h: Hypothesis, case: Case, begin: Mapping[str, float]) -> Hypothesis:
-    return fit_hypothesis(case, h.machine, h.found, h.own, begin)
+def _fit(h: Hypothesis, case: Case, begin: Mapping[str, float], steps: int = STEPS) -> Hypothesis:
+    return fit_hypothesis(case, h.machine, h.found, h.own, begin, steps=steps)
 
 
 def is_mended(before: Hypothesis, after: Hypothesis) -> bool:

@@ -117,7 +117,9 @@ def _is_driven(steps: ResidualSteps, run: int, channel: str, at: float, reach: f
     others = [(i, t) for i, t in moved if i != run or abs(t - at) >= reach]
     if len(others) == len(moved):
         return False
-    told = [_jumps_near(of, t, reach) for i, t in others if (of := steps.of(i, channel)) is not None and of.covers(t)]
+    told = [
+        _jumps_near(of, t, reach) for i, t in others if (of := steps.of(i, channel)) is not None and of.covers(t, reach)
+    ]
     return len(told) < MANY or any(told)
 
 
