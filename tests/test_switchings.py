@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from fit_networks import FAN, cooler, ramped
-from fits import speeds, two_blocks
+from fit_networks import FAN, RADIATES, VISCOUS, cooler, ramped
+from fits import problem_of, recorded, speeds, two_blocks
 
+from network.engine.balance import affine_heat, affine_matrix, heat_into, list_tangent_offsets
+from network.engine.response.parameters import centres
 from network.engine.simulation import simulate
 from network.engine.solvers.crossing import first_crossing
 
@@ -96,3 +98,23 @@ def test_relays_go_on_where_speed_changes_what_is_conducted():
     assert [s[1:] for s in exact.switches] == [s[1:] for s in stepped.switches]
     np.testing.assert_allclose([s[0] for s in exact.switches], [s[0] for s in stepped.switches], atol=1e-3)
     np.testing.assert_allclose(exact.sensors["T_motor"], stepped.sensors["T_motor"], atol=1e-5)
+
+
+def test_tangents_touch_their_laws_beside_relays_gates_and_ramps() -> None:
+    """What they bring at the temperatures that they are laid about is what the laws bring there, whatever is driven."""
+    glow = {**RADIATES, "while": "speed"}
+    machine = two_blocks(links={"glow": glow, "fins": FAN}, sources={"rub": VISCOUS, "cooler": cooler("25 s ± 20 %")})
+    problem = problem_of(machine, recorded(machine, ramped(), None))
+    plan = problem.model.predict(centres(problem.parameters))[0].course.problem.plan
+    network, about, K = plan.network, plan.about, len(plan.steps)
+    off, held = np.zeros((K, network.relay_count)), {name: u[:, None] for name, u in plan.left.items()}
+    slopes = np.array([affine_matrix(network, {n: u[k] for n, u in plan.left.items()}, off[0], about) @ about
+                       for k in range(K)])  # fmt: skip
+    for u in plan.just_inside:
+        own = np.zeros((K, network.size))
+        for heat, spread in list_tangent_offsets(network, about, u, held):
+            own += np.atleast_2d(heat) @ spread
+        whole = heat_into(network, np.tile(about, (K, 1)), u, off) - slopes - affine_heat(network, u, off, K)
+        free = np.isfinite(network.capacity)
+        assert np.abs(whole[:, free]).max() > 1.0
+        np.testing.assert_allclose(own[:, free], whole[:, free], atol=1e-9)
