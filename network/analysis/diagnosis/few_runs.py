@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -52,6 +51,6 @@ def finish_in_passing(h: Hypothesis) -> Hypothesis:
     whole time when that of the search is up."""
     if not h.found:
         return h
-    case, is_late = replace(h.case, budget=TimeBudget()), partial(h.case.budget.is_past, 1.0)
-    told = fit_findings(case, h.root, h.found, h.values, steps=FINISHED, until=lambda at: is_late())
+    case, budget = replace(h.case, budget=TimeBudget()), h.case.budget
+    told = fit_findings(case, h.root, h.found, h.values, steps=FINISHED, until=lambda at: budget.is_past(1.0))
     return h if told is None or told.evidence < h.evidence else replace(told, case=h.case)
