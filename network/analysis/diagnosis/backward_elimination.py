@@ -165,9 +165,8 @@ def _eliminate(current: Hypothesis, now: Selection, jobs: int, is_apart: bool) -
         less = run_all(partial(_refit, current), [(rest, current.values) for rest in rests], jobs)
         rest = find_rest(current) if is_apart and len(current.found) > 1 else None
         is_out = [rest is not None and _is_of_one_half(now, c) for c in current.found]
-        pairs = zip(less, is_out, strict=True)
-        gains = [-np.inf if out else np.inf if h is None else _gain_over(current, h, rest, c)
-                 for c, (h, out) in zip(current.found, pairs, strict=True)]  # fmt: skip
+        tried = zip(current.found, less, is_out, strict=True)
+        gains = [-np.inf if out else np.inf if h is None else _gain_over(current, h, rest, c) for c, h, out in tried]
         k = int(np.argmin(gains))
         other = less[k]
         if other is None or gains[k] >= now.threshold:

@@ -14,7 +14,7 @@ from operator import itemgetter
 from typing import Any
 
 from network.analysis.diagnosis.settings import SETTINGS
-from network.catalogue.declaration.declare import Effect, list_kinds
+from network.catalogue.declaration.declare import Declared, Effect, list_kinds
 from network.catalogue.declaration.discovery import open_rooms
 from network.catalogue.declaration.entry_path import NumberPath, displacement
 from network.catalogue.declaration.many_units import ManyUnitsField
@@ -79,24 +79,27 @@ class Candidate:
         return self.own[0].field.may_be_negative and self.own[0].field.unit != "W"
 
     @cached_property
+    def _entries(self) -> tuple[Declared | None, ...]:
+        """What its patch writes or changes, as it stands in the machine."""
+        return tuple(self.machine.by_path.get(path) for path, _ in self.patch.entries())
+
+    @cached_property
     def switches(self) -> bool:
         """Whether it brings a relay, whose instants have to be searched for."""
-        entries = self.machine.by_path
-        return any(isinstance(entries.get(path), Relay) for path, _ in self.patch.entries())
+        return any(isinstance(entry, Relay) for entry in self._entries)
 
     @cached_property
     def is_timed(self) -> bool:
         """Whether it brings instants of its own, which have no slope that a fit could follow."""
-        own = [self.machine.by_path.get(path) for path, _ in self.patch.entries()]
-        laws = [type(e) for e in own if isinstance(e, Mechanism)]
+        laws = [type(e) for e in self._entries if isinstance(e, Mechanism)]
         return len(self.own) > 1 and any(law.edges is not Mechanism.edges for law in laws)
 
     @cached_property
     def is_steady(self) -> bool:
         """Whether it is a heat that nothing drives or changes."""
-        own = [self.machine.by_path.get(path) for path, _ in self.patch.entries()]
-        laws = [e for e in own if isinstance(e, Source)]
-        return len(laws) == len(own) == 1 and not (self.is_searched_apart or laws[0].needs() or laws[0].places_read())
+        laws = [e for e in self._entries if isinstance(e, Source)]
+        is_alone = len(laws) == len(self._entries) == 1
+        return is_alone and not (self.is_searched_apart or laws[0].needs() or laws[0].places_read())
 
     @property
     def is_searched_apart(self) -> bool:
