@@ -23,7 +23,9 @@ analysis     what runs and recordings tell:
   calibration  uncertain numbers from recordings: parameters, noise, Gauss-Newton, multistart, uncertainty;
   drafting     a first machine from recordings alone: roles of columns, lag models, groups, parts, their sizes;
   diagnosis    missing physics: search is the loop, strategies what it looks for and how, settings its numbers;
-               screening, refits, forward selection, backward elimination, cross-validation, invariants, verdict;
+               candidates (patches), hypotheses (their fits), lumps, screening, latent_heat (the honest rest), steps
+               (forward selection, backward elimination, cross-validation), findings (invariants, verdict, what is
+               told); apart: switching, intermittent, exchange, standstill; experiments that would tell more;
   change       then and now: numbers and sensors that differ between two sets of recordings.
 report       results in words, pictures and files; the page of a diagnosis.
 cli          the command `lptn`: parse, call, print; the demonstration and the proof.
@@ -49,7 +51,7 @@ if TYPE_CHECKING:
     from network.analysis.comparison.compare import Comparison as Comparison
     from network.analysis.comparison.compare import compare as compare
     from network.analysis.diagnosis.diagnose import diagnose as diagnose
-    from network.analysis.diagnosis.result import Diagnosis as Diagnosis
+    from network.analysis.diagnosis.findings.result import Diagnosis as Diagnosis
     from network.analysis.drafting.machine_draft import draft as draft
     from network.analysis.sweep.lump_choice import choose_lumps as choose_lumps
     from network.analysis.sweep.lumping_error import estimate_lumping as estimate_lumping
@@ -80,7 +82,7 @@ _HOME = {
     "draft": "analysis.drafting.machine_draft",
     "Refused": "platform.refusal", "Failed": "platform.refusal",
     "Trajectory": "engine.trajectory", "Comparison": "analysis.comparison.compare", "Sweep": "analysis.sweep.sweep",
-    "Calibration": "analysis.calibration.calibrate", "Diagnosis": "analysis.diagnosis.result",
+    "Calibration": "analysis.calibration.calibrate", "Diagnosis": "analysis.diagnosis.findings.result",
     "Superposition": "engine.superposition.superposition",
 }  # fmt: skip
 __all__ = [*_HOME, "__version__"]

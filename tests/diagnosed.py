@@ -13,10 +13,10 @@ from fits import ANOTHER, USUAL, recorded, speeds, two_blocks
 from network import Machine, compare
 from network.analysis.comparison.compare import Comparison
 from network.analysis.diagnosis.experiments.experiment import Experiment
-from network.analysis.diagnosis.finding import Finding, Quantity, Rival
-from network.analysis.diagnosis.located_heat import UnknownHeat
-from network.analysis.diagnosis.location import Location
-from network.analysis.diagnosis.result import Diagnosis, Fits
+from network.analysis.diagnosis.findings.finding import Finding, Quantity, Rival
+from network.analysis.diagnosis.findings.result import Diagnosis, Fits
+from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
+from network.analysis.diagnosis.latent_heat.location import Location
 from network.catalogue.declaration.patch import Patch
 from network.platform.yaml.document import dump
 

@@ -28,7 +28,7 @@ sensors: {T_hot: {measures: hot, noise: 0.05 K}}
 SCENARIO = "scenario: on\nduration: 4 h\noutput: 60 s\ninputs: {}\n"
 PROPOSED = """
 from network import Machine
-from network.analysis.diagnosis.candidates import candidates
+from network.analysis.diagnosis.candidates.candidates import candidates
 skin = {"kind": "convection", "between": ["other", "cold"], "conductance": "2 W/K"}
 patch = {"links": {"skin": skin}, "nodes": {"other": {"heat_capacity": "2 kJ/K"}}}
 machine = Machine.load("machine.yaml").patched(patch)

@@ -15,15 +15,18 @@ from diagnosed import diagnosed
 from fits import recorded, speeds, two_blocks
 
 from network.analysis.calibration.gauss_newton import minimise
-from network.analysis.diagnosis.candidates import Candidate, candidates
+from network.analysis.diagnosis.candidates.candidate import Candidate
+from network.analysis.diagnosis.candidates.candidates import candidates
 from network.analysis.diagnosis.experiments.advice import experiments, in_doubt, revealing, separating
 from network.analysis.diagnosis.experiments.experiment import CLEAR, Experiment
 from network.analysis.diagnosis.experiments.programs import HOLDS, driver, programs
 from network.analysis.diagnosis.experiments.separation import Pair, outcome
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
-from network.analysis.diagnosis.isolability import isolability, name_candidate
-from network.analysis.diagnosis.ranking import distinct, shares
-from network.analysis.diagnosis.screen import Score, screen
+from network.analysis.diagnosis.findings.isolability import isolability, name_candidate
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
+from network.analysis.diagnosis.screening.screen import Score, screen
+from network.analysis.diagnosis.steps.ranking import distinct, shares
 from network.recordings.columns import Column
 from network.recordings.inputs import constant, hold
 from network.recordings.recording import Recording

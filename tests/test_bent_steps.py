@@ -10,8 +10,9 @@ from fits import ANOTHER, USUAL, problem_of, recorded, speeds
 from test_calibration_slopes import MACHINES
 
 from network.analysis.calibration.gauss_newton import linearise
-from network.analysis.diagnosis.few_runs import FEW, list_worst_runs, on_few_runs
-from network.analysis.diagnosis.hypothesis import Case, state
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.few_runs import FEW, list_worst_runs, on_few_runs
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import state
 from network.engine.response import bent_steps
 from network.engine.response.parameters import centres
 from network.engine.response.recursion import chain_blocks, recur_coupled

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from catalogue import machine
 
-from network.analysis.diagnosis.lump_refinement import list_finer_machines
+from network.analysis.diagnosis.lumps.lump_refinement import list_finer_machines
 from network.catalogue.declaration.discovery import kinds
 from network.catalogue.declaration.fields import Place
 from network.catalogue.mechanisms.friction import turning

@@ -10,7 +10,7 @@ from fits import two_blocks
 from test_concealed_kinds import MORE, conceal, explain, levels, own, proposed, said
 
 from network import Machine
-from network.analysis.diagnosis.hypothesis import fit_hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 
 TURNS = {"motor": {"heat_capacity": "4 kJ/K ± 20 %", "rotates": "true"}}
 FEED = levels("feed", "m/min", 0, 20, 5, 40, 0, 30, 10, 0)

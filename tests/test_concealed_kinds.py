@@ -10,8 +10,11 @@ import pytest
 from fits import recorded, speeds, two_blocks
 
 from network import Machine
-from network.analysis.diagnosis.candidates import Candidate, candidates
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_findings, fit_hypothesis
+from network.analysis.diagnosis.candidates.candidate import Candidate
+from network.analysis.diagnosis.candidates.candidates import candidates
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings, fit_hypothesis
 from network.catalogue.declaration.discovery import kinds
 from network.catalogue.declaration.fields import Place
 from network.catalogue.suspects.interposed_mass import InterposedMass

@@ -16,12 +16,19 @@ from bench.conformal_softening import fit_softening
 from diagnosed import diagnosed, finding, rival
 from proof.sealed import seal_of
 
-from network.analysis.diagnosis import conformal
-from network.analysis.diagnosis.conformal import Calibration, Explanation, choose, fingerprint, quantile, shipped
-from network.analysis.diagnosis.finding import UNKNOWN
-from network.analysis.diagnosis.ranking import belief_in_nothing
+from network.analysis.diagnosis.findings import conformal
+from network.analysis.diagnosis.findings.conformal import (
+    Calibration,
+    Explanation,
+    choose,
+    fingerprint,
+    quantile,
+    shipped,
+)
+from network.analysis.diagnosis.findings.finding import UNKNOWN
+from network.analysis.diagnosis.findings.verdict import _share_belief
 from network.analysis.diagnosis.settings import SETTINGS
-from network.analysis.diagnosis.verdict import _share_belief
+from network.analysis.diagnosis.steps.ranking import belief_in_nothing
 from network.report.words.diagnosis_words import tell_diagnosis
 from network.report.words.finding_words import BENCH, set_words
 
@@ -143,7 +150,7 @@ def test_calibrated_under_other_settings_it_counts_for_nothing(monkeypatch: pyte
 def test_the_report_tells_the_set_and_whence_confidence_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = finding(share=0.9, holds=0.95, nothing=0.0)
     assert set_words(finding(alternatives=())) == ""
-    for module in ("network.analysis.diagnosis.finding", "network.report.words.finding_words"):
+    for module in ("network.analysis.diagnosis.findings.finding", "network.report.words.finding_words"):
         monkeypatch.setattr(f"{module}.shipped", lambda: by(effect=0.99, outside=1.0, null=0.0))
     assert set_words(found) == (
         "By the bench it is one of these: convection (body, air), something without a name (body, air) or radiation "

@@ -11,7 +11,7 @@ from scipy.stats import gamma
 from test_concealed_kinds import LADDERS, explain, own, proposed, said
 
 from network import simulate
-from network.analysis.diagnosis.hypothesis import Case
+from network.analysis.diagnosis.hypotheses.case import Case
 from network.catalogue.mechanisms.advection import Advection
 from network.recordings.inputs import constant, hold
 

@@ -10,13 +10,14 @@ import pytest
 from scipy.stats import kstest
 from test_diagnosis import CONCEALED, HELD_OUT, LADDERS, plant, recorded
 
-from network.analysis.diagnosis.crossed_splits import CrossedSplits, UnseenTest, halve
 from network.analysis.diagnosis.diagnose import diagnose
-from network.analysis.diagnosis.hypothesis import Case, fit_hypothesis
-from network.analysis.diagnosis.invariants import list_doubts
-from network.analysis.diagnosis.lump_shapes import shapes_of_lumping
-from network.analysis.diagnosis.refitted_half import RefittedHalf, effective_samples
-from network.analysis.diagnosis.screening import screen_candidates
+from network.analysis.diagnosis.findings.invariants import list_doubts
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
+from network.analysis.diagnosis.lumps.lump_shapes import shapes_of_lumping
+from network.analysis.diagnosis.screening.crossed_splits import CrossedSplits, UnseenTest, halve
+from network.analysis.diagnosis.screening.refitted_half import RefittedHalf, effective_samples
+from network.analysis.diagnosis.screening.screening import screen_candidates
 
 ROWS, NUMBERS, SHAPES, MOST = 120, 5, 8, 30.0
 SPREAD = np.array([0.02, 0.3, 1.0, 10.0, 1e4])

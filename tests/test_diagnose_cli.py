@@ -19,8 +19,8 @@ from fits import ANOTHER, USUAL, recorded, speeds
 
 import network
 from network import Machine
-from network.analysis.diagnosis.finding import UNKNOWN
-from network.analysis.diagnosis.holdout_admission import admit_runs
+from network.analysis.diagnosis.findings.finding import UNKNOWN
+from network.analysis.diagnosis.findings.holdout_admission import admit_runs
 from network.catalogue.declaration.discovery import kinds, open_rooms
 from network.catalogue.declaration.registry import sections
 from network.cli import main

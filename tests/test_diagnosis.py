@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 from build import RPM, machine
 
-from network.analysis.diagnosis.candidates import candidates, kinds
+from network.analysis.diagnosis.candidates.candidates import candidates, kinds
 from network.analysis.diagnosis.diagnose import diagnose
-from network.analysis.diagnosis.hypothesis import Case, fit_hypothesis
-from network.analysis.diagnosis.result import Diagnosis
+from network.analysis.diagnosis.findings.result import Diagnosis
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.settings import SETTINGS, Settings
 from network.analysis.diagnosis.time_budget import TimeBudget
@@ -119,7 +120,7 @@ def shifted(column: Column, by: float) -> Column:
 
 def test_what_tells_recordings_worse_when_simulated_is_no_finding(monkeypatch: pytest.MonkeyPatch) -> None:
     harsh = replace(SETTINGS, worse=0.01, paired=-1e9)
-    monkeypatch.setattr("network.analysis.diagnosis.invariants.SETTINGS", harsh)
+    monkeypatch.setattr("network.analysis.diagnosis.findings.invariants.SETTINGS", harsh)
     d = found.__wrapped__("source")
     assert [told.startswith("with what was found run") for told in d.refuted] == [True] * 3
     assert d.verdict == "unexplained" and [f.kind for f in d.findings] == ["unknown"]

@@ -17,15 +17,15 @@ from matplotlib.figure import Figure
 
 from network import Machine, Scenario, compare, simulate
 from network.analysis.comparison.compare import Comparison
-from network.analysis.diagnosis.candidates import candidates
+from network.analysis.diagnosis.candidates.candidates import candidates
 from network.analysis.diagnosis.experiments.experiment import Experiment
 from network.analysis.diagnosis.experiments.programs import programs
-from network.analysis.diagnosis.finding import UNKNOWN, Quantity
-from network.analysis.diagnosis.findings import size_of_unknown, why_not
-from network.analysis.diagnosis.isolability import DETAILS
-from network.analysis.diagnosis.location import Location
-from network.analysis.diagnosis.result import Diagnosis, Fits
-from network.analysis.diagnosis.screened_gain import ScreenedGain
+from network.analysis.diagnosis.findings.finding import UNKNOWN, Quantity
+from network.analysis.diagnosis.findings.findings import size_of_unknown, why_not
+from network.analysis.diagnosis.findings.isolability import DETAILS
+from network.analysis.diagnosis.findings.result import Diagnosis, Fits
+from network.analysis.diagnosis.latent_heat.location import Location
+from network.analysis.diagnosis.screening.screened_gain import ScreenedGain
 from network.platform.quantities.text_table import digits
 from network.platform.refusal import Refused
 from network.recordings.inputs import Start, hold

@@ -15,23 +15,26 @@ from test_diagnosis import LADDERS, LINKS, NODES, SENSORS, SOURCES, plant, recor
 from network.analysis.calibration.coloured_noise import estimate_colours
 from network.analysis.calibration.estimated_constants import Numbers, estimate_constants
 from network.analysis.calibration.gauss_newton import linearise
-from network.analysis.diagnosis import backward_elimination, refit, unseen_runs
-from network.analysis.diagnosis.candidate_response import respond_to_candidates
-from network.analysis.diagnosis.candidates import Candidate, candidate, candidates
-from network.analysis.diagnosis.coarse_surrogate import build_surrogate
-from network.analysis.diagnosis.compact_fit import compact
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_findings, fit_hypothesis, start_from
-from network.analysis.diagnosis.lump_refinement import list_finer_machines
-from network.analysis.diagnosis.placement import _widest, move_stretch, place_best
-from network.analysis.diagnosis.screening import Screening
+from network.analysis.diagnosis.candidates.candidate import Candidate, candidate
+from network.analysis.diagnosis.candidates.candidate_response import respond_to_candidates
+from network.analysis.diagnosis.candidates.candidates import candidates
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.compact_fit import compact
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings, fit_hypothesis, start_from
+from network.analysis.diagnosis.lumps.coarse_surrogate import build_surrogate
+from network.analysis.diagnosis.lumps.lump_refinement import list_finer_machines
+from network.analysis.diagnosis.screening.screening import Screening
 from network.analysis.diagnosis.search import last_of
 from network.analysis.diagnosis.search_record import Search
-from network.analysis.diagnosis.selection import Selection
+from network.analysis.diagnosis.steps import backward_elimination, refit, unseen_runs
+from network.analysis.diagnosis.steps.placement import _widest, move_stretch, place_best
+from network.analysis.diagnosis.steps.selection import Selection
+from network.analysis.diagnosis.steps.unseen_runs import Unseen
 from network.analysis.diagnosis.switching.prior_samples import Judge, Space, apart
 from network.analysis.diagnosis.switching.sample_refinement import refine_samples
 from network.analysis.diagnosis.switching.share_view import View
 from network.analysis.diagnosis.time_budget import TimeBudget
-from network.analysis.diagnosis.unseen_runs import Unseen
 from network.catalogue.mechanisms.conduction import Conduction
 from network.engine.assembly import build
 from network.engine.channels import readouts

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from build import machine
 
-from network.analysis.diagnosis.candidates import candidates
+from network.analysis.diagnosis.candidates.candidates import candidates
 from network.catalogue.declaration.discovery import kinds
 from network.catalogue.declaration.entry_path import NESTED, EntryPath, NumberPath, axis_of, displacement
 from network.catalogue.declaration.fields import Nested

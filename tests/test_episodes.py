@@ -10,8 +10,8 @@ import pytest
 from test_diagnosis import HELD_OUT, LADDERS, plant, recorded
 
 from network.analysis.diagnosis.diagnose import diagnose
+from network.analysis.diagnosis.findings.result import Diagnosis
 from network.analysis.diagnosis.intermittent.change_points import COST, find_loose_contact, find_steps
-from network.analysis.diagnosis.result import Diagnosis
 from network.recordings.recording import Recording
 
 SHARE = 0.3

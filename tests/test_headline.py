@@ -7,8 +7,8 @@ from dataclasses import replace
 import pytest
 from diagnosed import diagnosed, finding
 
-from network.analysis.diagnosis.finding import UNKNOWN, Finding, Quantity
-from network.analysis.diagnosis.result import Diagnosis
+from network.analysis.diagnosis.findings.finding import UNKNOWN, Finding, Quantity
+from network.analysis.diagnosis.findings.result import Diagnosis
 from network.report.words.verdict_words import verdict_words
 
 SIZE = {"power": Quantity(9.0, 1.0, "W")}

@@ -13,7 +13,7 @@ from fits import USUAL, recorded, speeds
 
 from network import Machine
 from network.analysis.comparison.compare import check_fit
-from network.analysis.diagnosis.holdout_admission import admit_runs
+from network.analysis.diagnosis.findings.holdout_admission import admit_runs
 from network.cli import main
 from network.platform.refusal import Refused
 from network.recordings.channel_match import overheard

@@ -11,7 +11,7 @@ from fits import two_blocks
 from test_concealed_kinds import MORE, conceal, levels, own, proposed
 
 from network import Machine, simulate, superpose
-from network.analysis.diagnosis.hypothesis import fit_hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.catalogue.mechanisms.heat_pipe import HeatPipe
 from network.recordings.inputs import Start, constant, linear
 

@@ -11,13 +11,22 @@ import pytest
 from test_diagnosis import CONCEALED, HELD_OUT, LADDERS, LINKS, plant, recorded
 
 from network.analysis.comparison.compare import Comparison, compare
-from network.analysis.diagnosis.candidates import Candidate, candidates
+from network.analysis.diagnosis.candidates.candidate import Candidate
+from network.analysis.diagnosis.candidates.candidates import candidates
 from network.analysis.diagnosis.diagnose import diagnose
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
-from network.analysis.diagnosis.invariants import doubt_unseen, find_worse_runs, is_one_thing, list_doubts, list_strains
-from network.analysis.diagnosis.result import Fits
+from network.analysis.diagnosis.findings.invariants import (
+    doubt_unseen,
+    find_worse_runs,
+    is_one_thing,
+    list_doubts,
+    list_strains,
+)
+from network.analysis.diagnosis.findings.result import Fits
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.settings import SETTINGS
-from network.analysis.diagnosis.strength import strength_in_errors
+from network.analysis.diagnosis.steps.strength import strength_in_errors
 
 
 @cache

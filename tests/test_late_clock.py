@@ -10,7 +10,7 @@ import pytest
 from test_diagnosis import CONCEALED, HELD_OUT, plant, recorded
 from test_swapped_sensors import GROWS, runs_of
 
-from network.analysis.diagnosis.candidates import candidates
+from network.analysis.diagnosis.candidates.candidates import candidates
 from network.analysis.diagnosis.diagnose import diagnose
 from network.machine.machine import Machine
 from network.recordings.recording import Recording

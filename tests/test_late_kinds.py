@@ -15,8 +15,9 @@ from scipy.stats import gamma
 from test_concealed_kinds import MORE, conceal, levels, own, proposed
 
 from network import Machine, simulate
-from network.analysis.diagnosis.candidates import lay_over
-from network.analysis.diagnosis.hypothesis import Case, fit_hypothesis
+from network.analysis.diagnosis.candidates.candidates import lay_over
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.catalogue.mechanisms.advection import Advection
 from network.catalogue.mechanisms.half_space import LAYERS, RATES, HalfSpace
 from network.catalogue.mechanisms.plug_flow import PlugFlow

@@ -11,17 +11,21 @@ import pytest
 from scipy.stats import multivariate_normal
 from test_diagnosis import LADDERS, plant, recorded
 
-from network.analysis.diagnosis import latent_rest, locate, unseen_runs
-from network.analysis.diagnosis.backward_elimination import is_imitation
-from network.analysis.diagnosis.candidates import Candidate, candidates
-from network.analysis.diagnosis.few_runs import SEARCHED, on_all_runs, on_few_runs
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_findings, fit_hypothesis
-from network.analysis.diagnosis.latent_rest import find_rest, share_of_rest
-from network.analysis.diagnosis.locate import predict_unknown
-from network.analysis.diagnosis.located_heat import UnknownHeat
-from network.analysis.diagnosis.location import Location
+from network.analysis.diagnosis.candidates.candidate import Candidate
+from network.analysis.diagnosis.candidates.candidates import candidates
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.few_runs import SEARCHED, on_all_runs, on_few_runs
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings, fit_hypothesis
+from network.analysis.diagnosis.latent_heat import latent_rest, locate
+from network.analysis.diagnosis.latent_heat.latent_rest import find_rest, share_of_rest
+from network.analysis.diagnosis.latent_heat.locate import predict_unknown
+from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
+from network.analysis.diagnosis.latent_heat.location import Location
 from network.analysis.diagnosis.settings import SETTINGS
-from network.analysis.diagnosis.unseen_runs import tell_unseen, unseen_misfit
+from network.analysis.diagnosis.steps import unseen_runs
+from network.analysis.diagnosis.steps.backward_elimination import is_imitation
+from network.analysis.diagnosis.steps.unseen_runs import tell_unseen, unseen_misfit
 
 PUMP = {"pump": {"kind": "heat_source", "into": {"column": 1}, "power": "60 W"}}
 BURSTS = {

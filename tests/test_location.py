@@ -13,13 +13,16 @@ from build import machine
 from diagnosed import diagnosed, unknown_heat
 from fits import USUAL, recorded, speeds
 
-from network.analysis.diagnosis.candidates import Candidate, candidates
-from network.analysis.diagnosis.findings import find_unknown
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
-from network.analysis.diagnosis.locate import locate
-from network.analysis.diagnosis.location import Location
-from network.analysis.diagnosis.placement import _aside, _elsewhere
-from network.analysis.diagnosis.unknown_heat import heat_knots, temperature_answers
+from network.analysis.diagnosis.candidates.candidate import Candidate
+from network.analysis.diagnosis.candidates.candidates import candidates
+from network.analysis.diagnosis.findings.findings import find_unknown
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
+from network.analysis.diagnosis.latent_heat.locate import locate
+from network.analysis.diagnosis.latent_heat.location import Location
+from network.analysis.diagnosis.latent_heat.unknown_heat import heat_knots, temperature_answers
+from network.analysis.diagnosis.steps.placement import _aside, _elsewhere
 from network.catalogue.declaration.places import Place
 from network.engine.response.input_slopes import input_slopes
 from network.machine.machine import Machine

@@ -11,9 +11,10 @@ import pytest
 from measured_side import UNCERTAIN, blocks, effect, record, schedule
 
 from network import Machine, Recording, Refused, calibrate, compare, diagnose, simulate
-from network.analysis.diagnosis.candidates import candidates
-from network.analysis.diagnosis.hypothesis import Case, fit_hypothesis
-from network.analysis.diagnosis.recorded_powers import gather_runs
+from network.analysis.diagnosis.candidates.candidates import candidates
+from network.analysis.diagnosis.candidates.recorded_powers import gather_runs
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.catalogue.declaration.discovery import kinds
 
 NOTHING = 1.1

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from test_refusals import BENCH, edited
 
-from network.analysis.diagnosis.candidates import candidates, kinds, lay_over
+from network.analysis.diagnosis.candidates.candidates import candidates, kinds, lay_over
 from network.machine.machine import Machine
 from network.platform.refusal import Refused, Spot
 from network.platform.yaml.document import Branch, dump, tree_of

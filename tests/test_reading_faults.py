@@ -11,15 +11,16 @@ import pytest
 from test_diagnosis import CONCEALED, HELD_OUT, LADDERS, plant, recorded
 
 from network.analysis.calibration.estimated_constants import compare_estimating
-from network.analysis.diagnosis.candidates import candidates
+from network.analysis.diagnosis.candidates.candidates import candidates
 from network.analysis.diagnosis.diagnose import diagnose
-from network.analysis.diagnosis.hypothesis import Case, fit_hypothesis
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.intermittent import onset_jump
 from network.analysis.diagnosis.intermittent.fault_shapes import list_shapes
 from network.analysis.diagnosis.intermittent.find_fault import find_reading_fault
 from network.analysis.diagnosis.intermittent.onset_jump import ResidualSteps
 from network.analysis.diagnosis.intermittent.onset_scan import OnsetScan
-from network.analysis.diagnosis.screen import screen
+from network.analysis.diagnosis.screening.screen import screen
 from network.catalogue.declaration.declare import Array
 from network.recordings.recording import Recording
 

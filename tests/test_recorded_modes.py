@@ -10,8 +10,9 @@ import pytest
 
 from network import Machine, Recording, Scenario, diagnose, simulate
 from network.analysis.calibration.recorded_modes import forget_modes, read_modes
-from network.analysis.diagnosis.faced_relays import face_relays
-from network.analysis.diagnosis.hypothesis import Case, fit_hypothesis
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.faced_relays import face_relays
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.engine.response.followed_relays import MODE, follow_relays
 from network.engine.trajectory import Trajectory
 from network.report.files.result_files import write_run

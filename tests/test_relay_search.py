@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 from test_diagnosis import LADDERS, LINKS, plant, recorded
 
-from network.analysis.diagnosis.candidates import Candidate, candidates
-from network.analysis.diagnosis.compact_fit import fit_or_none
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
-from network.analysis.diagnosis.screening import Screening
+from network.analysis.diagnosis.candidates.candidate import Candidate
+from network.analysis.diagnosis.candidates.candidates import candidates
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.compact_fit import fit_or_none
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
+from network.analysis.diagnosis.screening.screening import Screening
 from network.analysis.diagnosis.strategies import CUT_SHORT, list_unsearched, strategy_of
 from network.analysis.diagnosis.switching import relay_search
 from network.analysis.diagnosis.switching.affine_surrogate import straighten

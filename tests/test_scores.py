@@ -7,10 +7,13 @@ from functools import cache
 import pytest
 from fits import ANOTHER, USUAL, recorded, speeds, two_blocks
 
-from network.analysis.diagnosis.candidates import Candidate, candidates
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
-from network.analysis.diagnosis.locate import locate
-from network.analysis.diagnosis.screen import Score, screen
+from network.analysis.diagnosis.candidates.candidate import Candidate
+from network.analysis.diagnosis.candidates.candidates import candidates
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
+from network.analysis.diagnosis.latent_heat.locate import locate
+from network.analysis.diagnosis.screening.screen import Score, screen
 
 LIES = 1.2
 """K: twelve times what a thermometer is taken to be off."""

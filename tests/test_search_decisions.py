@@ -9,34 +9,26 @@ import pytest
 from build import machine
 from test_small_decisions import bare
 
-from network.analysis.diagnosis import (
+from network.analysis.diagnosis import search
+from network.analysis.diagnosis.experiments import advice, separation
+from network.analysis.diagnosis.experiments.programs import Driver, _ladder
+from network.analysis.diagnosis.findings import diagnosis_notes, findings, simulated_findings, verdict
+from network.analysis.diagnosis.findings.finding import Finding
+from network.analysis.diagnosis.hypotheses import falling_short, few_runs, fresh_fit
+from network.analysis.diagnosis.intermittent import channel_fault, channel_samples, intermittent_fault, onset_fault
+from network.analysis.diagnosis.lumps import (
     coarse_surrogate,
-    diagnosis_notes,
-    falling_short,
-    few_runs,
-    findings,
-    forward_selection,
-    fresh_fit,
     lump_convergence,
     lump_promise,
     lump_refinement,
     lumping_finding,
-    placement,
-    refit,
-    rival_acceptance,
-    screening,
-    search,
-    simulated_findings,
-    verdict,
 )
-from network.analysis.diagnosis.crossed_splits import UnseenTest
-from network.analysis.diagnosis.experiments import advice, separation
-from network.analysis.diagnosis.experiments.programs import Driver, _ladder
-from network.analysis.diagnosis.finding import Finding
-from network.analysis.diagnosis.intermittent import channel_fault, channel_samples, intermittent_fault, onset_fault
-from network.analysis.diagnosis.selection import Selection
+from network.analysis.diagnosis.screening import screening
+from network.analysis.diagnosis.screening.crossed_splits import UnseenTest
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.standstill import find_standstill
+from network.analysis.diagnosis.steps import forward_selection, placement, refit, rival_acceptance
+from network.analysis.diagnosis.steps.selection import Selection
 from network.analysis.diagnosis.switching.relay_search import _keep_of_each, rank_likely_places
 from network.analysis.diagnosis.switching.sample_refinement import DAMPED, _At, _steps, refine_samples
 from network.analysis.diagnosis.time_budget import BudgetReached, TimeBudget

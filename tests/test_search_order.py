@@ -8,8 +8,10 @@ from typing import Any
 import pytest
 from test_small_decisions import bare
 
-from network.analysis.diagnosis import findings, forward_selection, search
+from network.analysis.diagnosis import search
+from network.analysis.diagnosis.findings import findings
 from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.steps import forward_selection
 
 
 def states(*told: float) -> Iterator[Any]:

@@ -36,7 +36,7 @@ from bench.moved import moved, put_in_place
 from network.analysis.diagnosis.settings import SETTINGS
 put_in_place(moved("evidence", 0.5))
 held = [m.SETTINGS for m in modules() if hasattr(m, "SETTINGS")]
-from network.analysis.diagnosis.forward_selection import Selection, SETTINGS as there
+from network.analysis.diagnosis.steps.forward_selection import Selection, SETTINGS as there
 print(len(held) > 20, all(s is there for s in held), there is SETTINGS, there.least, Selection(None).threshold)
 """
 

@@ -20,8 +20,8 @@ from network.analysis.calibration.recording_admission import _check_length
 from network.analysis.calibration.trust_region import bounded_step
 from network.analysis.calibration.uncertainty import Uncertainty
 from network.analysis.diagnosis.experiments.programs import Program
-from network.analysis.diagnosis.findings import list_rivals, windows_of
-from network.analysis.diagnosis.heat_evidence import explain_best
+from network.analysis.diagnosis.findings.findings import list_rivals, windows_of
+from network.analysis.diagnosis.latent_heat.heat_evidence import explain_best
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.switching.prior_samples import Judge
 from network.platform.refusal import Complaints

@@ -15,8 +15,10 @@ from test_diagnosis import SOURCES as FRICTION
 from network.analysis.calibration.gauss_newton import linearise
 from network.analysis.calibration.misfit import ChannelMisfit
 from network.analysis.diagnosis.diagnose import diagnose
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
-from network.analysis.diagnosis.result import Diagnosis
+from network.analysis.diagnosis.findings.result import Diagnosis
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.standstill.driver import Driver, list_drivers
 from network.analysis.diagnosis.standstill.find_standstill import find_standstill
 from network.analysis.diagnosis.standstill.laid_instants import lay_instants

@@ -12,7 +12,7 @@ from fits import recorded
 from scipy.integrate import trapezoid
 
 from network import Machine, calibrate
-from network.analysis.diagnosis.candidates import kinds as searched
+from network.analysis.diagnosis.candidates.candidates import kinds as searched
 from network.catalogue.declaration import registry
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import param, place

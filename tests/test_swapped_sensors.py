@@ -15,7 +15,9 @@ from network.analysis.diagnosis.exchange.exchange_fault import ExchangeFault
 from network.analysis.diagnosis.exchange.exchange_scan import ExchangeScan
 from network.analysis.diagnosis.exchange.exchanged_columns import exchange_columns
 from network.analysis.diagnosis.exchange.find_exchange import find_exchange, list_pairs
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.machine.machine import Machine
 from network.recordings.recording import Recording
 from network.report.words.catalogue_page import catalogue_page

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from test_diagnosis import LADDERS, plant, recorded
 
-from network.analysis.diagnosis.candidate_response import respond_to_candidates
-from network.analysis.diagnosis.candidates import candidates
-from network.analysis.diagnosis.hypothesis import Case, fit_hypothesis, theta_of
-from network.analysis.diagnosis.locate import locate
-from network.analysis.diagnosis.timed_search import _is_seen, search_timed, settle_instants
+from network.analysis.diagnosis.candidates.candidate_response import respond_to_candidates
+from network.analysis.diagnosis.candidates.candidates import candidates
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis, theta_of
+from network.analysis.diagnosis.latent_heat.locate import locate
+from network.analysis.diagnosis.screening.timed_search import _is_seen, search_timed, settle_instants
 from network.engine.response.model import Model
 from network.engine.response.parameters import at_values
 from network.recordings.recording import Column, Recording

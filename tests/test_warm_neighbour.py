@@ -10,7 +10,7 @@ import pytest
 from build import machine
 from test_diagnosis import HELD_OUT, LINKS, NODES, SENSORS, SOURCES, plant, recorded
 
-from network.analysis.diagnosis.candidates import candidates
+from network.analysis.diagnosis.candidates.candidates import candidates
 from network.analysis.diagnosis.diagnose import diagnose
 from network.machine.machine import Machine
 

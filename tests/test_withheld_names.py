@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from network.analysis.diagnosis.crossed_splits import UnseenTest
-from network.analysis.diagnosis.finding import UNKNOWN, Finding
-from network.analysis.diagnosis.located_heat import UnknownHeat
-from network.analysis.diagnosis.location import Location
-from network.analysis.diagnosis.withheld_names import withhold_names
+from network.analysis.diagnosis.findings.finding import UNKNOWN, Finding
+from network.analysis.diagnosis.findings.withheld_names import withhold_names
+from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
+from network.analysis.diagnosis.latent_heat.location import Location
+from network.analysis.diagnosis.screening.crossed_splits import UnseenTest
 from network.catalogue.declaration.patch import Patch
 
 SHOWS = UnseenTest((1e-9, 1e-9), (("guide_friction", "bed"), ("guide_friction", "bed")))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from network.analysis.comparison.compare import Comparison, RecordingResidual
 from network.analysis.diagnosis.diagnose import diagnose
-from network.analysis.diagnosis.result import Diagnosis, Fits
+from network.analysis.diagnosis.findings.result import Diagnosis, Fits
 from network.machine.machine import Machine
 from network.platform.package_data import find_shipped
 from network.recordings.recording import Recording

@@ -62,18 +62,21 @@ def always(original: Callable[..., Any]) -> Callable[..., Any]:
 
 
 STAGES: Mapping[str, Mapping[str, Stand]] = {
-    "file-noise": {"case_noise.estimate_noise": as_it_was},
-    "as-written": {"lump_refinement.choose_lumps": nothing},
-    "seen-runs": {"backward_elimination._keep_what_predicts": all_of_it, "invariants.list_refutations": on_seen_runs},
-    "no-latent": {
-        "backward_elimination.is_imitation": never,
-        "latent_rest.rank_beside_rest": as_given,
-        "backward_elimination._weigh_rest": worth_all,
-        "unseen_runs._add_rest": no_gain,
-        "intermittent.onset_fault._beats_unknown": always,
-        "locate.explain_unknown_at_most": no_gain,
+    "file-noise": {"hypotheses.case_noise.estimate_noise": as_it_was},
+    "as-written": {"lumps.lump_refinement.choose_lumps": nothing},
+    "seen-runs": {
+        "steps.backward_elimination._keep_what_predicts": all_of_it,
+        "findings.invariants.list_refutations": on_seen_runs,
     },
-    "no-crossed": {"crossed_splits.halve": nothing},
+    "no-latent": {
+        "steps.backward_elimination.is_imitation": never,
+        "latent_heat.latent_rest.rank_beside_rest": as_given,
+        "steps.backward_elimination._weigh_rest": worth_all,
+        "steps.unseen_runs._add_rest": no_gain,
+        "intermittent.onset_fault._beats_unknown": always,
+        "latent_heat.locate.explain_unknown_at_most": no_gain,
+    },
+    "no-crossed": {"screening.crossed_splits.halve": nothing},
     "no-switching": {"switching.relay_search.search_relays": none_found},
     "no-intermittent": {"intermittent.find_fault.find_reading_fault": nothing},
 }

@@ -21,8 +21,8 @@ from proof.sealed import Broken
 from rich.console import Console
 from rich.table import Table
 
-from network.analysis.diagnosis import conformal
-from network.analysis.diagnosis.conformal import CLASSES, FILE, Calibration, shipped
+from network.analysis.diagnosis.findings import conformal
+from network.analysis.diagnosis.findings.conformal import CLASSES, FILE, Calibration, shipped
 from network.analysis.diagnosis.settings import SETTINGS
 from network.platform.files import write_text
 

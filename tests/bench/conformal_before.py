@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from network.analysis.diagnosis.conformal import Explanation
-from network.analysis.diagnosis.finding import UNKNOWN, Finding, Rival
-from network.analysis.diagnosis.ranking import belief_in_nothing
+from network.analysis.diagnosis.findings.conformal import Explanation
+from network.analysis.diagnosis.findings.finding import UNKNOWN, Finding, Rival
 from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.steps.ranking import belief_in_nothing
 from network.catalogue.declaration.patch import Patch
 
 UNTESTED, ROOM = "it was not tested to the end", "does not stay at what is given for it"

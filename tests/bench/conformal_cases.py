@@ -17,7 +17,7 @@ from proof.judging import INNOCENT, LUMPING, MOST, SENSORS, group_of
 from proof.score import SCORED, answer
 from proof.sealed import opened
 
-from network.analysis.diagnosis.conformal import (
+from network.analysis.diagnosis.findings.conformal import (
     CLASSES,
     EFFECT,
     NOTHING,

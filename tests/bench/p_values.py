@@ -30,10 +30,11 @@ from scipy.stats import kstest
 
 from network import Failed, Machine, Recording, Refused
 from network.analysis.calibration.null import estimate_null
-from network.analysis.diagnosis.crossed_splits import UnseenTest
-from network.analysis.diagnosis.holdout_admission import admit_runs
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis
-from network.analysis.diagnosis.screening import screen_candidates
+from network.analysis.diagnosis.findings.holdout_admission import admit_runs
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.screening.crossed_splits import UnseenTest
+from network.analysis.diagnosis.screening.screening import screen_candidates
 from network.analysis.diagnosis.search import search
 from network.engine.response.parameters import free_parameters
 from network.platform.threads import on_one_thread

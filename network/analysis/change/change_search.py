@@ -28,7 +28,7 @@ from network.analysis.change.change_screening import Difference, list_testable, 
 from network.analysis.change.paired_fit import PairedFit, Sets, fit_sets, weigh_again
 from network.analysis.change.paired_starts import settle_sets
 from network.analysis.change.run_information import find_scale
-from network.analysis.diagnosis.lump_refinement import FINEST, list_finer_machines
+from network.analysis.diagnosis.lumps.lump_refinement import FINEST, list_finer_machines
 from network.analysis.diagnosis.settings import SETTINGS
 from network.engine.response.parameters import free_parameters
 from network.machine.machine import Machine

@@ -9,13 +9,13 @@ from network.analysis.calibration.identifiability_report import describe_disagre
 from network.analysis.calibration.misfit import chi_of
 from network.analysis.calibration.null import estimate_null
 from network.analysis.calibration.one_machine import find_disagreements
-from network.analysis.diagnosis.holdout_admission import admit_runs
-from network.analysis.diagnosis.hypothesis import Case
-from network.analysis.diagnosis.result import Diagnosis
+from network.analysis.diagnosis.findings.holdout_admission import admit_runs
+from network.analysis.diagnosis.findings.result import Diagnosis
+from network.analysis.diagnosis.findings.verdict import conclude
+from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.search import last_of, search
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.time_budget import TimeBudget
-from network.analysis.diagnosis.verdict import conclude
 from network.engine.response.parameters import free_parameters
 from network.machine.machine import Machine
 from network.platform.parallel import processes

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from network.analysis.calibration.estimated_constants import Numbers
 from network.analysis.comparison.compare import RecordingResidual
-from network.analysis.diagnosis.finding import Quantity, Rival
-from network.analysis.diagnosis.hypothesis import Case
+from network.analysis.diagnosis.findings.finding import Quantity, Rival
+from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.intermittent.change_points import Windows
 from network.catalogue.declaration.patch import Patch
 from network.machine.machine import Machine

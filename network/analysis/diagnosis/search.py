@@ -16,32 +16,28 @@ import numpy as np
 
 from network.analysis.calibration.misfit import lasting_misfit
 from network.analysis.calibration.null import Null
-from network.analysis.diagnosis.candidates import candidates
-from network.analysis.diagnosis.case_noise import estimate_noise, use_file_noise
-from network.analysis.diagnosis.coarse_surrogate import build_surrogate
+from network.analysis.diagnosis.candidates.candidates import candidates
 from network.analysis.diagnosis.exchange.find_exchange import find_exchange
-from network.analysis.diagnosis.faced_relays import fit_written, keep_in_step
-from network.analysis.diagnosis.few_runs import finish_in_passing
-from network.analysis.diagnosis.forward_selection import select_forward
-from network.analysis.diagnosis.hypothesis import (
-    Case,
-    Hypothesis,
-    fit_hypothesis,
-    reweight,
-    state,
-)
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.case_noise import estimate_noise, use_file_noise
+from network.analysis.diagnosis.hypotheses.faced_relays import fit_written, keep_in_step
+from network.analysis.diagnosis.hypotheses.few_runs import finish_in_passing
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis, reweight, state
 from network.analysis.diagnosis.intermittent.find_fault import find_reading_fault
-from network.analysis.diagnosis.lump_convergence import refine_until_converged
-from network.analysis.diagnosis.lump_refinement import refine_lumps
+from network.analysis.diagnosis.lumps.coarse_surrogate import build_surrogate
+from network.analysis.diagnosis.lumps.lump_convergence import refine_until_converged
+from network.analysis.diagnosis.lumps.lump_refinement import refine_lumps
 from network.analysis.diagnosis.reading_fault import ReadingFault
-from network.analysis.diagnosis.screen import screen
-from network.analysis.diagnosis.screening import Screening, leaves_something, screen_candidates
+from network.analysis.diagnosis.screening.screen import screen
+from network.analysis.diagnosis.screening.screening import Screening, leaves_something, screen_candidates
 from network.analysis.diagnosis.search_record import Search
-from network.analysis.diagnosis.selection import Selection
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.standstill.find_standstill import find_standstill
+from network.analysis.diagnosis.steps.forward_selection import select_forward
+from network.analysis.diagnosis.steps.selection import Selection
+from network.analysis.diagnosis.steps.unseen_runs import unseen_misfit
 from network.analysis.diagnosis.time_budget import BudgetReached, TimeBudget
-from network.analysis.diagnosis.unseen_runs import unseen_misfit
 from network.platform.parallel import check_each
 from network.platform.refusal import Failed
 

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from network.analysis.calibration.null import Null
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis
-from network.analysis.diagnosis.locate import locate
-from network.analysis.diagnosis.located_heat import UnknownHeat
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.latent_heat.locate import locate
+from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
 from network.analysis.diagnosis.reading_fault import ReadingFault
-from network.analysis.diagnosis.screening import Screening
-from network.analysis.diagnosis.selection import Selection
+from network.analysis.diagnosis.screening.screening import Screening
+from network.analysis.diagnosis.steps.selection import Selection
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,9 +11,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Container, Sequence
 from typing import ClassVar
 
-from network.analysis.diagnosis.candidates import Candidate
-from network.analysis.diagnosis.result import Unsearched
-from network.analysis.diagnosis.screening import Screening
+from network.analysis.diagnosis.candidates.candidate import Candidate
+from network.analysis.diagnosis.findings.result import Unsearched
+from network.analysis.diagnosis.screening.screening import Screening
 from network.analysis.diagnosis.switching.relay_search import tell_unsearched
 
 CUT_SHORT = {

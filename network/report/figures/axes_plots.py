@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from network.analysis.calibration.calibrate import Calibration
     from network.analysis.comparison.compare import Comparison
-    from network.analysis.diagnosis.result import Diagnosis
+    from network.analysis.diagnosis.findings.result import Diagnosis
     from network.analysis.sweep.sweep import Sweep
     from network.catalogue.declaration.declare import Array
     from network.engine.superposition.superposition import Superposition

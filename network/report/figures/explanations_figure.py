@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from network.analysis.diagnosis.finding import Rival
-    from network.analysis.diagnosis.result import Diagnosis
+    from network.analysis.diagnosis.findings.finding import Rival
+    from network.analysis.diagnosis.findings.result import Diagnosis
 
 FOUND, OTHER, CHANCE = PALETTE[0], "#a9a9a9", PALETTE[1]
 LINE, MOST, LONGEST = 0.26, 16, 46

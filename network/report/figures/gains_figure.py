@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from network.analysis.diagnosis.screened_gain import ScreenedGain
+from network.analysis.diagnosis.screening.screened_gain import ScreenedGain
 from network.report.figures.canvas import FONT, INK, SMALL, name_text, text_size, write_title
 from network.report.figures.named_rows import lay_rows
 from network.report.words.finding_words import name_of, to_sigma
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from network.analysis.diagnosis.result import Diagnosis
+    from network.analysis.diagnosis.findings.result import Diagnosis
 
 ROWS, COLUMNS = 18, 14
 """Places and kinds that are drawn, the best of each."""

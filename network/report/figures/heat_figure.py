@@ -39,8 +39,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from network.analysis.comparison.compare import RecordingResidual
-    from network.analysis.diagnosis.located_heat import UnknownHeat
-    from network.analysis.diagnosis.result import Diagnosis
+    from network.analysis.diagnosis.findings.result import Diagnosis
+    from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
 
 COLOURS = (PALETTE[1], PALETTE[0], PALETTE[2])
 MOST_PLACES, MOST_RUNS, MOST_INPUTS = 3, 4, 3

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from network.analysis.diagnosis.finding import Finding
-    from network.analysis.diagnosis.result import Diagnosis
+    from network.analysis.diagnosis.findings.finding import Finding
+    from network.analysis.diagnosis.findings.result import Diagnosis
     from network.machine.machine import Machine
 
 LIGHT = PALETTE[4]

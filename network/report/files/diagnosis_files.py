@@ -20,7 +20,7 @@ from network.report.files.result_files import as_json
 from network.report.words.effect_words import effect_summary
 
 if TYPE_CHECKING:
-    from network.analysis.diagnosis.result import Diagnosis
+    from network.analysis.diagnosis.findings.result import Diagnosis
     from network.machine.machine import Machine
 
 ORDER = (".html", ".yaml", ".json", ".yml", ".png")

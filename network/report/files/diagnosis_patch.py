@@ -16,7 +16,7 @@ from network.platform.yaml.document import dump
 from network.report.words.recording_names import name_recording
 
 if TYPE_CHECKING:
-    from network.analysis.diagnosis.result import Diagnosis
+    from network.analysis.diagnosis.findings.result import Diagnosis
 
 FILE = "machine.diagnosed.yaml"
 WIDTH = 116

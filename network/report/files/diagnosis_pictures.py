@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from network.analysis.comparison.compare import Comparison
-    from network.analysis.diagnosis.result import Diagnosis
+    from network.analysis.diagnosis.findings.result import Diagnosis
 
 LIT = "The network with what was found in it, lit in orange."
 RANKED = "Every explanation that was fitted: how clearly it stands out (dashed: chance), and how much worse it fits."

@@ -38,8 +38,8 @@ from network.report.words.verdict_words import next_words, verdict_words
 if TYPE_CHECKING:
     from markupsafe import Markup
 
-    from network.analysis.diagnosis.finding import Finding, Rival
-    from network.analysis.diagnosis.result import Diagnosis
+    from network.analysis.diagnosis.findings.finding import Finding, Rival
+    from network.analysis.diagnosis.findings.result import Diagnosis
     from network.report.pages.chart import Chart
 
 TEMPLATE = "diagnosis.html.j2"

@@ -9,7 +9,7 @@ from itertools import count
 from typing import TYPE_CHECKING
 
 from network.analysis.diagnosis.experiments.experiment import CLEAR, FAINT, experiment_file
-from network.analysis.diagnosis.isolability import DETAILS
+from network.analysis.diagnosis.findings.isolability import DETAILS
 from network.platform.quantities.text_table import digits, span, table
 from network.report.words.effect_words import effect_words
 from network.report.words.finding_words import (
@@ -38,8 +38,8 @@ from network.report.words.words import rmse_by_channel, rmse_rows
 if TYPE_CHECKING:
     from network.analysis.comparison.compare import Comparison
     from network.analysis.diagnosis.experiments.experiment import Experiment
-    from network.analysis.diagnosis.finding import Finding
-    from network.analysis.diagnosis.result import Diagnosis
+    from network.analysis.diagnosis.findings.finding import Finding
+    from network.analysis.diagnosis.findings.result import Diagnosis
 
 WIDTH = 110
 BEFORE = "  before: as written, its numbers calibrated"

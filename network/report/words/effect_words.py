@@ -22,8 +22,8 @@ from network.recordings.inputs import Start
 from network.report.words.recording_names import name_recording
 
 if TYPE_CHECKING:
-    from network.analysis.diagnosis.finding import Finding
-    from network.analysis.diagnosis.result import Diagnosis
+    from network.analysis.diagnosis.findings.finding import Finding
+    from network.analysis.diagnosis.findings.result import Diagnosis
 
 SECTIONS = ("nodes", "links", "sources", "tcp")
 """Where what moves the tool stands; a sensor's fault moves nothing."""

@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from network.analysis.diagnosis.conformal import NOTHING, shipped
-from network.analysis.diagnosis.finding import UNKNOWN
+from network.analysis.diagnosis.findings.conformal import NOTHING, shipped
+from network.analysis.diagnosis.findings.finding import UNKNOWN
 from network.platform.quantities.number_format import pretty
 from network.platform.quantities.text_table import digits
 from network.platform.quantities.units import difference, show, unit
@@ -16,8 +16,8 @@ from network.report.words.heat_words import THROUGHOUT, when
 from network.report.words.recording_names import name_recording
 
 if TYPE_CHECKING:
-    from network.analysis.diagnosis.finding import Finding, Quantity, Rival
-    from network.analysis.diagnosis.result import Diagnosis
+    from network.analysis.diagnosis.findings.finding import Finding, Quantity, Rival
+    from network.analysis.diagnosis.findings.result import Diagnosis
 
 MOST_RIVALS = 4
 MOST_WINDOWS = 3

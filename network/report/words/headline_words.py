@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from network.analysis.diagnosis.finding import UNKNOWN
+from network.analysis.diagnosis.findings.finding import UNKNOWN
 from network.platform.wording import join_names
 from network.report.words.tie_words import seats_words
 
 if TYPE_CHECKING:
-    from network.analysis.diagnosis.finding import Finding
-    from network.analysis.diagnosis.result import Diagnosis
+    from network.analysis.diagnosis.findings.finding import Finding
+    from network.analysis.diagnosis.findings.result import Diagnosis
 
 COUNTS = ("nothing", "one effect", "two effects", "three effects", "four effects")
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from network.analysis.comparison.amounts import amount
-from network.analysis.diagnosis.finding import UNKNOWN
+from network.analysis.diagnosis.findings.finding import UNKNOWN
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.entry_path import axis_of, displacement
 from network.engine.trajectory import axis_unit
@@ -18,8 +18,8 @@ from network.report.figures.lines import clock
 from network.report.words.recording_names import name_recording
 
 if TYPE_CHECKING:
-    from network.analysis.diagnosis.located_heat import UnknownHeat
-    from network.analysis.diagnosis.result import Diagnosis
+    from network.analysis.diagnosis.findings.result import Diagnosis
+    from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
 
 CLEAR = 2.0
 """Standard deviations from which unknown heat counts."""

@@ -13,7 +13,7 @@ from network.platform.quantities.units import show
 from network.platform.wording import join_names
 
 if TYPE_CHECKING:
-    from network.analysis.diagnosis.result import Diagnosis
+    from network.analysis.diagnosis.findings.result import Diagnosis
     from network.machine.machine import Machine
 
 FAR, BACK = 2.0, 0.6

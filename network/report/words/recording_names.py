@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from network.analysis.comparison.compare import Comparison, RecordingResidual
-    from network.analysis.diagnosis.result import Diagnosis
+    from network.analysis.diagnosis.findings.result import Diagnosis
     from network.recordings.recording import Recording
 
 

@@ -9,7 +9,7 @@ from network.report.words.sweep_words import level_table, run_table
 if TYPE_CHECKING:
     from network.analysis.calibration.calibrate import Calibration
     from network.analysis.comparison.compare import Comparison
-    from network.analysis.diagnosis.result import Diagnosis
+    from network.analysis.diagnosis.findings.result import Diagnosis
     from network.analysis.sweep.sweep import Sweep
 
 Table: TypeAlias = tuple[list[str], list[list[Any]]]

@@ -8,8 +8,8 @@ from network.catalogue.declaration.entry_path import axis_of
 from network.platform.wording import join_either, join_names
 
 if TYPE_CHECKING:
-    from network.analysis.diagnosis.finding import Finding, Rival
-    from network.analysis.diagnosis.result import Diagnosis
+    from network.analysis.diagnosis.findings.finding import Finding, Rival
+    from network.analysis.diagnosis.findings.result import Diagnosis
 
 BARE = 3.0
 """Odds up to which one explanation is no better than another: Kass and Raftery, Bayes factors, J. Am. Stat. Assoc. 90

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from network.analysis.diagnosis.finding import UNKNOWN
+from network.analysis.diagnosis.findings.finding import UNKNOWN
 from network.platform.quantities.text_table import digits
 from network.platform.wording import join_names
 from network.report.words.headline_words import added_words, finer_words, found_words, misread_words, place_words
 from network.report.words.recording_names import name_recording
 
 if TYPE_CHECKING:
-    from network.analysis.diagnosis.result import Diagnosis
+    from network.analysis.diagnosis.findings.result import Diagnosis
 
 MEANING = {
     "adequate": "{machine} explains its recordings: what is left, {left}, is what noise leaves. No physics is missing "

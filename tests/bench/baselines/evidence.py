@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 from bench.baselines.given import Given, nothing
 
-from network.analysis.diagnosis.candidates import candidates
-from network.analysis.diagnosis.hypothesis import Hypothesis, fit_hypothesis
-from network.analysis.diagnosis.screen import Score, screen
+from network.analysis.diagnosis.candidates.candidates import candidates
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
+from network.analysis.diagnosis.screening.screen import Score, screen
 from network.platform.refusal import Failed
 
 REFITTED = 5

@@ -9,7 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from network import Machine, Recording
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.cli.proof_case import description
 from network.recordings.load_source import load_recording
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 from network.analysis.calibration.estimated_constants import Numbers
 from network.analysis.comparison.compare import RecordingResidual
-from network.analysis.diagnosis.candidates import Candidate, candidate
+from network.analysis.diagnosis.candidates.candidate import Candidate, candidate
 from network.analysis.diagnosis.exchange.exchange_scan import Runs
 from network.analysis.diagnosis.exchange.exchanged_columns import Pair, exchange_columns
-from network.analysis.diagnosis.finding import Quantity, Rival
-from network.analysis.diagnosis.hypothesis import Case
+from network.analysis.diagnosis.findings.finding import Quantity, Rival
+from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.intermittent.change_points import Windows
 from network.analysis.diagnosis.intermittent.channel_samples import effect_of
 from network.analysis.diagnosis.reading_fault import ReadingFault

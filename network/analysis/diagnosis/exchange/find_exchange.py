@@ -18,17 +18,18 @@ import numpy as np
 
 from network.analysis.calibration.gauss_newton import STEPS, Linearised, linearise
 from network.analysis.calibration.misfit import lasting_misfit
-from network.analysis.diagnosis.candidates import candidate
+from network.analysis.diagnosis.candidates.candidate import candidate
 from network.analysis.diagnosis.exchange.exchange_fault import ExchangeFault, exchange_runs
 from network.analysis.diagnosis.exchange.exchange_scan import ExchangeScan, Runs, Score
 from network.analysis.diagnosis.exchange.exchanged_columns import Pair
-from network.analysis.diagnosis.few_runs import list_worst_runs, on_few_runs
-from network.analysis.diagnosis.finding import Rival
-from network.analysis.diagnosis.findings import why_not
-from network.analysis.diagnosis.hypothesis import Hypothesis, fit_hypothesis, theta_of
+from network.analysis.diagnosis.findings.finding import Rival
+from network.analysis.diagnosis.findings.findings import why_not
+from network.analysis.diagnosis.hypotheses.few_runs import list_worst_runs, on_few_runs
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis, theta_of
 from network.analysis.diagnosis.intermittent.channel_fault import LEFT
 from network.analysis.diagnosis.intermittent.channel_samples import excess_of
-from network.analysis.diagnosis.locate import explain_unknown_at_most
+from network.analysis.diagnosis.latent_heat.locate import explain_unknown_at_most
 from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.sensors.sensor_swap import SensorSwap
 from network.machine.machine import Machine

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from network.analysis.diagnosis.candidates import Candidate
+from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.experiments.experiment import CLEAR, FAINT, Experiment
 from network.analysis.diagnosis.experiments.programs import Program, programs
 from network.analysis.diagnosis.experiments.separation import Outcome, Pair, about, outcome
-from network.analysis.diagnosis.hypothesis import Hypothesis
-from network.analysis.diagnosis.isolability import count_kinds, name_candidate
-from network.analysis.diagnosis.ranking import best_first, distinct, shares
-from network.analysis.diagnosis.screen import score_candidates
+from network.analysis.diagnosis.findings.isolability import count_kinds, name_candidate
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.screening.screen import score_candidates
 from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.steps.ranking import best_first, distinct, shares
 from network.catalogue.declaration.declare import Effect
 from network.platform.refusal import Failed, Refused
 

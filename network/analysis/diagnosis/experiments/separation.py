@@ -17,7 +17,8 @@ import numpy as np
 from network.analysis.calibration.gauss_newton import Linearised, linearise
 from network.analysis.calibration.projector import Projector
 from network.analysis.diagnosis.experiments.programs import Program
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.proposals import fresh
 from network.engine.response.model import Model

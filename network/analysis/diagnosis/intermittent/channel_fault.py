@@ -13,7 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from network.analysis.calibration.gauss_newton import STEPS
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.intermittent.change_points import Windows
 from network.analysis.diagnosis.reading_fault import ReadingFault
 from network.catalogue.declaration.declare import Array, Mask

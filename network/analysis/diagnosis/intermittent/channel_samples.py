@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from network.analysis.diagnosis.candidates import Candidate
-from network.analysis.diagnosis.hypothesis import Hypothesis
+from network.analysis.diagnosis.candidates.candidate import Candidate
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.catalogue.declaration.declare import Array
 from network.catalogue.sensors.base import SensorEffect
 from network.engine.response.model import Prediction

@@ -13,8 +13,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from network.analysis.diagnosis.candidates import candidates
-from network.analysis.diagnosis.hypothesis import Hypothesis
+from network.analysis.diagnosis.candidates.candidates import candidates
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import SHARES
 from network.analysis.diagnosis.intermittent.channel_samples import at_share, change_of, effect_of
 from network.catalogue.declaration.declare import Array

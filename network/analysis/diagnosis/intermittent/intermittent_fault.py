@@ -12,9 +12,10 @@ import numpy as np
 
 from network.analysis.calibration.estimated_constants import Numbers
 from network.analysis.comparison.compare import RecordingResidual
-from network.analysis.diagnosis.candidates import Candidate, candidates, kinds
-from network.analysis.diagnosis.finding import Quantity
-from network.analysis.diagnosis.hypothesis import Hypothesis
+from network.analysis.diagnosis.candidates.candidate import Candidate
+from network.analysis.diagnosis.candidates.candidates import candidates, kinds
+from network.analysis.diagnosis.findings.finding import Quantity
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import (
     SHARES,
     LooseContact,

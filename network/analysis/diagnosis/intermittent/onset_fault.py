@@ -16,9 +16,9 @@ import numpy as np
 from network.analysis.calibration.estimated_constants import Numbers
 from network.analysis.calibration.linearised import linearise
 from network.analysis.comparison.compare import RecordingResidual
-from network.analysis.diagnosis.falling_short import leaves_too_much
-from network.analysis.diagnosis.finding import Quantity
-from network.analysis.diagnosis.hypothesis import Hypothesis
+from network.analysis.diagnosis.findings.finding import Quantity
+from network.analysis.diagnosis.hypotheses.falling_short import leaves_too_much
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import Windows
 from network.analysis.diagnosis.intermittent.channel_fault import (
     EDGE,
@@ -32,7 +32,7 @@ from network.analysis.diagnosis.intermittent.channel_samples import excess_of
 from network.analysis.diagnosis.intermittent.fault_shapes import list_shapes
 from network.analysis.diagnosis.intermittent.onset_jump import ResidualSteps, list_lone_jumps, watch_jump
 from network.analysis.diagnosis.intermittent.onset_scan import Onset, OnsetScan
-from network.analysis.diagnosis.locate import locate
+from network.analysis.diagnosis.latent_heat.locate import locate
 from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.declare import Array
 from network.catalogue.sensors.sensor_fault import SensorFault

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from network.analysis.diagnosis.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import BIN, CLEAR, SIDE, Steps, find_steps
 from network.analysis.diagnosis.intermittent.channel_samples import truth_at_samples
 from network.analysis.diagnosis.intermittent.onset_scan import Onset

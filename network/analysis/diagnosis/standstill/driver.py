@@ -7,7 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import Windows
 from network.analysis.diagnosis.intermittent.channel_fault import EDGE, inside
 from network.analysis.diagnosis.standstill.laid_instants import CLOSE, lay_instants

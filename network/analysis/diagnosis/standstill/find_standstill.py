@@ -16,8 +16,8 @@ from functools import partial
 import numpy as np
 
 from network.analysis.calibration.linearised import Linearised, linearise
-from network.analysis.diagnosis.falling_short import leaves_too_much
-from network.analysis.diagnosis.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.falling_short import leaves_too_much
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import Windows
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.standstill.driver import list_drivers

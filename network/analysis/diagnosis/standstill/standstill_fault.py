@@ -9,8 +9,8 @@ import numpy as np
 
 from network.analysis.calibration.estimated_constants import Numbers
 from network.analysis.comparison.compare import RecordingResidual
-from network.analysis.diagnosis.finding import Quantity
-from network.analysis.diagnosis.hypothesis import Case
+from network.analysis.diagnosis.findings.finding import Quantity
+from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.intermittent.change_points import Windows
 from network.analysis.diagnosis.reading_fault import ReadingFault
 from network.analysis.diagnosis.standstill.driver import Driver

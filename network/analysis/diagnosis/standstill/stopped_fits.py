@@ -9,15 +9,17 @@ import numpy as np
 
 from network.analysis.calibration.linearised import linearise
 from network.analysis.calibration.misfit import channel_misfits, chi_of, list_channel_residuals
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, fit_hypothesis
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.intermittent.change_points import Windows
 from network.analysis.diagnosis.intermittent.channel_fault import FAULTY
-from network.analysis.diagnosis.locate import explain_unknown_at_most
-from network.analysis.diagnosis.ranking import belief_in_nothing
+from network.analysis.diagnosis.latent_heat.locate import explain_unknown_at_most
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.standstill.driver import Driver
 from network.analysis.diagnosis.standstill.standstill_edges import Edges
 from network.analysis.diagnosis.standstill.standstill_fault import StandstillFault
+from network.analysis.diagnosis.steps.ranking import belief_in_nothing
 from network.platform.refusal import Failed, Refused
 from network.recordings.recording import Recording
 

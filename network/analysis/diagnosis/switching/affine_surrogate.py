@@ -15,9 +15,10 @@ from typing import Any
 import numpy as np
 
 from network.analysis.calibration.linearised import linearise
-from network.analysis.diagnosis.additive_correction import AdditiveCorrection
-from network.analysis.diagnosis.candidates import Candidate, candidate
-from network.analysis.diagnosis.hypothesis import Hypothesis, theta_of
+from network.analysis.diagnosis.candidates.candidate import Candidate, candidate
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import theta_of
+from network.analysis.diagnosis.lumps.additive_correction import AdditiveCorrection
 from network.catalogue.declaration.declare import list_kinds
 from network.catalogue.declaration.fields import REQUIRED
 from network.catalogue.mechanisms.base import Link

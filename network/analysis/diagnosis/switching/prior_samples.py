@@ -15,7 +15,7 @@ import numpy as np
 
 from network.analysis.calibration.gauss_newton import Linearised
 from network.analysis.calibration.measured_means import START_ANYWHERE
-from network.analysis.diagnosis.candidates import Candidate
+from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.switching.share_view import View
 from network.catalogue.declaration.declare import Array
 from network.catalogue.mechanisms.base import Source

@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 
 from network.analysis.calibration.gauss_newton import Linearised
-from network.analysis.diagnosis.candidates import Candidate
+from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.switching.prior_samples import Judge, Space, apart
 from network.analysis.diagnosis.switching.sample_refinement import refine_samples

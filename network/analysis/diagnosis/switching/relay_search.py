@@ -10,12 +10,14 @@ import numpy as np
 
 from network.analysis.calibration.gauss_newton import Linearised, linearise
 from network.analysis.calibration.measured_means import RunPoint
-from network.analysis.diagnosis.candidates import Candidate, candidate
-from network.analysis.diagnosis.case_noise import use_file_noise
-from network.analysis.diagnosis.compact_fit import compact, fit_with
-from network.analysis.diagnosis.hypothesis import Case, Hypothesis, reweight, theta_of
-from network.analysis.diagnosis.locate import list_likely_parts
-from network.analysis.diagnosis.located_heat import UnknownHeat
+from network.analysis.diagnosis.candidates.candidate import Candidate, candidate
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.case_noise import use_file_noise
+from network.analysis.diagnosis.hypotheses.compact_fit import compact, fit_with
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import reweight, theta_of
+from network.analysis.diagnosis.latent_heat.locate import list_likely_parts
+from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
 from network.analysis.diagnosis.switching.affine_surrogate import straighten
 from network.analysis.diagnosis.switching.prior_samples import Space, parts_about
 from network.analysis.diagnosis.switching.relay_samples import (

@@ -9,7 +9,7 @@ import numpy as np
 
 from network.analysis.calibration.gauss_newton import Linearised
 from network.analysis.calibration.projector import Projector
-from network.analysis.diagnosis.screen import whiten
+from network.analysis.diagnosis.screening.screen import whiten
 from network.catalogue.declaration.declare import Array, Mask
 
 

@@ -1,0 +1,195 @@
+"""Findings as they are told: what was found, its size, what speaks for it, and what else it could be."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from network.analysis.diagnosis.candidates.candidate import Candidate
+from network.analysis.diagnosis.findings.finding import UNKNOWN, Finding, Quantity, Rival
+from network.analysis.diagnosis.findings.invariants import doubt_search, list_doubts
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.latent_heat.locate import locate, trace
+from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
+from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.steps.ranking import belief_in_nothing, distinct, share_of, shares
+from network.analysis.diagnosis.steps.strength import standard_errors
+from network.catalogue.declaration.entry_path import axis_of
+from network.catalogue.declaration.patch import Patch
+from network.catalogue.suspects.ambient_drift import AmbientDrift
+from network.engine.response.parameters import Parameter
+from network.engine.trajectory import axis_unit
+from network.machine.machine import Machine
+from network.platform.quantities.number_format import format_amount
+from network.platform.quantities.units import unit
+from network.platform.wording import sentence
+
+if TYPE_CHECKING:
+    from network.analysis.diagnosis.search_record import Search
+
+HARDLY, FAR = 1.015, 3.0
+"""Misfit over that of the best that is hardly more, and prior σ by which a number is far from the file."""
+STRAY = 2.0
+"""Standard deviations at which unknown heat counts."""
+
+
+def list_findings(search: Search, after: Machine) -> list[Finding]:
+    """What was wrong with readings, then what was found, in the machine with its numbers; a fault that leaves much, and
+    for which there was no time to see what is found without it, comes last."""
+    faults, found = [*_faults(search, after)], [*_findings(search, after)]
+    is_open = search.fault is not None and search.fault.competes and search.best.chi > SETTINGS.adequate
+    return [*found, *faults] if is_open and search.ended else [*faults, *found]
+
+
+def _faults(search: Search, after: Machine) -> Iterator[Finding]:
+    """What was wrong with readings; what is a part of the machine from now on is doubted as other parts are."""
+    if (e := search.fault) is not None:
+        windows = next(w for w in e.windows if w)
+        doubts = tuple(doubt_search(search)) if e.patch else ()
+        yield Finding(
+            e.kind, e.section, (), e.channels, min(e.confidence, SETTINGS.barred) if doubts else e.confidence,
+            e.quantities, sentence(e.told), e.patch.as_in(after.tree), e.gain, search.threshold, windows, e.rivals,
+            doubts=doubts, share=e.confidence, nothing=belief_in_nothing(e.gain, search.best.chi),
+        )  # fmt: skip
+
+
+def _findings(search: Search, after: Machine) -> Iterator[Finding]:
+    for i, c in enumerate(search.best.found):
+        k, unseen = search.selection.step_of(c), search.selection.unseen_of(c)
+        ranked = search.steps[k]
+        rivals = list(list_rivals(ranked, search.befores[k], c.key))
+        doubts = tuple(list_doubts(search, c, unseen))
+        is_first = ranked[0].found[-1].key == c.key
+        holds = search.selection.explained if search.selection.is_checked else 1.0
+        sure = shares(distinct(ranked))[0] * holds if is_first else SETTINGS.barred
+        gain = search.gains[i] if i < len(search.gains) else 0.0
+        most = SETTINGS.barred if doubts else SETTINGS.most_sure
+        yield Finding(
+            c.kind.kind, c.section, c.places, c.channels, float(min(sure, most)),
+            _quantities(search.told, c), _sentence(search.told, c, after), c.patch.as_in(after.tree), gain,
+            search.threshold, windows_of(search.located),
+            tuple(r for r in rivals if r.confidence < 0.3 or r.gain < search.best.evidence)[:5],
+            tuple(_alike(ranked, c)), doubts, unseen=unseen, share=share_of(ranked, c.key), holds=float(holds),
+            nothing=None if i or search.fault else belief_in_nothing(gain, search.best.chi),
+        )  # fmt: skip
+
+
+def list_rivals(ranked: Sequence[Hypothesis], null: Hypothesis, but: tuple[str, ...] = ()) -> Iterator[Rival]:
+    """Explanations that were fitted beside each other, each with its share of belief and what speaks against it; null:
+    what stood before them; but: the key of one that is left out."""
+    apart = distinct(ranked)
+    for h, p in zip(apart, shares(apart), strict=True):
+        c = h.found[-1]
+        if c.key != but and h.evidence > null.evidence - SETTINGS.alike:
+            gain = h.weighed - null.weighed
+            yield Rival(c.kind.kind, c.places, c.channels, float(p), h.chi, gain, why_not(h, ranked[0]))
+
+
+def why_not(h: Hypothesis, best: Hypothesis) -> str:
+    """What speaks against it. Its misfit, which counts coloured noise and starts as a table of rmse does not, is told
+    relative to that of what was found."""
+    worse = best.weighed - h.weighed
+    if worse <= SETTINGS.alike:
+        return "these recordings do not tell it apart"
+    moved = float(np.abs(h.shift).max(initial=0.0))
+    strained = f", and moves a number of the file by {moved:.0f} times its ±" if moved > FAR else ""
+    return f"{_worse(h.chi / max(best.chi, 1e-9))}{strained}"
+
+
+def _worse(times: float) -> str:
+    if times < HARDLY:
+        return "fits nearly as well"
+    return f"fits {100 * (times - 1):.0f} % worse" if times < 2 else f"fits {times:.2g} times worse"
+
+
+def _alike(ranked: Sequence[Hypothesis], c: Candidate) -> Iterator[Rival]:
+    """Other explanations within SETTINGS.alike nats of the best."""
+    for r in list_rivals(ranked, ranked[0], c.key):
+        if -r.gain <= SETTINGS.alike:
+            yield r
+
+
+def _quantities(h: Hypothesis, c: Candidate) -> dict[str, Quantity]:
+    std = standard_errors(h)
+    index = {p.path: i for i, p in enumerate(h.fit.problem.parameters)}
+    free = c.own[:1] if c.is_timed else c.own
+    return {p.field.key: _quantity(p, float(h.fit.theta[index[p.path]]), float(std[index[p.path]]) * (p in free))
+            for p in c.own if p.path in index}  # fmt: skip
+
+
+def _quantity(p: Parameter, theta: float, spread: float) -> Quantity:
+    return Quantity(p.value(theta), p.std(theta, spread), p.field.unit)
+
+
+def _sentence(h: Hypothesis, c: Candidate, after: Machine) -> str:
+    """What is missing and how large it is, with its uncertainty."""
+    index = {p.path: i for i, p in enumerate(h.fit.problem.parameters)}
+    first = c.own[0]
+    spread = float(standard_errors(h)[index[first.path]])
+    unit = "K" if first.field.unit == "degC" else first.field.unit
+    std = format_amount(first.std(float(h.fit.theta[index[first.path]]), spread), unit, 2)
+    return f"{sentence(c.kind.told(after, c.patch))} ({first.field.key.replace('_', ' ')} ± {std})."
+
+
+def is_shadow(search: Search) -> bool:
+    """Whether all that was found adds nothing beside heat of any course, or lowers it by less than half: it may then
+    only be bent to that."""
+    is_little = search.selection.added < SETTINGS.alike or search.selection.share_of_rest < SETTINGS.half
+    return is_little and bool(search.located)
+
+
+def find_unknown(search: Search, alone: bool = False) -> Finding:
+    """What no kind explains: its place, its shape and its size; alone: with nothing of what was found beside it."""
+    about = search.null if alone or not search.best.found else search.best
+    left = search.located if about is search.null else locate(about.linearised, about.machine)
+    top = left[0]
+    if top.is_room:
+        return _find_room(search, about, left)
+    name, size = size_of_unknown(about.machine, top)
+    what = f"an unknown {name} of {format_amount(size.value, size.unit)} (rms)"
+    more = "; what was found hardly lowers it" if alone else ""
+    said = f"{sentence(what)} at {' and '.join(top.at.seats)} that no kind of the catalogue explains{more}."
+    return Finding(
+        UNKNOWN, "sensors" if top.is_offset else "sources", top.at.nodes, top.at.channels, top.probability,
+        {name: size}, said, Patch({}), top.gain, search.threshold, windows_of(left),
+        course=trace(about.linearised, top), share=top.probability, nothing=belief_in_nothing(top.gain),
+    )  # fmt: skip
+
+
+def _find_room(search: Search, about: Hypothesis, left: Sequence[UnknownHeat]) -> Finding:
+    """Surroundings that are not what is stated, otherwise in each run: no number of the file can tell the next one."""
+    top = left[0]
+    name, size = size_of_unknown(about.machine, top)
+    low, high = (format_amount(float(end([end(T) for T in top.heat])), "K", 2) for end in (np.min, np.max))
+    said = (
+        f"{sentence(str(top.at))} does not stay at what is given for it: it would have to lie between {low} and {high} "
+        "beside that, otherwise in each run. A thermometer there would tell."
+    )
+    return Finding(
+        AmbientDrift.kind, "nodes", top.at.nodes, (), min(top.probability, SETTINGS.barred), {name: size}, said,
+        Patch({}), top.gain, search.threshold, windows_of(left), course=trace(about.linearised, top),
+        doubts=("its course is another one in each run, so that no run that was not seen can test it",),
+        share=top.probability, nothing=belief_in_nothing(top.gain),
+    )  # fmt: skip
+
+
+def size_of_unknown(machine: Machine, unknown: UnknownHeat) -> tuple[str, Quantity]:
+    """Its rms as a heat [W], as a temperature of surroundings [K], or at a channel as an offset in that channel's
+    unit."""
+    std = float(np.sqrt(np.mean(np.concatenate(unknown.std) ** 2)))
+    if not unknown.is_offset:
+        return unknown.quantity, Quantity(unknown.rms, std, unknown.unit)
+    sensor = machine.sensors.get(unknown.at.channel)
+    text = sensor.unit if sensor else axis_unit(axis_of(unknown.at.channel) or unknown.at.channel)
+    return "offset", Quantity(unknown.rms, std, "K" if unit(text).is_temperature else text)
+
+
+def windows_of(located: Sequence[UnknownHeat]) -> tuple[tuple[float, float], ...]:
+    """When the most probable unknown heat of the first recording differs from none."""
+    if not located:
+        return ()
+    t, away = located[0].t[0], np.abs(located[0].heat[0]) > STRAY * located[0].std[0]
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], away, [False]]).astype(int)))
+    return tuple((float(t[a]), float(t[b - 1])) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a > 1)

@@ -1,0 +1,190 @@
+"""What a search comes to, simulated: beside the calibrated machine, and with ever less of it while runs speak against
+it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from network.analysis.calibration.estimated_constants import Numbers, compare_estimated
+from network.analysis.calibration.expansion_point import points_by_file
+from network.analysis.calibration.generalisation import with_numbers, with_standard_errors
+from network.analysis.calibration.misfit import channel_misfits
+from network.analysis.calibration.recorded_modes import forget_modes
+from network.analysis.calibration.uncertainty import Uncertainty, uncertainty_by_curvature
+from network.analysis.comparison.compare import Comparison, RecordingResidual
+from network.analysis.diagnosis.findings.invariants import list_refutations
+from network.analysis.diagnosis.findings.result import Fits
+from network.analysis.diagnosis.hypotheses.case_noise import use_file_noise
+from network.analysis.diagnosis.hypotheses.compact_fit import expand
+from network.analysis.diagnosis.hypotheses.faced_relays import face_relays
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings, fit_lasting, reweight, state
+from network.analysis.diagnosis.steps.selection import Selection
+from network.machine.machine import Machine
+from network.platform.parallel import run_all
+from network.platform.refusal import Failed, Refused
+from network.recordings.recording import Recording
+
+if TYPE_CHECKING:
+    from network.analysis.diagnosis.reading_fault import ReadingFault
+    from network.analysis.diagnosis.search_record import Search
+
+
+def withdraw_refuted(
+    search: Search, before: Machine, holdout: Sequence[Recording], jobs: int
+) -> tuple[Search, Machine, Fits, list[str]]:
+    """The search without the last findings, then without finer lumps, while simulated runs speak against them, and what
+    did."""
+    search, after, fits, against = _test_simulated(search, before, holdout, jobs)
+    refuted = against
+    for rest in list_retreats(search):
+        if not against:
+            break
+        search, after, fits, against = _test_simulated(rest, before, holdout, jobs)
+    if fits is None:
+        raise Failed(against[0])
+    return search, after, fits, refuted
+
+
+def _test_simulated(
+    search: Search, before: Machine, holdout: Sequence[Recording], jobs: int
+) -> tuple[Search, Machine, Fits | None, list[str]]:
+    """A search at the numbers that its relays keep step with, the machine that it comes to, how it tells the
+    recordings, and what speaks against it; None and why where a run breaks down, or its numbers make no machine."""
+    try:
+        search, after, fits = _simulate_both(search, before, holdout, jobs)
+    except (Failed, np.linalg.LinAlgError) as broken:
+        return search, before, None, [f"with it a run breaks down: {broken}"]
+    except Refused as refused:
+        return search, before, None, [f"its numbers make no machine: {refused}"]
+    return search, after, fits, list_refutations(search.selection, fits) if after is not before else []
+
+
+def list_retreats(search: Search) -> Iterator[Search]:
+    """The search with ever less of what it found, to the machine as written; at once where the time is up."""
+    best, chosen = search.best, search.selection
+    case = replace(best.case, budget=search.case.budget)
+    for count in range(0 if search.ended else len(best.found) - 1, 0, -1):
+        fewer = fit_findings(case, best.root, best.found[:count], best.values)
+        if fewer is not None:
+            yield replace(search, selection=replace(chosen, best=fewer, gains=chosen.gains[:count]))
+    for rest in (search.null, search.written):
+        if rest is not best:
+            yield replace(search, selection=Selection(reweight(best.case, rest)))
+    if search.fault is not None and search.fault.stands_alone:
+        yield from _list_alone(search)
+    if search.fault is not None:
+        bare = _bare_of(search)
+        yield replace(search, fault=None, case=search.given, written=bare, null=bare, selection=Selection(bare))
+
+
+def _list_alone(search: Search) -> Iterator[Search]:
+    """Its fault of readings alone, at numbers to which each channel counts by how far it is off and how long that
+    lasts: neither coloured noise nor constant errors of sensors take up what is left. From the numbers as calibrated,
+    then from those as fitted."""
+    case = replace(use_file_noise(search.written.case), budget=search.case.budget)
+    for values in (search.calibrated.values, search.written.values):
+        try:
+            alone = reweight(case, fit_lasting(state(case, case.machine, values)))
+        except (Failed, np.linalg.LinAlgError):
+            continue
+        yield replace(search, case=case, written=alone, null=alone, selection=Selection(alone))
+
+
+def _bare_of(search: Search) -> Hypothesis:
+    """The machine as given on the recordings as they were, where a fault of readings is taken back."""
+    if search.fault is None or not search.fault.changes_machine:
+        return reweight(search.given, search.written)
+    return state(search.given, search.given.machine, search.calibrated.values)
+
+
+def _simulate_both(
+    search: Search, before: Machine, holdout: Sequence[Recording], jobs: int
+) -> tuple[Search, Machine, Fits]:
+    """A search at the numbers that its relays keep step with, the machine with what was found at these, and how it
+    tells the recordings, simulated."""
+    if not (search.fault or search.best.found or is_finer(search)):
+        return replace(search, faced=None), before, _fits(search, before, before, holdout, jobs)
+    search = replace(search, faced=face_relays(search.best, bool(search.ended)))
+    after = with_standard_errors(search.told.machine, _known(search.told))
+    return search, after, _fits(search, before, after, holdout, jobs)
+
+
+def is_finer(search: Search) -> bool:
+    return search.best.root.to_plain() != search.written.machine.to_plain()
+
+
+def numbers_in(h: Hypothesis, is_late: Callable[[], bool]) -> Machine:
+    """The machine of a hypothesis with its numbers ± their standard errors, and how far it holds; briefly found once it
+    is late."""
+    return with_numbers(h.machine, _known(h), is_late)
+
+
+def _known(h: Hypothesis) -> Uncertainty:
+    return uncertainty_by_curvature(expand(h).linearised)
+
+
+def _fits(search: Search, before: Machine, after: Machine, holdout: Sequence[Recording], jobs: int) -> Fits:
+    given = search.calibrated.numbers(search.given.start)
+    found = given if after is before else _numbers(search.told, after)
+    held = _correct_readings(search, found, holdout)
+    shown = search.case.recordings if search.fault is None else search.fault.show(search.case)
+    bare = forget_modes(shown)
+    sets = [(given, search.given.recordings), (found, bare), (given, holdout), (found, held)]
+    items = [((id(numbers), i > 1, id(run)), (i, i > 1, run)) for i, (numbers, runs) in enumerate(sets) for run in runs]
+    different = dict(items)
+    compared = run_all(partial(_compare_run, [numbers for numbers, _ in sets]), [*different.values()], jobs)
+    known = dict(zip(different, compared, strict=True))
+    told = (known[key] for key, _ in items)
+    train, fitted, *rest = (Comparison(of.machine, tuple(next(told) for _ in runs)) for of, runs in sets)
+    return Fits(train, fitted, *(rest if holdout else (None, None)))
+
+
+def _numbers(h: Hypothesis, machine: Machine) -> Numbers:
+    """A machine with the numbers of a hypothesis."""
+    misfit = channel_misfits(h.fit)
+    points = points_by_file(h.fit)
+    return Numbers(machine, h.machine, h.fit.problem.parameters, h.fit.theta, h.case.start, misfit, points)
+
+
+def _correct_readings(search: Search, found: Numbers, holdout: Sequence[Recording]) -> Sequence[Recording]:
+    """Held-out recordings without the fault that was found in the others."""
+    fault = search.fault
+    if fault is None:
+        return holdout
+    return [_correct_run(fault, found, run) for run in holdout]
+
+
+def leave_fault(search: Search, after: Machine, holdout: Sequence[Recording], fits: Fits) -> Machine:
+    """The machine with a sensor's fault that lasts, where what was held out has it, too: it tells what comes next."""
+    fault = search.fault
+    if fault is None:
+        return after
+    told = fits.holdout_after.recordings if fits.holdout_after is not None else ()
+    pairs = [(t.recording.columns[n], run.columns[n]) for t, run in zip(told, holdout, strict=True)
+             for n in fault.channels if n in run.columns]  # fmt: skip
+    is_whole = any(np.array_equal(a.values, b.values, equal_nan=True) for a, b in pairs)
+    return after if is_whole else fault.leave_in(after)
+
+
+def _correct_run(fault: ReadingFault, found: Numbers, run: Recording) -> Recording:
+    """The run set right in the way that leaves least."""
+    run = fault.complete(run)
+    raw = compare_estimated(found, run, held_out=True)
+    if not {*fault.needed} <= {*raw.channels}:
+        return run
+    ways = fault.list_corrections(raw, found)
+    if len(ways) == 1:
+        return ways[0]
+    return min(ways, key=lambda way: compare_estimated(found, way, held_out=True).rmse_in_noise)
+
+
+def _compare_run(of: Sequence[Numbers], item: tuple[int, bool, Recording]) -> RecordingResidual:
+    """Residuals of a run, held out or not, of one of some machines, its constants estimated."""
+    i, held_out, run = item
+    return compare_estimated(of[i], run, held_out)

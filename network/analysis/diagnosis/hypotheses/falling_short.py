@@ -1,0 +1,37 @@
+"""When what is tried is given up: a fit that will not come to some evidence by what its last steps gained, or one that
+leaves too much."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+from network.analysis.calibration.linearised import Linearised
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.settings import SETTINGS
+
+BEFORE = 3
+"""Steps that tell how fast a fit gains."""
+HOPE = 2.0
+"""How many times as fast as by the better of the last steps it may come to go on."""
+
+
+@dataclass
+class FallsShort:
+    """Asked after every step of a fit. needed: evidence [nats]; steps: that the fit may take; told: evidence so far."""
+
+    needed: float
+    steps: int
+    told: list[float] = field(default_factory=list)
+
+    def __call__(self, at: Linearised) -> bool:
+        self.told.append(at.temper(1.0, at.problem.firm_eta).log_evidence)
+        last = self.told[-BEFORE:]
+        gain = max((b - a for a, b in pairwise(last)), default=0.0)
+        left = HOPE * (self.steps - len(self.told)) * max(gain, 0.0)
+        return len(last) == BEFORE and self.told[-1] + left < self.needed
+
+
+def leaves_too_much(before: Hypothesis, after: Hypothesis) -> bool:
+    """Whether so much is left beside what is tried that it will not come to hardly anything."""
+    return after.chi > max(SETTINGS.hopeless, SETTINGS.half * before.chi)

@@ -1,0 +1,103 @@
+"""Heat by the clock: its instants have no slope, so they are drawn, and scored linearly about the fit of any network.
+
+Draws from the priors, then steps of all lengths from the best of them, taken where they gain (an evolution strategy;
+Rechenberg 1973; unverified). A score costs the answer to one heat.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+
+import numpy as np
+
+from network.analysis.calibration.linearised import linearise
+from network.analysis.diagnosis.candidates.candidate import Candidate
+from network.analysis.diagnosis.hypotheses.compact_fit import fit_or_none
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import parameters_of, theta_of
+from network.analysis.diagnosis.latent_heat.locate import list_likely_parts
+from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
+from network.analysis.diagnosis.screening.screen import Score, score_variants
+from network.catalogue.declaration.declare import Array
+from network.catalogue.mechanisms.mechanism import Mechanism
+from network.platform.parallel import run_all
+
+PLACES = 3
+"""Places at which they are looked for, those where unknown heat explains most (budget)."""
+DRAWS, AGAIN, ROUNDS = 64, 32, 8
+"""Draws from the priors, and about the best in each further round (budget)."""
+CLOSEST, SOME = 1e-3, 0.5
+"""Prior σ: the shortest step, some seconds of a period; share of the numbers that a step moves."""
+SETTLED, SETTLED_STEPS, ENOUGH = 8, 6, 1.0
+"""Times that they are drawn again beside a fit, its steps then, and nats that it must gain by it (budget)."""
+
+
+def search_timed(
+    before: Hypothesis, proposed: Sequence[Candidate], located: Sequence[UnknownHeat], seed: int, jobs: int
+) -> list[Score]:
+    """Scores of what acts by the clock at the likely places, at the instants at which each explains most."""
+    gain = list_likely_parts(located)
+    able = [c for c in proposed if c.is_timed and c.parts & gain.keys()]
+    likely = sorted(able, key=lambda c: -max(gain.get(n, 0.0) for n in c.parts))[:PLACES]
+    return [s for s in run_all(partial(_settle, before, seed), likely, jobs) if s is not None]
+
+
+def settle_instants(h: Hypothesis) -> Hypothesis:
+    """A hypothesis with the instants of its last finding drawn again about its other numbers, where that is better."""
+    c = h.found[-1]
+    for _ in range(SETTLED if c.is_timed else 0):
+        rest = h.own[: len(h.own) - len(c.own)]
+        parameters = parameters_of(c.base, rest)
+        about = linearise(h.case.problem(c.base, parameters), theta_of(parameters, h.values))
+        before = Hypothesis(h.case, c.base, h.found[:-1], rest, about)
+        best = _settle(before, 0, c, {p.path: h.values[p.path] for p in c.own})
+        if best is None:
+            break
+        other = fit_or_none(h.case, h.found, h.own, h.values | best.best, SETTLED_STEPS)
+        if other is None or other.evidence <= h.evidence + ENOUGH:
+            break
+        h = other
+    return h
+
+
+def _settle(
+    before: Hypothesis, seed: int, c: Candidate, about: Mapping[str, float] | None = None
+) -> Score | None:  # fmt: skip
+    """The best score of a candidate over its shapes; about: numbers near which they are already."""
+    shapes, rng = c.own[1:], np.random.default_rng(seed)
+    spread, low, high = (np.array([getattr(p, x) for p in shapes]) for x in ("spread", "low", "high"))
+    middle = theta_of(shapes, about or {})
+    best = None
+    for k in range(1 if about else 0, ROUNDS + 1):
+        before.case.budget.check()
+        drawn = middle + spread * _steps(rng, len(shapes), AGAIN if k else 0, 0 if k else DRAWS)
+        tried = [_at(c, theta) for theta in [middle, *np.clip(drawn, low, high)] if _is_seen(before, c, theta)]
+        scores = score_variants(before.linearised, tried, before.values)
+        if scores and (best is None or scores[0].gain > best.gain):
+            best = scores[0]
+            middle = theta_of(shapes, best.own)
+    return best
+
+
+def _is_seen(before: Hypothesis, c: Candidate, theta: Array) -> bool:
+    """Whether it goes on or off at all, and stays so for a sample at least: what goes faster looks like what stays, and
+    a pulse between two samples like a jump."""
+    runs, shapes = before.case.runs, c.own[1:]
+    laws = {p.entry: c.machine.by_path[p.entry] for p in shapes}
+    values = {p.attribute: p.value(float(x)) for p, x in zip(shapes, theta, strict=True)}
+    edges = [law.replaced(**values).edges(runs.longest) for law in laws.values() if isinstance(law, Mechanism)]
+    return all(len(each) and (np.diff(each) >= runs.interval).all() for each in edges)
+
+
+def _steps(rng: np.random.Generator, shapes: int, near: int, far: int) -> Array:
+    """Steps in prior σ: far ones as the prior has them, and near ones of all lengths down to CLOSEST, along some of the
+    axes."""
+    length = CLOSEST ** rng.uniform(size=(near, 1))
+    some = rng.uniform(size=(near, shapes)) < SOME
+    return np.vstack([rng.standard_normal((far, shapes)), length * some * rng.standard_normal((near, shapes))])
+
+
+def _at(c: Candidate, theta: Array) -> tuple[Candidate, float, dict[str, float]]:
+    shapes = {p.path: p.value(float(x)) for p, x in zip(c.own[1:], theta, strict=True)}
+    return c, 1.0, {**c.usual, **shapes}

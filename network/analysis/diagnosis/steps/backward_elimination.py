@@ -1,0 +1,206 @@
+"""Backward: what was found is judged again beside the others, each is taken out once, and runs are left out."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from network.analysis.diagnosis.candidates.candidate import Candidate
+from network.analysis.diagnosis.candidates.candidates import candidates
+from network.analysis.diagnosis.hypotheses.case_noise import estimate_noise
+from network.analysis.diagnosis.hypotheses.compact_fit import compact
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings, reweight
+from network.analysis.diagnosis.latent_heat.latent_rest import Rest, find_rest, share_of_rest
+from network.analysis.diagnosis.lumps.coarse_surrogate import build_surrogate
+from network.analysis.diagnosis.screening.screen import SHOWS, score_candidates
+from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.steps.selection import Selection
+from network.analysis.diagnosis.steps.strength import errors_from_nothing
+from network.analysis.diagnosis.steps.unseen_runs import Unseen, tell_all_unseen
+from network.platform.parallel import run_all
+
+RERANKED, REACH = 3, 3.0
+"""Rivals of the first finding that are tried in its stead, as many others that sit where it does, and how many times
+what the later findings gained they may be behind it."""
+STEPS = 8
+"""Of a fit with other findings."""
+
+
+def check_selection(null: Hypothesis, now: Selection, jobs: int) -> Selection:
+    """What was chosen, tested again: without what is superfluous beside the others under the noise that is left in the
+    end, and without what does not help to tell runs that were left out; the null where nothing of it holds, or all of
+    it explains next to nothing of these. Findings that hold only together are not taken apart for what heat of any
+    course could do in the stead of one of them."""
+    if not now.best.found:
+        return replace(now, best=null, is_checked=True)
+    told = _keep_what_holds(null, now, jobs)
+    if not told.best.found and len(now.best.found) > 1:
+        together = _keep_what_holds(null, now, jobs, is_apart=False)
+        return together if together.best.found else told
+    return told
+
+
+def _keep_what_holds(null: Hypothesis, now: Selection, jobs: int, is_apart: bool = True) -> Selection:
+    """The same; is_apart: whether each of several has to add something beside heat of any course."""
+    current, gains = _eliminate_at_end(now, jobs, is_apart)
+    if not current.found:
+        return Selection(_bare_or_null(null, current), threshold=now.threshold, is_checked=True)
+    before = reweight(current.case, null)
+    current, gains, explained = _keep_what_predicts(before, current, gains, jobs)
+    if explained < 1 - SETTINGS.covered:
+        return Selection(before, threshold=now.threshold, is_checked=True)
+    added, share = _weigh_rest(before, current)
+    return replace(
+        now, best=current, gains=gains, is_checked=True, explained=explained, added=added, share_of_rest=share
+    )
+
+
+def _weigh_rest(before: Hypothesis, current: Hypothesis) -> tuple[float, float]:
+    """What all findings add beside heat of any course [nats], and by what share they lower its variance."""
+    alone, beside = find_rest(before), find_rest(current)
+    return beside.evidence - alone.evidence, share_of_rest(alone, beside)
+
+
+def _keep_what_predicts(
+    before: Hypothesis, current: Hypothesis, gains: tuple[float, ...], jobs: int
+) -> tuple[Hypothesis, tuple[float, ...], float]:
+    """The findings without which runs that were left out are less likely, heat of any course beside them or not, the
+    gain of each, and the share of the misfit before that they take away there."""
+    ends = (before, current) if current.found else (before,)
+    first = tell_all_unseen([build_surrogate(h) for h in ends], jobs)
+    start, now = first[0], first[-1]
+    while current.found:
+        less = [_without(before, current, out) for out in current.found]
+        able = iter(tell_all_unseen([build_surrogate(h) for h in less if h is not None and h.found], jobs))
+        told = [Unseen.broken() if h is None else next(able) if h.found else start for h in less]
+        k = int(np.argmax([unseen.density for unseen in told]))
+        if (other := less[k]) is None or told[k].density < now.density:
+            break
+        current, now, gains = other, told[k], (*gains[:k], *gains[k + 1 :])
+    return current, gains, share_explained(start.chi, now.chi)
+
+
+def _without(before: Hypothesis, current: Hypothesis, out: Candidate) -> Hypothesis | None:
+    rest = [c for c in current.found if c is not out]
+    return fit_findings(current.case, current.root, rest, current.values, steps=STEPS) if rest else before
+
+
+def share_explained(before: float, after: float) -> float:
+    """Of the excess χ² − 1 of a misfit, what is gone."""
+    return float(np.clip((before**2 - after**2) / max(before**2 - 1, 1e-9), 0.0, 1.0))
+
+
+def _refit(current: Hypothesis, other: tuple[Sequence[Candidate], Mapping[str, float]]) -> Hypothesis | None:
+    """Other findings from some numbers in the stead of those of a hypothesis."""
+    found = fit_findings(current.case, current.root, *other, steps=STEPS)
+    return found and compact(found)
+
+
+def rerank_first(now: Selection, jobs: int) -> Selection:
+    """What was found with another one of the first step's rivals in place of the first finding, or something else that
+    sits where that does, where it is better beside the others: what came first may have stood in for two."""
+    current, (first, *_) = now.best, now.steps
+    later = sum(ranked[0].evidence - h.evidence for h, ranked in zip(now.befores[1:], now.steps[1:], strict=True))
+    rivals = [h for h in first[1 : RERANKED + 1] if first[0].evidence - h.evidence < REACH * later]
+    others = [((h.found[-1], *current.found[1:]), h.values | current.values) for h in rivals]
+    tried = {h.found[-1].key for h in (first[0], *rivals)}
+    others += [((c, *current.found[1:]), values) for c, values in _list_there(current, tried, jobs)]
+    told = run_all(partial(_refit, current), others, jobs)
+    better = max((h for h in told if h is not None), key=lambda h: h.evidence, default=current)
+    return _exchange_first(now, _finish_fit(better)) if better.evidence > current.evidence else now
+
+
+def _exchange_first(now: Selection, better: Hypothesis) -> Selection:
+    """A selection with another first finding, which leads its step by what it gains beside the later ones."""
+    (first, *later), current = now.steps, now.best
+    alone = fit_findings(current.case, current.root, better.found[:1], better.values, steps=STEPS)
+    if alone is None:
+        return replace(now, best=better)
+    lead = replace(compact(alone), beside=first[0].weighed + better.evidence - current.evidence)
+    rest = [h for h in first if h.found[-1].key != lead.found[-1].key]
+    return replace(now, best=better, steps=((lead, *rest), *later))
+
+
+def _list_there(
+    current: Hypothesis, tried: Collection[tuple[str, ...]], jobs: int
+) -> Iterator[tuple[Candidate, dict[str, float]]]:
+    """What else shows most in the parts of the first finding beside the later ones alone, and the numbers there."""
+    (first, *later), case = current.found, current.case
+    less = fit_findings(case, current.root, later, current.values, steps=STEPS) if later and first.parts else None
+    if less is not None:
+        proposed = candidates(less.machine, case.drivers, runs=case.runs)
+        there = [c for c in proposed if c.parts == first.parts and c.key not in tried and not c.switches]
+        for score in score_candidates(less.linearised, there, less.values, jobs)[:RERANKED]:
+            if score.gain > SHOWS:
+                yield score.candidate, {**less.values, **score.best}
+
+
+def _eliminate_at_end(now: Selection, jobs: int, is_apart: bool) -> tuple[Hypothesis, tuple[float, ...]]:
+    """The findings that still add what chance does not, under the noise that they leave in the end, on the final lumps
+    and beside each other, and how much."""
+    current = now.best
+    while True:
+        count = len(current.found)
+        about = reweight(estimate_noise(current.case, current), current)
+        current, gains = _eliminate(about, now, jobs, is_apart)
+        if len(current.found) in (0, count):
+            return current, gains
+
+
+def _bare_or_null(null: Hypothesis, bare: Hypothesis) -> Hypothesis:
+    """The null, or its machine on the finer lumps that were come to with findings, where these mend it alone."""
+    before = reweight(bare.case, null)
+    return bare if bare.evidence > before.evidence + SETTINGS.structure else before
+
+
+def _eliminate(current: Hypothesis, now: Selection, jobs: int, is_apart: bool) -> tuple[Hypothesis, tuple[float, ...]]:
+    """Without the findings that add less than the threshold beside the others, may as well not be there, or are one of
+    several and, if each has to (is_apart), add nothing beside heat of any course or do not show where they were not
+    chosen; and the evidence that each of the rest adds."""
+    gains: list[float] = []
+    while current.found:
+        rests = [[c for c in current.found if c is not out] for out in current.found]
+        less = run_all(partial(_refit, current), [(rest, current.values) for rest in rests], jobs)
+        rest = find_rest(current) if is_apart and len(current.found) > 1 else None
+        is_out = [rest is not None and _is_of_one_half(now, c) for c in current.found]
+        tried = zip(current.found, less, is_out, strict=True)
+        gains = [-np.inf if out else np.inf if h is None else _gain_over(current, h, rest, c) for c, h, out in tried]
+        k = int(np.argmin(gains))
+        other = less[k]
+        if other is None or gains[k] >= now.threshold:
+            break
+        current = _finish_fit(other)
+    return current, tuple(gains) if current.found else ()
+
+
+def _is_of_one_half(now: Selection, c: Candidate) -> bool:
+    """Whether recordings that a finding was not chosen on speak against its step, or, where it was looked for beside
+    another, do not choose it, too."""
+    test = now.unseen_of(c)
+    if test is None:
+        return False
+    return test.speaks_against if now.step_of(c) == 0 else not test.shows_again
+
+
+def _gain_over(current: Hypothesis, less: Hypothesis, rest: Rest | None, out: Candidate) -> float:
+    """Evidence that a finding (out) adds to a hypothesis without it; none where it may as well not be there, or where
+    heat of any course (rest: beside all that was found) tells what is left as well without it."""
+    gain = current.evidence - less.evidence
+    if errors_from_nothing(gain, current.chi) < SETTINGS.errors:
+        return -np.inf
+    imitates = rest is not None and is_imitation(rest, less, out.is_steady)
+    return -np.inf if imitates else gain
+
+
+def is_imitation(whole: Rest, less: Hypothesis, is_steady: bool = False) -> bool:
+    """Whether a finding (with it: whole, without: less) adds nothing beside heat of any course; a steady heat is one of
+    these courses, so that it adds nothing where another of them tells more."""
+    return whole.evidence - find_rest(less).evidence < (0.0 if is_steady else SETTINGS.alike)
+
+
+def _finish_fit(h: Hypothesis) -> Hypothesis:
+    return fit_findings(h.case, h.root, h.found, h.values) or h

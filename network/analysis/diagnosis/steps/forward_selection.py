@@ -1,0 +1,233 @@
+"""Forward, step by step, from one null: what explains most is kept while it gains more than chance does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import cast
+
+from network.analysis.calibration.gauss_newton import STEPS
+from network.analysis.diagnosis.hypotheses.case_noise import use_file_noise
+from network.analysis.diagnosis.hypotheses.compact_fit import compact
+from network.analysis.diagnosis.hypotheses.few_runs import SEARCHED, on_all_runs, on_few_runs
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import reweight
+from network.analysis.diagnosis.latent_heat.latent_rest import rank_beside_rest
+from network.analysis.diagnosis.lumps.lump_convergence import refine_until_converged
+from network.analysis.diagnosis.screening.screen import Score
+from network.analysis.diagnosis.screening.screening import Screening, leaves_something, screen_candidates
+from network.analysis.diagnosis.screening.significance import null_threshold
+from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.steps.backward_elimination import check_selection, rerank_first
+from network.analysis.diagnosis.steps.placement import place_ranked
+from network.analysis.diagnosis.steps.ranking import best_first
+from network.analysis.diagnosis.steps.refit import TrialFits, start_trials
+from network.analysis.diagnosis.steps.rival_acceptance import INTERIM_STEPS, accept_best, list_contenders, take_first
+from network.analysis.diagnosis.steps.selection import Selection
+from network.analysis.diagnosis.switching.relay_search import rank_likely_places, search_relays
+from network.analysis.diagnosis.time_budget import BudgetReached
+
+HOPE = 0.5
+"""Linear score of a further candidate over what a name is worth, below which it is not fitted."""
+
+
+def select_forward(
+    null: Hypothesis, first: Screening, seed: int, jobs: int, tell: Callable[[float], None]
+) -> Iterator[Selection]:
+    """The steps from one null, each as it is taken, then what of them holds. first: its screening. The first step is
+    told while it is made, for there may be no time to end it; but not of a single recording, which nothing else tests.
+    Of many runs the steps are taken on those that are told worst, and what they come to is tested on all.
+
+    The noise of the steps is that of the null: evidence under different noises cannot be compared. What is missing may
+    have passed for noise there: where it shows under the noise that is left in the end, or where one of several
+    findings is left, the steps go on under that, and what they come to is told where it explains more. Where nothing
+    was found but the noise of the file does not explain what is left, they are taken under that of the file. What these
+    come to is tested under the noise that it leaves, as all is.
+    """
+    now = yield from _take_steps(null, Selection(first.whole or null), first, seed, jobs, tell)
+    told = check_selection(null, _on_all_runs(null, now), jobs)
+    yield told
+    if _shows_more(now, told):
+        again = _go_on(null, told, first, seed, jobs, tell)
+        if again is not None and reweight(told.best.case, again.best).evidence > told.best.evidence:
+            yield again
+    elif not told.best.found and (bare := reweight(use_file_noise(null.case), null)).chi > SETTINGS.doubtful:
+        held = _select_under_file_noise(null, bare, seed, jobs, tell)
+        if held is not None and held.best.found:
+            yield held
+
+
+def _go_on(
+    null: Hypothesis, told: Selection, first: Screening, seed: int, jobs: int, tell: Callable[[float], None]
+) -> Selection | None:
+    """What further steps beside a tested selection come to, tested; None where these find nothing. Where the time is up
+    that was no part of the search."""
+    about = replace(told.keep_steps_found(), best=on_few_runs(told.best, SEARCHED))
+    try:
+        further = _run_out(_take_steps(null, about, first, seed, jobs, tell))
+        is_more = len(further.best.found) > len(about.best.found)
+        return check_selection(null, _on_all_runs(null, further), jobs) if is_more else None
+    except BudgetReached:
+        return None
+
+
+def _select_under_file_noise(
+    null: Hypothesis, bare: Hypothesis, seed: int, jobs: int, tell: Callable[[float], None]
+) -> Selection | None:
+    """What the steps come to from the null under the noise of the file (bare), tested; None where no candidate is
+    worth a name there: what one alone explains may have passed for coloured noise, which many things together are."""
+    seen = screen_candidates(bare, seed, jobs)
+    most = max((s.gain for s in seen.scores), default=0.0)
+    if most < SETTINGS.worth * len(seen.before.fit.left):
+        return None
+    further = _run_out(_take_steps(bare, Selection(seen.whole or bare), seen, seed, jobs, tell))
+    return check_selection(null, _on_all_runs(null, further), jobs) if further.steps else None
+
+
+def _take_steps(
+    null: Hypothesis, now: Selection, first: Screening, seed: int, jobs: int, tell: Callable[[float], None]
+) -> Generator[Selection, None, Selection]:
+    """The steps from a selection, each as it is taken, and where they come to."""
+    while leaves_something(now.best) and len(now.best.found) < SETTINGS.findings:
+        current, count = now.best, len(now.steps)
+        seen = screen_candidates(current, seed, jobs) if current.found else first
+        if _shows_nothing(seen):
+            break
+        threshold = now.threshold if now.steps else null_threshold(seen.scores, seed)
+        told = partial(_report_share, tell, min(0.15 + 0.25 * count, 0.65))
+        before, kept = now, None
+        for kept, ranked in _select_next(current, seen, threshold, seed, jobs, told):
+            now = before if kept is None else _add_step(before, seen, kept, ranked, threshold)
+            if _is_told_so_far(current):
+                yield _on_all_runs(null, now, INTERIM_STEPS)
+        now = replace(now, threshold=threshold)
+        if kept is None:
+            break
+        if len(now.steps) > 1:
+            now = rerank_first(now, jobs)
+        tell(min(0.4 + 0.25 * count, 0.75))
+        yield _on_all_runs(null, now, INTERIM_STEPS)
+    return now
+
+
+def _run_out(steps: Generator[Selection, None, Selection]) -> Selection:
+    """Where steps come to, nothing of them told on the way: what was tested before stands until they are, too."""
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return cast(Selection, end.value)
+
+
+def _shows_more(now: Selection, told: Selection) -> bool:
+    """Whether what was found leaves something under the noise that is left in the end, and did not before, or has held
+    in the stead of another finding."""
+    count = len(told.best.found)
+    is_new = count < len(now.best.found) or not leaves_something(now.best)
+    return 0 < count < SETTINGS.findings and is_new and leaves_something(told.best)
+
+
+def _on_all_runs(null: Hypothesis, now: Selection, steps: int = STEPS) -> Selection:
+    """A selection whose best is fitted to all runs of the null; without findings where it does not fit these."""
+    best = on_all_runs(null, now.best, steps)
+    return replace(now, best=best, gains=now.gains[: len(best.found)])
+
+
+def _is_told_so_far(current: Hypothesis) -> bool:
+    """Whether a step is told while it is made: better than nothing where the time is up."""
+    return not current.found and len(current.case.recordings) > 1
+
+
+def _add_step(
+    now: Selection, seen: Screening, kept: Hypothesis, ranked: Sequence[Hypothesis], threshold: float
+) -> Selection:  # fmt: skip
+    """A selection with a further finding."""
+    befores, steps = (*now.befores, compact(seen.before)), (*now.steps, _put_first(kept, ranked))
+    gains, unseen = (*now.gains, kept.evidence - now.best.evidence), (*now.unseen, seen.unseen)
+    return Selection(kept, befores, steps, gains, threshold, unseen=unseen)
+
+
+def _select_next(
+    current: Hypothesis, seen: Screening, threshold: float, seed: int, jobs: int, tell: Callable[[float], None]
+) -> Iterator[tuple[Hypothesis | None, list[Hypothesis]]]:
+    """What is kept beside a hypothesis, and its rivals, ever better founded: relays are looked for before much else is
+    tried, where what is likely explains little, and last, where much is left, or else beside what is kept."""
+    sway = partial(_search_switching, seen, seed, jobs)
+    trials = start_trials(seen.before, seen.proposed, _worth_fitting(seen), jobs, tell, _is_near(seen))
+    smooth = trials.rank(jobs)
+    if _is_told_so_far(current):
+        yield take_first(current, seen.before, smooth, threshold), smooth
+    early = sway() if trials.is_poor(smooth) else None
+    if not seen.before.found:
+        is_told = early is None or bool(early and early[0].chi <= trials.little)
+        smooth = _fit_wider(trials, smooth, is_told, jobs)
+    ranked = best_first(*(early or ()), *place_ranked(seen.before, smooth, jobs))
+    if _is_told_so_far(current):
+        yield take_first(current, seen.before, ranked, threshold), ranked
+    ranked = rank_beside_rest(ranked, jobs)
+    tried = list_contenders(current, seen.before, ranked, jobs)
+    kept = accept_best(current, seen.before, tried, threshold, jobs)
+    yield kept, ranked
+    is_due = early is None and (kept or current).chi > SETTINGS.adequate and not _is_next(current, kept)
+    switched = sway() if is_due else []
+    if not switched:
+        return
+    ranked = rank_beside_rest(best_first(*switched, *ranked), jobs)
+    again = list_contenders(current, seen.before, ranked, jobs)
+    other = accept_best(current, seen.before, again, threshold, jobs) if again != tried else None
+    if other is not None and (kept is None or other.evidence > kept.evidence):
+        kept = other
+    yield kept, ranked
+
+
+def _is_next(current: Hypothesis, kept: Hypothesis | None) -> bool:
+    """Whether what was kept explains so much, all but a quarter of the excess, that nothing is looked for in its stead,
+    but only beside it if there is a next step."""
+    return kept is not None and kept.chi**2 - 1 < SETTINGS.half**2 * (current.chi**2 - 1)
+
+
+def _fit_wider(trials: TrialFits, ranked: list[Hypothesis], is_told: bool, jobs: int) -> list[Hypothesis]:
+    """Explanations, and more of them where these leave much; then what else sits where the best of them does."""
+    if not is_told:
+        wider = trials.wider(jobs)
+        trials, ranked = wider, best_first(*ranked, *wider.rank(jobs))
+    if ranked and ranked[0].chi > SETTINGS.noise:
+        ranked = best_first(*ranked, *trials.around(ranked[0], jobs).rank(jobs))
+    return ranked
+
+
+def _search_switching(seen: Screening, seed: int, jobs: int) -> list[Hypothesis]:
+    """The relays that explain most, looked for where unknown heat would explain most; where the best leaves much, each
+    on the lumps that it takes, for on coarse ones another place may seem the better."""
+    switched = [c for c in seen.proposed if c.switches]
+    able = rank_likely_places(switched, seen.located) if switched else []
+    found = search_relays(seen.before.case, seen.before, able, seed, jobs) if able else []
+    if not found or found[0].chi < SETTINGS.adequate or seen.before.case.lacking:
+        return found
+    return best_first(*(compact(refine_until_converged(h.case, h, jobs)) for h in found))
+
+
+def _shows_nothing(seen: Screening) -> bool:
+    """Whether no candidate scores what a name is worth, where not much is left."""
+    return _is_near(seen) and not _worth_fitting(seen)
+
+
+def _is_near(seen: Screening) -> bool:
+    """Whether little is missing beside what was found, so that the linear scores can be believed."""
+    return bool(seen.before.found) and seen.before.chi < SETTINGS.adequate
+
+
+def _worth_fitting(seen: Screening) -> Sequence[Score]:
+    """Scores of those that may be worth a name."""
+    worth = HOPE * SETTINGS.worth * len(seen.before.fit.left) if _is_near(seen) else 0.0
+    return [s for s in seen.scores if s.gain >= worth]
+
+
+def _report_share(tell: Callable[[float], None], done: float, share: float) -> None:
+    tell(done + 0.1 * share)
+
+
+def _put_first(best: Hypothesis, ranked: Sequence[Hypothesis]) -> tuple[Hypothesis, ...]:
+    """The rivals, the one that was kept first."""
+    return tuple(sorted(ranked, key=lambda h: (h.found[-1].key != best.found[-1].key, -h.weighed)))

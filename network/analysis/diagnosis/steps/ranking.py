@@ -1,0 +1,51 @@
+"""How explanations that were fitted beside each other rank: one of each kind and place, with its share of belief."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.special import expit
+
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.settings import SETTINGS
+from network.catalogue.declaration.declare import Array
+
+
+def best_first(*rivals: Hypothesis) -> list[Hypothesis]:
+    """By their evidence."""
+    return sorted(rivals, key=lambda h: -h.evidence)
+
+
+def best_of(*fits: Hypothesis | None) -> Hypothesis | None:
+    """The one with most evidence, of those that came to an end."""
+    return max((h for h in fits if h is not None), key=lambda h: h.evidence, default=None)
+
+
+def distinct(ranked: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """The best of each kind and place."""
+    seen: dict[tuple[object, ...], Hypothesis] = {}
+    for h in ranked:
+        seen.setdefault((h.found[-1].kind.kind, frozenset(h.found[-1].places), h.found[-1].channels), h)
+    return list(seen.values())
+
+
+def shares(of: Sequence[Hypothesis]) -> Array:
+    """Their shares of the evidence, softened; they add up to 1. The first was kept: where another is before it by this
+    evidence, it was behind on finer lumps, and counts as much."""
+    gains = np.minimum([h.weighed for h in of], of[0].weighed)
+    share = np.exp((gains - gains.max()) / (SETTINGS.softening * max(1.0, of[0].chi) ** 2))
+    return np.asarray(share / share.sum())
+
+
+def share_of(ranked: Sequence[Hypothesis], key: tuple[str, ...]) -> float:
+    """That of one among its rivals; that of what is not sure where it was not fitted beside them."""
+    apart = distinct(ranked)
+    told = {h.found[-1].key: float(p) for h, p in zip(apart, shares(apart), strict=True)}
+    return told.get(key, SETTINGS.barred)
+
+
+def belief_in_nothing(gain: float, chi: float = 1.0) -> float:
+    """That chance alone gained so much evidence [nats], softened the same way: 1/(1 + e^(gain/T)); chi: the misfit
+    left, where the gain does not count it yet."""
+    return float(expit(-gain / (SETTINGS.softening * max(1.0, chi) ** 2)))

@@ -1,0 +1,182 @@
+"""Confirmation: candidates fitted in full with all parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from network.analysis.calibration.estimate import Estimate
+from network.analysis.calibration.gauss_newton import Linearised, chi_of, linearise
+from network.analysis.diagnosis.candidates.candidate import Candidate
+from network.analysis.diagnosis.hypotheses.compact_fit import compact, fit_with
+from network.analysis.diagnosis.hypotheses.few_runs import on_few_runs
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
+from network.analysis.diagnosis.lumps.coarse_surrogate import SMALL
+from network.analysis.diagnosis.screening.screen import SHOWS, Score, score_candidates
+from network.analysis.diagnosis.screening.timed_search import settle_instants
+from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.steps.placement import move_stretch
+from network.analysis.diagnosis.steps.ranking import best_first, best_of
+from network.engine.response.parameters import centres, values_at
+from network.platform.parallel import run_all
+from network.platform.refusal import Failed
+
+SHORTLIST, LONGER, OF_A_KIND = 5, 10, 3
+"""Candidates refitted for each point they were screened about, where lumps are few and fits quick, and how many of one
+kind."""
+WIDER = (20, 8)
+"""The same where the best of them leaves much: far from the fit the linear score of what is missing may be poor."""
+AROUND = 6
+"""Candidates that sit where the best of them does, and were not on the list, that are fitted besides."""
+LARGE = 120
+"""Lumps from which candidates are screened about the fit only."""
+BRIEF, BRIEFER = 4, 2
+"""Steps of every candidate on a few runs, from the numbers of the file and from those at hand, where it is near."""
+KEPT, CONTINUED = 6, 0.3
+"""How many of them go on with all runs at most, and what share of the best gain they need."""
+FIRST_STEPS, FINALISTS, FINISHED = 7, 3, 0.7
+"""Steps of these, how many of them are then fitted to the end at most, and the share of the best gain for that."""
+CLEAR, LEAST = 200.0, 2
+"""Nats of a gain from which shares of it count, and how many fits go on in any case."""
+
+Tell = Callable[[float], None] | None
+
+
+def linearise_at_priors(fit: Linearised | Estimate) -> Linearised | None:
+    """The problem about the priors' centres, with priors narrowed by the misfit there; None where it breaks down."""
+    try:
+        at = linearise(fit.problem, centres(fit.problem.parameters))
+    except (Failed, np.linalg.LinAlgError):
+        return None
+    chi = max(1.0, chi_of(at))
+    return at.temper(chi, chi)
+
+
+def shortlist(scores: Sequence[Score], about_file: Sequence[Score], most: int = SHORTLIST) -> list[Score]:
+    """The best of the screening about the fit (scores) and about the file's own numbers."""
+    both = [*_limit_kinds(scores, most, OF_A_KIND), *_limit_kinds(about_file, most, OF_A_KIND)]
+    return list({s.candidate.key: s for s in reversed(both)}.values())
+
+
+def _about_file(current: Hypothesis, candidates: Sequence[Candidate], jobs: int) -> list[Score]:
+    """The screening about the file's own numbers, where candidates are proposed; none where that would take long or
+    breaks down."""
+    about = linearise_at_priors(current.linearised) if current.machine.lumps < LARGE else None
+    if about is None:
+        return []
+    return score_candidates(about, candidates, values_at(about.problem.parameters, about.theta), jobs)
+
+
+def _limit_kinds(scores: Sequence[Score], most: int, of_a_kind: int) -> list[Score]:
+    """The best scores, at most so many of a kind."""
+    kept: list[Score] = []
+    for s in scores:
+        if s.gain > SHOWS and sum(k.candidate.kind is s.candidate.kind for k in kept) < of_a_kind:
+            kept.append(s)
+    return kept[:most]
+
+
+def _start_trial(about: Hypothesis, about_file: Mapping[tuple[str, ...], Score], trial: Score) -> Hypothesis | None:
+    """A trial fitted a few steps from the numbers of the file, its own from the screening about these, if it shows
+    there, and from those at hand, where it was screened: the better, moved along bars, for where it was screened may
+    not be where it belongs at the numbers it takes."""
+    there = about_file.get(trial.candidate.key)
+    own = there.best if there is not None and there.gain > SHOWS else trial.best
+    of_file = fit_with(about.case, about, trial.candidate, about.own_values | own, BRIEF)
+    at_hand = fit_with(about.case, about, trial.candidate, about.values | trial.best, BRIEFER)
+    begun = best_of(of_file, at_hand)
+    return begun and compact(move_stretch(begun))
+
+
+def _continue_trial(current: Hypothesis, begun: Hypothesis) -> Hypothesis | None:
+    """A trial fitted further on all runs and, where that stays behind what is there, from the current numbers."""
+    case, c = current.case, begun.found[-1]
+    best = fit_with(case, current, c, begun.values, FIRST_STEPS)
+    if best is None or best.evidence < current.evidence:
+        best = best_of(best, fit_with(case, current, c, current.values | c.usual, FIRST_STEPS))
+    return best and compact(settle_instants(best))
+
+
+@dataclass(frozen=True, eq=False)
+class TrialFits:
+    """Candidates without a relay, fitted a few steps beside what is there. about: that on the runs on which they were;
+    begin: does that, from a score; rest: scores of those that were not, the best first."""
+
+    current: Hypothesis
+    about: Hypothesis
+    fits: tuple[Hypothesis, ...]
+    begin: Callable[[Score], Hypothesis | None]
+    rest: tuple[Score, ...]
+
+    @property
+    def little(self) -> float:
+        """Misfit χ up to which an explanation leaves little."""
+        return max(float(np.sqrt(1 + SETTINGS.poor * max(0.0, self.current.chi**2 - 1))), SETTINGS.adequate)
+
+    def is_poor(self, ranked: Sequence[Hypothesis]) -> bool:
+        """Whether none of some explanations leaves little, or where nothing is found yet only with sensors far off: by
+        more than what is left, which counts as noise, lets them be."""
+        most = np.inf if self.current.found else SETTINGS.strained
+        return min((h.chi for h in ranked if h.offset_pull < most * max(1.0, h.chi)), default=np.inf) > self.little
+
+    def wider(self, jobs: int) -> TrialFits:
+        """The best of those that were not fitted yet."""
+        more = _limit_kinds(self.rest, *WIDER)
+        return replace(self, fits=tuple(_fit_all(self.begin, more, jobs)), rest=_others(self.rest, more))
+
+    def around(self, best: Hypothesis, jobs: int) -> TrialFits:
+        """Others that sit where the best of them does instead: the right place under a wrong name is a near miss."""
+        here = [s for s in self.rest if s.candidate.parts == best.found[-1].parts]
+        return replace(self, fits=tuple(_fit_all(self.begin, here[:AROUND], jobs)))
+
+    def rank(self, jobs: int) -> list[Hypothesis]:
+        """The best of them fitted further and to the end, the best evidence first: successive halving, on all runs."""
+        likely, _ = _part_likely(self.about, self.fits, KEPT, CONTINUED)
+        further = [h for h in run_all(partial(_continue_trial, self.current), likely, jobs) if h is not None]
+        likely, rest = _part_likely(self.current, further, FINALISTS, FINISHED)
+        return best_first(*run_all(_finish_fit, likely, jobs), *rest)
+
+
+def start_trials(
+    current: Hypothesis, candidates: Sequence[Candidate], scores: Sequence[Score], jobs: int, tell: Tell = None,
+    is_near: bool = False,
+) -> TrialFits:  # fmt: skip
+    """The likely ones of what is proposed beside a hypothesis, each with its own fit. scores: of the screening about
+    it; is_near: whether the fit is near, so that what shows about it is all that shows."""
+    about_file = [] if is_near else _about_file(current, candidates, jobs)
+    trials = shortlist(scores, about_file, LONGER if current.machine.lumps <= SMALL else SHORTLIST)
+    about = on_few_runs(current)
+    begin = partial(_start_trial, about, {s.candidate.key: s for s in about_file})
+    rest = _others([s for s in scores if s.gain > SHOWS], trials)
+    return TrialFits(current, about, tuple(_fit_all(begin, trials, jobs, tell)), begin, rest)
+
+
+def _others(scores: Sequence[Score], than: Sequence[Score]) -> tuple[Score, ...]:
+    """Scores of candidates that do not stand among some."""
+    among = {s.candidate.key for s in than}
+    return tuple(s for s in scores if s.candidate.key not in among)
+
+
+def _fit_all(
+    begin: Callable[[Score], Hypothesis | None], trials: Sequence[Score], jobs: int, tell: Tell = None
+) -> list[Hypothesis]:  # fmt: skip
+    return [h for h in run_all(begin, trials, jobs, tell) if h is not None]
+
+
+def _part_likely(
+    current: Hypothesis, fits: Sequence[Hypothesis], most: int, share: float
+) -> tuple[list[Hypothesis], list[Hypothesis]]:  # fmt: skip
+    """Fits to go on with, and those of which it is enough to know how far behind they are."""
+    ranked = best_first(*fits)
+    needed = share * max(0.0, ranked[0].evidence - current.evidence) if ranked else 0.0
+    near = sum(h.evidence - current.evidence >= needed for h in ranked)
+    count = min(most, max(near, LEAST)) if needed > CLEAR else most
+    return ranked[:count], ranked[count:]
+
+
+def _finish_fit(h: Hypothesis) -> Hypothesis:
+    return compact(fit_hypothesis(h.case, h.machine, h.found, h.own, h.values)) if h.chi > SETTINGS.noise else h

@@ -1,0 +1,100 @@
+"""Which of the rivals of a step is kept: what comes near the best, tells unseen runs, and gains more than chance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.compact_fit import compact
+from network.analysis.diagnosis.hypotheses.fresh_fit import fit_afresh
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import reweight
+from network.analysis.diagnosis.hypotheses.initial_state_restarts import restart_from_starts
+from network.analysis.diagnosis.lumps.coarse_surrogate import fit_on_finer_lumps, fit_on_finer_lumps_afresh
+from network.analysis.diagnosis.lumps.lump_convergence import refine_until_converged
+from network.analysis.diagnosis.screening.timed_search import settle_instants
+from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.steps.placement import near, place_best
+from network.analysis.diagnosis.steps.ranking import best_of, distinct
+from network.analysis.diagnosis.steps.unseen_runs import tell_all_unseen
+from network.machine.machine import Machine
+from network.platform.parallel import run_all
+
+INTERIM_STEPS = 2
+"""Steps on the finer lumps of what is told if there is no time for more."""
+CARRIED = 3
+"""Rivals that are fitted again on the finer lumps, or asked what they tell of runs that they have not seen."""
+
+
+def take_first(
+    current: Hypothesis, before: Hypothesis, ranked: Sequence[Hypothesis], threshold: float
+) -> Hypothesis | None:
+    """The best of some explanations as it is, on the lumps of what is there; None where it gains no more than
+    chance."""
+    if not ranked or not is_gain(before, ranked[0], threshold):
+        return None
+    best = ranked[0]
+    if before is current:
+        return reweight(best.case, best)
+    return fit_on_finer_lumps(replace(current.case, lacking=()), best, current.root, INTERIM_STEPS)
+
+
+def list_contenders(
+    current: Hypothesis, before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int
+) -> Sequence[Hypothesis]:
+    """Those of the rivals that may be kept: the best, and what comes near it if all were fitted on coarser lumps."""
+    able = _skip_misleading(before, ranked, jobs)
+    return able[:1] if before is current else near(before, able, CARRIED)
+
+
+def _skip_misleading(before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int) -> Sequence[Hypothesis]:
+    """Rivals from the first on that explains at least half as much of runs that it has not seen as the best of them,
+    where much is left: what only bends itself to the runs is no reason to leave out the next. As they are where none of
+    the best tells these better than without it."""
+    if not ranked or ranked[0].chi <= SETTINGS.adequate:
+        return ranked
+    rivals = distinct(ranked)[:CARRIED]
+    least, first = (told.chi**2 for told in tell_all_unseen([before, rivals[0]], jobs, with_rest=False))
+    if first <= SETTINGS.half * least:  # whatever the next ones explain
+        return ranked
+    left = [first, *(told.chi**2 for told in tell_all_unseen(rivals[1:], jobs, with_rest=False))]
+    most = least - SETTINGS.half * max(0.0, least - min(left))
+    told = next((h for h, misfit in zip(rivals, left, strict=True) if misfit <= most), ranked[0])
+    return ranked[[*ranked].index(told) :]
+
+
+def accept_best(
+    current: Hypothesis, before: Hypothesis, rivals: Sequence[Hypothesis], threshold: float, jobs: int
+) -> Hypothesis | None:
+    """The best of some rivals on as many lumps as it takes; None where it gains no more than chance."""
+    best = _best_on_lumps(current, before, rivals, jobs)
+    if best is None or not is_gain(current, best, threshold):
+        return None
+    best = restart_from_starts(settle_instants(fit_afresh(best)), jobs)
+    return refine_until_converged(best.case, best, jobs)
+
+
+def _best_on_lumps(
+    current: Hypothesis, before: Hypothesis, rivals: Sequence[Hypothesis], jobs: int
+) -> Hypothesis | None:
+    """The best of some rivals on the lumps of what is there; None where there is none."""
+    if before is current or not rivals:
+        return reweight(rivals[0].case, rivals[0]) if rivals else None
+    case = replace(current.case, lacking=())
+    told = run_all(partial(_fit_on_lumps, case, current.root, rivals[0]), rivals, jobs)
+    best = best_of(*told)
+    return best and reweight(replace(case, began=best.case.began), best)
+
+
+def _fit_on_lumps(case: Case, root: Machine, first: Hypothesis, h: Hypothesis) -> Hypothesis | None:
+    told = (fit_on_finer_lumps_afresh if h.found[-1].key == first.found[-1].key else fit_on_finer_lumps)(case, h, root)
+    return told and compact(place_best(told))
+
+
+def is_gain(before: Hypothesis, after: Hypothesis, threshold: float) -> bool:
+    """More evidence than chance gives, and a misfit that is worth a name, or sensors that are not far off any more."""
+    is_worth = after.chi < before.chi * (1 - SETTINGS.worth)
+    is_relief = before.offset_pull > SETTINGS.strained and after.offset_pull < SETTINGS.errors
+    return after.evidence - before.evidence > threshold and (is_worth or is_relief)

@@ -1,0 +1,116 @@
+"""Cross-validation: runs that are left out of a fit, told by it, alone and with latent heat beside it.
+
+Of runs r told by the numbers that the others found, ln p(r | others) = −½ (|left|² + strain) + what heat of any course
+adds to it, its place, σ and ℓ learned on the others: the joint log predictive density, but for a constant. Source:
+Vehtari, Gelman & Gabry, Statistics and Computing 27 (2017) 1413; unverified.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import chain
+
+import numpy as np
+
+from network.analysis.calibration.gauss_newton import Linearised, linearise
+from network.analysis.calibration.misfit import strain_of
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
+from network.analysis.diagnosis.latent_heat.latent_rest import find_rest
+from network.analysis.diagnosis.latent_heat.locate import predict_unknown
+from network.platform.parallel import run_all
+from network.platform.refusal import Failed
+
+LEFT_OUT_STEPS, FOLDS, BEGINNING = 4, 3, 0.6
+"""Steps of a fit without some runs, from the fit to all; into how many parts the runs are parted, and what share of a
+single run tells the rest."""
+
+
+@dataclass(frozen=True)
+class Unseen:
+    """What is left of readings that were told by others. misfit: Σ of squares in noise, with what the constants of
+    these runs are strained by; rows: how many; density: their log predictive density [nats]."""
+
+    misfit: float
+    rows: int
+    density: float
+
+    @classmethod
+    def broken(cls) -> Unseen:
+        """Of a run that breaks down."""
+        return cls(np.inf, 1, -np.inf)
+
+    @classmethod
+    def together(cls, parts: Iterable[Unseen]) -> Unseen:
+        misfits, rows, densities = zip(*((p.misfit, p.rows, p.density) for p in parts), strict=True)
+        return cls(sum(misfits), sum(rows), sum(densities))
+
+    @property
+    def chi(self) -> float:
+        """Rms in noise."""
+        return float(np.sqrt(self.misfit / max(self.rows, 1)))
+
+
+def unseen_misfit(hypothesis: Hypothesis, jobs: int = 1) -> float:
+    """Rms in noise on runs that were left out of the fit, some at a time; of a single run on its end, told from its
+    beginning; without bounds where a run breaks down."""
+    return tell_unseen(hypothesis, jobs, False).chi
+
+
+def tell_unseen(hypothesis: Hypothesis, jobs: int = 1, with_rest: bool = True) -> Unseen:
+    """The same with their density; with_rest: whether heat of any course stands beside the hypothesis."""
+    return tell_all_unseen([hypothesis], jobs, with_rest)[0]
+
+
+def tell_all_unseen(hypotheses: Sequence[Hypothesis], jobs: int = 1, with_rest: bool = True) -> list[Unseen]:
+    """The same of several, the parts of all side by side."""
+    parted = [[(h, fold) for fold in _list_folds(len(h.case.recordings))] for h in hypotheses]
+    told = iter(run_all(partial(_tell_part, with_rest), [*chain(*parted)], jobs))
+    return [Unseen.together([next(told) for _ in parts]) for parts in parted]
+
+
+def _list_folds(count: int) -> list[range]:
+    """Which runs are left out at a time; none of a single one."""
+    return [range(k, count, FOLDS) for k in range(min(FOLDS, count))] if count > 1 else [range(0)]
+
+
+def _tell_part(with_rest: bool, of: tuple[Hypothesis, range]) -> Unseen:
+    h, left_out = of
+    try:
+        return _tell_without(h, with_rest, left_out) if left_out else _tell_end(h)
+    except (Failed, np.linalg.LinAlgError):
+        return Unseen.broken()
+
+
+def _tell_without(h: Hypothesis, with_rest: bool, left_out: Sequence[int]) -> Unseen:
+    """Runs that are told by a fit to the others."""
+    rest = h.case.of([k for k in range(len(h.case.recordings)) if k not in left_out])
+    others = fit_hypothesis(rest, h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS)
+    seen = _tell_by(others, h.case.of(left_out))
+    misfit = float(seen.left @ seen.left) + strain_of(seen)
+    return Unseen(misfit, len(seen.left), -misfit / 2 + (_add_rest(others, seen) if with_rest else 0.0))
+
+
+def _tell_by(h: Hypothesis, case: Case) -> Linearised:
+    """Other runs at the numbers of a fit, the priors of their own constants narrowed by the misfit that it leaves:
+    readings that it leaves at χ do not tell them better than that."""
+    seen = linearise(case.problem(h.machine, h.fit.problem.parameters), h.fit.theta)
+    return seen.temper(1.0, max(1.0, h.chi))
+
+
+def _add_rest(others: Hypothesis, seen: Linearised) -> float:
+    """What heat of any course adds to the log probability of runs, learned on the others."""
+    heat = find_rest(others, refit=False).heat
+    return predict_unknown(seen, heat) if heat.gain > 0 else 0.0
+
+
+def _tell_end(h: Hypothesis) -> Unseen:
+    """What follows the beginning of a run, told by a fit to that."""
+    others = fit_hypothesis(h.case.until(BEGINNING), h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS)
+    seen = _tell_by(others, h.case)
+    late = np.concatenate([~d.ends_before(BEGINNING)[d.known] for d in seen.problem.data])
+    misfit = float(seen.left[late] @ seen.left[late]) + strain_of(seen)
+    return Unseen(misfit, int(late.sum()), -misfit / 2)
