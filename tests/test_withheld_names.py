@@ -11,6 +11,7 @@ from network.analysis.diagnosis.findings.withheld_names import withhold_names
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
 from network.analysis.diagnosis.latent_heat.location import Location
 from network.analysis.diagnosis.screening.crossed_splits import UnseenTest
+from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.patch import Patch
 
 SHOWS = UnseenTest((1e-9, 1e-9), (("guide_friction", "bed"), ("guide_friction", "bed")))
@@ -80,3 +81,13 @@ def test_a_room_that_drifts_and_one_that_does_not_stay_are_one_room() -> None:
     (told,) = withhold_names([room, drift])
     assert told.is_room and told.patch == drift.patch and told.sentence == "Bed is warm. Bed is warm."
     assert len(withhold_names([room, replace(drift, places=("hall",))])) == 2
+
+
+def test_two_of_one_kind_at_one_place_are_one_thing_of_another_form() -> None:
+    first, again = tell("timed_source", 0.9), tell("timed_source", 0.6)
+    again = replace(again, patch=Patch({"sources": {"later": {"kind": "timed_source"}}}), sentence="Bed is hot.")
+    (told,) = withhold_names([first, again])
+    assert {*told.patch["sources"]} == {"warm", "later"} and told.sentence == "Bed is warm. Beside it: Bed is hot."
+    assert (told.part, told.confidence) == ("part", SETTINGS.barred)
+    elsewhere = replace(again, places=("column",))
+    assert withhold_names([first, elsewhere]) == [first, elsewhere]

@@ -1,4 +1,7 @@
-"""Names that are less likely than not: beside what is told first they are told as something without a name."""
+"""Names that are less likely than not: beside what is told first they are told as something without a name.
+
+So is one thing told once: what takes two of one kind at one place is one finding that has not exactly that form.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,25 @@ def withhold_names(findings: Sequence[Finding]) -> list[Finding]:
     be one thing. The machine keeps what was found: it tells the recordings better."""
     is_later = [any(not other.is_cut for other in findings[:k]) for k in range(len(findings))]
     unsure = [f for f, later in zip(findings, is_later, strict=True) if later and _is_unsure(f)]
-    return _join_unnamed([_withhold(f) if _is_among(f, unsure) else f for f in findings])
+    return _join_alike(_join_unnamed([_withhold(f) if _is_among(f, unsure) else f for f in findings]))
+
+
+def _join_alike(findings: Sequence[Finding]) -> list[Finding]:
+    """The first of one kind at one place, with the others of it: its form is not exactly that of the kind."""
+    told: dict[tuple[object, ...], Finding] = {}
+    for k, f in enumerate(findings):
+        key = (k,) if f.is_unnamed or f.is_cut else (f.kind, f.places, f.channels)
+        told[key] = _take_in(told[key], f) if key in told else f
+    return [*told.values()]
+
+
+def _take_in(first: Finding, other: Finding) -> Finding:
+    """A finding with another of its kind at its place."""
+    sure = min(first.confidence, SETTINGS.barred)
+    patch = Patch.of([*first.patch.by_name(), *other.patch.by_name()])
+    said = f"{first.sentence} Beside it: {other.sentence}"
+    doubts = (*first.doubts, "it takes two of its kind to tell it")
+    return replace(first, patch=patch, sentence=said, confidence=sure, doubts=doubts)
 
 
 def _join_unnamed(findings: Sequence[Finding]) -> list[Finding]:
