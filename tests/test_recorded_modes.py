@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from network import Machine, Recording, Scenario, diagnose, simulate
+from network.analysis.calibration.hysteresis_swing import Swing, find_switchings
 from network.analysis.calibration.recorded_modes import forget_modes, read_modes
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.faced_relays import face_relays
@@ -53,6 +54,15 @@ def test_instants_of_switchings_are_read(chilled: Machine, tmp_path: Path) -> No
     assert np.abs(np.median(off)) < 3 and np.abs(off).max() < 20
     assert np.mean(np.abs(off) < 3 * mode.spread) > 0.9
     assert not forget_modes([told])[0].modes
+
+
+def test_a_run_that_begins_near_a_level_may_be_long_there() -> None:
+    """It comes near it within a minute and switches minutes later, which says nothing of how long it takes."""
+    edges = np.array([0.0, 330.0, 500.0, 1300.0, 1470.0, 2270.0, 2440.0])
+    t = np.arange(0.0, 2400.0, 10.0)
+    x = np.interp(t, edges, [0.7, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0]) + np.random.default_rng(5).normal(0, 0.05, len(t))
+    told = find_switchings(Swing(t, x, on=1.0, off=-1.0))
+    assert told is not None and [bend.t for bend in told] == pytest.approx(edges[1:-1], abs=20)
 
 
 def test_a_fit_that_follows_them_keeps_step_from_anywhere(chilled: Machine, tmp_path: Path) -> None:

@@ -70,12 +70,21 @@ class Bend:
 
 class _Crossing(NamedTuple):
     """Where the readings come near a level that switches. begin, near, stop: samples from which they approach it, at
-    which they come near it, and the next one; way: 1 on, −1 off."""
+    which they come near it, and the next one; way: 1 on, −1 off; is_whole: whether they come from the middle, which
+    those of a run that begins beyond it do not."""
 
     begin: int
     near: int
     stop: int
     way: float
+    is_whole: bool = True
+
+    @property
+    def last(self) -> int:
+        """The sample before which a bend is looked for: twice as long after they come near the level as they took to
+        get there from the middle, at most, for they may slow down before it."""
+        took = self.near - self.begin
+        return min(self.near + AFTER * took, self.stop) if self.is_whole and took >= FEWEST else self.stop
 
 
 def find_switchings(swing: Swing) -> list[Bend] | None:
@@ -105,7 +114,7 @@ def _list_crossings(swing: Swing, refused: Container[int]) -> list[_Crossing]:
     """Of every switching in turn. refused: samples at which it was no switching that brought the readings near."""
     smooth = _smooth(swing.x)
     middle, is_on, k, since = (swing.on + swing.off) / 2, smooth[0] > swing.on, 0, 0
-    found: list[tuple[int, int, float]] = []
+    found: list[_Crossing] = []
     levels = {True: (-1.0, -(swing.off + swing.near)), False: (1.0, swing.on - swing.near)}
     while True:
         way, level = levels[bool(is_on)]
@@ -118,19 +127,17 @@ def _list_crossings(swing: Swing, refused: Container[int]) -> list[_Crossing]:
             k += int(back[0]) if len(back) else len(smooth)
             continue
         before = np.flatnonzero(way * smooth[since:k] < way * middle)
-        found.append((since + int(before[-1]) if len(before) else since, k, way))
+        begin = since + int(before[-1]) if len(before) else since
+        found.append(_Crossing(begin, k, len(smooth), way, bool(len(before))))
         is_on, since = not is_on, k
-    stops = [*(near for _, near, _ in found[1:]), len(smooth)]
-    return [_Crossing(begin, near, stop, way) for (begin, near, way), stop in zip(found, stops, strict=False)]
+    return [*(c._replace(stop=following.near) for c, following in pairwise(found)), *found[-1:]]
 
 
 def _find_bend(swing: Swing, at: _Crossing, level: float | None = None) -> Bend:
-    """Where the readings bend: twice as long after they come near the level as they took to get there from the middle,
-    at most, for they may slow down before it; a run that begins near it took none. 1σ is how far off the instant may be
-    for as much more as noise leaves; level: what they read there, where that is known."""
-    last = at.stop if at.near - at.begin < FEWEST else min(at.near + AFTER * (at.near - at.begin), at.stop)
-    t, x = swing.t[at.begin : last], swing.x[at.begin : last]
-    if last - at.near < FEWEST:
+    """Where the readings bend. 1σ is how far off the instant may be for as much more as noise leaves; level: what they
+    read there, where that is known."""
+    t, x = swing.t[at.begin : at.last], swing.x[at.begin : at.last]
+    if at.last - at.near < FEWEST:
         return Bend(float(swing.t[at.near]), float(t[-1] - t[0]), float(x[-1]), 0.0)
     tried = np.linspace(swing.t[at.near], t[-2], INSTANTS)
     left, there, turns = np.array([_fit_bend(t, x, s, level) for s in tried]).T

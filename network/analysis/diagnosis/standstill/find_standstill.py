@@ -45,7 +45,7 @@ def find_standstill(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[Sta
     best of the catalogue scores about the same fit [nats]."""
     try:
         best = _find_best(h)
-        if best is None or not _is_plain(best) or not _lasts(h, best):
+        if best is None or not _is_plain(best) or not (best.lasts and _lasts(h, best)):
             return None
         if not _is_full(h, best) or not best.beats_unknown:
             return None

@@ -27,10 +27,10 @@ STILL = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Edges:
-    """Stops with their edges moved; std: 1σ of those of the first of them [s]; moved: by how much, at most [s]."""
+    """Stops with their edges moved; std: 1σ of each edge [s], in their order; moved: by how much, at most [s]."""
 
     stops: tuple[Windows, ...]
-    std: tuple[float, float]
+    std: tuple[float, ...]
     moved: float
 
 
@@ -47,7 +47,7 @@ def refine_edges(about: Callable[[tuple[Windows, ...]], Linearised], stops: tupl
         if is_still:
             break
     far = float(np.abs(edges - first).max())
-    return Edges(_as_stops(edges, stops), (float(std[0]), float(std[1])), far)
+    return Edges(_as_stops(edges, stops), tuple(std.tolist()), far)
 
 
 def _find_step(at: Linearised, stops: tuple[Windows, ...]) -> tuple[Array, Array]:

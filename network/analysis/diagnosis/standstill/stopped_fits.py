@@ -29,7 +29,7 @@ Stops = tuple[Windows, ...]
 @dataclass(frozen=True, eq=False)
 class Stopped:
     """Fits to the recordings as they are and with a driver stopped in some windows; tried: stretches that one of them
-    was chosen from; edges: how well those of its first window are known."""
+    was chosen from; edges: how well those of the windows are known."""
 
     before: Hypothesis
     after: Hypothesis
@@ -55,6 +55,14 @@ class Stopped:
         return SETTINGS.least + sum(map(len, self.stops)) * float(np.log(self.tried))
 
     @property
+    def lasts(self) -> bool:
+        """Whether every stop lasts for more than its edges leave open; a relay that begins out of step seems to stand
+        for next to nothing."""
+        edges = np.array([edge for own in self.stops for window in own for edge in window]).reshape(-1, 2)
+        std = np.zeros_like(edges) if self.edges is None else np.reshape(self.edges.std, (-1, 2))
+        return bool((np.diff(edges)[:, 0] > SETTINGS.errors * np.hypot(*std.T)).all())
+
+    @property
     def beats_unknown(self) -> bool:
         """Whether with unknown heat or an unknown error beside it it explains more than these alone."""
         alone, beside = (explain_unknown_at_most(h.linearised, h.machine) for h in (self.before, self.after))
@@ -63,9 +71,9 @@ class Stopped:
     def tell(self, recordings: tuple[Recording, ...]) -> StandstillFault:
         """As a fault of the recordings as they are."""
         belief = 1 - belief_in_nothing(self.worth - self.price)
-        std = (0.0, 0.0) if self.edges is None else self.edges.std
+        begins, ends = (0.0, 0.0) if self.edges is None else self.edges.std[:2]
         sure, gain = min(belief, FAULTY), self.gain - self.price
-        return StandstillFault(recordings, gain, self.driver, self.stops, std, sure)
+        return StandstillFault(recordings, gain, self.driver, self.stops, (begins, ends), sure)
 
 
 def square_channels(h: Hypothesis) -> dict[str, float]:
