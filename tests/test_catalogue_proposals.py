@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from network.catalogue.declaration.declare import Array, Effect
 from network.catalogue.declaration.discovery import kinds
 from network.catalogue.declaration.fields import ParamField
 from network.catalogue.declaration.patch import Patch
-from network.catalogue.expansions.base import Expansion
+from network.catalogue.expansions.base import Expansion, neighbours, supports
 from network.catalogue.mechanisms.base import Source
 from network.catalogue.mechanisms.convection import Convection
 from network.catalogue.mechanisms.friction import turning
@@ -257,8 +258,8 @@ def test_a_displacement_is_proposed_both_ways(cls: type[Effect], layout: str) ->
 
 
 def test_parts_joined_over_a_massless_seat_are_neighbours() -> None:
-    pairs = {tuple(body["between"]) for body in places("tilt", machine())}
-    assert pairs == {("shaft", "housing"), ("housing", "column")}
+    bends, tilts = ({tuple(body["between"]) for body in places(kind, machine())} for kind in ("bending", "tilt"))
+    assert bends == {("shaft", "housing"), ("housing", "column")} == tilts - {("shaft", "column")}
 
 
 def test_proposals_are_as_large_as_the_machine() -> None:
@@ -270,3 +271,12 @@ def test_proposals_are_as_large_as_the_machine() -> None:
     heats = [[body["power"] for body in places("heat_source", on)] for on in (rig, mill)]
     assert heats == [["0.031 W"] * 2, ["130 W"] * 12]
     assert size_of(machine("alone")) == 1
+
+
+def test_parts_that_stand_on_one_part_may_tilt_what_they_carry() -> None:
+    machine = Machine.load(SHIPPED / "gantry_spindle.yaml")
+    near = {frozenset(pair) for pair in neighbours(machine)}
+    told = [frozenset(pair) for pair in supports(machine)]
+    over = {frozenset((a, b)) for a, b in combinations(machine.nodes, 2)
+            if any({frozenset((a, c)), frozenset((c, b))} <= near for c in machine.nodes)}  # fmt: skip
+    assert len(told) == len({*told}) and {*told} == near | over and over - near

@@ -15,10 +15,10 @@ from network.catalogue.expansions.base import (
     Reading,
     choose,
     lie_in_one_lump,
-    neighbours,
     own_expansion,
     own_length,
     steel_unless_known,
+    supports,
     tell_one_lump,
 )
 from network.catalogue.mechanisms.mechanism import Inputs
@@ -96,7 +96,7 @@ class Tilt(Expansion, kind="tilt"):
 
     @classmethod
     def subjects(cls, machine: MachineLike, axis: str) -> Iterator[tuple[str, dict[str, Any]]]:
-        """Parts that are joined, as supports of a typical length."""
-        for a, b in neighbours(machine):
+        """Parts that are joined or stand on one part, as supports of a typical length."""
+        for a, b in supports(machine):
             arm = {"arm": "400 mm"} if axis in LINEAR_AXES else {}
             yield f"{a} {b}", {"between": [a, b], "length": "300 mm", **arm, **steel_unless_known(machine, a, b)}

@@ -36,9 +36,9 @@ STRAY = 2.0
 
 
 def list_findings(search: Search, after: Machine) -> list[Finding]:
-    """What was wrong with readings, then what was found, in the machine with its numbers; a fault that leaves much, and
-    for which there was no time to see what is found without it, comes last."""
-    faults, found = [*_faults(search, after)], [*_findings(search, after)]
+    """What was wrong with readings, then what was found, what explains most first, in the machine with its numbers; a
+    fault that leaves much, and for which there was no time to see what is found without it, comes last."""
+    faults, found = [*_faults(search, after)], sorted(_findings(search, after), key=lambda f: -f.gain)
     is_open = search.fault is not None and search.fault.competes and search.best.chi > SETTINGS.adequate
     return [*found, *faults] if is_open and search.ended else [*faults, *found]
 

@@ -18,6 +18,7 @@ from network.analysis.diagnosis.latent_heat.latent_rest import Rest, find_rest, 
 from network.analysis.diagnosis.lumps.coarse_surrogate import build_surrogate
 from network.analysis.diagnosis.screening.screen import SHOWS, score_candidates
 from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.steps.rival_acceptance import is_worth
 from network.analysis.diagnosis.steps.selection import Selection
 from network.analysis.diagnosis.steps.strength import errors_from_nothing
 from network.analysis.diagnosis.steps.unseen_runs import Unseen, tell_all_unseen
@@ -187,10 +188,11 @@ def _is_of_one_half(now: Selection, c: Candidate) -> bool:
 
 
 def _gain_over(current: Hypothesis, less: Hypothesis, rest: Rest | None, out: Candidate) -> float:
-    """Evidence that a finding (out) adds to a hypothesis without it; none where it may as well not be there, or where
-    heat of any course (rest: beside all that was found) tells what is left as well without it."""
+    """Evidence that a finding (out) adds to a hypothesis without it; none where it may as well not be there, is not
+    worth a name any more, or where heat of any course (rest: beside all that was found) tells what is left as well
+    without it."""
     gain = current.evidence - less.evidence
-    if errors_from_nothing(gain, current.chi) < SETTINGS.errors:
+    if errors_from_nothing(gain, current.chi) < SETTINGS.errors or not is_worth(less, current):
         return -np.inf
     imitates = rest is not None and is_imitation(rest, less, out.is_steady)
     return -np.inf if imitates else gain

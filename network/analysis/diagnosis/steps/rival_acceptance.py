@@ -95,6 +95,10 @@ def _fit_on_lumps(case: Case, root: Machine, first: Hypothesis, h: Hypothesis) -
 
 def is_gain(before: Hypothesis, after: Hypothesis, threshold: float) -> bool:
     """More evidence than chance gives, and a misfit that is worth a name, or sensors that are not far off any more."""
-    is_worth = after.chi < before.chi * (1 - SETTINGS.worth)
+    return after.evidence - before.evidence > threshold and is_worth(before, after)
+
+
+def is_worth(before: Hypothesis, after: Hypothesis) -> bool:
+    """Whether a hypothesis takes away as much as a name is worth, or lets sensors come back that were far off."""
     is_relief = before.offset_pull > SETTINGS.strained and after.offset_pull < SETTINGS.errors
-    return after.evidence - before.evidence > threshold and (is_worth or is_relief)
+    return is_relief or after.chi < before.chi * (1 - SETTINGS.worth)
