@@ -83,6 +83,22 @@ def test_a_room_that_drifts_and_one_that_does_not_stay_are_one_room() -> None:
     assert len(withhold_names([room, replace(drift, places=("hall",))])) == 2
 
 
+def test_what_stands_in_for_a_room_is_no_other_finding() -> None:
+    course = UnknownHeat(Location(("ambient",), is_held=True), 1.0, 1.0, 50.0, (), (), ())
+    room = replace(tell("ambient_drift", 0.5, holds=None), places=("ambient",), patch=Patch({}), course=course)
+    (told,) = withhold_names([room, tell("hidden_mass", 0.3)])
+    assert told.is_room and told.patch == tell("hidden_mass", 0.3).patch
+    assert len(withhold_names([room, tell("hidden_mass", 0.6)])) == 2
+
+
+def test_what_a_fault_of_a_channel_leaves_there_is_the_fault() -> None:
+    fault = replace(tell("sensor_fault", 0.9, holds=None), places=(), channels=("T_bed",))
+    left = replace(tell(UNKNOWN, 0.5), places=(), channels=("T_bed",))
+    (told,) = withhold_names([fault, left])
+    assert (told.kind, told.part) == ("sensor_fault", "part")
+    assert len(withhold_names([fault, replace(left, channels=("T_head",))])) == 2
+
+
 def test_two_of_one_kind_at_one_place_are_one_thing_of_another_form() -> None:
     first, again = tell("timed_source", 0.9), tell("timed_source", 0.6)
     again = replace(again, patch=Patch({"sources": {"later": {"kind": "timed_source"}}}), sentence="Bed is hot.")

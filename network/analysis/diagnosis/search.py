@@ -72,7 +72,7 @@ def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[f
 def _is_found_again(now: Search, first: Search) -> bool:
     """Whether the fault of readings explains more than chance on the lumps and under the noise of the null, too, where
     these are others than those it was found on (first): what coarse lumps leave looks like a fault."""
-    if now.fault is None or now.fault.competes or now.null.machine is now.written.machine:
+    if now.fault is None or now.null.machine is now.written.machine:
         return True
     case = replace(now.fault.leave_wrong(first.case), noise=now.case.noise, sigma=now.case.sigma)
     try:

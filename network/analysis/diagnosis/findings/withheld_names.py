@@ -24,26 +24,36 @@ def withhold_names(findings: Sequence[Finding]) -> list[Finding]:
 
 
 def _join_alike(findings: Sequence[Finding]) -> list[Finding]:
-    """The first of one kind at one place, with the others of it: its form is not exactly that of the kind."""
-    told: dict[tuple[object, ...], Finding] = {}
-    for k, f in enumerate(findings):
-        key = (k,) if f.is_unnamed or f.is_cut else (f.kind, f.places, f.channels)
-        told[key] = _take_in(told[key], f) if key in told else f
-    return [*told.values()]
+    """The first of one kind at one place, with the others of it, and a fault of a channel with what it leaves there."""
+    told: list[Finding] = []
+    for f in findings:
+        k = next((k for k, first in enumerate(told) if _is_one(first, f)), None)
+        if k is None:
+            told.append(f)
+        else:
+            told[k] = _take_in(told[k], f)
+    return told
+
+
+def _is_one(first: Finding, other: Finding) -> bool:
+    is_what_it_leaves = bool(other.channels) and other.is_unnamed
+    is_named = not (first.is_unnamed or first.is_cut)
+    return is_named and _sits_with(first, other) and (first.kind == other.kind or is_what_it_leaves)
 
 
 def _take_in(first: Finding, other: Finding) -> Finding:
-    """A finding with another of its kind at its place."""
+    """A finding with another that is the same thing: its form is not exactly that of its kind."""
     sure = min(first.confidence, SETTINGS.barred)
     patch = Patch.of([*first.patch.by_name(), *other.patch.by_name()])
     said = f"{first.sentence} Beside it: {other.sentence}"
-    doubts = (*first.doubts, "it takes two of its kind to tell it")
+    doubts = (*first.doubts, "it does not tell all that shows there")
     return replace(first, patch=patch, sentence=said, confidence=sure, doubts=doubts)
 
 
 def _join_unnamed(findings: Sequence[Finding]) -> list[Finding]:
-    """Something without a sure name in the place of something that has none is the nearest that is known of that; and
-    surroundings that drift are no other finding than that the same do not stay at what is given for them."""
+    """Something without a sure name in the place of something that has none is the nearest that is known of that, and
+    anywhere beside surroundings that do not stay at what is given for them, for these touch every part; that they drift
+    is no other finding."""
     told = [f for f in findings if f.is_unnamed and not f.is_withheld]
     near = {id(f): [other for other in findings if _is_near(other, f)] for f in told}
     gone = {id(w) for joined in near.values() for w in joined}
@@ -51,8 +61,12 @@ def _join_unnamed(findings: Sequence[Finding]) -> list[Finding]:
 
 
 def _is_near(other: Finding, unnamed: Finding) -> bool:
-    is_there = other is not unnamed and (other.places, other.channels) == (unnamed.places, unnamed.channels)
-    return is_there and (other.is_withheld or other.kind == unnamed.kind)
+    is_there, is_other = _sits_with(other, unnamed), other is not unnamed
+    return is_other and (other.is_withheld and (is_there or unnamed.is_room) or is_there and other.kind == unnamed.kind)
+
+
+def _sits_with(one: Finding, other: Finding) -> bool:
+    return (one.places, one.channels) == (other.places, other.channels)
 
 
 def _join(f: Finding, near: Sequence[Finding]) -> Finding:

@@ -79,6 +79,10 @@ class StandstillFault(ReadingFault):
         return ()
 
     @property
+    def competes(self) -> bool:
+        return True
+
+    @property
     def stands_alone(self) -> bool:
         return True
 
