@@ -124,7 +124,7 @@ def _search_from(
     finest = max(levels, key=_evidence)
     if now.fault is None and sets_right and finest is not now.written:  # in that one they were looked for before
         finest = build_surrogate(finest)
-        fault, finest = _set_right(finest, jobs) if finest.machine.lumps <= MANY else (None, finest)
+        fault, finest = _set_right(finest, jobs, is_finest=True) if finest.machine.lumps <= MANY else (None, finest)
         if fault is not None:
             now = _with_fault(now, fault, finest)
             levels = refine_lumps(now.case, now.written, jobs)
@@ -199,12 +199,13 @@ def _how_ended(end: BaseException) -> str:
     return "stopped" if isinstance(end, KeyboardInterrupt) else "broken"
 
 
-def _set_right(h: Hypothesis, jobs: int) -> tuple[ReadingFault | None, Hypothesis]:
-    """The fault of a reading that explains most, and the fit to the readings set right; the same fit without one."""
+def _set_right(h: Hypothesis, jobs: int, is_finest: bool = False) -> tuple[ReadingFault | None, Hypothesis]:
+    """The fault of a reading that explains most, and the fit to the readings set right; the same fit without one.
+    is_finest: whether lumps were refined as far as readings with a fault let them be."""
     if h.chi <= SETTINGS.noise:
         return None, h
     rival_gain = cache(partial(_best_score, h, jobs))
-    told = find_reading_fault(h, rival_gain), find_exchange(h, rival_gain), find_standstill(h, rival_gain)
+    told = find_reading_fault(h, rival_gain, is_finest), find_exchange(h, rival_gain), find_standstill(h, rival_gain)
     return max((pair for pair in told if pair is not None), key=lambda pair: pair[0].gain, default=(None, h))
 
 

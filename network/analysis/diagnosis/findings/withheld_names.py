@@ -61,8 +61,9 @@ def _join_unnamed(findings: Sequence[Finding]) -> list[Finding]:
 
 
 def _is_near(other: Finding, unnamed: Finding) -> bool:
-    is_there, is_other = _sits_with(other, unnamed), other is not unnamed
-    return is_other and (other.is_withheld and (is_there or unnamed.is_room) or is_there and other.kind == unnamed.kind)
+    is_there = _sits_with(other, unnamed)
+    is_its = other.is_withheld and (is_there or unnamed.is_room)
+    return other is not unnamed and (is_its or (is_there and other.kind == unnamed.kind))
 
 
 def _sits_with(one: Finding, other: Finding) -> bool:

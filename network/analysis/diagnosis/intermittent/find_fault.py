@@ -10,8 +10,10 @@ from network.analysis.diagnosis.intermittent.intermittent_fault import find_inte
 from network.analysis.diagnosis.intermittent.onset_fault import find_onset_fault
 
 
-def find_reading_fault(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[ChannelFault, Hypothesis] | None:
+def find_reading_fault(
+    h: Hypothesis, rival_gain: Callable[[], float], may_be_open: bool = False
+) -> tuple[ChannelFault, Hypothesis] | None:
     """It, and the hypothesis fitted to the readings set right; None where there is none. rival_gain: what the best of
-    the catalogue scores about the same fit [nats]."""
-    told = find_intermittent_fault(h), find_onset_fault(h, rival_gain)
+    the catalogue scores about the same fit [nats]; may_be_open: whether much may be left beside one that lasts."""
+    told = find_intermittent_fault(h), find_onset_fault(h, rival_gain, may_be_open)
     return max((pair for pair in told if pair is not None), key=lambda pair: pair[0].gain, default=None)

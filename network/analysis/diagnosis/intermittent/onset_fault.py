@@ -4,12 +4,16 @@ A reading that jumps where no input does and no other channel does has failed, w
 hardly anything of that channel's own excess in that run is left. A drift, or a jump that noise covers, could be heat,
 too: it counts where hardly anything is left at all, and neither the catalogue nor unknown heat anywhere explains as
 much, and its beginning is told. What should be seen to jump and does not is none.
+
+Coarse lumps leave much, and lumps are not refined as far as they should be where a reading is wrong: what takes most of
+that away is looked at again beside finer ones, where it has to hold (search).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -30,7 +34,7 @@ from network.analysis.diagnosis.intermittent.channel_fault import (
 )
 from network.analysis.diagnosis.intermittent.channel_samples import excess_of
 from network.analysis.diagnosis.intermittent.fault_shapes import list_shapes
-from network.analysis.diagnosis.intermittent.onset_jump import ResidualSteps, list_lone_jumps, watch_jump
+from network.analysis.diagnosis.intermittent.onset_jump import Jump, ResidualSteps, list_lone_jumps, watch_jump
 from network.analysis.diagnosis.intermittent.onset_scan import Onset, OnsetScan
 from network.analysis.diagnosis.latent_heat.locate import locate
 from network.analysis.diagnosis.settings import SETTINGS
@@ -51,10 +55,12 @@ NEARLY = 1.5
 
 @dataclass(frozen=True, eq=False)
 class OnsetFault(ChannelFault):
-    """onset: what it is, and from when on; is_clear: whether a jump shows it that nothing else could be."""
+    """onset: what it is, and from when on; is_clear: whether a jump shows it that nothing else could be; is_open:
+    whether what is left beside it may be anything."""
 
     onset: Onset
     is_clear: bool
+    is_open: bool = False
 
     @property
     def kind(self) -> str:
@@ -67,6 +73,10 @@ class OnsetFault(ChannelFault):
     @property
     def channel(self) -> str:
         return self.onset.shape.channel
+
+    @property
+    def competes(self) -> bool:
+        return self.is_open
 
     @property
     def quantities(self) -> Mapping[str, Quantity]:
@@ -115,9 +125,12 @@ class OnsetFault(ChannelFault):
         return [recording, *([self.correct_windows(recording, whole)] if self.lasts else [])]
 
 
-def find_onset_fault(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[OnsetFault, Hypothesis] | None:
+def find_onset_fault(
+    h: Hypothesis, rival_gain: Callable[[], float], may_be_open: bool = False
+) -> tuple[OnsetFault, Hypothesis] | None:
     """The fault that explains most, and the hypothesis fitted to the readings set right; None where there is none.
-    rival_gain: what the best of the catalogue scores about the same fit [nats]."""
+    rival_gain: what the best of the catalogue scores about the same fit [nats]; may_be_open: whether much may be left
+    beside it, for finer lumps to tell."""
     recordings = h.case.recordings
     scan, steps = OnsetScan(h.linearised, tuple(list_shapes(h)), recordings), ResidualSteps(h, recordings)
     jumps = [o for jump in list_lone_jumps(steps) for o in scan.begun_at(*jump)]
@@ -127,7 +140,8 @@ def find_onset_fault(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[On
     clear = [f for f in faults if f.is_clear]
     other = [f for f in faults if not f.is_clear and f.onset.since > PER_WINDOW and _may_mend(h, f.onset)][:1]
     groups = (clear[:CONFIRMED], (f for f in other if _beats_unknown(h, f) and rival_gain() < f.gain))
-    return next((pair for group in groups if (pair := _confirm_best(h, group)) is not None), None)
+    told = (_confirm_best(h, group) for group in groups)
+    return next((pair for pair in told if pair is not None and (may_be_open or not pair[0].is_open)), None)
 
 
 def _beats_unknown(h: Hypothesis, fault: OnsetFault) -> bool:
@@ -152,7 +166,7 @@ def _confirm_best(h: Hypothesis, faults: Iterable[OnsetFault]) -> tuple[OnsetFau
     if best is None or best.fault.gain <= 0:
         return None
     settled = _settle(h, best)
-    return (settled.fault, settled.after) if settled.holds else None
+    return (replace(settled.fault, is_open=not settled.is_alone), settled.after) if settled.holds else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,14 +179,25 @@ class _Corrected:
 
     @property
     def holds(self) -> bool:
-        """Whether it jumps where its size says so, and hardly anything is left: of that channel in that run where a
-        jump shows it that nothing else could be, else of all; what leaves more may be looked for beside the rest."""
-        jump = watch_jump(ResidualSteps(self.after, self.fault.recordings), self.fault.onset)
-        if jump.is_due and not jump.is_seen:
+        """Whether it jumps where its size says so, and takes most of what was left away: of that channel in that run
+        where a jump shows it that nothing else could be, else of all."""
+        if self._jump.is_due and not self._jump.is_seen:
             return False
+        return is_mended(self.before, self.after) or self._is_shown
+
+    @property
+    def is_alone(self) -> bool:
+        """Whether hardly anything is left beside it, or its jump shows it whatever is."""
+        return self.after.chi <= SETTINGS.adequate or self._is_shown
+
+    @cached_property
+    def _jump(self) -> Jump:
+        return watch_jump(ResidualSteps(self.after, self.fault.recordings), self.fault.onset)
+
+    @cached_property
+    def _is_shown(self) -> bool:
         left = [excess_of(x, [self.fault.channel], [self.fault.onset.run]) for x in (self.before, self.after)]
-        is_all = self.after.chi <= SETTINGS.adequate and is_mended(self.before, self.after)
-        return is_all or (jump.is_clear and left[1] <= LEFT * left[0])
+        return self._jump.is_clear and left[1] <= LEFT * left[0]
 
 
 def _correct(h: Hypothesis, fault: OnsetFault, begin: Hypothesis | None = None) -> _Corrected | None:
