@@ -331,7 +331,8 @@ def test_what_does_not_hold_at_the_end_goes_and_the_rest_is_judged_again(monkeyp
             evidence=evidence[names],
             values={},
             case=None,
-            chi=3.0 if "B" in names else 1.0,
+            chi=(3.4 if "B" in names else 1.0) * 0.9 ** len(names.replace("e", "")),
+            offset_pull=0.0,
         )
 
     def chosen(names: str, of_one_half: str = "") -> SimpleNamespace:
@@ -343,6 +344,7 @@ def test_what_does_not_hold_at_the_end_goes_and_the_rest_is_judged_again(monkeyp
         return SimpleNamespace(best=hypothesis(names), threshold=12.0, unseen_of=test.get, step_of=names.index)
 
     evidence |= {"d": 1.0, "bd": 80.0}
+    evidence |= {"e": 1.0, "be": 90.0}  # e adds much to b by evidence, and takes nothing off the misfit
     beside_heat = {"bd": 303.0}  # d adds 50 nats to b, and 3 where heat of any course stands beside both
 
     def find_rest(h: SimpleNamespace) -> SimpleNamespace:
@@ -356,7 +358,7 @@ def test_what_does_not_hold_at_the_end_goes_and_the_rest_is_judged_again(monkeyp
     monkeypatch.setattr(backward_elimination, "run_all", lambda work, items, jobs: [work(x) for x in items])
     expected = {
         "a": ("", ()), "ab": ("b", (30.0,)), "abc": ("bc", (58.0, 30.0)), "": ("", ()), "B": ("", ()),
-        "bd": ("b", (30.0,)),
+        "bd": ("b", (30.0,)), "be": ("b", (30.0,)),
     }  # fmt: skip
     evidence["B"] = 40.0  # the capital leaves three times the noise: √80/3 is less than three standard errors
     for names, (left, gains) in expected.items():

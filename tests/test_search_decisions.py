@@ -346,7 +346,7 @@ def test_a_fault_has_to_explain_more_than_chance_on_the_finer_lumps_too(
         search, "fit_hypothesis", lambda case, machine, start: asked.append((case, machine)) or h(1.0, 100.0)
     )
     null = h(1.0, 100.0 + gain, machine="fine", values={}, linearised=None)
-    fault = bare(competes=False, leave_wrong=lambda case: case)
+    fault = bare(leave_wrong=lambda case: case)
     now = bare(fault=fault, null=null, written=bare(machine="coarse"), case=bare(noise="n", sigma="s"))
     assert search._is_found_again(now, bare(case="bare")) == stays
     assert asked == [(("bare", {"noise": "n", "sigma": "s"}), "fine")]
@@ -1025,7 +1025,7 @@ def test_a_stop_lasts_for_more_than_its_edges() -> None:
     of = bare(predictions=(bare(run=bare(knots=bare(t=np.arange(0.0, 3600.0, 60.0)))),))
     short, long, both = ((600.0, 710.0),), ((600.0, 730.0),), ((0.0, 900.0), (1200.0, 1260.0))
     for windows, told in ((short, False), (long, True), (both, False)):
-        assert find_standstill._lasts(of, bare(stops=(windows,))) is told
+        assert find_standstill._spans_steps(of, bare(stops=(windows,))) is told
     assert find_standstill._is_plain(bare(driver=bare(source=""), after=h(9.0)))
     assert not find_standstill._is_plain(bare(driver=bare(source="pump"), after=h(9.0)))
     assert find_standstill._is_plain(bare(driver=bare(source="pump"), after=h(1.0)))

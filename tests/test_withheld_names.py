@@ -11,7 +11,6 @@ from network.analysis.diagnosis.findings.withheld_names import withhold_names
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
 from network.analysis.diagnosis.latent_heat.location import Location
 from network.analysis.diagnosis.screening.crossed_splits import UnseenTest
-from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.patch import Patch
 
 SHOWS = UnseenTest((1e-9, 1e-9), (("guide_friction", "bed"), ("guide_friction", "bed")))
@@ -89,21 +88,3 @@ def test_what_stands_in_for_a_room_is_no_other_finding() -> None:
     (told,) = withhold_names([room, tell("hidden_mass", 0.3)])
     assert told.is_room and told.patch == tell("hidden_mass", 0.3).patch
     assert len(withhold_names([room, tell("hidden_mass", 0.6)])) == 2
-
-
-def test_what_a_fault_of_a_channel_leaves_there_is_the_fault() -> None:
-    fault = replace(tell("sensor_fault", 0.9, holds=None), places=(), channels=("T_bed",))
-    left = replace(tell(UNKNOWN, 0.5), places=(), channels=("T_bed",))
-    (told,) = withhold_names([fault, left])
-    assert (told.kind, told.part) == ("sensor_fault", "part")
-    assert len(withhold_names([fault, replace(left, channels=("T_head",))])) == 2
-
-
-def test_two_of_one_kind_at_one_place_are_one_thing_of_another_form() -> None:
-    first, again = tell("timed_source", 0.9), tell("timed_source", 0.6)
-    again = replace(again, patch=Patch({"sources": {"later": {"kind": "timed_source"}}}), sentence="Bed is hot.")
-    (told,) = withhold_names([first, again])
-    assert {*told.patch["sources"]} == {"warm", "later"} and told.sentence == "Bed is warm. Beside it: Bed is hot."
-    assert (told.part, told.confidence) == ("part", SETTINGS.barred)
-    elsewhere = replace(again, places=("column",))
-    assert withhold_names([first, elsewhere]) == [first, elsewhere]

@@ -97,9 +97,13 @@ class ReadingFault(ABC):
         """The recordings of a case that was set right, sampled as they were."""
         return case.recordings
 
-    def leave_wrong(self, case: Case) -> Case:
-        """A case with the fault in its recordings, laid out for that machine as what is set right is."""
+    def lay_alike(self, case: Case) -> Case:
+        """A case as it was recorded, without the readings that what is set right does not have."""
         return case
+
+    def leave_wrong(self, case: Case) -> Case:
+        """A case with the fault in its recordings, laid out for the machine that is set right."""
+        return self.lay_alike(case)
 
     def leave_in(self, machine: Machine) -> Machine:
         """A machine for what is recorded from now on, whose sensor goes on so; the same where it does not."""

@@ -87,14 +87,21 @@ def _weigh_fault(now: Search, states: Iterator[Search], others: Iterator[Search]
     """On from the null of a machine whose readings were set right (now), and from the one without that: from the other
     alone where its lumps explain more, and else to what it comes to where that explains more."""
     other = next(others)
-    if _is_told_better(other, now, jobs):
+    if _is_told_better(_lay_alike(now, other), now, jobs):
         yield from chain([other], others)
         return
     for now in states:
         yield now
     *_, other = chain([other], others)
-    if _is_told_better(other, now, jobs):
+    if _is_told_better(_lay_alike(now, other), now, jobs):
         yield other
+
+
+def _lay_alike(now: Search, other: Search) -> Hypothesis:
+    """What a search without the fault came to, on the readings that the one with it has."""
+    assert now.fault is not None
+    best = other.best
+    return reweight(now.fault.lay_alike(best.case), best)
 
 
 def _search_beside(found: Search, seed: int, jobs: int, tell: Callable[[float], None]) -> Iterator[Search]:
@@ -219,10 +226,10 @@ def _evidence(h: Hypothesis) -> float:
     return h.evidence
 
 
-def _is_told_better(other: Search, now: Search, jobs: int) -> bool:
+def _is_told_better(other: Hypothesis, now: Search, jobs: int) -> bool:
     """Whether what a search came to explains more than another, in units of how long lasts what both leave, and, where
     that is much, tells runs that it has not seen better, too: what bends itself to the runs explains these alone."""
-    ends = [reweight(use_file_noise(search.best.case), search.best) for search in (other, now)]
+    ends = [reweight(use_file_noise(h.case), h) for h in (other, now.best)]
     firm = min(lasting_misfit(h.linearised) for h in ends)
     if (ends[0].evidence - ends[1].evidence) / firm**2 <= SETTINGS.alike:
         return False

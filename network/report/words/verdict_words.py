@@ -106,8 +106,9 @@ def _is_untaken(d: Diagnosis) -> bool:
 
 
 def _is_room(d: Diagnosis) -> bool:
-    """Whether the first that was found is not in the file that is written, but around the machine."""
-    return any(f.is_room for f in d.findings[:2]) and not any(f.patch and f.parameters for f in d.findings)
+    """Whether the first that was found is around the machine, and no more than what stands in for it in the file."""
+    others = [f for f in d.findings if not f.is_room]
+    return any(f.is_room for f in d.findings[:2]) and not any(f.patch and f.parameters for f in others)
 
 
 def _part(d: Diagnosis) -> str:

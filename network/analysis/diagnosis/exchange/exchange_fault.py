@@ -87,6 +87,13 @@ class ExchangeFault(ReadingFault):
         swap = candidate(case.machine, SensorSwap, self.swap.patch)
         return case if swap is None else replace(case, machine=swap.machine)
 
+    def leave_wrong(self, case: Case) -> Case:
+        """For a machine that has the exchange, readings exchanged are those that it does not explain."""
+        if not self.is_machines:
+            return case
+        everywhere = (True,) * len(case.recordings)
+        return replace(case, recordings=exchange_runs(case.recordings, self.pair, everywhere))
+
     def list_corrections(self, residual: RecordingResidual, numbers: Numbers) -> list[Recording]:
         """As it is; and exchanged, where some recordings are and some are not."""
         recording = residual.recording

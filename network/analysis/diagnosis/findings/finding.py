@@ -19,6 +19,7 @@ from network.analysis.diagnosis.findings.conformal import (
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
 from network.analysis.diagnosis.lumps.lump_sentences import cuts_only, lump_sentence
 from network.analysis.diagnosis.screening.crossed_splits import UnseenTest
+from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.patch import Patch
 from network.catalogue.suspects.input_fault import InputFault
 
@@ -111,6 +112,16 @@ class Finding:
     def is_withheld(self) -> bool:
         """Whether it is in the machine by a name that is less likely than not."""
         return self.kind == UNKNOWN and bool(self.patch)
+
+    def sits_with(self, other: Finding) -> bool:
+        """Whether both are of the same places and channels."""
+        return (self.places, self.channels) == (other.places, other.channels)
+
+    def doubted(self, why: str) -> Finding:
+        """With a further doubt, where there is one: then it is not sure."""
+        if not why:
+            return self
+        return replace(self, confidence=min(self.confidence, SETTINGS.barred), doubts=(*self.doubts, why))
 
     def weigh(self, belief: float) -> Finding:
         """With a belief in it beside other findings; a fault of readings stays as sure as it is."""

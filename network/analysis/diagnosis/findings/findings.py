@@ -36,18 +36,20 @@ STRAY = 2.0
 
 
 def list_findings(search: Search, after: Machine) -> list[Finding]:
-    """What was wrong with readings, then what was found, what explains most first, in the machine with its numbers; a
-    fault that leaves much, and for which there was no time to see what is found without it, comes last."""
-    faults, found = [*_faults(search, after)], sorted(_findings(search, after), key=lambda f: -f.gain)
+    """What was wrong with readings, then what was found, in the machine with its numbers; a fault that leaves much, and
+    for which there was no time to see what is found without it, comes last."""
+    faults, found = [*_faults(search, after)], [*_findings(search, after)]
     is_open = search.fault is not None and search.fault.competes and search.best.chi > SETTINGS.adequate
     return [*found, *faults] if is_open and search.ended else [*faults, *found]
 
 
 def _faults(search: Search, after: Machine) -> Iterator[Finding]:
-    """What was wrong with readings; what is a part of the machine from now on is doubted as other parts are."""
+    """What was wrong with readings; what is a part of the machine from now on, or leaves what it competes for, is
+    doubted as other parts are."""
     if (e := search.fault) is not None:
         windows = next(w for w in e.windows if w)
-        doubts = tuple(doubt_search(search)) if e.patch else ()
+        is_part = bool(e.patch) or (e.competes and search.best.chi > SETTINGS.adequate)
+        doubts = tuple(doubt_search(search)) if is_part else ()
         yield Finding(
             e.kind, e.section, (), e.channels, min(e.confidence, SETTINGS.barred) if doubts else e.confidence,
             e.quantities, sentence(e.told), e.patch.as_in(after.tree), e.gain, search.threshold, windows, e.rivals,

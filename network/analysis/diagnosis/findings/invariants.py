@@ -21,6 +21,7 @@ from network.catalogue.declaration.sections import TCP
 if TYPE_CHECKING:
     from network.analysis.diagnosis.search_record import Search
 
+MAY_BE_ONE = "another finding sits in the same place: they may be one thing that the catalogue does not have"
 BLOCKS = 12
 """Of a run, each longer than its errors last."""
 
@@ -100,7 +101,7 @@ def list_strains(h: Hypothesis, c: Candidate) -> Iterator[str]:
     bounded = [i for i in at_bound(h.fit.problem.parameters, h.fit.theta) if i in own]
     yield from (f"its {h.fit.problem.parameters[i].field.key.replace('_', ' ')} stands at its bound" for i in bounded)
     if any(is_one_thing(c, other) for other in h.found if other is not c):
-        yield "another finding sits in the same place: they may be one thing that the catalogue does not have"
+        yield MAY_BE_ONE
     if h.is_bent:
         yield f"a number of the file is bent by more than {SETTINGS.errors:.0f} of its ±"
 

@@ -20,6 +20,7 @@ from network.analysis.diagnosis.findings.finding import UNKNOWN, Finding
 from network.analysis.diagnosis.findings.findings import find_unknown, is_shadow, list_findings, list_rivals
 from network.analysis.diagnosis.findings.invariants import doubt_unseen
 from network.analysis.diagnosis.findings.isolability import isolability
+from network.analysis.diagnosis.findings.joined_findings import join_alike
 from network.analysis.diagnosis.findings.result import Diagnosis, Fits
 from network.analysis.diagnosis.findings.simulated_findings import is_finer, leave_fault, numbers_in, withdraw_refuted
 from network.analysis.diagnosis.findings.withheld_names import withhold_names
@@ -61,8 +62,9 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     coarse = find_lumping(search.written, finest, finer_gain, search.threshold) if is_told else None
     findings, verdict = _decide_verdict(search, list_findings(search, after), coarse, bool(refuted))
     doubt = doubt_unseen(fits)
-    findings = withhold_names([_doubt_finding(f, doubt) for f in _share_belief(findings)])
-    findings = [_doubt_finding(f, WITHDRAWN) if refuted and f.kind == UNKNOWN else f for f in findings]
+    findings = withhold_names(join_alike([f.doubted(doubt) for f in _share_belief(findings)]))
+    findings = [f.doubted(WITHDRAWN) if refuted and f.kind == UNKNOWN else f for f in findings]
+    verdict = "sensor_fault" if verdict == "missing_physics" and _are_sensors(findings) else verdict
     if search.ended:  # nothing is sure
         findings = [replace(f, confidence=min(f.confidence, SETTINGS.half)) for f in findings]
     known = isolability(search.screened.scores, search.screened.proposed)
@@ -101,14 +103,6 @@ def _list_tried(search: Search, findings: Sequence[Finding]) -> set[str]:
     return {h.found[-1].kind.kind for ranked in search.steps for h in ranked} | {f.kind for f in findings}
 
 
-def _doubt_finding(finding: Finding, doubt: str) -> Finding:
-    """A finding with a further doubt, where there is one."""
-    if not doubt:
-        return finding
-    sure = min(finding.confidence, SETTINGS.barred)
-    return replace(finding, confidence=sure, doubts=(*finding.doubts, doubt))
-
-
 def _trace_first(search: Search) -> tuple[UnknownHeat, ...]:
     """Where unknown heat would explain most, with the course of the most probable one where something is missing."""
     places = search.located[:8]
@@ -145,6 +139,12 @@ def _decide_verdict(
     return [], "parameters_only" if wrong else "adequate"
 
 
+def _are_sensors(findings: Sequence[Finding]) -> bool:
+    """Whether all that is told, but for lumps, are faults of channels with a name."""
+    told = [f for f in findings if not f.is_cut]
+    return bool(told) and all(f.channels and not f.is_unnamed for f in told)
+
+
 def _share_belief(findings: Sequence[Finding]) -> list[Finding]:
     """What has no name is believed in as far as names beside it do not hold, and no less than half."""
     holds = [f.holds for f in findings if f.holds is not None]
@@ -156,7 +156,7 @@ def _share_belief(findings: Sequence[Finding]) -> list[Finding]:
 
 def _doubt_stop(finding: Finding) -> Finding:
     """A finding beside what has no name: what fades or comes and goes can look like a drive that stood still."""
-    return _doubt_finding(finding, "what has no name may look like a stop") if finding.is_stop else finding
+    return finding.doubted("what has no name may look like a stop") if finding.is_stop else finding
 
 
 def _is_vain(search: Search) -> bool:

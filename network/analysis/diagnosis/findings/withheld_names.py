@@ -1,7 +1,4 @@
-"""Names that are less likely than not: beside what is told first they are told as something without a name.
-
-So is one thing told once: what takes two of one kind at one place is one finding that has not exactly that form.
-"""
+"""Names that are less likely than not: beside what is told first they are told as something without a name."""
 
 from __future__ import annotations
 
@@ -9,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from network.analysis.diagnosis.findings.finding import UNKNOWN, Finding, Rival
+from network.analysis.diagnosis.findings.joined_findings import lay_together
 from network.analysis.diagnosis.settings import SETTINGS
-from network.catalogue.declaration.patch import Patch
 from network.platform.wording import join_names, sentence
 
 
@@ -20,34 +17,7 @@ def withhold_names(findings: Sequence[Finding]) -> list[Finding]:
     be one thing. The machine keeps what was found: it tells the recordings better."""
     is_later = [any(not other.is_cut for other in findings[:k]) for k in range(len(findings))]
     unsure = [f for f, later in zip(findings, is_later, strict=True) if later and _is_unsure(f)]
-    return _join_alike(_join_unnamed([_withhold(f) if _is_among(f, unsure) else f for f in findings]))
-
-
-def _join_alike(findings: Sequence[Finding]) -> list[Finding]:
-    """The first of one kind at one place, with the others of it, and a fault of a channel with what it leaves there."""
-    told: list[Finding] = []
-    for f in findings:
-        k = next((k for k, first in enumerate(told) if _is_one(first, f)), None)
-        if k is None:
-            told.append(f)
-        else:
-            told[k] = _take_in(told[k], f)
-    return told
-
-
-def _is_one(first: Finding, other: Finding) -> bool:
-    is_what_it_leaves = bool(other.channels) and other.is_unnamed
-    is_named = not (first.is_unnamed or first.is_cut)
-    return is_named and _sits_with(first, other) and (first.kind == other.kind or is_what_it_leaves)
-
-
-def _take_in(first: Finding, other: Finding) -> Finding:
-    """A finding with another that is the same thing: its form is not exactly that of its kind."""
-    sure = min(first.confidence, SETTINGS.barred)
-    patch = Patch.of([*first.patch.by_name(), *other.patch.by_name()])
-    said = f"{first.sentence} Beside it: {other.sentence}"
-    doubts = (*first.doubts, "it does not tell all that shows there")
-    return replace(first, patch=patch, sentence=said, confidence=sure, doubts=doubts)
+    return _join_unnamed([_withhold(f) if _is_among(f, unsure) else f for f in findings])
 
 
 def _join_unnamed(findings: Sequence[Finding]) -> list[Finding]:
@@ -61,20 +31,16 @@ def _join_unnamed(findings: Sequence[Finding]) -> list[Finding]:
 
 
 def _is_near(other: Finding, unnamed: Finding) -> bool:
-    is_there = _sits_with(other, unnamed)
-    is_its = other.is_withheld and (is_there or unnamed.is_room)
-    return other is not unnamed and (is_its or (is_there and other.kind == unnamed.kind))
-
-
-def _sits_with(one: Finding, other: Finding) -> bool:
-    return (one.places, one.channels) == (other.places, other.channels)
+    is_its = other.is_withheld and (other.sits_with(unnamed) or (unnamed.is_room and not other.channels))
+    return other is not unnamed and (is_its or (other.sits_with(unnamed) and other.kind == unnamed.kind))
 
 
 def _join(f: Finding, near: Sequence[Finding]) -> Finding:
     """A finding with all that is near to it in the machine."""
-    entries = [entry for each in (f, *near) for entry in each.patch.by_name()]
-    said, names = " ".join(each.sentence for each in (f, *near)), [r for w in near for r in w.alternatives]
-    return replace(f, patch=Patch.of(entries), sentence=said, alternatives=(*names, *f.alternatives)) if near else f
+    if not near:
+        return f
+    names = [r for w in near for r in w.alternatives]
+    return replace(lay_together(f, near), alternatives=(*names, *f.alternatives))
 
 
 def _is_among(f: Finding, unsure: Sequence[Finding]) -> bool:

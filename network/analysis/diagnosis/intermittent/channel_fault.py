@@ -54,6 +54,9 @@ class ChannelFault(ReadingFault):
     def set_right(self, case: Case) -> Case:
         return self.correct(case)
 
+    def lay_alike(self, case: Case) -> Case:
+        return self.correct(case, sets_right=False)
+
     def list_left_out(self, windows: Windows) -> list[tuple[float, float]]:
         """Where it begins or ends, and readings are left out [s]."""
         return [(edge - EDGE, edge + EDGE) for window in windows for edge in window]
@@ -105,5 +108,5 @@ def _fit(h: Hypothesis, case: Case, begin: Mapping[str, float], steps: int = STE
 
 
 def is_mended(before: Hypothesis, after: Hypothesis) -> bool:
-    """Whether hardly anything is left of the excess."""
+    """Whether most of the excess is gone."""
     return after.chi**2 - 1 <= LEFT * (before.chi**2 - 1)

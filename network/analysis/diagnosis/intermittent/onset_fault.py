@@ -56,7 +56,7 @@ NEARLY = 1.5
 @dataclass(frozen=True, eq=False)
 class OnsetFault(ChannelFault):
     """onset: what it is, and from when on; is_clear: whether a jump shows it that nothing else could be; is_open:
-    whether what is left beside it may be anything."""
+    whether much is left beside it."""
 
     onset: Onset
     is_clear: bool
@@ -140,8 +140,12 @@ def find_onset_fault(
     clear = [f for f in faults if f.is_clear]
     other = [f for f in faults if not f.is_clear and f.onset.since > PER_WINDOW and _may_mend(h, f.onset)][:1]
     groups = (clear[:CONFIRMED], (f for f in other if _beats_unknown(h, f) and rival_gain() < f.gain))
-    told = (_confirm_best(h, group) for group in groups)
-    return next((pair for pair in told if pair is not None and (may_be_open or not pair[0].is_open)), None)
+    open_one = None
+    for pair in (_confirm_best(h, group) for group in groups):
+        if pair is not None and not pair[0].is_open:
+            return pair
+        open_one = open_one or pair
+    return open_one if may_be_open else None
 
 
 def _beats_unknown(h: Hypothesis, fault: OnsetFault) -> bool:
@@ -179,7 +183,7 @@ class _Corrected:
 
     @property
     def holds(self) -> bool:
-        """Whether it jumps where its size says so, and takes most of what was left away: of that channel in that run
+        """Whether it jumps where its size says so, and takes away most of what was left: of that channel in that run
         where a jump shows it that nothing else could be, else of all."""
         if self._jump.is_due and not self._jump.is_seen:
             return False

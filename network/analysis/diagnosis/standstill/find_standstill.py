@@ -45,7 +45,7 @@ def find_standstill(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[Sta
     best of the catalogue scores about the same fit [nats]."""
     try:
         best = _find_best(h)
-        if best is None or not _is_plain(best) or not (best.lasts and _lasts(h, best)):
+        if best is None or not _is_plain(best) or not (best.lasts and _spans_steps(h, best)):
             return None
         if not _is_full(h, best) or not best.beats_unknown:
             return None
@@ -65,7 +65,7 @@ def _is_hopeless(h: Hypothesis, now: Stopped) -> bool:
     return bool(now.driver.source) and leaves_too_much(h, now.after)
 
 
-def _lasts(h: Hypothesis, now: Stopped) -> bool:
+def _spans_steps(h: Hypothesis, now: Stopped) -> bool:
     """Whether every stop lasts for more steps of the fit than its two edges take: an edge of an input that is stamped
     early or late is none."""
     steps = [float(np.median(np.diff(p.run.knots.t))) for p in h.predictions]

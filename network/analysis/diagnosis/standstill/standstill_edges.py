@@ -27,19 +27,21 @@ STILL = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Edges:
-    """Stops with their edges moved; std: 1σ of each edge [s], in their order; moved: by how much, at most [s]."""
+    """Stops with their edges moved; begins: 1σ of when each of them begins [s]; lasts:
+    of how long it lasts, which its edges together tell better than each [s]; moved: by how much, at most [s]."""
 
     stops: tuple[Windows, ...]
-    std: tuple[float, ...]
+    begins: tuple[float, ...]
+    lasts: tuple[float, ...]
     moved: float
 
 
 def refine_edges(about: Callable[[tuple[Windows, ...]], Linearised], stops: tuple[Windows, ...]) -> Edges:
     """about: the fit linearised on recordings with some stops."""
     first = edges = np.array([edge for own in stops for window in own for edge in window])
-    std = np.zeros_like(edges)
+    among = np.zeros((len(edges), len(edges)))
     for _ in range(ROUNDS):
-        step, std = _find_step(about(_as_stops(edges, stops)), _as_stops(edges, stops))
+        step, among = _find_step(about(_as_stops(edges, stops)), _as_stops(edges, stops))
         moved = np.clip(edges + step, first - FARTHEST, first + FARTHEST)
         if (np.diff(moved.reshape(-1, 2)) <= 0).any():
             break
@@ -47,11 +49,13 @@ def refine_edges(about: Callable[[tuple[Windows, ...]], Linearised], stops: tupl
         if is_still:
             break
     far = float(np.abs(edges - first).max())
-    return Edges(_as_stops(edges, stops), tuple(std.tolist()), far)
+    begins, ends = among.diagonal().reshape(-1, 2).T
+    lasts = np.maximum(begins + ends - 2 * among.diagonal(1)[::2], 0.0)
+    return Edges(_as_stops(edges, stops), tuple(np.sqrt(begins).tolist()), tuple(np.sqrt(lasts).tolist()), far)
 
 
 def _find_step(at: Linearised, stops: tuple[Windows, ...]) -> tuple[Array, Array]:
-    """How much later every edge is by the readings, and 1σ [s]."""
+    """How much later every edge is by the readings [s], and the covariance."""
     fit, pulls, weights = LastingFit(at), list[Array](), list[Array]()
     for run, windows in enumerate(stops):
         if windows:
@@ -62,7 +66,7 @@ def _find_step(at: Linearised, stops: tuple[Windows, ...]) -> tuple[Array, Array
             weights.append(among)
     own = block_diag(*weights)
     own = own + np.eye(len(own)) / FARTHEST**2
-    return np.linalg.solve(own, np.concatenate(pulls)), np.sqrt(np.diag(np.linalg.inv(own)))
+    return np.linalg.solve(own, np.concatenate(pulls)), np.linalg.inv(own)
 
 
 def _as_stops(edges: Array, like: tuple[Windows, ...]) -> tuple[Windows, ...]:

@@ -23,8 +23,8 @@ from network.recordings.recording import Recording
 
 @dataclass(frozen=True, eq=False)
 class StandstillFault(ReadingFault):
-    """driver: what stood; stops: when, in each of the recordings; std: of the instants of the first [s]; sure: belief
-    beside chance."""
+    """driver: what stood; stops: when, in each of the recordings; std: of when the first begins and how
+    long it lasts [s]; sure: belief beside chance."""
 
     driver: Driver
     stops: tuple[Windows, ...]
@@ -46,8 +46,7 @@ class StandstillFault(ReadingFault):
     @property
     def quantities(self) -> Mapping[str, Quantity]:
         (begin, end), *_ = next(w for w in self.stops if w)
-        lasts = float((self.std[0] ** 2 + self.std[1] ** 2) ** 0.5)
-        return {"begins": Quantity(begin, self.std[0], "min"), "lasts": Quantity(end - begin, lasts, "min")}
+        return {"begins": Quantity(begin, self.std[0], "min"), "lasts": Quantity(end - begin, self.std[1], "min")}
 
     @property
     def windows(self) -> tuple[Windows, ...]:
@@ -97,7 +96,7 @@ class StandstillFault(ReadingFault):
         runs = zip(self.recordings, self.stops, strict=True)
         return tuple(self.driver.stop_samples(case.machine, r, w) for r, w in runs)
 
-    def leave_wrong(self, case: Case) -> Case:
+    def lay_alike(self, case: Case) -> Case:
         return self.driver.correct(case, self.stops, sets_right=False)
 
     def leave_in(self, machine: Machine) -> Machine:

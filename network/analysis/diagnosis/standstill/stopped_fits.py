@@ -58,9 +58,11 @@ class Stopped:
     def lasts(self) -> bool:
         """Whether every stop lasts for more than its edges leave open; a relay that begins out of step seems to stand
         for next to nothing."""
-        edges = np.array([edge for own in self.stops for window in own for edge in window]).reshape(-1, 2)
-        std = np.zeros_like(edges) if self.edges is None else np.reshape(self.edges.std, (-1, 2))
-        return bool((np.diff(edges)[:, 0] > SETTINGS.errors * np.hypot(*std.T)).all())
+        if self.edges is None:
+            return True
+        windows = (window for own in self.stops for window in own)
+        pairs = zip(windows, self.edges.lasts, strict=True)
+        return all(end - begin > SETTINGS.errors * std for (begin, end), std in pairs)
 
     @property
     def beats_unknown(self) -> bool:
@@ -71,9 +73,9 @@ class Stopped:
     def tell(self, recordings: tuple[Recording, ...]) -> StandstillFault:
         """As a fault of the recordings as they are."""
         belief = 1 - belief_in_nothing(self.worth - self.price)
-        begins, ends = (0.0, 0.0) if self.edges is None else self.edges.std[:2]
+        std = (0.0, 0.0) if self.edges is None else (self.edges.begins[0], self.edges.lasts[0])
         sure, gain = min(belief, FAULTY), self.gain - self.price
-        return StandstillFault(recordings, gain, self.driver, self.stops, (begins, ends), sure)
+        return StandstillFault(recordings, gain, self.driver, self.stops, std, sure)
 
 
 def square_channels(h: Hypothesis) -> dict[str, float]:

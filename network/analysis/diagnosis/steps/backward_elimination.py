@@ -159,9 +159,9 @@ def _bare_or_null(null: Hypothesis, bare: Hypothesis) -> Hypothesis:
 
 
 def _eliminate(current: Hypothesis, now: Selection, jobs: int, is_apart: bool) -> tuple[Hypothesis, tuple[float, ...]]:
-    """Without the findings that add less than the threshold beside the others, may as well not be there, or are one of
-    several and, if each has to (is_apart), add nothing beside heat of any course or do not show where they were not
-    chosen; and the evidence that each of the rest adds."""
+    """Without the findings that add less than the threshold beside the others, may as well not be there, are not worth
+    a name any more, or are one of several and, if each has to (is_apart), add nothing beside heat of any course or do
+    not show where they were not chosen; and the evidence that each of the rest adds."""
     gains: list[float] = []
     while current.found:
         rests = [[c for c in current.found if c is not out] for out in current.found]
@@ -170,12 +170,18 @@ def _eliminate(current: Hypothesis, now: Selection, jobs: int, is_apart: bool) -
         is_out = [rest is not None and _is_of_one_half(now, c) for c in current.found]
         tried = zip(current.found, less, is_out, strict=True)
         gains = [-np.inf if out else np.inf if h is None else _gain_over(current, h, rest, c) for c, h, out in tried]
-        k = int(np.argmin(gains))
+        k = _find_weakest(current, less, gains)
         other = less[k]
         if other is None or gains[k] >= now.threshold:
             break
         current = _finish_fit(other)
     return current, tuple(gains) if current.found else ()
+
+
+def _find_weakest(current: Hypothesis, less: Sequence[Hypothesis | None], gains: Sequence[float]) -> int:
+    """What adds least; of several that add nothing, what leaves the least evidence behind that goes with it."""
+    lost = [np.inf if h is None else current.evidence - h.evidence for h in less]
+    return min(range(len(gains)), key=lambda k: (gains[k], lost[k]))
 
 
 def _is_of_one_half(now: Selection, c: Candidate) -> bool:

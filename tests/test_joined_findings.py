@@ -1,0 +1,45 @@
+"""One thing is told once, with all that it takes in the machine."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from network.analysis.diagnosis.findings.finding import UNKNOWN, Finding
+from network.analysis.diagnosis.findings.invariants import MAY_BE_ONE
+from network.analysis.diagnosis.findings.joined_findings import NOT_ALL, join_alike
+from network.analysis.diagnosis.settings import SETTINGS
+from network.catalogue.declaration.patch import Patch
+
+
+def tell(kind: str, confidence: float, name: str = "warm", **more: object) -> Finding:
+    patch = Patch({"sources": {name: {"kind": kind}}}) if kind != UNKNOWN else Patch({})
+    told = Finding(kind, "sources", ("bed",), (), confidence, {}, "Bed is warm.", patch, 50.0, 12.0)
+    return replace(told, **more)  # type: ignore[arg-type]
+
+
+def test_two_of_one_kind_at_one_place_are_one_thing_of_another_form() -> None:
+    first = tell("timed_source", 0.9, doubts=(MAY_BE_ONE,))
+    again = tell(
+        "timed_source", 0.3, "later", sentence="Bed is hot.", doubts=("its power stands at its bound", MAY_BE_ONE)
+    )
+    (told,) = join_alike([first, again])
+    assert {*told.patch["sources"]} == {"warm", "later"} and told.sentence == "Bed is warm. Bed is hot."
+    assert (told.part, told.confidence) == ("part", SETTINGS.barred)
+    assert told.doubts == ("its power stands at its bound", NOT_ALL)
+    (more,) = join_alike([first, again, again])
+    assert more.doubts == told.doubts
+    elsewhere = replace(again, places=("column",))
+    assert join_alike([first, elsewhere]) == [first, elsewhere]
+
+
+def test_what_a_fault_of_a_channel_leaves_there_is_the_fault() -> None:
+    fault = tell("sensor_fault", 0.9, places=(), channels=("T_bed",))
+    left = tell(UNKNOWN, 0.5, places=(), channels=("T_bed",))
+    (told,) = join_alike([fault, left])
+    assert (told.kind, told.part) == ("sensor_fault", "part")
+    assert len(join_alike([fault, replace(left, channels=("T_head",))])) == 2
+
+
+def test_heat_without_a_name_beside_a_name_in_its_part_stays() -> None:
+    findings = [tell(UNKNOWN, 0.5), tell("timed_source", 0.5)]
+    assert join_alike(findings) == findings == join_alike(findings[:0]) + findings
