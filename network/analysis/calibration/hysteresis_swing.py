@@ -77,12 +77,13 @@ class _Crossing(NamedTuple):
     near: int
     stop: int
     way: float
-    is_whole: bool = True
+    is_whole: bool
 
     @property
     def last(self) -> int:
         """The sample before which a bend is looked for: twice as long after they come near the level as they took to
-        get there from the middle, at most, for they may slow down before it."""
+        get there from the middle, at most, for they may slow down before it; up to the next one where that says
+        nothing, for the run began on the way or came near it at once."""
         took = self.near - self.begin
         return min(self.near + AFTER * took, self.stop) if self.is_whole and took >= FEWEST else self.stop
 
