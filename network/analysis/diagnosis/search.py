@@ -17,7 +17,7 @@ import numpy as np
 from network.analysis.calibration.misfit import lasting_misfit
 from network.analysis.calibration.null import Null
 from network.analysis.diagnosis.candidates.candidates import candidates
-from network.analysis.diagnosis.exchange.find_exchange import find_exchange
+from network.analysis.diagnosis.exchange.find_exchange import find_exchange, find_exchange_on_lumps
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.case_noise import estimate_noise, use_file_noise
 from network.analysis.diagnosis.hypotheses.faced_relays import fit_written, keep_in_step
@@ -128,13 +128,10 @@ def _search_from(
     """Ever better states from the machine as written; sets_right: whether readings may be at fault."""
     levels = refine_lumps(now.case, now.written, jobs)
     tell(0.1)
-    finest = max(levels, key=_evidence)
-    if now.fault is None and sets_right and finest is not now.written:  # in that one they were looked for before
-        finest = build_surrogate(finest)
-        fault, finest = _set_right(finest, jobs, is_finest=True) if finest.machine.lumps <= MANY else (None, finest)
-        if fault is not None:
-            now = _with_fault(now, fault, finest)
-            levels = refine_lumps(now.case, now.written, jobs)
+    fault, mended = _set_right_on_lumps(now, levels, jobs) if now.fault is None and sets_right else (None, now.written)
+    if fault is not None:
+        now = _with_fault(now, fault, mended)
+        levels = refine_lumps(now.case, now.written, jobs)
     tell(0.15)
     best = max(levels, key=_evidence)
     case = estimate_noise(now.case, best)
@@ -211,12 +208,30 @@ def _set_right(h: Hypothesis, jobs: int, is_finest: bool = False) -> tuple[Readi
     is_finest: whether lumps were refined as far as readings with a fault let them be."""
     if h.chi <= SETTINGS.noise:
         return None, h
-    rival_gain = cache(partial(_best_score, h, jobs))
-    told = find_reading_fault(h, rival_gain, is_finest), find_exchange(h, rival_gain), find_standstill(h, rival_gain)
+    score = cache(partial(_best_score, jobs))
+    rival_gain = partial(score, h)
+    told = find_reading_fault(h, rival_gain, is_finest), find_exchange(h, score), find_standstill(h, rival_gain)
     return max((pair for pair in told if pair is not None), key=lambda pair: pair[0].gain, default=(None, h))
 
 
-def _best_score(h: Hypothesis, jobs: int) -> float:
+def _set_right_on_lumps(
+    now: Search, levels: Sequence[Hypothesis], jobs: int
+) -> tuple[ReadingFault | None, Hypothesis]:  # fmt: skip
+    """The same on finer lumps than those of the machine as written, where readings were looked at before: on those that
+    the readings as they are take, or that they take once two channels are put back."""
+    finest = max(levels, key=_evidence)
+    coarse = finest if finest is now.written else build_surrogate(finest)
+    if finest is not now.written and coarse.machine.lumps <= MANY:
+        fault, mended = _set_right(coarse, jobs, is_finest=True)
+        if fault is not None:
+            return fault, mended
+    apart = finest.chi > SETTINGS.doubtful and find_exchange_on_lumps(
+        now.written, finest, partial(_best_score, jobs), jobs
+    )
+    return apart or (None, finest)
+
+
+def _best_score(jobs: int, h: Hypothesis) -> float:
     """What the best of the catalogue scores about a fit [nats]."""
     proposed = candidates(h.machine, h.case.drivers, runs=h.case.runs)
     return max((s.gain for s in screen(h.linearised, proposed, h.values, jobs)), default=0.0)

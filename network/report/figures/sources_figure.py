@@ -49,7 +49,7 @@ def _stacks(shares: Superposition) -> Iterator[tuple[str, float, Stack]]:
             rows = {name: row for name, row in rows.items() if row.any()} or rows
             if by == "cause" or len(rows) > 1:
                 stack = Stack(shares.run.t, rows, _since_start(values), axis_unit(axis))
-                yield f"TCP {axis} since start", 1.6 if by == "kind" else 2.3, stack
+                yield (f"TCP {axis} since start", 2.3, stack) if by == "cause" else (f"{axis}, by kind", 1.6, stack)
 
 
 def _since_start(values: Array) -> Array:
