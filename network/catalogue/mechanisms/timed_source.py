@@ -41,7 +41,9 @@ class TimedSource(Source, kind="timed_source"):
         """When it is on, in words."""
         if self.is_single:
             return f"from {show(float(self.begins), 'min')} to {show(float(self.ends), 'min')} of the run"
-        return f"for {show(float(self.duration), 'min')} in every {show(float(self.period), 'min')}"
+        first = float(np.mod(self.phase, self.period))
+        since = f", from {show(first, 'min')} on" if first > 0 else ""
+        return f"for {show(float(self.duration), 'min')} in every {show(float(self.period), 'min')}{since}"
 
     def heat(self, u: Inputs, *T: Array) -> Array:
         t = np.real(u["time"])

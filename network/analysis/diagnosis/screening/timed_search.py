@@ -1,7 +1,7 @@
 """Heat by the clock: its instants have no slope, so they are drawn, and scored linearly about the fit of any network.
 
-Draws from the priors, then steps of all lengths from the best of them, taken where they gain (an evolution strategy;
-Rechenberg 1973; unverified). A score costs the answer to one heat.
+The best windows and trains of a grid (pulse_grid) and draws from the priors, then steps of all lengths from the best of
+them, taken where they gain (an evolution strategy; Rechenberg 1973; unverified). A score costs the answer to one heat.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import parameters_of, theta_of
 from network.analysis.diagnosis.latent_heat.locate import list_likely_parts
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
+from network.analysis.diagnosis.screening.pulse_grid import lay_grid, numbers_of
 from network.analysis.diagnosis.screening.screen import Score, score_variants
 from network.catalogue.declaration.declare import Array
 from network.catalogue.mechanisms.mechanism import Mechanism
@@ -27,6 +28,8 @@ PLACES = 3
 """Places at which they are looked for, those where unknown heat explains most (budget)."""
 DRAWS, AGAIN, ROUNDS = 64, 32, 8
 """Draws from the priors, and about the best in each further round (budget)."""
+GRIDDED = 4
+"""Windows, and trains, of the grid that are scored by themselves (budget)."""
 CLOSEST, SOME = 1e-3, 0.5
 """Prior σ: the shortest step, some seconds of a period; share of the numbers that a step moves."""
 SETTLED, SETTLED_STEPS, ENOUGH = 8, 6, 1.0
@@ -68,16 +71,26 @@ def _settle(
     shapes, rng = c.own[1:], np.random.default_rng(seed)
     spread, low, high = (np.array([getattr(p, x) for p in shapes]) for x in ("spread", "low", "high"))
     middle = theta_of(shapes, about or {})
+    laid = [] if about else _list_gridded(before, c)
     best = None
     for k in range(1 if about else 0, ROUNDS + 1):
         before.case.budget.check()
         drawn = middle + spread * _steps(rng, len(shapes), AGAIN if k else 0, 0 if k else DRAWS)
-        tried = [_at(c, theta) for theta in [middle, *np.clip(drawn, low, high)] if _is_seen(before, c, theta)]
-        scores = score_variants(before.linearised, tried, before.values)
+        tried = [
+            _at(c, theta) for theta in [middle, *np.clip([*drawn, *laid], low, high)] if _is_seen(before, c, theta)
+        ]
+        scores, laid = score_variants(before.linearised, tried, before.values), []
         if scores and (best is None or scores[0].gain > best.gain):
             best = scores[0]
             middle = theta_of(shapes, best.own)
     return best
+
+
+def _list_gridded(before: Hypothesis, c: Candidate) -> list[Array]:
+    """The windows and trains of the grid that explain most, as shapes of a candidate."""
+    grid = lay_grid(before, c)
+    told = grid.best(GRIDDED) if grid is not None else []
+    return [theta_of(c.own[1:], numbers_of(c, p)) for p in told]
 
 
 def _is_seen(before: Hypothesis, c: Candidate, theta: Array) -> bool:

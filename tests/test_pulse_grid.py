@@ -1,0 +1,75 @@
+"""Windows and trains of pulses are scored on a grid as each would be by itself, and found where they lie."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from test_diagnosis import LADDERS, plant, recorded
+
+from network.analysis.diagnosis.candidates.candidate import Candidate
+from network.analysis.diagnosis.candidates.candidates import candidates
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
+from network.analysis.diagnosis.latent_heat.locate import locate
+from network.analysis.diagnosis.screening.pulse_grid import STEPS, Pulses, lay_grid, numbers_of
+from network.analysis.diagnosis.screening.screen import score_variants
+from network.analysis.diagnosis.screening.timed_search import search_timed
+
+WINDOW = {"kind": "timed_source", "into": {"column": 1}, "power": "200 W", "begins": "41 min", "ends": "67 min"}
+END = 9000.0
+
+
+@cache
+def fitted() -> Hypothesis:
+    truth = plant(sources={"lamp": WINDOW})
+    case = Case(plant(), tuple(recorded(truth, ladder, i) for i, ladder in enumerate(LADDERS)))
+    return fit_hypothesis(case, case.machine)
+
+
+def by_the_clock(kind: str = "timed_source") -> Candidate:
+    h = fitted()
+    proposed = candidates(h.machine, h.case.drivers, runs=h.case.runs)
+    return next(c for c in proposed if c.kind.kind == kind and c.places == ("column",))
+
+
+@pytest.mark.parametrize(
+    "pulses", [Pulses(18000.0, 1500.0, 2437.5), Pulses(3000.0, 750.0, 750.0), Pulses(6000.0, 2250.0, 1875.0)]
+)
+def test_the_grid_scores_what_the_heat_itself_scores(pulses: Pulses) -> None:
+    """At instants of the grid nothing lies between; what is on when a run begins is."""
+    h, c = fitted(), by_the_clock()
+    grid = lay_grid(h, c)
+    assert grid is not None and grid.end == END and pulses.phase % (END / STEPS) == 0
+    (told,) = grid._score([pulses])
+    (alone,) = score_variants(h.linearised, [(c, 1.0, {**c.usual, **numbers_of(c, pulses)})], h.values)
+    assert told.gain == pytest.approx(alone.gain, rel=0.02) and alone.gain > 1
+
+
+def test_a_pulse_that_is_on_when_a_run_begins_is_on_from_its_first_instant() -> None:
+    assert [*Pulses(4000.0, 1000.0, 3500.0).edges(9000.0)] == [(0.0, 500.0), (3500.0, 4500.0), (7500.0, 8500.0)]
+    assert [*Pulses(20000.0, 1000.0, 8500.0).edges(9000.0)] == [(8500.0, 9000.0)]
+
+
+def test_a_single_window_is_found_where_it_lies() -> None:
+    h = fitted()
+    proposed = candidates(h.machine, h.case.drivers, runs=h.case.runs)
+    best = max(search_timed(h, proposed, locate(h.linearised, h.machine), 1, 1), key=lambda s: s.gain)
+    assert best.candidate.places == ("column",)
+    told = {path.rpartition(".")[2]: value for path, value in best.own.items()}
+    assert told["period"] > END
+    assert told["phase"] == pytest.approx(41 * 60, abs=120)
+    assert told["phase"] + told["duration"] == pytest.approx(67 * 60, abs=240)
+
+
+def test_other_laws_have_no_grid() -> None:
+    assert lay_grid(fitted(), by_the_clock("heat_source")) is None
+
+
+def test_without_a_gain_there_is_no_best() -> None:
+    grid = lay_grid(fitted(), by_the_clock())
+    assert grid is not None
+    silent = type(grid)(grid.end, np.zeros_like(grid.g), grid.G, 1.0)
+    assert silent.best(3) == []
