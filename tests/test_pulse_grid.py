@@ -73,3 +73,23 @@ def test_without_a_gain_there_is_no_best() -> None:
     assert grid is not None
     silent = type(grid)(grid.end, np.zeros_like(grid.g), grid.G, 1.0)
     assert silent.best(3) == []
+
+
+def test_a_heat_that_is_nearly_always_on_does_not_stand_before_one_that_is() -> None:
+    """Instants have no slope, so their choice has a price of its own."""
+    truth = plant(sources={"pump": {"kind": "heat_source", "into": {"column": 1}, "power": "60 W"}})
+    case = Case(plant(), tuple(recorded(truth, ladder, i) for i, ladder in enumerate(LADDERS)))
+    h = fit_hypothesis(case, case.machine)
+    proposed = candidates(h.machine, case.drivers, runs=case.runs)
+    timed, steady = (
+        next(c for c in proposed if c.kind.kind == kind and c.places == ("column",) and "running" not in c.name)
+        for kind in ("timed_source", "heat_source")
+    )
+    on = {p.path: {"period": 1200.0, "duration": 1180.0, "phase": 300.0}.get(p.attribute, 60.0) for p in timed.own}
+    fits = [
+        fit_hypothesis(case, c.machine, (c,), c.own, h.values | numbers)
+        for c, numbers in ((timed, on), (steady, steady.usual))
+    ]
+    assert fits[0].chi == pytest.approx(fits[1].chi, rel=0.02)
+    assert fits[0].price > 10 and fits[1].price == 0
+    assert fits[0].evidence < fits[1].evidence - 6

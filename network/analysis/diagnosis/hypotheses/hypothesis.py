@@ -38,7 +38,7 @@ class Hypothesis:
     @property
     def weighed(self) -> float:
         """The log evidence by which it is compared with rivals."""
-        return self.evidence if self.beside is None else self.beside
+        return self.evidence if self.beside is None else self.beside - self.price
 
     @cached_property
     def chi(self) -> float:
@@ -76,7 +76,15 @@ class Hypothesis:
     @cached_property
     def evidence(self) -> float:
         """Log evidence under the noise of the case (Laplace)."""
-        return self.fit.log_evidence
+        return self.fit.log_evidence - self.price
+
+    @cached_property
+    def price(self) -> float:
+        """What the choice of instants costs [nats]: each the log of how many samples its prior (1σ) spans. They have no
+        slope by which the evidence could count it."""
+        instants = [p for p in self.own if p.field.is_instant]
+        spans = [p.spread * (p.value(p.centre) if p.is_log else 1.0) for p in instants]
+        return sum(float(np.log(max(1.0, span / self.case.runs.interval))) for span in spans)
 
     @property
     def linearised(self) -> Linearised:
