@@ -18,6 +18,7 @@ from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import reweight, theta_of
 from network.analysis.diagnosis.latent_heat.locate import list_likely_parts
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
+from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.switching.affine_surrogate import straighten
 from network.analysis.diagnosis.switching.prior_samples import Space, parts_about
 from network.analysis.diagnosis.switching.relay_samples import (
@@ -39,7 +40,7 @@ MOST = 3
 LADDER = ((0.5, 5, 3), (0.75, 6, 2), (1.0, 12, 1))
 """Shares of each run, from the onset on, over which they are, steps there, and how many go on."""
 ROUNDS = 3
-"""Times that an affine machine that stands for another is made anew about the best relay."""
+"""Times that draws are made about the best relay so far, on an affine machine that stands for another made anew."""
 WELL = 0.9
 """Misfit χ over that of the null from which a relay counts as found."""
 
@@ -67,9 +68,19 @@ def search_relays(
         found = _search_about(white, null, plain, able, best[:1], seed, jobs) if plain else []
         if not found or (best and found[0].chi >= best[0].chi):
             break
+        is_near = (plain is null and _leaves_little(found[0], null)) or bool(
+            best and found[0].chi > best[0].chi * (1 - SETTINGS.worth)
+        )
         best, able = found, [h.found[-1] for h in found]
+        if is_near:
+            break
         plain = null if plain is null else straighten(reweight(white, best[0]), best[0].found[-1])
     return [compact(reweight(case, h)) for h in best if h.chi < WELL * null.chi]
+
+
+def _leaves_little(found: Hypothesis, null: Hypothesis) -> bool:
+    """Whether so much of the excess is explained, all but a quarter, that draws about it come hardly nearer."""
+    return found.chi**2 - 1 < SETTINGS.half**2 * (null.chi**2 - 1)
 
 
 def _search_about(
