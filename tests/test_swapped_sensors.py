@@ -20,6 +20,7 @@ from network.analysis.diagnosis.exchange.find_exchange import find_exchange, fin
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
+from network.analysis.diagnosis.settings import SETTINGS
 from network.machine.machine import Machine
 from network.recordings.recording import Recording
 from network.report.words.catalogue_page import catalogue_page
@@ -98,6 +99,18 @@ def test_two_that_coarse_lumps_hide_are_found_on_those_that_the_readings_put_bac
     found = find_exchange_on_lumps(h, h, lambda _: 0.0, 1)
     assert found is not None and found[0].channels == PAIR and found[0].is_machines
     assert found[1].chi < 1.1 < 10 < h.chi
+
+
+def test_one_that_leaves_much_is_not_told_before_lumps_are_refined() -> None:
+    looser = {
+        **HELD_TIGHT,
+        "links": {**HELD_TIGHT["links"], "flange": {**HELD_TIGHT["links"]["flange"], "conductance": "200 W/K ± 30 %"}},
+    }
+    truth, given = bars(24).patched(looser, "test"), bars().patched(looser, "test")
+    h = fitted(exchanged(runs_of(truth)), given)
+    found = find_exchange(h, lambda _: 0.0)
+    assert found is not None and found[1].chi > SETTINGS.doubtful
+    assert find_exchange(h, lambda _: 0.0, is_refined=False) is None
 
 
 @pytest.mark.parametrize("more", [{}, CONCEALED["source"]])

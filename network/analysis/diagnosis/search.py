@@ -38,6 +38,7 @@ from network.analysis.diagnosis.steps.forward_selection import select_forward
 from network.analysis.diagnosis.steps.selection import Selection
 from network.analysis.diagnosis.steps.unseen_runs import unseen_misfit
 from network.analysis.diagnosis.time_budget import BudgetReached, TimeBudget
+from network.analysis.sweep.finer_lumps import bars_of
 from network.platform.parallel import check_each
 from network.platform.refusal import Failed
 
@@ -209,8 +210,12 @@ def _set_right(h: Hypothesis, jobs: int, is_finest: bool = False) -> tuple[Readi
     if h.chi <= SETTINGS.noise:
         return None, h
     score = cache(partial(_best_score, jobs))
-    rival_gain = partial(score, h)
-    told = find_reading_fault(h, rival_gain, is_finest), find_exchange(h, score), find_standstill(h, rival_gain)
+    rival_gain, is_refined = partial(score, h), is_finest or bool(h.found) or not bars_of(h.machine)
+    told = (
+        find_reading_fault(h, rival_gain, is_finest),
+        find_exchange(h, score, is_refined),
+        find_standstill(h, rival_gain),
+    )
     return max((pair for pair in told if pair is not None), key=lambda pair: pair[0].gain, default=(None, h))
 
 

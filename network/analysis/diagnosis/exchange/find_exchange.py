@@ -38,15 +38,20 @@ RivalGain = Callable[[Hypothesis], float]
 """What the best of the catalogue scores about a fit [nats]."""
 
 
-def find_exchange(h: Hypothesis, rival_gain: RivalGain) -> tuple[ExchangeFault, Hypothesis] | None:
-    """The two channels, and the hypothesis fitted to the readings put back; None where there are none."""
+def find_exchange(
+    h: Hypothesis, rival_gain: RivalGain, is_refined: bool = True
+) -> tuple[ExchangeFault, Hypothesis] | None:  # fmt: skip
+    """The two channels, and the hypothesis fitted to the readings put back; None where there are none. is_refined:
+    whether lumps are as fine as they will be; else none is told that leaves much, for lumps may tell all of it."""
     price = price_of(h)
     scores = [s for s in scan_pairs(h) if s.gain > price]
     likely = [s for s in scores if s.cost <= NEARLY * scores[0].cost][:CONFIRMED]
     tried = [t for s in likely if (t := try_exchanged(h, s))]
     ranked = sorted((t for t in tried if t.gain > 0), key=lambda t: -t.gain)
     best = _settle(ranked[0]) if ranked else None
-    return None if best is None else _tell_if_worth(best, h.machine, ranked[1:], price, rival_gain)
+    if best is None or (best.after.chi > SETTINGS.doubtful and not is_refined):
+        return None
+    return _tell_if_worth(best, h.machine, ranked[1:], price, rival_gain)
 
 
 def find_exchange_on_lumps(
@@ -76,10 +81,8 @@ def _tell_if_worth(
 
 def _refine(coarse: Exchanged, finest: Hypothesis, jobs: int) -> Exchanged | None:
     """Both readings on the lumps that those put back take, in the runs that say so; those as they are on their own
-    where these explain more. None where they take no more, or no run says so."""
+    where these explain more. None where no run says so."""
     after = max(refine_lumps(coarse.after.case, coarse.after, jobs), key=_evidence)
-    if after is coarse.after:
-        return None
     try:
         before = fit_hypothesis(coarse.before.case, after.machine, start=after.values)
     except (Failed, np.linalg.LinAlgError):
