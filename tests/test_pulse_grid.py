@@ -17,6 +17,7 @@ from network.analysis.diagnosis.latent_heat.locate import locate
 from network.analysis.diagnosis.screening.pulse_grid import STEPS, Pulses, lay_grid, numbers_of
 from network.analysis.diagnosis.screening.screen import score_variants
 from network.analysis.diagnosis.screening.timed_search import search_timed
+from network.recordings.recording import Recording
 
 WINDOW = {"kind": "timed_source", "into": {"column": 1}, "power": "200 W", "begins": "41 min", "ends": "67 min"}
 END = 9000.0
@@ -42,15 +43,15 @@ def test_the_grid_scores_what_the_heat_itself_scores(pulses: Pulses) -> None:
     """At instants of the grid nothing lies between; what is on when a run begins is."""
     h, c = fitted(), by_the_clock()
     grid = lay_grid(h, c)
-    assert grid is not None and grid.end == END and pulses.phase % (END / STEPS) == 0
+    assert grid is not None and (grid.begin, grid.end) == (0.0, END) and pulses.phase % (END / STEPS) == 0
     (told,) = grid._score([pulses])
     (alone,) = score_variants(h.linearised, [(c, 1.0, {**c.usual, **numbers_of(c, pulses)})], h.values)
     assert told.gain == pytest.approx(alone.gain, rel=0.02) and alone.gain > 1
 
 
 def test_a_pulse_that_is_on_when_a_run_begins_is_on_from_its_first_instant() -> None:
-    assert [*Pulses(4000.0, 1000.0, 3500.0).edges(9000.0)] == [(0.0, 500.0), (3500.0, 4500.0), (7500.0, 8500.0)]
-    assert [*Pulses(20000.0, 1000.0, 8500.0).edges(9000.0)] == [(8500.0, 9000.0)]
+    assert [*Pulses(4000.0, 1000.0, 3500.0).edges(0.0, 9000.0)] == [(0.0, 500.0), (3500.0, 4500.0), (7500.0, 8500.0)]
+    assert [*Pulses(20000.0, 1000.0, 8500.0).edges(0.0, 9000.0)] == [(8500.0, 9000.0)]
 
 
 def test_a_single_window_is_found_where_it_lies() -> None:
@@ -64,6 +65,33 @@ def test_a_single_window_is_found_where_it_lies() -> None:
     assert told["phase"] + told["duration"] == pytest.approx(67 * 60, abs=240)
 
 
+def test_the_best_of_the_grid_is_the_window() -> None:
+    grid = lay_grid(fitted(), by_the_clock())
+    assert grid is not None
+    window, *_ = grid.best(1)
+    assert window.phase == pytest.approx(41 * 60, abs=200) and window.duration == pytest.approx(26 * 60, abs=400)
+
+
+def shifted(run: Recording, by: float) -> Recording:
+    return Recording(run.name, run.file, run.t + by, run.columns)
+
+
+def test_clocks_that_do_not_begin_at_zero_are_kept() -> None:
+    """The second of the runs begins where the first ends: heat is on in one of them only."""
+    day = 8 * 3600.0
+    lit, dark = recorded(plant(sources={"lamp": WINDOW}), LADDERS[0], 0), recorded(plant(), LADDERS[1], 1)
+    runs = [shifted(lit, day), shifted(dark, day + END)]
+    case = Case(plant(), tuple(runs))
+    h = fit_hypothesis(case, case.machine)
+    assert case.clock == (day, day + 2 * END)
+    c = next(c for c in candidates(h.machine, case.drivers, runs=case.runs)
+             if c.kind.kind == "timed_source" and c.places == ("column",))  # fmt: skip
+    grid = lay_grid(h, c)
+    assert grid is not None
+    window, *_ = grid.best(1)
+    assert window.phase == pytest.approx(day + 41 * 60, abs=400)
+
+
 def test_other_laws_have_no_grid() -> None:
     assert lay_grid(fitted(), by_the_clock("heat_source")) is None
 
@@ -71,7 +99,7 @@ def test_other_laws_have_no_grid() -> None:
 def test_without_a_gain_there_is_no_best() -> None:
     grid = lay_grid(fitted(), by_the_clock())
     assert grid is not None
-    silent = type(grid)(grid.end, np.zeros_like(grid.g), grid.G, 1.0)
+    silent = type(grid)(grid.begin, grid.end, np.zeros_like(grid.g), grid.G, 1.0)
     assert silent.best(3) == []
 
 

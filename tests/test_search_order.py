@@ -64,7 +64,7 @@ def test_a_fault_of_readings_is_told_before_what_may_be_out_of_time(monkeypatch:
         monkeypatch.setattr(search, name, lambda *of: written)
     monkeypatch.setattr(search, "Selection", lambda h: h)
     monkeypatch.setattr(search, "Screening", lambda h: h)
-    monkeypatch.setattr(search, "_set_right", lambda h, jobs: ("fault", mended))
+    monkeypatch.setattr(search, "set_right", lambda h, jobs: ("fault", mended))
     monkeypatch.setattr(search, "_with_fault", lambda first, fault, h: bare(fault=fault, mended=h))
     told = search.search(bare(machine=None), bare(values={}), 0, 1, lambda share: None)
     assert next(told).fault is None

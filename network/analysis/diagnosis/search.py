@@ -9,42 +9,31 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from functools import cache, partial
 from itertools import chain
 
 import numpy as np
 
 from network.analysis.calibration.misfit import lasting_misfit
 from network.analysis.calibration.null import Null
-from network.analysis.diagnosis.candidates.candidates import candidates
-from network.analysis.diagnosis.exchange.find_exchange import find_exchange, find_exchange_on_lumps
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.case_noise import estimate_noise, use_file_noise
 from network.analysis.diagnosis.hypotheses.faced_relays import fit_written, keep_in_step
 from network.analysis.diagnosis.hypotheses.few_runs import finish_in_passing
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis, reweight, state
-from network.analysis.diagnosis.intermittent.find_fault import find_reading_fault
-from network.analysis.diagnosis.lumps.coarse_surrogate import build_surrogate
 from network.analysis.diagnosis.lumps.lump_convergence import refine_until_converged
-from network.analysis.diagnosis.lumps.lump_refinement import refine_lumps
+from network.analysis.diagnosis.lumps.lump_refinement import MANY, refine_lumps
 from network.analysis.diagnosis.reading_fault import ReadingFault
-from network.analysis.diagnosis.screening.screen import screen
+from network.analysis.diagnosis.readings_set_right import set_right, set_right_on_lumps
 from network.analysis.diagnosis.screening.screening import Screening, leaves_something, screen_candidates
 from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.settings import SETTINGS
-from network.analysis.diagnosis.standstill.find_standstill import find_standstill
 from network.analysis.diagnosis.steps.forward_selection import select_forward
 from network.analysis.diagnosis.steps.selection import Selection
 from network.analysis.diagnosis.steps.unseen_runs import unseen_misfit
 from network.analysis.diagnosis.time_budget import BudgetReached, TimeBudget
-from network.analysis.sweep.finer_lumps import bars_of
 from network.platform.parallel import check_each
 from network.platform.refusal import Failed
-
-MANY = 120
-"""Lumps from which it is not worked out what would not have shown, where nothing is looked for, nor looked once more
-for readings at fault (budget)."""
 
 
 def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[float], None]) -> Iterator[Search]:
@@ -54,7 +43,7 @@ def search(case: Case, calibrated: Null, seed: int, jobs: int, tell: Callable[[f
     yield Search(given, case, None, written, calibrated, written, Selection(written), Screening(written))
     written = fit_written(written)
     first = Search(given, written.case, None, written, calibrated, written, Selection(written), Screening(written))
-    fault, mended = _set_right(written, jobs)
+    fault, mended = set_right(written, jobs)
     begun = first if fault is None else _with_fault(first, fault, mended)
     yield begun
     states = _search_from(begun, seed, jobs, tell)
@@ -107,7 +96,7 @@ def _lay_alike(now: Search, other: Search) -> Hypothesis:
 
 def _search_beside(found: Search, seed: int, jobs: int, tell: Callable[[float], None]) -> Iterator[Search]:
     """What a search comes to on readings set right, where a fault of them shows beside what was found."""
-    fault, mended = _set_right(reweight(found.best.case, found.best), jobs)
+    fault, mended = set_right(reweight(found.best.case, found.best), jobs)
     if fault is not None:
         *_, last = _search_from(_with_fault(found, fault, mended), seed, jobs, tell)
         yield last
@@ -129,7 +118,8 @@ def _search_from(
     """Ever better states from the machine as written; sets_right: whether readings may be at fault."""
     levels = refine_lumps(now.case, now.written, jobs)
     tell(0.1)
-    fault, mended = _set_right_on_lumps(now, levels, jobs) if now.fault is None and sets_right else (None, now.written)
+    may_mend, finest = now.fault is None and sets_right, max(levels, key=_evidence)
+    fault, mended = set_right_on_lumps(now.written, finest, jobs) if may_mend else (None, finest)
     if fault is not None:
         now = _with_fault(now, fault, mended)
         levels = refine_lumps(now.case, now.written, jobs)
@@ -202,44 +192,6 @@ def _how_ended(end: BaseException) -> str:
     if isinstance(end, BudgetReached):
         return "budget"
     return "stopped" if isinstance(end, KeyboardInterrupt) else "broken"
-
-
-def _set_right(h: Hypothesis, jobs: int, is_finest: bool = False) -> tuple[ReadingFault | None, Hypothesis]:
-    """The fault of a reading that explains most, and the fit to the readings set right; the same fit without one.
-    is_finest: whether lumps were refined as far as readings with a fault let them be."""
-    if h.chi <= SETTINGS.noise:
-        return None, h
-    score = cache(partial(_best_score, jobs))
-    rival_gain, is_refined = partial(score, h), is_finest or bool(h.found) or not bars_of(h.machine)
-    told = (
-        find_reading_fault(h, rival_gain, is_finest),
-        find_exchange(h, score, is_refined),
-        find_standstill(h, rival_gain),
-    )
-    return max((pair for pair in told if pair is not None), key=lambda pair: pair[0].gain, default=(None, h))
-
-
-def _set_right_on_lumps(
-    now: Search, levels: Sequence[Hypothesis], jobs: int
-) -> tuple[ReadingFault | None, Hypothesis]:  # fmt: skip
-    """The same on finer lumps than those of the machine as written, where readings were looked at before: on those that
-    the readings as they are take, or that they take once two channels are put back."""
-    finest = max(levels, key=_evidence)
-    coarse = finest if finest is now.written else build_surrogate(finest)
-    if finest is not now.written and coarse.machine.lumps <= MANY:
-        fault, mended = _set_right(coarse, jobs, is_finest=True)
-        if fault is not None:
-            return fault, mended
-    apart = finest.chi > SETTINGS.doubtful and find_exchange_on_lumps(
-        now.written, finest, partial(_best_score, jobs), jobs
-    )
-    return apart or (None, finest)
-
-
-def _best_score(jobs: int, h: Hypothesis) -> float:
-    """What the best of the catalogue scores about a fit [nats]."""
-    proposed = candidates(h.machine, h.case.drivers, runs=h.case.runs)
-    return max((s.gain for s in screen(h.linearised, proposed, h.values, jobs)), default=0.0)
 
 
 def _evidence(h: Hypothesis) -> float:

@@ -23,7 +23,7 @@ class TimedSource(Source, kind="timed_source"):
     power = param("W", -1e6, 1e6, "heat while on", typical=300)
     period = instant(0.01, 1e5, "time from one pulse to the next", default=None, typical=30)
     duration = instant(0, 1e5, "time it is on in each period", positive=True, default=None, typical=5)
-    phase = instant(-1e5, 1e5, "time of the run at which a pulse begins", default=0, typical=10)
+    phase = instant(-1e5, 1e5, "time of the run at which a pulse begins", default=0, typical=60)
     begins = instant(-1e5, 1e5, "time of the run at which a single window begins", default=None, typical=30)
     ends = instant(-1e5, 1e5, "time of the run at which it ends", default=None, typical=60)
     one_of = (("period", "duration"), ("begins", "ends"))
@@ -41,8 +41,8 @@ class TimedSource(Source, kind="timed_source"):
         """When it is on, in words."""
         if self.is_single:
             return f"from {show(float(self.begins), 'min')} to {show(float(self.ends), 'min')} of the run"
-        first = float(np.mod(self.phase, self.period))
-        since = f", from {show(first, 'min')} on" if first > 0 else ""
+        first = round(float(np.mod(self.phase, self.period)))
+        since = f", beginning at {show(float(first), 'min')}" if 0 < first < round(float(self.period)) else ""
         return f"for {show(float(self.duration), 'min')} in every {show(float(self.period), 'min')}{since}"
 
     def heat(self, u: Inputs, *T: Array) -> Array:

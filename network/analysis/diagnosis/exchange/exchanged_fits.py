@@ -102,12 +102,14 @@ class Exchanged:
 
 
 def fit_exchanged(
-    h: Hypothesis, pair: Pair, runs: Runs, begin: Mapping[str, float] | None = None, steps: int = STEPS
-) -> Exchanged | None:
-    """A pair exchanged in some runs, fitted from some numbers, by default those of the file; None where that fails."""
+    h: Hypothesis, pair: Pair, runs: Runs, begin: Mapping[str, float] | None = None, steps: int = STEPS,
+    machine: Machine | None = None,
+) -> Exchanged | None:  # fmt: skip
+    """A pair exchanged in some runs, fitted from some numbers, by default those of the file, on the lumps of the
+    hypothesis or of another machine; None where that fails."""
     case = replace(h.case, recordings=exchange_runs(h.case.recordings, pair, runs))
     try:
-        after = fit_hypothesis(case, h.machine, h.found, h.own, begin or h.own_values, steps=steps)
+        after = fit_hypothesis(case, machine or h.machine, h.found, h.own, begin or h.own_values, steps=steps)
     except (Failed, Refused, np.linalg.LinAlgError):
         return None
     return Exchanged(h, after, pair, runs)

@@ -23,17 +23,16 @@ from network.analysis.diagnosis.exchange.exchanged_fits import Exchanged, fit_ex
 from network.analysis.diagnosis.hypotheses.few_runs import list_worst_runs, on_few_runs
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis, theta_of
-from network.analysis.diagnosis.lumps.lump_refinement import refine_lumps
+from network.analysis.diagnosis.lumps.lump_refinement import MANY, refine_lumps
 from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.sensors.sensor_swap import SensorSwap
 from network.machine.machine import Machine
-from network.platform.refusal import Failed
+from network.platform.refusal import Failed, Refused
 
 CONFIRMED, NEARLY = 3, 2.0
 """Best scores that are confirmed by fits at most, and how many times what the best leaves they may leave (budget)."""
 BRIEF = 12
 """Steps of these fits; that of the best goes on (budget)."""
-
 RivalGain = Callable[[Hypothesis], float]
 """What the best of the catalogue scores about a fit [nats]."""
 
@@ -60,12 +59,12 @@ def find_exchange_on_lumps(
     """The same of a machine as written, on the lumps that readings put back take: as they are they may take none, and
     so much is left then that no pair stands out. finest: on the lumps that the readings as they are take."""
     price = price_of(coarse)
-    score = next((s for s in scan_pairs(coarse) if s.gain * s.firm**2 > price), None)
-    tried = score and try_exchanged(coarse, score)
-    if not tried or tried.gain <= price:
-        return None
-    best = _refine(tried, finest, jobs)
-    return None if best is None else _tell_if_worth(best, coarse.machine, (), price, rival_gain)
+    scores = [s for s in scan_pairs(coarse) if s.gain * s.firm**2 > price]
+    likely = [s for s in scores if s.cost <= NEARLY * scores[0].cost][:CONFIRMED]
+    tried = [t for s in likely if (t := try_exchanged(coarse, s)) and t.gain > price]
+    ranked = sorted(tried, key=lambda t: -t.gain)
+    best = _refine(ranked[0], finest, jobs) if ranked else None
+    return None if best is None else _tell_if_worth(best, coarse.machine, ranked[1:], price, rival_gain)
 
 
 def _tell_if_worth(
@@ -81,11 +80,13 @@ def _tell_if_worth(
 
 def _refine(coarse: Exchanged, finest: Hypothesis, jobs: int) -> Exchanged | None:
     """Both readings on the lumps that those put back take, in the runs that say so; those as they are on their own
-    where these explain more. None where no run says so."""
-    after = max(refine_lumps(coarse.after.case, coarse.after, jobs), key=_evidence)
+    where these explain more. None where those put back take no more, or too many, or no run says so."""
     try:
+        after = max(refine_lumps(coarse.after.case, coarse.after, jobs), key=_evidence)
+        if after is coarse.after or after.machine.lumps > MANY:
+            return None
         before = fit_hypothesis(coarse.before.case, after.machine, start=after.values)
-    except (Failed, np.linalg.LinAlgError):
+    except (Failed, Refused, np.linalg.LinAlgError):
         return None
     return _keep_clear(replace(coarse, before=max(before, finest, key=_evidence), after=after))
 
@@ -135,7 +136,7 @@ def _keep_clear(whole: Exchanged) -> Exchanged | None:
     runs = whole.clear_runs
     if runs is None or runs == whole.runs:
         return whole if runs else None
-    return fit_exchanged(whole.before, whole.pair, runs, whole.after.values)
+    return fit_exchanged(whole.before, whole.pair, runs, whole.after.values, machine=whole.after.machine)
 
 
 def _linearise_at_file(h: Hypothesis) -> Linearised | None:

@@ -48,6 +48,11 @@ class Case:
         """What the recordings bring to proposals."""
         return gather_runs(self.machine, self.recordings, self.drivers)
 
+    @cached_property
+    def clock(self) -> tuple[float, float]:
+        """When the first of the recordings begins and the last ends, by their own clocks [s]."""
+        return min(float(r.t[0]) for r in self.recordings), max(float(r.t[-1]) for r in self.recordings)
+
     def of(self, runs: Sequence[int]) -> Case:
         """The case of some of its recordings."""
         lacking = tuple(self.lacking[i] for i in runs) if self.lacking else ()

@@ -35,3 +35,8 @@ class FallsShort:
 def leaves_too_much(before: Hypothesis, after: Hypothesis) -> bool:
     """Whether so much is left beside what is tried that it will not come to hardly anything."""
     return after.chi > max(SETTINGS.hopeless, SETTINGS.half * before.chi)
+
+
+def explains_most(before: Hypothesis, after: Hypothesis) -> bool:
+    """Whether all but a quarter of the excess χ² − 1 before is gone."""
+    return after.chi**2 - 1 < SETTINGS.half**2 * (before.chi**2 - 1)

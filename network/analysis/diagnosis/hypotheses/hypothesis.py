@@ -38,7 +38,7 @@ class Hypothesis:
     @property
     def weighed(self) -> float:
         """The log evidence by which it is compared with rivals."""
-        return self.evidence if self.beside is None else self.beside - self.price
+        return self.evidence if self.beside is None else self.beside
 
     @cached_property
     def chi(self) -> float:

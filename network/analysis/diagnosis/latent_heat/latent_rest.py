@@ -46,7 +46,7 @@ class Rest:
         """Log evidence of both [nats], at the least of J that the slopes tell."""
         at = self.beside.linearised
         to_go = 0.5 * float(at.pull @ np.linalg.solve(at.precision, at.pull))
-        return at.log_evidence + to_go + max(0.0, self.heat.gain)
+        return at.log_evidence + to_go + max(0.0, self.heat.gain) - self.beside.price
 
 
 def find_rest(h: Hypothesis, refit: bool = True) -> Rest:

@@ -45,8 +45,9 @@ STEPS = 15
 """Of a fit on finer lumps to a few runs."""
 LEVELS = 3
 """Times that lumps are refined."""
-FINEST = 400
-"""Lumps beyond which a machine is not refined."""
+FINEST, MANY = 400, 120
+"""Lumps beyond which a machine is not refined, and beyond which it is not worked out what would not have shown, where
+nothing is looked for, nor looked once more for readings at fault (budget)."""
 ROUNDS, GROWTH = 4, 4
 """Times that lumps are looked at again, and how many times as many a bar gets at once."""
 TO_THE_LIMIT = 4 / 3

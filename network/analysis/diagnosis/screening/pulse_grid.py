@@ -3,7 +3,8 @@
 Heat from an instant t on answers d(t); a pulse from a to b answers d(a) − d(b), and a train the sum of its pulses, w D
 with the rows D = d(t) of the grid, between which it goes straight. With g = D r and G = D M Dᵀ (screen.py) its gain is
 a w g − a² w G wᵀ/2 at most: of some thousands, no run but those of the grid is computed.
-Range: pulses of two steps of the grid at least; what goes faster is drawn (timed_search).
+The clock is that of the recordings, from where the first begins to where the last ends.
+Range: on and off for a step of the grid at least; what goes faster is drawn (timed_search).
 """
 
 from __future__ import annotations
@@ -22,14 +23,12 @@ from network.analysis.diagnosis.screening.screen import MOST, whiten
 from network.catalogue.declaration.declare import Array
 
 STEPS = 96
-"""Of the grid over the longest run (budget)."""
-PERIODS, DUTIES, PHASES = 24, (0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9), 12
-"""Of the trains that are looked at (budget)."""
-SHORTEST = 4
-"""Steps of the shortest period."""
+"""Of the grid over all runs (budget)."""
+CYCLES, DUTIES, PHASES = 24, (0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9), 12
+"""Periods in the grid, from one to so many by halves, shares of them that trains are on, and phases (budget)."""
 SHAPES = ("period", "duration", "phase")
 ONCE = 2.0
-"""Lengths of the longest run from one window to the next: it is not seen twice."""
+"""Lengths of the grid from one window to the next: it is not seen twice."""
 
 
 @dataclass(frozen=True)
@@ -41,19 +40,20 @@ class Pulses:
     phase: float
     gain: float = 0.0
 
-    def edges(self, end: float) -> Iterator[tuple[float, float]]:
-        """Each pulse within a run."""
-        first = int(np.floor((-self.duration - self.phase) / self.period)) + 1
+    def edges(self, begin: float, end: float) -> Iterator[tuple[float, float]]:
+        """Each pulse within some time."""
+        first = int(np.floor((begin - self.duration - self.phase) / self.period)) + 1
         for k in range(first, int(np.ceil((end - self.phase) / self.period))):
-            begin = self.phase + k * self.period
-            yield max(begin, 0.0), min(begin + self.duration, end)
+            on = self.phase + k * self.period
+            yield max(on, begin), min(on + self.duration, end)
 
 
 @dataclass(frozen=True, eq=False)
 class PulseGrid:
-    """What heat from each instant of the grid on explains about a fit: g and G, with the instant at the end of the run
-    last, from which on nothing is left. misfit: of what is left, in whose square gains count."""
+    """What heat from each instant of the grid on explains about a fit: g and G, with the end last, from which on
+    nothing is left. misfit: of what is left, in whose square gains count."""
 
+    begin: float
     end: float
     g: Array
     G: Array
@@ -61,7 +61,11 @@ class PulseGrid:
 
     @cached_property
     def instants(self) -> Array:
-        return np.linspace(0.0, self.end, len(self.g))
+        return np.linspace(self.begin, self.end, len(self.g))
+
+    @property
+    def step(self) -> float:
+        return (self.end - self.begin) / (len(self.g) - 1)
 
     def best(self, count: int) -> list[Pulses]:
         """The windows and the trains that explain most."""
@@ -70,13 +74,14 @@ class PulseGrid:
 
     def _list_windows(self) -> Iterator[Pulses]:
         for a, b in combinations(self.instants.tolist(), 2):
-            if a > 0 or b < self.end:
-                yield Pulses(ONCE * self.end, b - a, a)
+            if a > self.begin or b < self.end:
+                yield Pulses(ONCE * (self.end - self.begin), b - a, a)
 
     def _list_trains(self) -> Iterator[Pulses]:
-        periods = np.geomspace(SHORTEST * self.instants[1], self.end, PERIODS).tolist()
+        periods = ((self.end - self.begin) / (np.arange(2, 2 * CYCLES + 1) / 2)).tolist()
         for period, duty, phase in product(periods, DUTIES, range(PHASES)):
-            yield Pulses(period, duty * period, phase / PHASES * period)
+            if min(duty, 1 - duty) * period >= self.step:
+                yield Pulses(period, duty * period, self.begin + phase / PHASES * period)
 
     def _score(self, tried: list[Pulses]) -> list[Pulses]:
         w = np.array([self._weigh(p) for p in tried])
@@ -90,9 +95,9 @@ class PulseGrid:
         """By instants of the grid: +1 where heat goes on, −1 where it goes off, shared between neighbours."""
         w = np.zeros(len(self.g))
         for edge, sign in (
-            (edge, sign) for pulse in p.edges(self.end) for edge, sign in zip(pulse, (1, -1), strict=True)
+            (edge, sign) for pulse in p.edges(self.begin, self.end) for edge, sign in zip(pulse, (1, -1), strict=True)
         ):
-            at = edge / self.instants[1]
+            at = (edge - self.begin) / self.step
             i = min(int(at), len(w) - 2)
             w[i] += sign * (1 - at + i)
             w[i + 1] += sign * (at - i)
@@ -100,20 +105,23 @@ class PulseGrid:
 
 
 def lay_grid(before: Hypothesis, c: Candidate) -> PulseGrid | None:
-    """The grid of a heat by the clock about a fit; None where its instants are others, or its answer is not had."""
+    """The grid of a heat by the clock about a fit; None where its instants are others, or its answer is not had.
+    Raises BudgetReached."""
     path = {p.attribute: p.path for p in c.own}
     if {*SHAPES} - path.keys():
         return None
-    fit, end = before.linearised, before.case.runs.longest
-    lasting = {path["period"]: (ONCE + 1) * end, path["duration"]: end}
-    begins = np.linspace(0.0, end, STEPS + 1)[:-1].tolist()
-    tried = [(c, {**before.values, **c.usual, **lasting, path["phase"]: t}) for t in begins]
-    changes = [d for d in respond_to_candidates(tried, fit.problem.data, fit.predictions) if d is not None]
+    before.case.budget.check()
+    fit, (begin, end) = before.linearised, before.case.clock
+    lasting = {path["period"]: (ONCE + 1) * (end - begin), path["duration"]: end - begin}
+    tried = [(c, {**before.values, **c.usual, **lasting, path["phase"]: t})
+             for t in np.linspace(begin, end, STEPS + 1)[:-1].tolist()]  # fmt: skip
+    told = respond_to_candidates(tried, fit.problem.data, fit.predictions)
+    changes = [d for d in told if d is not None and np.isfinite(d).all()]
     if len(changes) < len(tried):
         return None
     D = whiten(fit, np.array([*changes, np.zeros_like(changes[0])]))
     misfit = max(1.0, float(np.sqrt(np.mean(fit.left**2))))
-    return PulseGrid(end, D @ fit.unexplained, D @ fit.project(D).T, misfit)
+    return PulseGrid(begin, end, D @ fit.unexplained, D @ fit.project(D).T, misfit)
 
 
 def numbers_of(c: Candidate, p: Pulses) -> Mapping[str, float]:

@@ -19,7 +19,8 @@ DRAWS = 2000
 
 
 def null_threshold(scores: Sequence[Score], seed: int) -> float:
-    """The gain in log evidence that chance does not reach, from the scores of all candidates about the null."""
+    """The gain in log evidence that chance does not reach, from the scores of all candidates about the null. Instants
+    have a price of their own."""
     if not scores:
         return SETTINGS.least
     lean = np.stack([s.lean / s.detectable for s in scores])
@@ -29,5 +30,5 @@ def null_threshold(scores: Sequence[Score], seed: int) -> float:
     chance = float(
         np.quantile(np.where(is_signed, np.abs(z), np.maximum(z, 0.0)).max(axis=0) ** 2 / 2, SETTINGS.quantile)
     )
-    shapes = max(len(s.candidate.own) for s in scores) - 1
+    shapes = max(sum(not p.field.is_instant for p in s.candidate.own) for s in scores) - 1
     return max(SETTINGS.least, chance + SETTINGS.per_shape * shapes)

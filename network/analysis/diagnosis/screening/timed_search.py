@@ -71,15 +71,14 @@ def _settle(
     shapes, rng = c.own[1:], np.random.default_rng(seed)
     spread, low, high = (np.array([getattr(p, x) for p in shapes]) for x in ("spread", "low", "high"))
     middle = theta_of(shapes, about or {})
-    laid = [] if about else _list_gridded(before, c)
+    gridded = [] if about else [x for x in _list_gridded(before, c) if (low <= x).all() and (x <= high).all()]
     best = None
     for k in range(1 if about else 0, ROUNDS + 1):
         before.case.budget.check()
         drawn = middle + spread * _steps(rng, len(shapes), AGAIN if k else 0, 0 if k else DRAWS)
-        tried = [
-            _at(c, theta) for theta in [middle, *np.clip([*drawn, *laid], low, high)] if _is_seen(before, c, theta)
-        ]
-        scores, laid = score_variants(before.linearised, tried, before.values), []
+        able = [middle, *np.clip(drawn, low, high), *(() if k else gridded)]
+        tried = [_at(c, theta) for theta in able if _is_seen(before, c, theta)]
+        scores = score_variants(before.linearised, tried, before.values)
         if scores and (best is None or scores[0].gain > best.gain):
             best = scores[0]
             middle = theta_of(shapes, best.own)
@@ -99,7 +98,9 @@ def _is_seen(before: Hypothesis, c: Candidate, theta: Array) -> bool:
     runs, shapes = before.case.runs, c.own[1:]
     laws = {p.entry: c.machine.by_path[p.entry] for p in shapes}
     values = {p.attribute: p.value(float(x)) for p, x in zip(shapes, theta, strict=True)}
-    edges = [law.replaced(**values).edges(runs.longest) for law in laws.values() if isinstance(law, Mechanism)]
+    begin, end = before.case.clock
+    laid = [law.replaced(**values).edges(end) for law in laws.values() if isinstance(law, Mechanism)]
+    edges = [each[each > begin] for each in laid]
     return all(len(each) and (np.diff(each) >= runs.interval).all() for each in edges)
 
 

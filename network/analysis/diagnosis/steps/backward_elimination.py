@@ -121,8 +121,7 @@ def _exchange_first(now: Selection, better: Hypothesis) -> Selection:
     alone = fit_findings(current.case, current.root, better.found[:1], better.values, steps=STEPS)
     if alone is None:
         return replace(now, best=better)
-    gain = better.evidence - current.evidence
-    lead = replace(compact(alone), beside=first[0].weighed + gain + alone.price)
+    lead = replace(compact(alone), beside=first[0].weighed + better.evidence - current.evidence)
     rest = [h for h in first if h.found[-1].key != lead.found[-1].key]
     return replace(now, best=better, steps=((lead, *rest), *later))
 

@@ -10,6 +10,7 @@ from typing import cast
 from network.analysis.calibration.gauss_newton import STEPS
 from network.analysis.diagnosis.hypotheses.case_noise import use_file_noise
 from network.analysis.diagnosis.hypotheses.compact_fit import compact
+from network.analysis.diagnosis.hypotheses.falling_short import explains_most
 from network.analysis.diagnosis.hypotheses.few_runs import SEARCHED, on_all_runs, on_few_runs
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import reweight
@@ -182,9 +183,9 @@ def _select_next(
 
 
 def _is_next(current: Hypothesis, kept: Hypothesis | None) -> bool:
-    """Whether what was kept explains so much, all but a quarter of the excess, that nothing is looked for in its stead,
-    but only beside it if there is a next step."""
-    return kept is not None and kept.chi**2 - 1 < SETTINGS.half**2 * (current.chi**2 - 1)
+    """Whether what was kept explains so much that nothing is looked for in its stead, but only beside it if there is a
+    next step."""
+    return kept is not None and explains_most(current, kept)
 
 
 def _fit_wider(trials: TrialFits, ranked: list[Hypothesis], is_told: bool, jobs: int) -> list[Hypothesis]:

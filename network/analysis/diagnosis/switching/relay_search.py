@@ -14,6 +14,7 @@ from network.analysis.diagnosis.candidates.candidate import Candidate, candidate
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.case_noise import use_file_noise
 from network.analysis.diagnosis.hypotheses.compact_fit import compact, fit_with
+from network.analysis.diagnosis.hypotheses.falling_short import explains_most
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import reweight, theta_of
 from network.analysis.diagnosis.latent_heat.locate import list_likely_parts
@@ -68,7 +69,7 @@ def search_relays(
         found = _search_about(white, null, plain, able, best[:1], seed, jobs) if plain else []
         if not found or (best and found[0].chi >= best[0].chi):
             break
-        is_near = (plain is null and _leaves_little(found[0], null)) or bool(
+        is_near = (plain is null and explains_most(null, found[0])) or bool(
             best and found[0].chi > best[0].chi * (1 - SETTINGS.worth)
         )
         best, able = found, [h.found[-1] for h in found]
@@ -76,11 +77,6 @@ def search_relays(
             break
         plain = null if plain is null else straighten(reweight(white, best[0]), best[0].found[-1])
     return [compact(reweight(case, h)) for h in best if h.chi < WELL * null.chi]
-
-
-def _leaves_little(found: Hypothesis, null: Hypothesis) -> bool:
-    """Whether so much of the excess is explained, all but a quarter, that draws about it come hardly nearer."""
-    return found.chi**2 - 1 < SETTINGS.half**2 * (null.chi**2 - 1)
 
 
 def _search_about(
