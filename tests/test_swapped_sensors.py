@@ -32,14 +32,14 @@ THIRD = (1000, 9000, 3000)
 
 HELD_TIGHT = {
     "links": {"bearing": {**LINKS["bearing"], "between": ["spindle", "housing@0..0.15"]},
-              "flange": {**LINKS["flange"], "conductance": "600 W/K ± 30 %",
+              "flange": {**LINKS["flange"], "conductance": "200 W/K ± 30 %",
                          "between": ["housing@0.8..1", "column@0..0.1"]}},
     "sources": {"friction": {**SOURCES["friction"], "torque": "30 N mm ± 30 %",
                              "into": {"spindle": 0.5, "housing@0..0.15": 0.5}}},
     "sensors": {"T_housing": {**SENSORS["T_housing"], "measures": "housing@0.3..0.4"},
                 "T_column": {**SENSORS["T_column"], "measures": "column@0.2..0.3"}},
 }  # fmt: skip
-"""Bars that are hot at one end: with a lump each, neither order of the two is told."""
+"""Bars that are hot at one end, with a lump each where they are given."""
 
 
 def runs_of(truth: Machine) -> list[Recording]:
@@ -92,32 +92,31 @@ def test_what_the_scan_leaves_is_what_a_fit_with_it_leaves() -> None:
     assert ExchangeScan(true.linearised, [PAIR]).best()[0].runs == (False, False, False)
 
 
-def test_two_that_coarse_lumps_hide_are_found_on_those_that_the_readings_put_back_take() -> None:
+def test_two_that_coarse_lumps_hide_are_told_on_those_that_the_readings_put_back_take() -> None:
+    """On coarse ones the two leave much, and lumps might tell all of it."""
     truth, given = bars(24).patched(HELD_TIGHT, "test"), bars().patched(HELD_TIGHT, "test")
     h = fitted(exchanged(runs_of(truth)), given)
-    assert told(h) is None
+    coarse = find_exchange(h, lambda _: 0.0)
+    assert coarse is not None and coarse[1].chi > SETTINGS.doubtful
+    assert find_exchange(h, lambda _: 0.0, is_refined=False) is None
     found = find_exchange_on_lumps(h, h, lambda _: 0.0, 1)
     assert found is not None and found[0].channels == PAIR and found[0].is_machines
     assert found[1].chi < 1.1 < 10 < h.chi
 
 
-def test_one_that_leaves_much_is_not_told_before_lumps_are_refined() -> None:
-    looser = {
-        **HELD_TIGHT,
-        "links": {**HELD_TIGHT["links"], "flange": {**HELD_TIGHT["links"]["flange"], "conductance": "200 W/K ± 30 %"}},
-    }
-    truth, given = bars(24).patched(looser, "test"), bars().patched(looser, "test")
-    h = fitted(exchanged(runs_of(truth)), given)
-    found = find_exchange(h, lambda _: 0.0)
-    assert found is not None and found[1].chi > SETTINGS.doubtful
-    assert find_exchange(h, lambda _: 0.0, is_refined=False) is None
+def test_on_finer_lumps_they_are_put_back_in_the_runs_that_say_so() -> None:
+    truth, given = bars(24).patched(HELD_TIGHT, "test"), bars().patched(HELD_TIGHT, "test")
+    h = fitted(exchanged(runs_of(truth), 0, 2), given)
+    found = find_exchange_on_lumps(h, h, lambda _: 0.0, 1)
+    assert found is not None and found[0].runs == (True, False, True) and not found[0].is_machines
+    assert found[1].chi < 1.1 and found[1].machine.lumps > h.machine.lumps
 
 
 @pytest.mark.parametrize("more", [{}, CONCEALED["source"]])
 def test_what_lumps_or_physics_leave_is_no_exchange_on_finer_ones(more: dict[str, Any]) -> None:
     truth, given = bars(24).patched(HELD_TIGHT, "test"), bars().patched(HELD_TIGHT, "test")
     h = fitted(runs_of(truth.patched(more, "test") if more else truth), given)
-    assert h.chi > 10
+    assert h.chi > 5
     assert find_exchange_on_lumps(h, h, lambda _: 0.0, 1) is None
 
 

@@ -43,10 +43,7 @@ def find_exchange(
     """The two channels, and the hypothesis fitted to the readings put back; None where there are none. is_refined:
     whether lumps are as fine as they will be; else none is told that leaves much, for lumps may tell all of it."""
     price = price_of(h)
-    scores = [s for s in scan_pairs(h) if s.gain > price]
-    likely = [s for s in scores if s.cost <= NEARLY * scores[0].cost][:CONFIRMED]
-    tried = [t for s in likely if (t := try_exchanged(h, s))]
-    ranked = sorted((t for t in tried if t.gain > 0), key=lambda t: -t.gain)
+    ranked = _rank_pairs(h, price)
     best = _settle(ranked[0]) if ranked else None
     if best is None or (best.after.chi > SETTINGS.doubtful and not is_refined):
         return None
@@ -56,15 +53,20 @@ def find_exchange(
 def find_exchange_on_lumps(
     coarse: Hypothesis, finest: Hypothesis, rival_gain: RivalGain, jobs: int
 ) -> tuple[ExchangeFault, Hypothesis] | None:  # fmt: skip
-    """The same of a machine as written, on the lumps that readings put back take: as they are they may take none, and
-    so much is left then that no pair stands out. finest: on the lumps that the readings as they are take."""
+    """The same of a machine as written, on the lumps that readings put back take: as they are they may take none.
+    finest: on the lumps that the readings as they are take."""
     price = price_of(coarse)
-    scores = [s for s in scan_pairs(coarse) if s.gain * s.firm**2 > price]
-    likely = [s for s in scores if s.cost <= NEARLY * scores[0].cost][:CONFIRMED]
-    tried = [t for s in likely if (t := try_exchanged(coarse, s)) and t.gain > price]
-    ranked = sorted(tried, key=lambda t: -t.gain)
+    ranked = _rank_pairs(coarse, price)
     best = _refine(ranked[0], finest, jobs) if ranked else None
     return None if best is None else _tell_if_worth(best, coarse.machine, ranked[1:], price, rival_gain)
+
+
+def _rank_pairs(h: Hypothesis, price: float) -> list[Exchanged]:
+    """The pairs that come near the best, as a few steps of a fit tell them."""
+    scores = [s for s in scan_pairs(h) if s.gain > price]
+    likely = [s for s in scores if s.cost <= NEARLY * scores[0].cost][:CONFIRMED]
+    tried = [t for s in likely if (t := _try_exchanged(h, s))]
+    return sorted((t for t in tried if t.gain > 0), key=lambda t: -t.gain)
 
 
 def _tell_if_worth(
@@ -113,7 +115,7 @@ def list_pairs(machine: Machine) -> list[Pair]:
     return [(a, b) for a, b in named]
 
 
-def try_exchanged(h: Hypothesis, score: Score) -> Exchanged | None:
+def _try_exchanged(h: Hypothesis, score: Score) -> Exchanged | None:
     """A pair exchanged, fitted a few steps, to all runs only where that explains more of a few; None where it does
     not."""
     few, mine = on_few_runs(h), tuple(score.runs[i] for i in list_worst_runs(h))
