@@ -84,17 +84,13 @@ def _refine(coarse: Exchanged, finest: Hypothesis, jobs: int) -> Exchanged | Non
     """Both readings on the lumps that those put back take, in the runs that say so; those as they are on their own
     where these explain more. None where those put back take no more, or too many, or no run says so."""
     try:
-        after = max(refine_lumps(coarse.after.case, coarse.after, jobs), key=_evidence)
+        after = max(refine_lumps(coarse.after.case, coarse.after, jobs), key=lambda h: h.evidence)
         if after is coarse.after or after.machine.lumps > MANY:
             return None
         before = fit_hypothesis(coarse.before.case, after.machine, start=after.values)
     except (Failed, Refused, np.linalg.LinAlgError):
         return None
-    return _keep_clear(replace(coarse, before=max(before, finest, key=_evidence), after=after))
-
-
-def _evidence(h: Hypothesis) -> float:
-    return h.evidence
+    return _keep_clear(replace(coarse, before=max(before, finest, key=lambda h: h.evidence), after=after))
 
 
 def scan_pairs(h: Hypothesis) -> list[Score]:

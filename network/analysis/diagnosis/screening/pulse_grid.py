@@ -10,7 +10,7 @@ Range: on and off for a step of the grid at least; what goes faster is drawn (ti
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations, product
 
@@ -19,7 +19,7 @@ import numpy as np
 from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.candidates.candidate_response import respond_to_candidates
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
-from network.analysis.diagnosis.screening.screen import MOST, whiten
+from network.analysis.diagnosis.screening.screen import SEEN, best_amplitude, firm_of, whiten
 from network.catalogue.declaration.declare import Array
 
 STEPS = 96
@@ -51,13 +51,13 @@ class Pulses:
 @dataclass(frozen=True, eq=False)
 class PulseGrid:
     """What heat from each instant of the grid on explains about a fit: g and G, with the end last, from which on
-    nothing is left. misfit: of what is left, in whose square gains count."""
+    nothing is left. firm: the square of the misfit, in which gains count."""
 
     begin: float
     end: float
     g: Array
     G: Array
-    misfit: float
+    firm: float
 
     @cached_property
     def instants(self) -> Array:
@@ -86,10 +86,9 @@ class PulseGrid:
     def _score(self, tried: list[Pulses]) -> list[Pulses]:
         w = np.array([self._weigh(p) for p in tried])
         g, kappa = w @ self.g, np.einsum("ij,ij->i", w @ self.G, w)
-        seen = kappa > 1e-6
-        a = np.clip(np.divide(g, kappa, out=np.zeros_like(g), where=seen), 0.0, MOST)
-        gains = (a * g - a * a * kappa / 2) / self.misfit**2
-        return [Pulses(p.period, p.duration, p.phase, gain) for p, gain in zip(tried, gains.tolist(), strict=True)]
+        seen = kappa > SEEN
+        gains = np.where(seen, best_amplitude(g, np.where(seen, kappa, 1.0), 0.0, self.firm)[1], 0.0)
+        return [replace(p, gain=gain) for p, gain in zip(tried, gains.tolist(), strict=True)]
 
     def _weigh(self, p: Pulses) -> Array:
         """By instants of the grid: +1 where heat goes on, −1 where it goes off, shared between neighbours."""
@@ -120,8 +119,7 @@ def lay_grid(before: Hypothesis, c: Candidate) -> PulseGrid | None:
     if len(changes) < len(tried):
         return None
     D = whiten(fit, np.array([*changes, np.zeros_like(changes[0])]))
-    misfit = max(1.0, float(np.sqrt(np.mean(fit.left**2))))
-    return PulseGrid(begin, end, D @ fit.unexplained, D @ fit.project(D).T, misfit)
+    return PulseGrid(begin, end, D @ fit.unexplained, D @ fit.project(D).T, firm_of(fit))
 
 
 def numbers_of(c: Candidate, p: Pulses) -> Mapping[str, float]:

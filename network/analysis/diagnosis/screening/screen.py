@@ -36,6 +36,8 @@ SHOWS = 1.0
 """Nats of a linear score from which a candidate is looked at."""
 OFF = (-3.0, -1.0, -0.3, 0.0, 0.3, 1.0, 3.0)
 """Prior 1σ by which a temperature that a candidate brings is moved."""
+SEEN = 1e-6
+"""κ from which a candidate changes anything that can be seen."""
 LEAST = 0.02
 """Multiple of the typical strength that a fit begins from at least."""
 
@@ -118,6 +120,17 @@ def score_variants(
     return sorted(scores.values(), key=lambda s: -s.gain)
 
 
+def firm_of(fit: Linearised) -> float:
+    """The square of the misfit that is left, in which gains count."""
+    return max(1.0, float(np.mean(fit.left**2)))
+
+
+def best_amplitude(g: Array, kappa: Array, least: float, firm: float) -> tuple[Array, Array]:
+    """Multiples of the typical strength, from the least that may be, that gain most, and their gains [nats]."""
+    a = np.clip(g / kappa, least, MOST)
+    return a, (a * g - a * a * kappa / 2) / firm
+
+
 def _able(candidates: Sequence[Candidate]) -> list[Candidate]:
     """Those that a linear answer can be had for."""
     return [c for c in candidates if not (c.is_structural or c.switches)]
@@ -127,12 +140,11 @@ def _score(
     fit: Linearised, candidate: Candidate, scale: float, numbers: Mapping[str, float], d: Array, M_d: Array
 ) -> Score | None:  # fmt: skip
     """None where it changes nothing that can be seen."""
-    kappa, g = float(d @ M_d), float(d @ fit.unexplained)
-    if kappa <= 1e-6:
+    kappa, g = d @ M_d, d @ fit.unexplained
+    if kappa <= SEEN:
         return None
-    chi2 = max(1.0, float(np.mean(fit.left**2)))
-    a = float(np.clip(g / kappa, -MOST if candidate.is_signed else 0.0, MOST))
-    return Score(candidate, (a * g - a * a * kappa / 2) / chi2, a * scale, np.sqrt(kappa), M_d, numbers)
+    a, gain = best_amplitude(g, kappa, -MOST if candidate.is_signed else 0.0, firm_of(fit))
+    return Score(candidate, float(gain), float(a) * scale, float(np.sqrt(kappa)), M_d, numbers)
 
 
 def _list_usual(c: Candidate) -> Iterator[tuple[float, dict[str, float]]]:
