@@ -43,10 +43,10 @@ def test_the_grid_scores_what_the_heat_itself_scores(pulses: Pulses) -> None:
     """At instants of the grid nothing lies between; what is on when a run begins is."""
     h, c = fitted(), by_the_clock()
     grid = lay_grid(h, c)
-    assert grid is not None and (grid.begin, grid.end) == (0.0, END) and pulses.phase % (END / STEPS) == 0
-    (told,) = grid._score([pulses])
+    assert grid is not None and (grid.clock.begin, grid.clock.end) == (0.0, END) and pulses.phase % (END / STEPS) == 0
+    (gain,) = grid.gains(np.array([grid.clock.weigh(pulses)]))
     (alone,) = score_variants(h.linearised, [(c, 1.0, {**c.usual, **numbers_of(c, pulses)})], h.values)
-    assert told.gain == pytest.approx(alone.gain, rel=0.02) and alone.gain > 1
+    assert gain == pytest.approx(alone.gain, rel=0.02) and alone.gain > 1
 
 
 def test_a_pulse_that_is_on_when_a_run_begins_is_on_from_its_first_instant() -> None:
@@ -99,7 +99,7 @@ def test_other_laws_have_no_grid() -> None:
 def test_without_a_gain_there_is_no_best() -> None:
     grid = lay_grid(fitted(), by_the_clock())
     assert grid is not None
-    silent = type(grid)(grid.begin, grid.end, np.zeros_like(grid.g), grid.G, 1.0)
+    silent = type(grid)(grid.clock, np.zeros_like(grid.g), grid.G, 1.0)
     assert silent.best(3) == []
 
 

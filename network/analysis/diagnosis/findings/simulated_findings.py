@@ -86,14 +86,20 @@ def list_retreats(search: Search) -> Iterator[Search]:
 def _list_alone(search: Search) -> Iterator[Search]:
     """Its fault of readings alone, at numbers to which each channel counts by how far it is off and how long that
     lasts: neither coloured noise nor constant errors of sensors take up what is left. From the numbers as calibrated,
-    then from those as fitted."""
+    then from those as fitted; at last at the numbers as calibrated, where it leaves the machine as it is."""
     case = replace(use_file_noise(search.written.case), budget=search.case.budget)
     for values in (search.calibrated.values, search.written.values):
         try:
             alone = reweight(case, fit_lasting(state(case, case.machine, values)))
         except (Failed, np.linalg.LinAlgError):
             continue
-        yield replace(search, case=case, written=alone, null=alone, selection=Selection(alone))
+        yield _leave_alone(search, alone)
+    if search.fault is not None and not search.fault.changes_machine:
+        yield _leave_alone(search, state(case, case.machine, search.calibrated.values))
+
+
+def _leave_alone(search: Search, alone: Hypothesis) -> Search:
+    return replace(search, case=alone.case, written=alone, null=alone, selection=Selection(alone))
 
 
 def _bare_of(search: Search) -> Hypothesis:

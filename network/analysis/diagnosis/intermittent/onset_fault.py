@@ -79,6 +79,10 @@ class OnsetFault(ChannelFault):
         return self.is_open
 
     @property
+    def stands_alone(self) -> bool:
+        return self.is_clear
+
+    @property
     def quantities(self) -> Mapping[str, Quantity]:
         o = self.onset
         size = Quantity(o.size, o.std, o.shape.unit)

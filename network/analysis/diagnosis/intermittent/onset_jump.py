@@ -6,11 +6,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.stats import t as student
 
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import BIN, CLEAR, SIDE, Steps, find_steps
 from network.analysis.diagnosis.intermittent.channel_samples import truth_at_samples
 from network.analysis.diagnosis.intermittent.onset_scan import Onset
+from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.declare import Array
 from network.recordings.recording import Recording
 
@@ -111,16 +113,27 @@ def list_lone_jumps(steps: ResidualSteps) -> Iterator[tuple[int, str, float, flo
 
 
 def _is_driven(steps: ResidualSteps, run: int, channel: str, at: float, reach: float) -> bool:
-    """Whether an input jumps at that time; not where the channel jumps at none of many others at which inputs do."""
+    """Whether an input jumps at that time; not where the channel jumps at none of many others at which inputs do, or by
+    far less."""
     having = [(i, p.run) for i, p in enumerate(steps.h.predictions) if channel in p.run.channels]
     moved = [(i, float(t)) for i, of in having for t in of.knots.jumps]
     others = [(i, t) for i, t in moved if i != run or abs(t - at) >= reach]
     if len(others) == len(moved):
         return False
-    told = [
-        _jumps_near(of, t, reach) for i, t in others if (of := steps.of(i, channel)) is not None and of.covers(t, reach)
-    ]
-    return len(told) < MANY or any(told)
+    told = [(of, t) for i, t in others if (of := steps.of(i, channel)) is not None and of.covers(t, reach)]
+    own = steps.of(run, channel)
+    if own is None or len(told) < MANY:
+        return True
+    is_due = any(_jumps_near(of, t, reach) for of, t in told)
+    return is_due and not _stands_out(_size_near(own, at, reach), [_size_near(of, t, reach) for of, t in told])
+
+
+def _stands_out(size: float, others: Sequence[float]) -> bool:
+    """Whether a jump is none of some others, were they normal: by Student's t of its size over their rms, the largest
+    of all of them by chance."""
+    rms = float(np.sqrt(np.mean(np.square(others))))
+    chance = 2 * float(student.sf(size / max(rms, 1e-300), len(others)))
+    return chance * (len(others) + 1) < 1 - SETTINGS.quantile
 
 
 def _is_shared(steps: ResidualSteps, run: int, channel: str, at: float, reach: float) -> bool:
@@ -130,4 +143,9 @@ def _is_shared(steps: ResidualSteps, run: int, channel: str, at: float, reach: f
 
 
 def _jumps_near(steps: Steps, at: float, reach: float) -> bool:
-    return bool((np.abs(steps.size[np.abs(steps.t - at) < reach]) > CLEAR * steps.scatter).any())
+    return _size_near(steps, at, reach) > CLEAR * steps.scatter
+
+
+def _size_near(steps: Steps, at: float, reach: float) -> float:
+    """Of the largest step within reach."""
+    return float(np.abs(steps.size[np.abs(steps.t - at) < reach]).max(initial=0.0))

@@ -9,9 +9,9 @@ Range: on and off for a step of the grid at least; what goes faster is drawn (ti
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import combinations, product
 
 import numpy as np
@@ -48,59 +48,76 @@ class Pulses:
             yield max(on, begin), min(on + self.duration, end)
 
 
-@dataclass(frozen=True, eq=False)
-class PulseGrid:
-    """What heat from each instant of the grid on explains about a fit: g and G, with the end last, from which on
-    nothing is left. firm: the square of the misfit, in which gains count."""
+@dataclass(frozen=True)
+class Clock:
+    """The instants of a grid: so many from one to another [s]."""
 
     begin: float
     end: float
-    g: Array
-    G: Array
-    firm: float
+    count: int
 
     @cached_property
     def instants(self) -> Array:
-        return np.linspace(self.begin, self.end, len(self.g))
+        return np.linspace(self.begin, self.end, self.count)
 
     @property
     def step(self) -> float:
-        return (self.end - self.begin) / (len(self.g) - 1)
+        return (self.end - self.begin) / (self.count - 1)
 
-    def best(self, count: int) -> list[Pulses]:
-        """The windows and the trains that explain most."""
-        kinds = (self._score([*self._list_windows()]), self._score([*self._list_trains()]))
-        return [p for told in kinds for p in sorted(told, key=lambda p: -p.gain)[:count] if p.gain > 0]
-
-    def _list_windows(self) -> Iterator[Pulses]:
+    def list_windows(self) -> Iterator[Pulses]:
         for a, b in combinations(self.instants.tolist(), 2):
             if a > self.begin or b < self.end:
                 yield Pulses(ONCE * (self.end - self.begin), b - a, a)
 
-    def _list_trains(self) -> Iterator[Pulses]:
+    def list_trains(self) -> Iterator[Pulses]:
         periods = ((self.end - self.begin) / (np.arange(2, 2 * CYCLES + 1) / 2)).tolist()
         for period, duty, phase in product(periods, DUTIES, range(PHASES)):
             if min(duty, 1 - duty) * period >= self.step:
                 yield Pulses(period, duty * period, self.begin + phase / PHASES * period)
 
-    def _score(self, tried: list[Pulses]) -> list[Pulses]:
-        w = np.array([self._weigh(p) for p in tried])
-        g, kappa = w @ self.g, np.einsum("ij,ij->i", w @ self.G, w)
-        seen = kappa > SEEN
-        gains = np.where(seen, best_amplitude(g, np.where(seen, kappa, 1.0), 0.0, self.firm)[1], 0.0)
-        return [replace(p, gain=gain) for p, gain in zip(tried, gains.tolist(), strict=True)]
-
-    def _weigh(self, p: Pulses) -> Array:
-        """By instants of the grid: +1 where heat goes on, −1 where it goes off, shared between neighbours."""
-        w = np.zeros(len(self.g))
-        for edge, sign in (
-            (edge, sign) for pulse in p.edges(self.begin, self.end) for edge, sign in zip(pulse, (1, -1), strict=True)
-        ):
-            at = (edge - self.begin) / self.step
-            i = min(int(at), len(w) - 2)
-            w[i] += sign * (1 - at + i)
-            w[i + 1] += sign * (at - i)
+    def weigh(self, p: Pulses) -> Array:
+        """By instants: +1 where heat goes on, −1 where it goes off, shared between neighbours."""
+        w = np.zeros(self.count)
+        for pulse in p.edges(self.begin, self.end):
+            for edge, sign in zip(pulse, (1, -1), strict=True):
+                at = (edge - self.begin) / self.step
+                i = min(int(at), self.count - 2)
+                w[i] += sign * (1 - at + i)
+                w[i + 1] += sign * (at - i)
         return w
+
+
+@lru_cache(maxsize=1)
+def weigh_pulses(clock: Clock) -> tuple[tuple[Sequence[Pulses], Array], ...]:
+    """All windows and all trains, each with its weights: they are those of the clock, whatever is heated."""
+    kinds = ([*clock.list_windows()], [*clock.list_trains()])
+    return tuple((tried, np.array([clock.weigh(p) for p in tried])) for tried in kinds)
+
+
+@dataclass(frozen=True, eq=False)
+class PulseGrid:
+    """What heat from each instant of a clock on explains about a fit: g and G, with the end last, from which on nothing
+    is left. firm: the square of the misfit, in which gains count."""
+
+    clock: Clock
+    g: Array
+    G: Array
+    firm: float
+
+    def best(self, count: int) -> list[Pulses]:
+        """The windows and the trains that explain most."""
+        told: list[Pulses] = []
+        for tried, weights in weigh_pulses(self.clock):
+            gains = self.gains(weights)
+            first = np.argsort(-gains, kind="stable")[:count]
+            told += [replace(tried[i], gain=float(gains[i])) for i in first if gains[i] > 0]
+        return told
+
+    def gains(self, weights: Array) -> Array:
+        """What pulses explain at their best strength [nats]."""
+        g, kappa = weights @ self.g, np.einsum("ij,ij->i", weights @ self.G, weights)
+        seen = kappa > SEEN
+        return np.where(seen, best_amplitude(g, np.where(seen, kappa, 1.0), 0.0, self.firm)[1], 0.0)
 
 
 def lay_grid(before: Hypothesis, c: Candidate) -> PulseGrid | None:
@@ -110,16 +127,16 @@ def lay_grid(before: Hypothesis, c: Candidate) -> PulseGrid | None:
     if {*SHAPES} - path.keys():
         return None
     before.case.budget.check()
-    fit, (begin, end) = before.linearised, before.case.clock
-    lasting = {path["period"]: (ONCE + 1) * (end - begin), path["duration"]: end - begin}
-    tried = [(c, {**before.values, **c.usual, **lasting, path["phase"]: t})
-             for t in np.linspace(begin, end, STEPS + 1)[:-1].tolist()]  # fmt: skip
+    fit, clock = before.linearised, Clock(*before.case.clock, STEPS + 1)
+    length = clock.end - clock.begin
+    lasting = {path["period"]: (ONCE + 1) * length, path["duration"]: length}
+    tried = [(c, {**before.values, **c.usual, **lasting, path["phase"]: t}) for t in clock.instants[:-1].tolist()]
     told = respond_to_candidates(tried, fit.problem.data, fit.predictions)
     changes = [d for d in told if d is not None and np.isfinite(d).all()]
     if len(changes) < len(tried):
         return None
     D = whiten(fit, np.array([*changes, np.zeros_like(changes[0])]))
-    return PulseGrid(begin, end, D @ fit.unexplained, D @ fit.project(D).T, firm_of(fit))
+    return PulseGrid(clock, D @ fit.unexplained, D @ fit.project(D).T, firm_of(fit))
 
 
 def numbers_of(c: Candidate, p: Pulses) -> Mapping[str, float]:
