@@ -23,6 +23,7 @@ from network.analysis.diagnosis.intermittent.onset_scan import OnsetScan
 from network.analysis.diagnosis.screening.screen import screen
 from network.catalogue.declaration.declare import Array
 from network.recordings.recording import Recording
+from network.report.words.finding_words import windows_words
 
 BEGINS = 70 * 60.0
 Wrong = Callable[[Array, Array, Array], Array]
@@ -118,6 +119,31 @@ def test_a_jump_is_seen_beside_what_is_missing_and_at_a_step_of_an_input_that_ma
             seen = [(run, name, at) for run, name, at, _ in onset_jump.list_lone_jumps(steps)]
         assert (seen == []) is few
         assert few or (seen[0][:2] == (0, "T_housing") and seen[0][2] == pytest.approx(begins, abs=150))
+
+
+@pytest.mark.parametrize(
+    ("size", "others", "stands_out"),
+    [
+        (5.0, [1.0] * 22, True),
+        (3.0, [1.0] * 22, False),
+        (8.0, [1.0] * 4, True),
+        (5.0, [1.0] * 4, False),
+        (13.0, [*[1.0] * 21, 12.0], False),
+    ],
+)
+def test_a_jump_at_a_step_of_an_input_is_the_channels_own_where_those_at_others_are_far_less(
+    size: float, others: list[float], stands_out: bool
+) -> None:
+    """Student's t, two-sided, times the number of jumps, below 1 %: 0.1, 15, 0.7 and 4 %; 0.2 %, but beside 12."""
+    assert onset_jump._stands_out(size, others) is stands_out
+
+
+def test_a_clear_jump_stands_alone_and_is_told_of_its_run() -> None:
+    first, second = (recorded(plant(), x, i) for i, x in enumerate(LADDERS))
+    d = diagnose(plant(), [first, fail(second, FAULTS["offset"])], seed=1)
+    (finding,) = d.findings
+    assert finding.run == 1 and finding.windows[0][0] == pytest.approx(BEGINS, abs=200)
+    assert "of run1.csv" in windows_words(d, finding)
 
 
 def test_heat_in_one_run_is_no_fault_of_a_sensor() -> None:

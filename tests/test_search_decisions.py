@@ -560,6 +560,36 @@ def test_what_simulated_runs_refute_is_taken_back_step_by_step(monkeypatch: pyte
     assert [t.selection.best for t in simulated_findings.list_retreats(search)] == [written]
 
 
+@pytest.mark.parametrize("changes_machine", [True, False])
+def test_a_fault_that_stands_alone_is_told_at_ever_other_numbers_before_it_is_taken_back(
+    changes_machine: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At last at those as calibrated, if the machine of which they are is the same."""
+    monkeypatch.setattr(simulated_findings, "replace", lambda of, **new: bare(**{**vars(of), **new}))
+    monkeypatch.setattr(simulated_findings, "reweight", lambda case, of: of)
+    monkeypatch.setattr(simulated_findings, "use_file_noise", lambda case: case)
+    monkeypatch.setattr(simulated_findings, "state", lambda case, machine, values: h(name=values, case=case))
+    monkeypatch.setattr(simulated_findings, "fit_lasting", lambda of: h(name=f"fit from {of.name}", case=of.case))
+    case = bare(budget="has no end", machine=None)
+    written = h(name="written", case=case, values="fitted")
+    search = bare(
+        case=case,
+        best=written,
+        selection=bare(best=written, gains=()),
+        ended=True,
+        null=written,
+        written=written,
+        given=bare(machine=None),
+        calibrated=bare(values="calibrated"),
+        fault=bare(stands_alone=True, changes_machine=changes_machine),
+    )
+    *alone, bared = simulated_findings.list_retreats(search)
+    told = ["fit from calibrated", "fit from fitted"]
+    assert [t.null.name for t in alone] == [*told, *([] if changes_machine else ["calibrated"])]
+    assert all(t.fault is search.fault and t.written is t.null is t.selection.best for t in alone)
+    assert bared.fault is None
+
+
 @pytest.mark.parametrize(
     "gain, mended, left, kept",
     [(1.0, True, 9.0, True), (-1.0, True, 1.0, False), (0.0, True, 1.0, False), (1.0, False, 6.0, False),

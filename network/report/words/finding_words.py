@@ -97,15 +97,16 @@ def to_sigma(nats: float) -> float:
 
 
 def windows_words(d: Diagnosis, finding: Finding) -> str:
-    """When it showed most, on the first recording; nothing where that was always, or is that of an earlier finding, or
-    where its sentence says so of the recording that it is about."""
+    """When it showed most, on the recording that tells it; nothing where that was always, or is that of an earlier
+    finding, or where its sentence says so."""
     if finding.is_stop:
         return ""
     earlier = d.findings[: d.findings.index(finding)] if finding in d.findings else ()
     if finding.windows in [f.windows for f in earlier]:
         return ""
     longest = sorted(finding.windows, key=lambda w: w[0] - w[1])[:MOST_WINDOWS]
-    t, name = d.fits.train_before.recordings[0].trajectory.t, name_recording(d, d.fits.train_before.recordings[0])
+    shown = d.fits.train_before.recordings[finding.run]
+    t, name = shown.trajectory.t, name_recording(d, shown)
     told = [when(first, last, t, name) for first, last in sorted(longest)]
     if not told or any(text.startswith(THROUGHOUT) for text in told):
         return ""

@@ -64,9 +64,9 @@ class Rival:
 @dataclass(frozen=True)
 class Finding:
     """One piece of missing physics. gain: log evidence it adds [nats]; threshold: what chance reaches; windows: times
-    [s] in which the residual differed most before; patch: what adds it to the machine, numbers as fitted; share: of the
-    evidence, among its rivals; holds: belief that it is one of these and not what has no name; nothing: belief that
-    nothing is missing, None where that is not asked."""
+    [s] of recording `run` in which the residual differed most before; patch: what adds it to the machine, numbers as
+    fitted; share: of the evidence, among its rivals; holds: belief that it is one of these and not what has no name;
+    nothing: belief that nothing is missing, None where that is not asked."""
 
     kind: str
     section: str
@@ -87,6 +87,7 @@ class Finding:
     share: float | None = None
     holds: float | None = None
     nothing: float | None = None
+    run: int = 0
 
     @property
     def part(self) -> str:

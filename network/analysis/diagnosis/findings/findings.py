@@ -47,13 +47,13 @@ def _faults(search: Search, after: Machine) -> Iterator[Finding]:
     """What was wrong with readings; what is a part of the machine from now on, or leaves what it competes for, is
     doubted as other parts are."""
     if (e := search.fault) is not None:
-        windows = next(w for w in e.windows if w)
+        run, windows = next((i, w) for i, w in enumerate(e.windows) if w)
         is_part = bool(e.patch) or (e.competes and search.best.chi > SETTINGS.adequate)
         doubts = tuple(doubt_search(search)) if is_part else ()
         yield Finding(
             e.kind, e.section, (), e.channels, min(e.confidence, SETTINGS.barred) if doubts else e.confidence,
             e.quantities, sentence(e.told), e.patch.as_in(after.tree), e.gain, search.threshold, windows, e.rivals,
-            doubts=doubts, share=e.confidence, nothing=belief_in_nothing(e.gain, search.best.chi),
+            doubts=doubts, share=e.confidence, nothing=belief_in_nothing(e.gain, search.best.chi), run=run,
         )  # fmt: skip
 
 

@@ -18,6 +18,8 @@ from network.recordings.recording import Recording
 
 MANY = 4
 """Jumps of inputs elsewhere, at none of which a channel jumps, from which one at which it does is a coincidence."""
+AGAIN = 2.0
+"""Times the largest of those from which it is none of them."""
 BLURRED = 0.5
 """Share by which the jump of a residual in bins may differ from the size of the fault."""
 
@@ -129,11 +131,12 @@ def _is_driven(steps: ResidualSteps, run: int, channel: str, at: float, reach: f
 
 
 def _stands_out(size: float, others: Sequence[float]) -> bool:
-    """Whether a jump is none of some others, were they normal: by Student's t of its size over their rms, the largest
-    of all of them by chance."""
+    """Whether a jump is none of some others: by Student's t of its size over their rms, the largest of all of them by
+    chance, and far from any: what an input makes it makes again when it goes back."""
     rms = float(np.sqrt(np.mean(np.square(others))))
     chance = 2 * float(student.sf(size / max(rms, 1e-300), len(others)))
-    return chance * (len(others) + 1) < 1 - SETTINGS.quantile
+    is_chance = chance * (len(others) + 1) >= 1 - SETTINGS.quantile
+    return not is_chance and size > AGAIN * max(others)
 
 
 def _is_shared(steps: ResidualSteps, run: int, channel: str, at: float, reach: float) -> bool:
