@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from network import Machine, Recording, Scenario, diagnose, simulate
+from network.analysis.calibration import growing_horizon
 from network.analysis.calibration.hysteresis_swing import Swing, find_switchings
+from network.analysis.calibration.measured_means import Measured, weigh_recording
+from network.analysis.calibration.read_beginning import begin_beside_modes
 from network.analysis.calibration.recorded_modes import forget_modes, read_modes
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.faced_relays import face_relays
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.engine.response.followed_relays import MODE, follow_relays
+from network.engine.response.parameters import Parameter, free_parameters, values_at
 from network.engine.trajectory import Trajectory
 from network.report.files.result_files import write_run
 
@@ -75,6 +81,40 @@ def test_a_fit_that_follows_them_keeps_step_from_anywhere(chilled: Machine, tmp_
     assert followed.values["links.coolant jacket.conductance"] == pytest.approx(22, rel=0.05)
     faced = face_relays(followed)
     assert not faced.case.recordings[0].modes and faced.chi < 1.2
+
+
+def test_numbers_beside_the_modes_that_were_read_are_a_beginning_that_keeps_step(
+    chilled: Machine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The whole recording is fitted at once, not ever more of it; a misfit that leaps from there says otherwise."""
+    weaker = chilled.patched({"links.coolant jacket.conductance": "22 W/K"})
+    _, recording = _record(weaker, tmp_path)
+    parameters, data = free_parameters(chilled), [weigh_recording(chilled, recording)]
+    read = begin_beside_modes(chilled, parameters, data, None)
+    assert read is not None and read.left < 1.1
+    assert values_at(parameters, read.theta)["links.coolant jacket.conductance"] == pytest.approx(22, rel=0.05)
+    spans: list[float] = []
+    fit = growing_horizon._fit_beginning
+
+    def watch(machine: Machine, parameters: Sequence[Parameter], data: Sequence[Measured], *of: Any) -> Any:
+        spans.append(data[0].recording.t[-1])
+        return fit(machine, parameters, data, *of)
+
+    monkeypatch.setattr(growing_horizon, "_fit_beginning", watch)
+    found = growing_horizon.begin_in_step(chilled, parameters, data, None, lambda: False, about=read)
+    assert spans == [recording.t[-1]] and found is not None and found.left < 1.1
+    monkeypatch.setattr(growing_horizon, "LEAP", 0.5)
+    growing_horizon.begin_in_step(chilled, parameters, data, None, lambda: len(spans) > 2, about=read)
+    assert spans[1] == spans[0] > 10 * spans[2]
+
+
+def test_without_relays_or_modes_there_is_no_such_beginning(chilled: Machine, tmp_path: Path) -> None:
+    _, recording = _record(chilled, tmp_path)
+    blind = replace(recording, columns={n: c for n, c in recording.columns.items() if n != "T_tank"})
+    parameters = free_parameters(chilled)
+    assert begin_beside_modes(chilled, parameters, [weigh_recording(chilled, blind)], None) is None
+    still = chilled.patched({"sources": {_chiller(chilled): None}})
+    assert begin_beside_modes(still, free_parameters(still), [weigh_recording(still, recording)], None) is None
 
 
 def test_what_nothing_reads_is_simulated(chilled: Machine, tmp_path: Path) -> None:

@@ -419,7 +419,8 @@ IN = ("named",)
 
 
 def search_of(
-    chi: float, explained: float = 1.0, located: Any = (SHOWN,), shift: float = 0.0, found: Any = ()
+    chi: float, explained: float = 1.0, located: Any = (SHOWN,), shift: float = 0.0, found: Any = (),
+    untested_from: float = 0.0,
 ) -> Any:  # fmt: skip
     p = bare(path="links.joint.conductance")
     machine = bare(sensors={})
@@ -427,7 +428,8 @@ def search_of(
         chi, found=found, own=(), shift=np.array([shift]), fit=bare(problem=bare(parameters=(p,))), machine=machine
     )
     return bare(
-        best=best, located=located, selection=bare(is_checked=True, explained=explained), null=bare(linearised=None),
+        best=best, located=located, selection=bare(is_checked=not untested_from, explained=explained),
+        null=bare(linearised=None, chi=untested_from),
         fault=None, threshold=12.0,
     )  # fmt: skip
 
@@ -446,6 +448,9 @@ def search_of(
         (search_of(DOUBTFUL - 0.1, 0.4), ["named"], None, False, (["named"], "missing_physics")),
         (search_of(DOUBTFUL - 0.1, 0.4, found=IN), ["named"], None, False, (["unknown", "named"], "missing_physics")),
         (search_of(SETTINGS.adequate - 0.1, 0.4, found=IN), ["named"], None, False, (["named"], "missing_physics")),
+        (search_of(2.0, found=IN, untested_from=2.4), ["sure"], None, False, (["unknown", "sure"], "missing_physics")),
+        (search_of(2.0, found=IN, untested_from=2.8), ["named"], None, False, (["named"], "missing_physics")),
+        (search_of(2.0, untested_from=2.0), ["sensor"], None, False, (["sensor"], "sensor_fault")),
         (search_of(DOUBTFUL + 0.1, 0.6), ["bent"], None, False, (["unknown", "bent"], "missing_physics")),
         (search_of(DOUBTFUL - 0.1, 0.6), ["bent"], None, False, (["bent"], "missing_physics")),
         (search_of(DOUBTFUL + 0.1), [], "cut", False, (["cut", "unknown"], "unexplained")),

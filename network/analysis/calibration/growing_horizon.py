@@ -52,10 +52,12 @@ def has_relays(machine: Machine) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class InStep:
-    """Where relays are in step over whole recordings: θ, and the constants of each run."""
+    """Where relays are in step over whole recordings: θ, the constants of each run, and the misfit χ that they leave
+    there, if it is known."""
 
     theta: Array
     points: tuple[RunPoint, ...]
+    left: float = np.inf
 
 
 def begin_in_step(
@@ -63,11 +65,18 @@ def begin_in_step(
     is_late: Callable[[], bool], tell: Told = lambda share: None, about: InStep | None = None,
 ) -> InStep | None:  # fmt: skip
     """Where relays stay in step over whole recordings; None for a machine without relays, or where it always breaks
-    down. about: from where, by default from the priors' centres."""
+    down. about: from where, by default from the priors' centres; where what is left there is known, and hardly more is
+    of whole recordings, nothing has slipped."""
     if not parameters or not has_relays(machine):
         return None
     known, found = at_prior_centres(machine, parameters), None
     about = about or InStep(centres(parameters), tuple(d.point for d in data))
+    if np.isfinite(about.left):
+        say(tell, "what switches falls into step: all of the recordings, as they tell it")
+        whole = [weigh_recording(known, d.recording, start) for d in data]
+        at = _fit_beginning(machine, parameters, whole, about, max(about.left, 1.0))
+        if at is not None and chi_of(at) <= LEAP * max(about.left, 1.0):
+            return InStep(at.theta, move_points(at), chi_of(at))
     first = max(FIRST, *(FEWEST / len(d.recording.t) for d in data))
     done, left, growth, is_patient = 0.0, 1.0, GROWTH, True
     while done < 1 and not is_late():

@@ -66,11 +66,11 @@ def at_bound(parameters: Sequence[Parameter], theta: Array) -> list[int]:
 
 def best_start(
     problem: Problem, seed: int, tell: Callable[[float], None], is_late: Callable[[], bool],
-    first: Array | None = None,
+    first: Array | None = None, is_enough: Callable[[], bool] = lambda: False,
 ) -> Found:  # fmt: skip
     """The most probable θ from as many beginnings as the problem asks for; once it is late, from those that came to an
-    end. first: where relays are in step, as no beginning drawn is, else at the priors' centres. Raises Failed where
-    every run runs away."""
+    end, and once it is enough without others drawn. first: where relays are in step, as no beginning drawn is, else at
+    the priors' centres. Raises Failed where every run runs away."""
     begin = centres(problem.parameters) if first is None else first
     say(tell, f"fitting {len(begin)} numbers")
     seeds, minima = [begin], _minima(problem, [begin], None, is_late)
@@ -82,13 +82,13 @@ def best_start(
         more = cycling(problem, begin if about is None or len(seeds) == 1 else about.theta, is_late)
         minima, seeds = minima + _minima(problem, more, STEPS, is_late), seeds + more
     is_alone = first is None and minima and needs_more(problem, min(minima, key=implausibility))
-    if not minima or (is_alone and not is_late()):
+    if not minima or (is_alone and not (is_late() or is_enough())):
         say(tell, f"{_tell_best(minima)}other beginnings")
         for drawn in draw_beginnings(problem.parameters, seed):
             tell(0.7 * len(minima) / SEARCHES)
             minima += _search_beside(problem, drawn, minima)
             seeds.append(drawn)
-            if has_seen_enough(minima) or is_late():
+            if has_seen_enough(minima) or is_late() or is_enough():
                 break
     if not minima:
         raise Failed("the machine runs away wherever its uncertain numbers lie; check heat that grows with temperature")

@@ -17,6 +17,7 @@ from network.analysis.calibration.growing_horizon import begin_in_step, settle_s
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.misfit import channel_misfits, chi_of
 from network.analysis.calibration.multistart import Found, best_start
+from network.analysis.calibration.read_beginning import begin_beside_modes
 from network.analysis.calibration.robust_fit import Fit, fit_robustly
 from network.analysis.calibration.uncertainty import Uncertainty, uncertainty, uncertainty_by_curvature
 from network.analysis.calibration.unit_mistakes import misread
@@ -72,16 +73,18 @@ class Null(Brief):
 def estimate_null(
     machine: Machine, parameters: tuple[Parameter, ...], data: Sequence[Measured], start: Start | None = None,
     seed: int = 0, tell: Callable[[float], None] = lambda share: None, is_late: Callable[[], bool] = lambda: False,
+    is_enough: Callable[[], bool] = lambda: False,
 ) -> Null:  # fmt: skip
     """The null of a machine on recordings laid out for it; seed: of further beginnings; tell: told the share done;
-    is_late: whether one beginning that came to an end has to do.
+    is_late: whether one beginning that came to an end has to do; is_enough: whether no others are drawn.
     Raises Refused where a channel is in another unit than told, Failed where every run breaks down."""
     problem = make_problem(machine, parameters, data)
-    begin = begin_in_step(machine, parameters, data, start, is_late, tell)
+    read = begin_beside_modes(machine, parameters, data, start)
+    begin = begin_in_step(machine, parameters, data, start, is_late, tell, read)
     alone, theta = replace(problem, offsets=()), None
     if begin is not None:
         alone, theta = alone.about(begin.points), begin.theta
-    found = best_start(alone, seed, Stage(tell, 0.0, 0.6), is_late, theta)
+    found = best_start(alone, seed, Stage(tell, 0.0, 0.6), is_late, theta, is_enough)
     found = replace(found, at=settle_starts(found.at, is_late=is_late))
     given = partial(compare, at_prior_centres(machine, parameters), [d.recording for d in data], start=start)
     complaints = Complaints([*misread(found.at, given)])

@@ -44,8 +44,8 @@ def diagnose(
     expect("seconds", seconds, float, int)
     let_in = admit_runs(machine, given, as_several(holdout), start)
     with processes(jobs, __name__):
-        parameters, is_late = free_parameters(machine), budget.is_calibrated
-        null = estimate_null(machine, parameters, let_in.data, start, seed, Stage(tell, 0.0, 0.05), is_late)
+        parameters, ends = free_parameters(machine), (budget.is_calibrated, budget.is_begun)
+        null = estimate_null(machine, parameters, let_in.data, start, seed, Stage(tell, 0.0, 0.05), *ends)
         case = Case(machine, let_in.recordings, start, budget=budget)
         say(tell, f"{chi_of(null.fit.at):.3g} σ left; looking for what is missing")
         found = last_of(search(case, null, seed, jobs, tell), budget)

@@ -7,6 +7,10 @@ from dataclasses import dataclass, field
 
 from network.analysis.diagnosis.settings import SETTINGS
 
+BEGINNINGS = 1 / 3
+"""Share of the time of the null within which it is looked for from other beginnings: where something is missing it lies
+at bounds and leaves much from wherever it is begun."""
+
 
 class BudgetReached(Exception):
     """The time for the search is over; what was found until then stands."""
@@ -29,6 +33,10 @@ class TimeBudget:
     def is_calibrated(self) -> bool:
         """Whether the null has had its share."""
         return self.is_past(SETTINGS.calibrated)
+
+    def is_begun(self) -> bool:
+        """Whether other beginnings of the null have had their share."""
+        return self.is_past(BEGINNINGS * SETTINGS.calibrated)
 
     def check(self, _: float = 0.0) -> None:
         """Raises BudgetReached where the search has had its share; takes the share done of some work, as `tell`."""

@@ -1,0 +1,41 @@
+"""Numbers of a machine whose relays recordings tell: found beside the modes that were read, where nothing can fall out
+of step, they are near those at which the relays keep step by themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from network.analysis.calibration.expansion_point import move_points
+from network.analysis.calibration.gauss_newton import minimise
+from network.analysis.calibration.growing_horizon import InStep, has_relays
+from network.analysis.calibration.measured_means import Measured, weigh_recording
+from network.analysis.calibration.misfit import chi_of
+from network.analysis.calibration.problem import make_problem
+from network.analysis.calibration.recorded_modes import read_modes
+from network.engine.response.parameters import Parameter, at_prior_centres, centres
+from network.machine.machine import Machine
+from network.platform.refusal import Failed, Refused
+from network.recordings.inputs import Start
+
+
+def begin_beside_modes(
+    machine: Machine, parameters: Sequence[Parameter], data: Sequence[Measured], start: Start | None
+) -> InStep | None:
+    """The most probable numbers beside the modes that recordings tell, with the misfit there; None for a machine
+    without relays, or where a recording does not tell the modes of each."""
+    if not parameters or not has_relays(machine):
+        return None
+    recordings = read_modes(machine, [d.recording for d in data])
+    if not any(r.modes for r in recordings):
+        return None
+    known = at_prior_centres(machine, parameters)
+    try:
+        followed = [weigh_recording(known, r, start) for r in recordings]
+        at = minimise(replace(make_problem(machine, parameters, followed), offsets=()), centres(parameters))
+    except (Failed, Refused, np.linalg.LinAlgError):
+        return None
+    return InStep(at.theta, move_points(at), chi_of(at))
