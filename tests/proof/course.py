@@ -15,7 +15,8 @@ FEWEST = 8
 
 
 def correlation(truth: Mapping[str, Any] | None, told: Mapping[str, Any]) -> float | None:
-    """Of the concealed course and the told one at its instants; None where either does not tell one."""
+    """Of the concealed course and the told one at its instants; None where either does not tell one, or nothing
+    changes in the concealed one, as of a fan that stands in that run."""
     if not truth:
         return None
     for course in courses(told):
@@ -39,7 +40,7 @@ def compared(truth: Mapping[str, Any], course: Mapping[str, Any]) -> float | Non
     real = np.asarray(truth["t"], dtype=float)
     x = np.interp(t, real, np.asarray(truth["heat"], dtype=float))
     kept = np.isfinite(y) & (t >= real[0]) & (t <= real[-1])
-    if kept.sum() < FEWEST:
-        return None
     x, y = x[kept], y[kept]
-    return float(np.corrcoef(x, y)[0, 1]) if x.std() > 0 and y.std() > 0 else 0.0
+    if len(x) < FEWEST or not x.std() > 0:
+        return None
+    return float(np.corrcoef(x, y)[0, 1]) if y.std() > 0 else 0.0
