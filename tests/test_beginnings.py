@@ -18,9 +18,9 @@ from network.analysis.calibration.gauss_newton import make_problem, minimise
 from network.analysis.calibration.linearised import Linearised
 from network.analysis.calibration.measured_means import weigh_recording
 from network.analysis.calibration.misfit import implausibility
-from network.analysis.calibration.multistart import draw_beginnings, has_seen_enough
+from network.analysis.calibration.multistart import best_start, draw_beginnings, has_seen_enough
 from network.engine.response.parameters import free_parameters
-from network.platform.refusal import Spot
+from network.platform.refusal import Failed, Spot
 from network.platform.yaml.document import Branch, tree_of
 
 WIDE = {"joint": {"conductance": "unknown 0.1..50 W/K"}, "cold skin": {"conductance": "0.5 W/K ± 100 %"}}
@@ -62,6 +62,30 @@ def test_as_many_searches_as_minima_that_were_found_ask_for(
     """w (w + 1)/(n (n − 1)) ≤ 0.2: 2/12 after four that ended alike, 6/30 after six that ended in two minima."""
     monkeypatch.setattr(multistart, "_are_apart", lambda one, other: one.end != other.end)
     assert has_seen_enough(cast(list[Linearised], [SimpleNamespace(end=e) for e in ends])) is enough
+
+
+@pytest.mark.parametrize(("enough", "fails", "tried"), [(False, 0, 4), (True, 0, 1), (True, 2, 3)])
+def test_no_others_are_drawn_once_it_is_enough_but_where_none_came_to_an_end(
+    enough: bool, fails: int, tried: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Three more where all end alike; one that runs away is no end."""
+    patch = {f"links.{name}.{key}": value for name, keys in WIDE.items() for key, value in keys.items()}
+    machine = blocks().patched(patch)
+    recording = recorded(blocks(), steps())
+    problem = make_problem(machine, free_parameters(machine), [weigh_recording(machine, recording)])
+    left = [fails]
+    fit = multistart.minimise
+
+    def minimise_at_last(*given: Any, **more: Any) -> Linearised:
+        left[0] -= 1
+        if left[0] >= 0:
+            raise Failed("it runs away")
+        return fit(*given, **more)
+
+    monkeypatch.setattr(multistart, "minimise", minimise_at_last)
+    monkeypatch.setattr(multistart, "_are_apart", lambda one, other: False)
+    found = best_start(problem, 1, lambda share: None, lambda: False, is_enough=lambda: enough)
+    assert found.tried == tried
 
 
 @pytest.mark.skipif(not RECORDINGS.is_dir(), reason="the recordings in ../shared/recordings are not here")

@@ -191,7 +191,7 @@ def test_a_course_is_laid_beside_the_concealed_heat() -> None:
     assert good.course == pytest.approx(1)
     poor = outcome(key, told(finding("unknown", "table", course={**true, "heat": t})))
     assert poor.course is not None and abs(poor.course) < 0.8
-    still = {**key, "course": {**key["course"], "heat": [0.0] * len(t)}}
+    still = {**key, "course": {**key["course"], "heat": [0.1] * len(t)}}
     assert outcome(still, told(finding("unknown", "table", course=[flat, true]))).course is None
     untold = outcome(key, told(finding("unknown", "table", course=[flat])))
     assert untold.course is None and outcome(BURSTS, told(finding("unknown", "table", course=[true]))).course is None

@@ -18,6 +18,7 @@ from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.intermittent import onset_jump
 from network.analysis.diagnosis.intermittent.fault_shapes import list_shapes
 from network.analysis.diagnosis.intermittent.find_fault import find_reading_fault
+from network.analysis.diagnosis.intermittent.input_steps import InputStep, exceeds_inputs
 from network.analysis.diagnosis.intermittent.onset_jump import ResidualSteps
 from network.analysis.diagnosis.intermittent.onset_scan import OnsetScan
 from network.analysis.diagnosis.screening.screen import screen
@@ -121,28 +122,60 @@ def test_a_jump_is_seen_beside_what_is_missing_and_at_a_step_of_an_input_that_ma
         assert few or (seen[0][:2] == (0, "T_housing") and seen[0][2] == pytest.approx(begins, abs=150))
 
 
+def test_a_jump_far_above_one_that_another_step_makes_is_the_channels_own_and_that_is_not() -> None:
+    first, second = (recorded(plant(), x, i) for i, x in enumerate(LADDERS))
+    known = fit_hypothesis(case_of([first, second]), plant()).predictions
+    at, there = (next(t for t in p.run.knots.jumps if t > 1800) for p in known)
+    shaken = fail(second, lambda since, x, air: x + 0.3 * (since >= 0), begins=there)
+    for size, told in ((1.5, [0]), (0.45, [])):
+        runs = [fail(first, lambda since, x, air, by=size: x + by * (since >= 0), begins=at), shaken]
+        steps = ResidualSteps(fit_hypothesis(case_of(runs), plant()), runs)
+        assert all(
+            any(abs(t - begun) < 150 for t in steps.of(i, "T_housing").clear) for i, begun in ((0, at), (1, there))
+        )
+        assert [run for run, *_ in onset_jump.list_lone_jumps(steps)] == told
+
+
+def step_of(speed: tuple[float, float], feed: float = 0.0) -> InputStep:
+    """Of a speed from one to another, and of a feed."""
+    moved = {"speed": (abs(speed[1] - speed[0]), abs(speed[1] ** 2 - speed[0] ** 2))}
+    return InputStep(0, 0.0, {**moved, "feed": (feed, feed**2)} if feed else moved)
+
+
+SPEEDS = [(0, 2), (2, 3), (3, 1), (1, 4), (4, 2), (2, 0), (0, 3), (3, 2), (2, 4), (4, 1)]
+OFF = np.random.default_rng(2).normal(0, 0.1, len(SPEEDS))
+
+
 @pytest.mark.parametrize(
-    ("size", "others", "stands_out"),
+    ("own", "jump", "exceeds"),
     [
-        (5.0, [1.0] * 22, True),
-        (3.0, [1.0] * 22, False),
-        (8.0, [1.0] * 4, True),
-        (5.0, [1.0] * 4, False),
-        (13.0, [*[1.0] * 21, 12.0], False),
+        (step_of((1, 2)), 3.0, False),  # as |Δu²| says
+        (step_of((1, 2)), 3.3, False),
+        (step_of((1, 2)), 5.0, True),
+        (step_of((0, 4)), 16.0, False),
+        (step_of((0, 4)), 18.0, True),
+        (step_of((0, 9)), 99.0, False),  # a step as there is no other
+        (step_of((1, 2), feed=1.0), 5.0, False),  # an input that steps nowhere else
     ],
 )
-def test_a_jump_at_a_step_of_an_input_is_the_channels_own_where_those_at_others_are_far_less(
-    size: float, others: list[float], stands_out: bool
+def test_a_jump_is_the_channels_own_where_inputs_make_it_by_far_less(
+    own: InputStep, jump: float, exceeds: bool
 ) -> None:
-    """Student's t, two-sided, times the number of jumps, below 1 %: 0.1, 15, 0.7 and 4 %; 0.2 %, but beside 12."""
-    assert onset_jump._stands_out(size, others) is stands_out
+    """A shaft that grows with the square of its speed, read to a tenth."""
+    others = [step_of(speed) for speed in SPEEDS]
+    jumps = [of.moved["speed"][1] + off for of, off in zip(others, OFF, strict=True)]
+    assert exceeds_inputs(own, jump, others, jumps) is exceeds
+    assert not exceeds_inputs(own, jump, others[:3], jumps[:3])
 
 
 def test_a_clear_jump_stands_alone_and_is_told_of_its_run() -> None:
     first, second = (recorded(plant(), x, i) for i, x in enumerate(LADDERS))
     d = diagnose(plant(), [first, fail(second, FAULTS["offset"])], seed=1)
     (finding,) = d.findings
-    assert finding.run == 1 and finding.windows[0][0] == pytest.approx(BEGINS, abs=200)
+    h = fit_hypothesis(case_of([first, fail(second, FAULTS["offset"])]), plant())
+    found = find_reading_fault(h, lambda: 0.0)
+    assert found is not None and found[0].stands_alone
+    assert finding.run == finding.summary()["run"] == 1 and finding.windows[0][0] == pytest.approx(BEGINS, abs=200)
     assert "of run1.csv" in windows_words(d, finding)
 
 

@@ -106,6 +106,10 @@ def test_numbers_beside_the_modes_that_were_read_are_a_beginning_that_keeps_step
     monkeypatch.setattr(growing_horizon, "LEAP", 0.5)
     growing_horizon.begin_in_step(chilled, parameters, data, None, lambda: len(spans) > 2, about=read)
     assert spans[1] == spans[0] > 10 * spans[2]
+    monkeypatch.undo()
+    grown = growing_horizon.begin_in_step(chilled, parameters, data, None, lambda: False)
+    assert grown is not None
+    assert values_at(parameters, grown.theta)["links.coolant jacket.conductance"] == pytest.approx(22, rel=0.05)
 
 
 def test_without_relays_or_modes_there_is_no_such_beginning(chilled: Machine, tmp_path: Path) -> None:

@@ -25,6 +25,7 @@ from network.analysis.diagnosis.lumps import (
 )
 from network.analysis.diagnosis.screening import screening
 from network.analysis.diagnosis.screening.crossed_splits import UnseenTest
+from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.standstill import find_standstill
 from network.analysis.diagnosis.steps import forward_selection, placement, refit, rival_acceptance
@@ -427,11 +428,12 @@ def search_of(
     best = h(
         chi, found=found, own=(), shift=np.array([shift]), fit=bare(problem=bare(parameters=(p,))), machine=machine
     )
-    return bare(
+    of = bare(
         best=best, located=located, selection=bare(is_checked=not untested_from, explained=explained),
-        null=bare(linearised=None, chi=untested_from),
-        fault=None, threshold=12.0,
+        null=bare(linearised=None, chi=untested_from), fault=None, threshold=12.0,
     )  # fmt: skip
+    of.share_that_holds = Search.share_that_holds.__get__(of)
+    return of
 
 
 @pytest.mark.parametrize(

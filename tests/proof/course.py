@@ -41,6 +41,6 @@ def compared(truth: Mapping[str, Any], course: Mapping[str, Any]) -> float | Non
     x = np.interp(t, real, np.asarray(truth["heat"], dtype=float))
     kept = np.isfinite(y) & (t >= real[0]) & (t <= real[-1])
     x, y = x[kept], y[kept]
-    if len(x) < FEWEST or not x.std() > 0:
+    if len(x) < FEWEST or not np.ptp(x) > 0:
         return None
-    return float(np.corrcoef(x, y)[0, 1]) if y.std() > 0 else 0.0
+    return float(np.corrcoef(x, y)[0, 1]) if np.ptp(y) > 0 else 0.0

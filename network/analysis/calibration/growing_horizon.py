@@ -65,18 +65,16 @@ def begin_in_step(
     is_late: Callable[[], bool], tell: Told = lambda share: None, about: InStep | None = None,
 ) -> InStep | None:  # fmt: skip
     """Where relays stay in step over whole recordings; None for a machine without relays, or where it always breaks
-    down. about: from where, by default from the priors' centres; where what is left there is known, and hardly more is
-    of whole recordings, nothing has slipped."""
+    down. about: from where, by default from the priors' centres."""
     if not parameters or not has_relays(machine):
         return None
     known, found = at_prior_centres(machine, parameters), None
     about = about or InStep(centres(parameters), tuple(d.point for d in data))
-    if np.isfinite(about.left):
+    if np.isfinite(about.left) and not is_late():
         say(tell, "what switches falls into step: all of the recordings, as they tell it")
         whole = [weigh_recording(known, d.recording, start) for d in data]
-        at = _fit_beginning(machine, parameters, whole, about, max(about.left, 1.0))
-        if at is not None and chi_of(at) <= LEAP * max(about.left, 1.0):
-            return InStep(at.theta, move_points(at), chi_of(at))
+        if (kept := _keep_step(machine, parameters, whole, about)) is not None:
+            return kept
     first = max(FIRST, *(FEWEST / len(d.recording.t) for d in data))
     done, left, growth, is_patient = 0.0, 1.0, GROWTH, True
     while done < 1 and not is_late():
@@ -95,6 +93,16 @@ def begin_in_step(
     return found
 
 
+def _keep_step(
+    machine: Machine, parameters: Sequence[Parameter], whole: Sequence[Measured], about: InStep
+) -> InStep | None:
+    """Whole recordings from numbers of which it is known what they leave; None where hardly more is not all that is
+    left: then a cycle was slipped."""
+    most = max(about.left, 1.0)
+    at = _fit_beginning(machine, parameters, whole, about, most)
+    return None if at is None or chi_of(at) > LEAP * most else InStep(at.theta, move_points(at), chi_of(at))
+
+
 def _fit_beginning(
     machine: Machine, parameters: Sequence[Parameter], data: Sequence[Measured], about: InStep, most: float
 ) -> Linearised | None:
@@ -110,7 +118,7 @@ def _fit_beginning(
             if not before.cost - at.cost > CLOSE_ON_THE_WAY * before.cost:
                 break
         return at
-    except (Failed, Refused):
+    except (Failed, Refused, np.linalg.LinAlgError):
         return None
 
 

@@ -88,7 +88,7 @@ def best_start(
             tell(0.7 * len(minima) / SEARCHES)
             minima += _search_beside(problem, drawn, minima)
             seeds.append(drawn)
-            if has_seen_enough(minima) or is_late() or is_enough():
+            if has_seen_enough(minima) or is_late() or (minima and is_enough()):
                 break
     if not minima:
         raise Failed("the machine runs away wherever its uncertain numbers lie; check heat that grows with temperature")

@@ -79,7 +79,7 @@ def estimate_null(
     is_late: whether one beginning that came to an end has to do; is_enough: whether no others are drawn.
     Raises Refused where a channel is in another unit than told, Failed where every run breaks down."""
     problem = make_problem(machine, parameters, data)
-    read = begin_beside_modes(machine, parameters, data, start)
+    read = begin_beside_modes(machine, parameters, data, start, is_late)
     begin = begin_in_step(machine, parameters, data, start, is_late, tell, read)
     alone, theta = replace(problem, offsets=()), None
     if begin is not None:

@@ -4,7 +4,7 @@ of step, they are near those at which the relays keep step by themselves.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,10 +23,12 @@ from network.recordings.inputs import Start
 
 
 def begin_beside_modes(
-    machine: Machine, parameters: Sequence[Parameter], data: Sequence[Measured], start: Start | None
-) -> InStep | None:
-    """The most probable numbers beside the modes that recordings tell, with the misfit there; None for a machine
-    without relays, or where a recording does not tell the modes of each."""
+    machine: Machine, parameters: Sequence[Parameter], data: Sequence[Measured], start: Start | None,
+    is_late: Callable[[], bool] = lambda: False,
+) -> InStep | None:  # fmt: skip
+    """The most probable numbers beside the modes that recordings tell, with the misfit there; once it is late, what was
+    come to. None for a machine without relays, where a recording does not tell the modes of each, or that breaks
+    down."""
     if not parameters or not has_relays(machine):
         return None
     recordings = read_modes(machine, [d.recording for d in data])
@@ -35,7 +37,8 @@ def begin_beside_modes(
     known = at_prior_centres(machine, parameters)
     try:
         followed = [weigh_recording(known, r, start) for r in recordings]
-        at = minimise(replace(make_problem(machine, parameters, followed), offsets=()), centres(parameters))
+        problem = replace(make_problem(machine, parameters, followed), offsets=())
+        at = minimise(problem, centres(parameters), until=lambda at: is_late())
     except (Failed, Refused, np.linalg.LinAlgError):
         return None
     return InStep(at.theta, move_points(at), chi_of(at))

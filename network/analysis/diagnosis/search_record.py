@@ -12,6 +12,7 @@ from network.analysis.diagnosis.latent_heat.locate import locate
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
 from network.analysis.diagnosis.reading_fault import ReadingFault
 from network.analysis.diagnosis.screening.screening import Screening
+from network.analysis.diagnosis.steps.backward_elimination import share_explained
 from network.analysis.diagnosis.steps.selection import Selection
 
 
@@ -62,6 +63,15 @@ class Search:
     @property
     def threshold(self) -> float:
         return self.selection.threshold
+
+    @property
+    def share_that_holds(self) -> float:
+        """Of the misfit of runs that it has not seen what was found explains so much; where that was not tested, no
+        more than of those that were fitted."""
+        chosen = self.selection
+        if chosen.is_checked:
+            return chosen.explained
+        return share_explained(self.null.chi, self.best.chi) if self.best.found else 1.0
 
     @cached_property
     def located(self) -> tuple[UnknownHeat, ...]:

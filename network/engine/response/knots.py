@@ -54,7 +54,13 @@ def jumps_of(schedule: Schedule) -> Array:
 
 
 def _jump_times(signal: Signal) -> Array:
-    return signal.t[1:][_jumps(signal)]
+    return list_jumps(signal)[0]
+
+
+def list_jumps(signal: Signal) -> tuple[Array, Array, Array]:
+    """When a signal jumps [s], from where and to where."""
+    at = _jumps(signal)
+    return signal.t[1:][at], signal.end[:-1][at], signal.start[1:][at]
 
 
 def _jumps(signal: Signal) -> Mask:

@@ -98,11 +98,11 @@ def to_sigma(nats: float) -> float:
 
 def windows_words(d: Diagnosis, finding: Finding) -> str:
     """When it showed most, on the recording that tells it; nothing where that was always, or is that of an earlier
-    finding, or where its sentence says so."""
+    finding, or of a stop, whose sentence says so."""
     if finding.is_stop:
         return ""
     earlier = d.findings[: d.findings.index(finding)] if finding in d.findings else ()
-    if finding.windows in [f.windows for f in earlier]:
+    if (finding.run, finding.windows) in [(f.run, f.windows) for f in earlier]:
         return ""
     longest = sorted(finding.windows, key=lambda w: w[0] - w[1])[:MOST_WINDOWS]
     shown = d.fits.train_before.recordings[finding.run]

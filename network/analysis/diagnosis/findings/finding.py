@@ -185,7 +185,7 @@ class Finding:
             "sentence": self.whole_sentence, "patch": self.patch.to_plain(),
             "evidence": {"delta_log_evidence": self.gain, "threshold": self.threshold,
                          "windows": [list(w) for w in self.windows], **(self.unseen.summary() if self.unseen else {})},
-            "part": self.part, "doubts": list(self.doubts), "set": self.members,
+            "run": self.run, "part": self.part, "doubts": list(self.doubts), "set": self.members,
             "beliefs": [e.summary() for e in self.explanations], "calibrated_on": shipped().count(self.truth),
             **({"course": self.course.list_courses()} if self.course else {}),
         }  # fmt: skip

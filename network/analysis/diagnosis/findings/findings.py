@@ -64,7 +64,7 @@ def _findings(search: Search, after: Machine) -> Iterator[Finding]:
         rivals = list(list_rivals(ranked, search.befores[k], c.key))
         doubts = tuple(list_doubts(search, c, unseen))
         is_first = ranked[0].found[-1].key == c.key
-        holds = search.selection.explained if search.selection.is_checked else 1.0
+        holds = search.share_that_holds
         sure = shares(distinct(ranked))[0] * holds if is_first else SETTINGS.barred
         gain = search.gains[i] if i < len(search.gains) else 0.0
         most = SETTINGS.barred if doubts else SETTINGS.most_sure

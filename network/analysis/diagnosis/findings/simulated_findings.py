@@ -3,7 +3,7 @@ it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -19,6 +19,7 @@ from network.analysis.calibration.uncertainty import Uncertainty, uncertainty_by
 from network.analysis.comparison.compare import Comparison, RecordingResidual
 from network.analysis.diagnosis.findings.invariants import list_refutations
 from network.analysis.diagnosis.findings.result import Fits
+from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.case_noise import use_file_noise
 from network.analysis.diagnosis.hypotheses.compact_fit import expand
 from network.analysis.diagnosis.hypotheses.faced_relays import face_relays
@@ -66,7 +67,8 @@ def _test_simulated(
 
 
 def list_retreats(search: Search) -> Iterator[Search]:
-    """The search with ever less of what it found, to the machine as written; at once where the time is up."""
+    """The search with ever less of what it found, to the machine as written, where the time is up at once, and to a
+    fault of readings that stands alone."""
     best, chosen = search.best, search.selection
     case = replace(best.case, budget=search.case.budget)
     for count in range(0 if search.ended else len(best.found) - 1, 0, -1):
@@ -88,18 +90,20 @@ def _list_alone(search: Search) -> Iterator[Search]:
     lasts: neither coloured noise nor constant errors of sensors take up what is left. From the numbers as calibrated,
     then from those as fitted; at last at the numbers as calibrated, where it leaves the machine as it is."""
     case = replace(use_file_noise(search.written.case), budget=search.case.budget)
-    for values in (search.calibrated.values, search.written.values):
+    calibrated, fitted = search.calibrated.values, search.written.values
+    ways = [partial(_fit_alone, case, calibrated), partial(_fit_alone, case, fitted)]
+    if search.fault is not None and not search.fault.changes_machine:
+        ways.append(partial(state, case, case.machine, calibrated))
+    for way in ways:
         try:
-            alone = reweight(case, fit_lasting(state(case, case.machine, values)))
+            alone = way()
         except (Failed, np.linalg.LinAlgError):
             continue
-        yield _leave_alone(search, alone)
-    if search.fault is not None and not search.fault.changes_machine:
-        yield _leave_alone(search, state(case, case.machine, search.calibrated.values))
+        yield replace(search, case=case, written=alone, null=alone, selection=Selection(alone))
 
 
-def _leave_alone(search: Search, alone: Hypothesis) -> Search:
-    return replace(search, case=alone.case, written=alone, null=alone, selection=Selection(alone))
+def _fit_alone(case: Case, values: Mapping[str, float]) -> Hypothesis:
+    return reweight(case, fit_lasting(state(case, case.machine, values)))
 
 
 def _bare_of(search: Search) -> Hypothesis:

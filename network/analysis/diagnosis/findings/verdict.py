@@ -30,7 +30,6 @@ from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
 from network.analysis.diagnosis.lumps.lumping_finding import find_lumping
 from network.analysis.diagnosis.screening.screened_gain import list_screened
 from network.analysis.diagnosis.settings import SETTINGS
-from network.analysis.diagnosis.steps.backward_elimination import share_explained
 from network.analysis.diagnosis.steps.refit import linearise_at_priors
 from network.analysis.diagnosis.strategies import list_unsearched
 from network.analysis.diagnosis.time_budget import TimeBudget
@@ -122,7 +121,7 @@ def _decide_verdict(
     best, cut = search.best, [coarse] if coarse else []
     is_left = best.chi > SETTINGS.doubtful and bool(search.located)
     if findings:
-        holds = min(_share_that_holds(search), max(f.confidence for f in findings))
+        holds = min(search.share_that_holds, max(f.confidence for f in findings))
         is_more = (is_left and holds < SETTINGS.half) or _is_vain(search)
         is_bent = is_left and search.fault is None and is_shadow(search)
         only_sensors = not (is_more or is_bent) and all(f.channels for f in findings)
@@ -160,20 +159,11 @@ def _doubt_stop(finding: Finding) -> Finding:
     return finding.doubted("what has no name may look like a stop") if finding.is_stop else finding
 
 
-def _share_that_holds(search: Search) -> float:
-    """What was found explains so much of runs that it has not seen; where that was not tested, no more than of those
-    that were fitted."""
-    chosen, best = search.selection, search.best
-    if chosen.is_checked:
-        return chosen.explained
-    return share_explained(search.null.chi, best.chi) if best.found else 1.0
-
-
 def _is_vain(search: Search) -> bool:
     """Whether what was found leaves more than it should, and explains less than half."""
     best = search.best
     is_much = best.chi > SETTINGS.adequate and bool(search.located)
-    return is_much and bool(best.found) and _share_that_holds(search) < SETTINGS.half
+    return is_much and bool(best.found) and search.share_that_holds < SETTINGS.half
 
 
 def _put_in_order(machine: Machine, unknown: list[Finding], findings: list[Finding]) -> list[Finding]:

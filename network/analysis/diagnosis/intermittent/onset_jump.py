@@ -6,20 +6,15 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.stats import t as student
 
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import BIN, CLEAR, SIDE, Steps, find_steps
 from network.analysis.diagnosis.intermittent.channel_samples import truth_at_samples
+from network.analysis.diagnosis.intermittent.input_steps import MANY, exceeds_inputs, list_input_steps
 from network.analysis.diagnosis.intermittent.onset_scan import Onset
-from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.declare import Array
 from network.recordings.recording import Recording
 
-MANY = 4
-"""Jumps of inputs elsewhere, at none of which a channel jumps, from which one at which it does is a coincidence."""
-AGAIN = 2.0
-"""Times the largest of those from which it is none of them."""
 BLURRED = 0.5
 """Share by which the jump of a residual in bins may differ from the size of the fault."""
 
@@ -115,28 +110,20 @@ def list_lone_jumps(steps: ResidualSteps) -> Iterator[tuple[int, str, float, flo
 
 
 def _is_driven(steps: ResidualSteps, run: int, channel: str, at: float, reach: float) -> bool:
-    """Whether an input jumps at that time; not where the channel jumps at none of many others at which inputs do, or by
-    far less."""
-    having = [(i, p.run) for i, p in enumerate(steps.h.predictions) if channel in p.run.channels]
-    moved = [(i, float(t)) for i, of in having for t in of.knots.jumps]
-    others = [(i, t) for i, t in moved if i != run or abs(t - at) >= reach]
-    if len(others) == len(moved):
+    """Whether an input steps at that time; not where the channel jumps at none of many other steps of inputs, or by far
+    less than here."""
+    moved = list_input_steps((i, p.run) for i, p in enumerate(steps.h.predictions) if channel in p.run.channels)
+    here = next((m for m in moved if m.run == run and abs(m.t - at) < reach), None)
+    if here is None:
         return False
-    told = [(of, t) for i, t in others if (of := steps.of(i, channel)) is not None and of.covers(t, reach)]
+    elsewhere = [m for m in moved if m.run != run or abs(m.t - at) >= 2 * reach]
+    pairs = [(m, of) for m in elsewhere if (of := steps.of(m.run, channel)) is not None and of.covers(m.t, reach)]
     own = steps.of(run, channel)
-    if own is None or len(told) < MANY:
+    if own is None or len(pairs) < MANY:
         return True
-    is_due = any(_jumps_near(of, t, reach) for of, t in told)
-    return is_due and not _stands_out(_size_near(own, at, reach), [_size_near(of, t, reach) for of, t in told])
-
-
-def _stands_out(size: float, others: Sequence[float]) -> bool:
-    """Whether a jump is none of some others: by Student's t of its size over their rms, the largest of all of them by
-    chance, and far from any: what an input makes it makes again when it goes back."""
-    rms = float(np.sqrt(np.mean(np.square(others))))
-    chance = 2 * float(student.sf(size / max(rms, 1e-300), len(others)))
-    is_chance = chance * (len(others) + 1) >= 1 - SETTINGS.quantile
-    return not is_chance and size > AGAIN * max(others)
+    is_due = any(_jumps_near(of, m.t, reach) for m, of in pairs)
+    jumps = [_size_near(of, m.t, reach) for m, of in pairs]
+    return is_due and not exceeds_inputs(here, _size_near(own, at, reach), [m for m, _ in pairs], jumps)
 
 
 def _is_shared(steps: ResidualSteps, run: int, channel: str, at: float, reach: float) -> bool:

@@ -1,0 +1,70 @@
+"""Steps of inputs, and whether a channel jumps with one of them by more than they make it jump.
+
+What an input u makes a channel jump by goes with |Δu| or, as a shaft that grows with its speed, with |Δu²|: by least
+squares with no coefficient below zero, from what the channel does at other steps of all inputs. What is left there says
+how far off that may be (Student's t). Source: Lawson & Hanson, Solving Least Squares Problems (1974), ch. 23, as in
+scipy.optimize.nnls; unverified.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import nnls
+from scipy.stats import t as student
+
+from network.analysis.diagnosis.settings import SETTINGS
+from network.catalogue.declaration.declare import Array
+from network.engine.response.knots import list_jumps
+from network.engine.response.measured_run import Run
+
+MANY = 4
+"""Steps elsewhere that say something of one: what is left at fewer says nothing of how far off it may be."""
+
+
+@dataclass(frozen=True)
+class InputStep:
+    """Inputs that step in a run at a time [s]; moved: of each |Δu| and |Δu²| [SI]."""
+
+    run: int
+    t: float
+    moved: Mapping[str, tuple[float, float]]
+
+    def by(self, names: Sequence[str]) -> Array:
+        """|Δu| and |Δu²| of some inputs."""
+        return np.array([x for name in names for x in self.moved.get(name, (0.0, 0.0))])
+
+
+def list_input_steps(runs: Iterable[tuple[int, Run]]) -> list[InputStep]:
+    """Of some runs, each with its number."""
+    return [InputStep(i, t, moved) for i, run in runs for t, moved in _steps_of(run).items()]
+
+
+def _steps_of(run: Run) -> dict[float, dict[str, tuple[float, float]]]:
+    steps: dict[float, dict[str, tuple[float, float]]] = {}
+    for name, signal in run.schedule.signals.items():
+        for t, before, after in zip(*(x.tolist() for x in list_jumps(signal)), strict=True):
+            steps.setdefault(t, {})[name] = (abs(after - before), abs(after**2 - before**2))
+    return steps
+
+
+def exceeds_inputs(own: InputStep, jump: float, others: Sequence[InputStep], jumps: Sequence[float]) -> bool:
+    """Whether a channel jumps at a step by more than inputs make it, by its jumps at others, the largest of all of them
+    by chance; no where an input does not step often by at least half as much elsewhere."""
+    if not all(_steps_often(name, by, others) for name, (by, _) in own.moved.items()):
+        return False
+    names = [*dict.fromkeys(name for step in (own, *others) for name in step.moved)]
+    moved = np.array([step.by(names) for step in others])
+    scale = np.maximum(moved.max(axis=0), 1e-300)
+    slopes, left = nnls(moved / scale, np.array(jumps))
+    free = len(others) - int(np.count_nonzero(slopes))
+    if free < MANY:
+        return False
+    away = (jump - float(own.by(names) / scale @ slopes)) / max(left / np.sqrt(free), 1e-300)
+    return bool(student.sf(away, free) * (len(others) + 1) < 1 - SETTINGS.quantile)
+
+
+def _steps_often(name: str, by: float, others: Sequence[InputStep]) -> bool:
+    return sum(step.moved.get(name, (0.0, 0.0))[0] >= by / 2 for step in others) >= MANY
