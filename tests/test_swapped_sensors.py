@@ -13,6 +13,7 @@ from test_diagnosis_search import bars
 from network.analysis.calibration.gauss_newton import linearise
 from network.analysis.comparison.compare import compare
 from network.analysis.diagnosis.diagnose import diagnose
+from network.analysis.diagnosis.exchange import find_exchange as exchange_module
 from network.analysis.diagnosis.exchange.exchange_fault import ExchangeFault
 from network.analysis.diagnosis.exchange.exchange_scan import ExchangeScan
 from network.analysis.diagnosis.exchange.exchanged_columns import exchange_columns
@@ -99,6 +100,8 @@ def test_two_that_coarse_lumps_hide_are_told_on_those_that_the_readings_put_back
     coarse = find_exchange(h, lambda _: 0.0)
     assert coarse is not None and coarse[1].chi > SETTINGS.doubtful
     assert find_exchange(h, lambda _: 0.0, is_refined=False) is None
+    ranked = exchange_module._rank_pairs(h)
+    assert ranked and ranked is exchange_module._rank_pairs(h)  # finer lumps ask for the same
     found = find_exchange_on_lumps(h, h, lambda _: 0.0, 1)
     assert found is not None and found[0].channels == PAIR and found[0].is_machines
     assert found[1].chi < 1.1 < 10 < h.chi

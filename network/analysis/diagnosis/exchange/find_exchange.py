@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -30,7 +31,8 @@ from network.machine.machine import Machine
 from network.platform.refusal import Failed, Refused
 
 CONFIRMED, NEARLY = 3, 2.0
-"""Best scores that are confirmed by fits at most, and how many times what the best leaves they may leave (budget)."""
+"""Best scores that are confirmed by fits at most, and how many times what the best leaves they may leave, or it what
+is not doubtful on lumps that may be too coarse (budget)."""
 BRIEF = 12
 """Steps of these fits; that of the best goes on (budget)."""
 RivalGain = Callable[[Hypothesis], float]
@@ -43,7 +45,9 @@ def find_exchange(
     """The two channels, and the hypothesis fitted to the readings put back; None where there are none. is_refined:
     whether lumps are as fine as they will be; else none is told that leaves much, for lumps may tell all of it."""
     price = price_of(h)
-    ranked = _rank_pairs(h, price)
+    ranked = _rank_pairs(h)
+    if not is_refined and ranked and ranked[0].after.chi > NEARLY * SETTINGS.doubtful:
+        return None
     best = _settle(ranked[0]) if ranked else None
     if best is None or (best.after.chi > SETTINGS.doubtful and not is_refined):
         return None
@@ -56,17 +60,18 @@ def find_exchange_on_lumps(
     """The same of a machine as written, on the lumps that readings put back take: as they are they may take none.
     finest: on the lumps that the readings as they are take."""
     price = price_of(coarse)
-    ranked = _rank_pairs(coarse, price)
+    ranked = _rank_pairs(coarse)
     best = _refine(ranked[0], finest, jobs) if ranked else None
     return None if best is None else _tell_if_worth(best, coarse.machine, ranked[1:], price, rival_gain)
 
 
-def _rank_pairs(h: Hypothesis, price: float) -> list[Exchanged]:
-    """The pairs that come near the best, as a few steps of a fit tell them."""
-    scores = [s for s in scan_pairs(h) if s.gain > price]
+@lru_cache(maxsize=2)
+def _rank_pairs(h: Hypothesis) -> Sequence[Exchanged]:
+    """The pairs that come near the best, as a few steps of a fit tell them; asked again on finer lumps."""
+    scores = [s for s in scan_pairs(h) if s.gain > price_of(h)]
     likely = [s for s in scores if s.cost <= NEARLY * scores[0].cost][:CONFIRMED]
     tried = [t for s in likely if (t := _try_exchanged(h, s))]
-    return sorted((t for t in tried if t.gain > 0), key=lambda t: -t.gain)
+    return tuple(sorted((t for t in tried if t.gain > 0), key=lambda t: -t.gain))
 
 
 def _tell_if_worth(

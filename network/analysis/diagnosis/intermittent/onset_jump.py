@@ -10,7 +10,7 @@ import numpy as np
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import BIN, CLEAR, SIDE, Steps, find_steps
 from network.analysis.diagnosis.intermittent.channel_samples import truth_at_samples
-from network.analysis.diagnosis.intermittent.input_steps import MANY, exceeds_inputs, list_input_steps
+from network.analysis.diagnosis.intermittent.input_steps import MANY, InputStep, exceeds_inputs, list_input_steps
 from network.analysis.diagnosis.intermittent.onset_scan import Onset
 from network.catalogue.declaration.declare import Array
 from network.recordings.recording import Recording
@@ -113,8 +113,8 @@ def _is_driven(steps: ResidualSteps, run: int, channel: str, at: float, reach: f
     """Whether an input steps at that time; not where the channel jumps at none of many other steps of inputs, or by far
     less than here."""
     moved = list_input_steps((i, p.run) for i, p in enumerate(steps.h.predictions) if channel in p.run.channels)
-    here = next((m for m in moved if m.run == run and abs(m.t - at) < reach), None)
-    if here is None:
+    here = {name: by for m in moved if m.run == run and abs(m.t - at) < reach for name, by in m.moved.items()}
+    if not here:
         return False
     elsewhere = [m for m in moved if m.run != run or abs(m.t - at) >= 2 * reach]
     pairs = [(m, of) for m in elsewhere if (of := steps.of(m.run, channel)) is not None and of.covers(m.t, reach)]
@@ -123,7 +123,8 @@ def _is_driven(steps: ResidualSteps, run: int, channel: str, at: float, reach: f
         return True
     is_due = any(_jumps_near(of, m.t, reach) for m, of in pairs)
     jumps = [_size_near(of, m.t, reach) for m, of in pairs]
-    return is_due and not exceeds_inputs(here, _size_near(own, at, reach), [m for m, _ in pairs], jumps)
+    step, others = InputStep(run, at, here), [m for m, _ in pairs]
+    return is_due and not exceeds_inputs(step, _size_near(own, at, reach), others, jumps)
 
 
 def _is_shared(steps: ResidualSteps, run: int, channel: str, at: float, reach: float) -> bool:

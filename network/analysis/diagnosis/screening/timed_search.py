@@ -32,8 +32,9 @@ GRIDDED = 4
 """Windows, and trains, of the grid that are scored by themselves (budget)."""
 CLOSEST, SOME = 1e-3, 0.5
 """Prior σ: the shortest step, some seconds of a period; share of the numbers that a step moves."""
-SETTLED, SETTLED_STEPS, ENOUGH = 8, 6, 1.0
-"""Times that they are drawn again beside a fit, its steps then, and nats that it must gain by it (budget)."""
+SETTLED, BRIEFLY, SETTLED_STEPS, ENOUGH = 8, 2, 6, 1.0
+"""Times that they are drawn again beside a fit, and beside one of several, its steps then, and nats that it must gain
+by it (budget)."""
 
 
 def search_timed(
@@ -46,10 +47,10 @@ def search_timed(
     return [s for s in run_all(partial(_settle, before, seed), likely, jobs) if s is not None]
 
 
-def settle_instants(h: Hypothesis) -> Hypothesis:
+def settle_instants(h: Hypothesis, rounds: int = SETTLED) -> Hypothesis:
     """A hypothesis with the instants of its last finding drawn again about its other numbers, where that is better."""
     c = h.found[-1]
-    for _ in range(SETTLED if c.is_timed else 0):
+    for _ in range(rounds if c.is_timed else 0):
         rest = h.own[: len(h.own) - len(c.own)]
         parameters = parameters_of(c.base, rest)
         about = linearise(h.case.problem(c.base, parameters), theta_of(parameters, h.values))

@@ -17,7 +17,7 @@ from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.lumps.coarse_surrogate import SMALL
 from network.analysis.diagnosis.screening.screen import SHOWS, Score, score_candidates
-from network.analysis.diagnosis.screening.timed_search import settle_instants
+from network.analysis.diagnosis.screening.timed_search import BRIEFLY, settle_instants
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.placement import move_stretch
 from network.analysis.diagnosis.steps.ranking import best_first, best_of
@@ -98,7 +98,7 @@ def _continue_trial(current: Hypothesis, begun: Hypothesis) -> Hypothesis | None
     best = fit_with(case, current, c, begun.values, FIRST_STEPS)
     if best is None or best.evidence < current.evidence:
         best = best_of(best, fit_with(case, current, c, current.values | c.usual, FIRST_STEPS))
-    return best and compact(settle_instants(best))
+    return best and compact(settle_instants(best, BRIEFLY))
 
 
 @dataclass(frozen=True, eq=False)
