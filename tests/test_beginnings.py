@@ -19,6 +19,8 @@ from network.analysis.calibration.linearised import Linearised
 from network.analysis.calibration.measured_means import weigh_recording
 from network.analysis.calibration.misfit import implausibility
 from network.analysis.calibration.multistart import best_start, draw_beginnings, has_seen_enough
+from network.analysis.diagnosis import time_budget
+from network.analysis.diagnosis.time_budget import TimeBudget
 from network.engine.response.parameters import free_parameters
 from network.platform.refusal import Failed, Spot
 from network.platform.yaml.document import Branch, tree_of
@@ -64,12 +66,17 @@ def test_as_many_searches_as_minima_that_were_found_ask_for(
     assert has_seen_enough(cast(list[Linearised], [SimpleNamespace(end=e) for e in ends])) is enough
 
 
-@pytest.mark.parametrize(("enough", "fails", "tried"), [(False, 0, 4), (True, 0, 1), (True, 2, 3)])
-def test_no_others_are_drawn_once_it_is_enough_but_where_none_came_to_an_end(
-    enough: bool, fails: int, tried: int, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("wide", "enough", "fails", "tried"),
+    [(True, False, 0, 4), (True, True, 0, 4), (False, False, 0, 4), (False, True, 0, 1), (False, True, 2, 3)],
+)
+def test_no_others_are_drawn_once_it_is_enough_but_where_priors_are_wide_or_none_came_to_an_end(
+    wide: bool, enough: bool, fails: int, tried: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Three more where all end alike; one that runs away is no end."""
-    patch = {f"links.{name}.{key}": value for name, keys in WIDE.items() for key, value in keys.items()}
+    """Three more where all end alike; one that runs away is no end. What is left always asks for others here."""
+    monkeypatch.setattr(multistart, "BAD", 0.0)
+    keys = WIDE if wide else {"joint": {"conductance": "3 W/K ± 30 %"}}
+    patch = {f"links.{name}.{key}": value for name, of in keys.items() for key, value in of.items()}
     machine = blocks().patched(patch)
     recording = recorded(blocks(), steps())
     problem = make_problem(machine, free_parameters(machine), [weigh_recording(machine, recording)])
@@ -101,3 +108,12 @@ def test_a_real_gantry_ends_alike_wherever_it_begins(tmp_path: Path) -> None:
     drawn = [theta for theta, _ in zip(draw_beginnings(parameters, 0), range(4), strict=False)]
     left = [implausibility(minimise(problem, theta)) for theta in drawn]
     assert np.ptp(left) < 2.0
+
+
+def test_other_beginnings_of_the_null_have_a_third_of_its_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    budget, now = TimeBudget(100.0, began=0.0), [0.0]
+    monkeypatch.setattr(time_budget.time, "monotonic", lambda: now[0])
+    told = {}
+    for now[0] in (4.9, 5.1, 14.9, 15.1):
+        told[now[0]] = (budget.is_begun(), budget.is_calibrated())
+    assert told == {4.9: (False, False), 5.1: (True, False), 14.9: (True, False), 15.1: (True, True)}

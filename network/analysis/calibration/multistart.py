@@ -69,9 +69,13 @@ def best_start(
     first: Array | None = None, is_enough: Callable[[], bool] = lambda: False,
 ) -> Found:  # fmt: skip
     """The most probable θ from as many beginnings as the problem asks for; once it is late, from those that came to an
-    end, and once it is enough without others drawn. first: where relays are in step, as no beginning drawn is, else at
-    the priors' centres. Raises Failed where every run runs away."""
+    end, and once it is enough without others that only what is left asks for. first: where relays are in step, as no
+    beginning drawn is, else at the priors' centres. Raises Failed where every run runs away."""
     begin = centres(problem.parameters) if first is None else first
+
+    def is_done() -> bool:
+        return is_late() or (is_enough() and not has_wide_priors(problem))
+
     say(tell, f"fitting {len(begin)} numbers")
     seeds, minima = [begin], _minima(problem, [begin], None, is_late)
     for _ in range(CYCLING if relay_numbers(problem) and (first is None or is_loose(problem)) else 0):
@@ -82,13 +86,13 @@ def best_start(
         more = cycling(problem, begin if about is None or len(seeds) == 1 else about.theta, is_late)
         minima, seeds = minima + _minima(problem, more, STEPS, is_late), seeds + more
     is_alone = first is None and minima and needs_more(problem, min(minima, key=implausibility))
-    if not minima or (is_alone and not (is_late() or is_enough())):
+    if not minima or (is_alone and not is_done()):
         say(tell, f"{_tell_best(minima)}other beginnings")
         for drawn in draw_beginnings(problem.parameters, seed):
             tell(0.7 * len(minima) / SEARCHES)
             minima += _search_beside(problem, drawn, minima)
             seeds.append(drawn)
-            if has_seen_enough(minima) or is_late() or (minima and is_enough()):
+            if has_seen_enough(minima) or is_late() or (minima and is_done()):
                 break
     if not minima:
         raise Failed("the machine runs away wherever its uncertain numbers lie; check heat that grows with temperature")
@@ -130,8 +134,11 @@ def needs_more(problem: Problem, at: Linearised) -> bool:
     """Whether one beginning may not have been enough."""
     if not problem.parameters:
         return False
-    wide = any(p.is_unknown or (p.is_log and p.spread > WIDE) for p in problem.parameters)
-    return wide or bool(at_bound(problem.parameters, at.theta)) or rms(at.left) > BAD
+    return has_wide_priors(problem) or bool(at_bound(problem.parameters, at.theta)) or rms(at.left) > BAD
+
+
+def has_wide_priors(problem: Problem) -> bool:
+    return any(p.is_unknown or (p.is_log and p.spread > WIDE) for p in problem.parameters)
 
 
 def draw_beginnings(parameters: Sequence[Parameter], seed: int) -> Iterator[Array]:
