@@ -65,7 +65,8 @@ def begin_in_step(
     is_late: Callable[[], bool], tell: Told = lambda share: None, about: InStep | None = None,
 ) -> InStep | None:  # fmt: skip
     """Where relays stay in step over whole recordings; None for a machine without relays, or where it always breaks
-    down. about: from where, by default from the priors' centres."""
+    down. about: from where, by default from the priors' centres; where it is known what is left there, whole recordings
+    are tried first."""
     if not parameters or not has_relays(machine):
         return None
     known, found = at_prior_centres(machine, parameters), None

@@ -68,7 +68,8 @@ def find_exchange_on_lumps(
 @lru_cache(maxsize=2)
 def _rank_pairs(h: Hypothesis) -> Sequence[Exchanged]:
     """The pairs that come near the best, as a few steps of a fit tell them; asked again on finer lumps."""
-    scores = [s for s in scan_pairs(h) if s.gain > price_of(h)]
+    price = price_of(h)
+    scores = [s for s in scan_pairs(h) if s.gain > price]
     likely = [s for s in scores if s.cost <= NEARLY * scores[0].cost][:CONFIRMED]
     tried = [t for s in likely if (t := _try_exchanged(h, s))]
     return tuple(sorted((t for t in tried if t.gain > 0), key=lambda t: -t.gain))
