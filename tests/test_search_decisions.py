@@ -567,11 +567,13 @@ def test_what_simulated_runs_refute_is_taken_back_step_by_step(monkeypatch: pyte
     assert [t.selection.best for t in simulated_findings.list_retreats(search)] == [written]
 
 
-@pytest.mark.parametrize("changes_machine", [True, False])
-def test_a_fault_that_stands_alone_is_told_at_ever_other_numbers_before_it_is_taken_back(
-    changes_machine: bool, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("shows_itself", "told"), [(False, ["fit from calibrated", "fit from fitted"]), (True, ["calibrated"])]
+)
+def test_a_fault_that_stands_alone_is_told_before_it_is_taken_back(
+    shows_itself: bool, told: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """At last at those as calibrated, if the machine of which they are is the same."""
+    """At ever other numbers; where readings show it by themselves at those as calibrated."""
     monkeypatch.setattr(simulated_findings, "replace", lambda of, **new: bare(**{**vars(of), **new}))
     monkeypatch.setattr(simulated_findings, "reweight", lambda case, of: of)
     monkeypatch.setattr(simulated_findings, "use_file_noise", lambda case: case)
@@ -588,11 +590,10 @@ def test_a_fault_that_stands_alone_is_told_at_ever_other_numbers_before_it_is_ta
         written=written,
         given=bare(machine=None),
         calibrated=bare(values="calibrated"),
-        fault=bare(stands_alone=True, changes_machine=changes_machine),
+        fault=bare(stands_alone=True, shows_itself=shows_itself, changes_machine=False),
     )
     *alone, bared = simulated_findings.list_retreats(search)
-    told = ["fit from calibrated", "fit from fitted"]
-    assert [t.null.name for t in alone] == [*told, *([] if changes_machine else ["calibrated"])]
+    assert [t.null.name for t in alone] == told
     assert all(t.fault is search.fault and t.written is t.null is t.selection.best for t in alone)
     assert bared.fault is None
 

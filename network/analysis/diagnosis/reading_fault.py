@@ -85,6 +85,11 @@ class ReadingFault(ABC):
         return False
 
     @property
+    def shows_itself(self) -> bool:
+        """Whether readings show it whatever the numbers of the machine are."""
+        return False
+
+    @property
     def changes_machine(self) -> bool:
         """Whether the machine of the case that is set right is another one."""
         return bool(self.patch)

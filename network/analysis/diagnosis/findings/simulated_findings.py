@@ -3,7 +3,7 @@ it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -19,7 +19,6 @@ from network.analysis.calibration.uncertainty import Uncertainty, uncertainty_by
 from network.analysis.comparison.compare import Comparison, RecordingResidual
 from network.analysis.diagnosis.findings.invariants import list_refutations
 from network.analysis.diagnosis.findings.result import Fits
-from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.case_noise import use_file_noise
 from network.analysis.diagnosis.hypotheses.compact_fit import expand
 from network.analysis.diagnosis.hypotheses.faced_relays import face_relays
@@ -88,22 +87,17 @@ def list_retreats(search: Search) -> Iterator[Search]:
 def _list_alone(search: Search) -> Iterator[Search]:
     """Its fault of readings alone, at numbers to which each channel counts by how far it is off and how long that
     lasts: neither coloured noise nor constant errors of sensors take up what is left. From the numbers as calibrated,
-    then from those as fitted; at last at the numbers as calibrated, where it leaves the machine as it is."""
+    then from those as fitted; where readings show it by themselves at those as calibrated, which takes no fit."""
     case = replace(use_file_noise(search.written.case), budget=search.case.budget)
     calibrated, fitted = search.calibrated.values, search.written.values
-    ways = [partial(_fit_alone, case, calibrated), partial(_fit_alone, case, fitted)]
-    if search.fault is not None and not search.fault.changes_machine:
-        ways.append(partial(state, case, case.machine, calibrated))
-    for way in ways:
+    is_shown = search.fault is not None and search.fault.shows_itself
+    for values in (calibrated,) if is_shown else (calibrated, fitted):
         try:
-            alone = way()
+            alone = state(case, case.machine, values)
+            alone = reweight(case, alone if is_shown else fit_lasting(alone))
         except (Failed, np.linalg.LinAlgError):
             continue
         yield replace(search, case=case, written=alone, null=alone, selection=Selection(alone))
-
-
-def _fit_alone(case: Case, values: Mapping[str, float]) -> Hypothesis:
-    return reweight(case, fit_lasting(state(case, case.machine, values)))
 
 
 def _bare_of(search: Search) -> Hypothesis:

@@ -83,6 +83,10 @@ class OnsetFault(ChannelFault):
         return self.is_clear
 
     @property
+    def shows_itself(self) -> bool:
+        return self.is_clear
+
+    @property
     def quantities(self) -> Mapping[str, Quantity]:
         o = self.onset
         size = Quantity(o.size, o.std, o.shape.unit)
