@@ -568,7 +568,8 @@ def test_what_simulated_runs_refute_is_taken_back_step_by_step(monkeypatch: pyte
 
 
 @pytest.mark.parametrize(
-    ("shows_itself", "told"), [(False, ["fit from calibrated", "fit from fitted"]), (True, ["calibrated"])]
+    ("shows_itself", "told"),
+    [(False, ["fit from calibrated", "fit from fitted"]), (True, ["calibrated"])],
 )
 def test_a_fault_that_stands_alone_is_told_before_it_is_taken_back(
     shows_itself: bool, told: list[str], monkeypatch: pytest.MonkeyPatch
@@ -596,6 +597,23 @@ def test_a_fault_that_stands_alone_is_told_before_it_is_taken_back(
     assert [t.null.name for t in alone] == told
     assert all(t.fault is search.fault and t.written is t.null is t.selection.best for t in alone)
     assert bared.fault is None
+
+
+@pytest.mark.parametrize(
+    ("now", "fault", "told"),
+    [
+        ({"a": 2.0 + 1e-12}, bare(changes_machine=False), True),
+        ({"a": 2.1}, bare(changes_machine=False), False),
+        ({"a": 2.0, "b": 1.0}, bare(changes_machine=False), False),
+        ({"a": 2.0}, bare(changes_machine=True), False),
+        ({"a": 2.0}, None, False),
+    ],
+)
+def test_readings_set_right_at_the_numbers_as_calibrated_leave_the_machine_as_it_is(
+    now: dict[str, float], fault: Any, told: bool
+) -> None:
+    search = bare(calibrated=bare(values={"a": 2.0}), best=bare(values=now), fault=fault)
+    assert simulated_findings._is_as_calibrated(search) is told
 
 
 @pytest.mark.parametrize(

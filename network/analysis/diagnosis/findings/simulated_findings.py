@@ -87,14 +87,14 @@ def list_retreats(search: Search) -> Iterator[Search]:
 def _list_alone(search: Search) -> Iterator[Search]:
     """Its fault of readings alone, at numbers to which each channel counts by how far it is off and how long that
     lasts: neither coloured noise nor constant errors of sensors take up what is left. From the numbers as calibrated,
-    then from those as fitted; where readings show it by themselves at those as calibrated, which takes no fit."""
+    then from those as fitted; where readings show it by themselves as calibrated, which takes no fit."""
     case = replace(use_file_noise(search.written.case), budget=search.case.budget)
     calibrated, fitted = search.calibrated.values, search.written.values
     is_shown = search.fault is not None and search.fault.shows_itself
     for values in (calibrated,) if is_shown else (calibrated, fitted):
         try:
             alone = state(case, case.machine, values)
-            alone = reweight(case, alone if is_shown else fit_lasting(alone))
+            alone = alone if is_shown else reweight(case, fit_lasting(alone))
         except (Failed, np.linalg.LinAlgError):
             continue
         yield replace(search, case=case, written=alone, null=alone, selection=Selection(alone))
@@ -112,11 +112,18 @@ def _simulate_both(
 ) -> tuple[Search, Machine, Fits]:
     """A search at the numbers that its relays keep step with, the machine with what was found at these, and how it
     tells the recordings, simulated."""
-    if not (search.fault or search.best.found or is_finer(search)):
+    if not (search.best.found or is_finer(search)) and (search.fault is None or _is_as_calibrated(search)):
         return replace(search, faced=None), before, _fits(search, before, before, holdout, jobs)
     search = replace(search, faced=face_relays(search.best, bool(search.ended)))
     after = with_standard_errors(search.told.machine, _known(search.told))
     return search, after, _fits(search, before, after, holdout, jobs)
+
+
+def _is_as_calibrated(search: Search) -> bool:
+    """Whether nothing but readings is other than calibrated: then every run is told by the same numbers."""
+    then, now = search.calibrated.values, search.best.values
+    is_same = then.keys() == now.keys() and all(np.isclose(now[path], x, rtol=1e-9) for path, x in then.items())
+    return is_same and search.fault is not None and not search.fault.changes_machine
 
 
 def is_finer(search: Search) -> bool:
