@@ -11,7 +11,7 @@ import numpy as np
 
 from network.analysis.calibration.expansion_point import move_points
 from network.analysis.calibration.gauss_newton import minimise
-from network.analysis.calibration.growing_horizon import InStep, has_relays
+from network.analysis.calibration.growing_horizon import InStep
 from network.analysis.calibration.measured_means import Measured, weigh_recording
 from network.analysis.calibration.misfit import chi_of
 from network.analysis.calibration.problem import make_problem
@@ -29,10 +29,8 @@ def begin_beside_modes(
     """The most probable numbers beside the modes that recordings tell, with the misfit there; once it is late, what was
     come to. None for a machine without relays, where a recording does not tell the modes of each, or that breaks
     down."""
-    if not parameters or not has_relays(machine):
-        return None
     recordings = read_modes(machine, [d.recording for d in data])
-    if not any(r.modes for r in recordings):
+    if not (parameters and recordings[0].modes):
         return None
     known = at_prior_centres(machine, parameters)
     try:

@@ -79,15 +79,15 @@ class ReadingFault(ABC):
         return self.channels
 
     @property
-    def stands_alone(self) -> bool:
-        """Whether it is told, where runs speak against all that was found beside it, as long as they do not against
-        it."""
-        return False
-
-    @property
     def shows_itself(self) -> bool:
         """Whether readings show it whatever the numbers of the machine are."""
         return False
+
+    @property
+    def stands_alone(self) -> bool:
+        """Whether it is told, where runs speak against all that was found beside it, as long as they do not against
+        it."""
+        return self.shows_itself
 
     @property
     def changes_machine(self) -> bool:

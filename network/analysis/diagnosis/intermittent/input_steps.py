@@ -37,9 +37,9 @@ class InputStep:
         return np.array([x for name in names for x in self.moved.get(name, (0.0, 0.0))])
 
 
-def list_input_steps(runs: Iterable[tuple[int, Run]]) -> list[InputStep]:
-    """Of some runs, each with its number."""
-    return [InputStep(i, t, moved) for i, run in runs for t, moved in _steps_of(run).items()]
+def list_input_steps(runs: Iterable[Run]) -> list[InputStep]:
+    """Of some runs, in their order."""
+    return [InputStep(i, t, moved) for i, run in enumerate(runs) for t, moved in _steps_of(run).items()]
 
 
 def _steps_of(run: Run) -> dict[float, dict[str, tuple[float, float]]]:

@@ -79,10 +79,6 @@ class OnsetFault(ChannelFault):
         return self.is_open
 
     @property
-    def stands_alone(self) -> bool:
-        return self.is_clear
-
-    @property
     def shows_itself(self) -> bool:
         return self.is_clear
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -43,6 +44,11 @@ class ResidualSteps:
     h: Hypothesis
     recordings: Sequence[Recording]
     known: dict[tuple[int, str], Steps | None] = field(default_factory=dict)
+
+    @cached_property
+    def input_steps(self) -> list[InputStep]:
+        """Of the inputs of all runs."""
+        return list_input_steps(p.run for p in self.h.predictions)
 
     def of(self, run: int, channel: str) -> Steps | None:
         """Beside a unit of change; None where the run is too short."""
@@ -112,7 +118,7 @@ def list_lone_jumps(steps: ResidualSteps) -> Iterator[tuple[int, str, float, flo
 def _is_driven(steps: ResidualSteps, run: int, channel: str, at: float, reach: float) -> bool:
     """Whether an input steps at that time; not where the channel jumps at none of many other steps of inputs, or by far
     less than here."""
-    moved = list_input_steps((i, p.run) for i, p in enumerate(steps.h.predictions) if channel in p.run.channels)
+    moved = [m for m in steps.input_steps if channel in steps.h.predictions[m.run].run.channels]
     here = {name: by for m in moved if m.run == run and abs(m.t - at) < reach for name, by in m.moved.items()}
     if not here:
         return False
@@ -121,8 +127,8 @@ def _is_driven(steps: ResidualSteps, run: int, channel: str, at: float, reach: f
     own = steps.of(run, channel)
     if own is None or len(pairs) < MANY:
         return True
-    is_due = any(_jumps_near(of, m.t, reach) for m, of in pairs)
     jumps = [_size_near(of, m.t, reach) for m, of in pairs]
+    is_due = any(size > CLEAR * of.scatter for size, (_, of) in zip(jumps, pairs, strict=True))
     step, others = InputStep(run, at, here), [m for m, _ in pairs]
     return is_due and not exceeds_inputs(step, _size_near(own, at, reach), others, jumps)
 
