@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from fit_networks import machines, ramped
 from fits import USUAL, problem_of, recorded, speeds, two_blocks
 from scipy.optimize import minimize
 
+from network.analysis.calibration import gauss_newton
 from network.analysis.calibration.gauss_newton import _shorten
 from network.analysis.calibration.measured_means import weigh_recording
 from network.analysis.calibration.trust_region import bounded_step, length_of
@@ -82,6 +84,27 @@ def test_a_region_shrinks_also_where_bounds_make_a_step_longer_than_it():
         step = bounded_step(root @ root.T, gradient, np.ones(3), radii[-1], (-room, room))
         radii.append(_shorten(radii[-1], length_of(step, np.ones(3)), 0.5))
         assert radii[-1] <= radii[-2] / 2
+
+
+def test_a_step_is_lengthened_where_j_is_flatter_than_slopes_tell(monkeypatch):
+    """J = 10 − 2 t + 0.1 t² along the step: the least is at ten of them; what breaks down or is no better is left."""
+    tried = []
+
+    def beside(at, theta):
+        tried.append(float(theta[0]))
+        t = theta[0] / 0.1
+        return None if broken else SimpleNamespace(cost=10 - 2 * t + 0.1 * t**2)
+
+    monkeypatch.setattr(gauss_newton, "_beside", beside)
+    at = SimpleNamespace(cost=10.0, theta=np.zeros(1), problem=SimpleNamespace(model=SimpleNamespace(switches=False)))
+    new, broken = SimpleNamespace(cost=10 - 2 + 0.1), False
+    step, wide, near = np.array([0.1]), (np.array([-9.0]), np.array([9.0])), (np.array([-9.0]), np.array([0.3]))
+    assert gauss_newton._lengthen(at, new, step, wide, 1.0).cost == pytest.approx(0) and tried == [pytest.approx(1.0)]
+    assert gauss_newton._lengthen(at, new, step, near, 1.0).cost == pytest.approx(10 - 6 + 0.9)
+    broken = True
+    assert gauss_newton._lengthen(at, new, step, wide, 1.0) is new
+    count, straight = len(tried), SimpleNamespace(cost=9.0)
+    assert gauss_newton._lengthen(at, straight, step, wide, 1.0) is straight and len(tried) == count
 
 
 @pytest.mark.parametrize("name", ["linear", "bent", "relay"])

@@ -81,7 +81,7 @@ def test_it_says_what_it_does_and_what_it_has(chilled: Machine, tmp_path: Path) 
     heard, plain = Listener(), list[float]()
     calibrate(chilled, Recording.load(tmp_path / "results.csv"), progress=heard)
     assert heard.said[0] == "looking at the recordings" and "fitting 23 numbers" in heard.said
-    assert "what switches falls into step: all of the recordings, as they tell it" in heard.said
+    assert "what switches falls into step: all of the recordings" in heard.said
     assert heard.said[-1].endswith(" σ left; bands, and every recording beside it")
     assert heard.shares == sorted(heard.shares)
     calibrate(chilled, Recording.load(tmp_path / "results.csv"), progress=plain.append)

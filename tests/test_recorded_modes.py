@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,14 +12,14 @@ import pytest
 from network import Machine, Recording, Scenario, diagnose, simulate
 from network.analysis.calibration import growing_horizon
 from network.analysis.calibration.hysteresis_swing import Swing, find_switchings
-from network.analysis.calibration.measured_means import Measured, weigh_recording
+from network.analysis.calibration.measured_means import weigh_recording
 from network.analysis.calibration.read_beginning import begin_beside_modes
 from network.analysis.calibration.recorded_modes import forget_modes, read_modes
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.faced_relays import face_relays
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.engine.response.followed_relays import MODE, follow_relays
-from network.engine.response.parameters import Parameter, free_parameters, values_at
+from network.engine.response.parameters import free_parameters, values_at
 from network.engine.trajectory import Trajectory
 from network.report.files.result_files import write_run
 
@@ -91,25 +90,43 @@ def test_numbers_beside_the_modes_that_were_read_are_a_beginning_that_keeps_step
     _, recording = _record(weaker, tmp_path)
     parameters, data = free_parameters(chilled), [weigh_recording(chilled, recording)]
     read = begin_beside_modes(chilled, parameters, data, None)
-    assert read is not None and read.left < 1.1
+    assert read is not None and read.left_over is not None and read.left_over(1.0) < 1.1 and read.left_over(0.25) < 1.1
     assert values_at(parameters, read.theta)["links.coolant jacket.conductance"] == pytest.approx(22, rel=0.05)
-    spans: list[float] = []
-    fit = growing_horizon._fit_beginning
+    shares: list[float] = []
+    fit = growing_horizon._fit_share
 
-    def watch(machine: Machine, parameters: Sequence[Parameter], data: Sequence[Measured], *of: Any) -> Any:
-        spans.append(data[0].recording.t[-1])
-        return fit(machine, parameters, data, *of)
+    def watch(*of: Any) -> Any:
+        shares.append(of[4])
+        return fit(*of)
 
-    monkeypatch.setattr(growing_horizon, "_fit_beginning", watch)
+    monkeypatch.setattr(growing_horizon, "_fit_share", watch)
     found = growing_horizon.begin_in_step(chilled, parameters, data, None, lambda: False, about=read)
-    assert spans == [recording.t[-1]] and found is not None and found.left < 1.1
-    monkeypatch.setattr(growing_horizon, "LEAP", 0.5)
-    growing_horizon.begin_in_step(chilled, parameters, data, None, lambda: len(spans) > 2, about=read)
-    assert spans[1] == spans[0] > 10 * spans[2]
+    assert shares == [1.0] and found is not None
+    assert values_at(parameters, found.theta)["links.coolant jacket.conductance"] == pytest.approx(22, rel=0.05)
     monkeypatch.undo()
     grown = growing_horizon.begin_in_step(chilled, parameters, data, None, lambda: False)
     assert grown is not None
     assert values_at(parameters, grown.theta)["links.coolant jacket.conductance"] == pytest.approx(22, rel=0.05)
+
+
+def test_where_relays_slip_over_the_whole_it_begins_with_the_most_over_which_they_do_not(
+    chilled: Machine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In step is what leaves hardly more than what is known of that share; then on, without waiting long."""
+    _, recording = _record(chilled, tmp_path)
+    parameters, data = free_parameters(chilled), [weigh_recording(chilled, recording)]
+    read = begin_beside_modes(chilled, parameters, data, None)
+    assert read is not None
+    fit, shares, slips = growing_horizon._fit_share, list[float](), {1.0, 0.5}
+
+    def slip(*of: Any) -> Any:
+        shares.append(of[4])
+        return None if of[4] in slips else fit(*of)
+
+    monkeypatch.setattr(growing_horizon, "_fit_share", slip)
+    late = iter([False] * 4)
+    growing_horizon.begin_in_step(chilled, parameters, data, None, lambda: next(late, True), about=read)
+    assert shares == [1.0, 0.5, 0.25, 0.5]
 
 
 def test_without_relays_or_modes_there_is_no_such_beginning(chilled: Machine, tmp_path: Path) -> None:

@@ -12,7 +12,13 @@ from test_small_decisions import bare
 from network.analysis.diagnosis import search
 from network.analysis.diagnosis.experiments import advice, separation
 from network.analysis.diagnosis.experiments.programs import Driver, _ladder
-from network.analysis.diagnosis.findings import diagnosis_notes, findings, simulated_findings, verdict
+from network.analysis.diagnosis.findings import (
+    diagnosis_notes,
+    findings,
+    simulated_findings,
+    simulated_runs,
+    verdict,
+)
 from network.analysis.diagnosis.findings.finding import Finding
 from network.analysis.diagnosis.hypotheses import falling_short, few_runs, fresh_fit
 from network.analysis.diagnosis.intermittent import channel_fault, channel_samples, intermittent_fault, onset_fault
@@ -875,7 +881,9 @@ def test_draws_go_to_where_they_are_most_likely() -> None:
 @pytest.mark.parametrize("error", [Failed("housing runs away"), Refused(["on too long"])])
 def test_what_breaks_down_when_it_is_simulated_is_taken_back(error: Exception, monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing of it is told; where nothing at all can be simulated, that ends the diagnosis with its sentence."""
-    whole, rest = bare(selection="whole"), bare(selection="rest")
+    given = bare(recordings=(), start=None)
+    calibrated = bare(numbers=lambda start: "numbers")
+    whole, rest = (bare(selection=name, given=given, calibrated=calibrated) for name in ("whole", "rest"))
 
     def simulate(search: Any, *_: Any) -> tuple[Any, str, str]:
         if search is whole:
@@ -885,13 +893,36 @@ def test_what_breaks_down_when_it_is_simulated_is_taken_back(error: Exception, m
     monkeypatch.setattr(simulated_findings, "_simulate_both", simulate)
     monkeypatch.setattr(simulated_findings, "list_refutations", lambda selection, fits: [])
     monkeypatch.setattr(simulated_findings, "list_retreats", lambda search: iter([rest]))
-    last, after, fits, refuted = simulated_findings.withdraw_refuted(whole, "before", (), 1)
+    last, after, fits, refuted = simulated_findings.withdraw_refuted(whole, (), 1)
     assert (last, after, fits) == (rest, "machine", "fits")
     how = "its numbers make no machine" if isinstance(error, Refused) else "with it a run breaks down"
     assert refuted == [f"{how}: {error}"]
     monkeypatch.setattr(simulated_findings, "list_retreats", lambda search: iter(()))
     with pytest.raises(Failed, match=how):
-        simulated_findings.withdraw_refuted(whole, "before", (), 1)
+        simulated_findings.withdraw_refuted(whole, (), 1)
+
+
+def test_a_recording_is_simulated_once_with_the_same_numbers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those as calibrated are not simulated again beside what was found, whatever of it is taken back."""
+    tried: list[tuple[str, bool, str]] = []
+
+    def compare(of: Any, run: Any, held_out: bool) -> Any:
+        tried.append((of.name, held_out, run.file))
+        return bare(recording=run, of=of.name)
+
+    monkeypatch.setattr(simulated_runs, "compare_estimated", compare)
+    first, second, other, held = (bare(file=name) for name in ("first", "second", "other", "held"))
+    known, found = bare(name="calibrated", machine="as it was"), bare(name="found", machine="better")
+    before = simulated_runs.simulate_runs(known, (first, second), (held,), 1)
+    again = simulated_runs.simulate_runs(known, (first, other), (held,), 1, before)
+    better = simulated_runs.simulate_runs(found, (first,), (), 1, before)
+    assert tried == [
+        ("calibrated", False, "first"), ("calibrated", False, "second"), ("calibrated", True, "held"),
+        ("calibrated", False, "other"), ("found", False, "first"),
+    ]  # fmt: skip
+    assert [r.recording for r in again.train.recordings] == [first, other] and again.train.machine == "as it was"
+    assert again.holdout is not None and again.holdout.recordings == before.holdout.recordings
+    assert [r.of for r in better.train.recordings] == ["found"] and better.holdout is None
 
 
 def test_what_a_named_fault_leaves_of_its_own_channel_comes_after_it() -> None:

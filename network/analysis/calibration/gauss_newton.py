@@ -1,7 +1,8 @@
 """The most probable parameters: Gauss–Newton on whitened residuals and priors, each step within a region of trust.
 
 A refused step is shortened to the least of the parabola through both costs and the slope at the first. Source: Moré,
-The Levenberg–Marquardt algorithm, Lecture Notes in Mathematics 630 (1978) 105, as in MINPACK; unverified.
+The Levenberg–Marquardt algorithm, Lecture Notes in Mathematics 630 (1978) 105, as in MINPACK; unverified. One that was
+accepted is lengthened to the least of the same where that lies far beyond.
 """
 
 from __future__ import annotations
@@ -30,8 +31,9 @@ __all__ = ["Linearised", "Problem", "chi_of", "linearise", "make_problem", "mini
 
 STEPS = 60
 """At most; nearly all fits end within 25, those of numbers far beyond their priors, along bent valleys, within 50."""
-CLOSE, CLOSE_SHARE, CLOSE_SHARE_FAR = 1e-2, 1e-5, 1e-4
-"""Decrease of J that no longer matters (J counts in squared σ), and as a share of J, also where the run is far off."""
+CLOSE, CLOSE_SHARE, CLOSE_SHARE_FAR, FLAT = 1e-2, 1e-5, 1e-4, 0.1
+"""Decrease of J that no longer matters (J counts in squared σ), as a share of J, also where the run is far off, and in
+squares of the misfit: a number moves by less than a third of its standard error."""
 FAR = 3.0
 """Misfit χ from which priors of θ are narrowed."""
 NEAR = 0.02
@@ -41,6 +43,8 @@ NEAR_ETA = 0.2
 SETTLED = 1.0
 """Decrease of J, in squares of the misfit, below which slopes by η found anew change nothing: a number moves by less
 than its standard error."""
+LONGER, LONGEST = 2.0, 16.0
+"""Times a step from which a longer one is tried, and at most."""
 POOR, GOOD, LEAST_SHRINK = 0.25, 0.75, 0.1
 """Shares of the expected gain below which the region shrinks and from which it grows, and by how much it shrinks."""
 
@@ -104,8 +108,10 @@ def _temper_priors(at: Linearised, free: bool = False) -> Linearised:
 def _least_gain(at: Linearised) -> float:
     """Decrease of J that no longer matters there; where relays are out of step by what is left beyond the noise, J is
     as rough as that, and less moves no number by its standard error."""
-    rough = SETTLED * (chi_of(at) ** 2 - 1) if at.problem.model.switches else 0.0
-    return max(CLOSE, (CLOSE_SHARE_FAR if at.problem.firm_theta > 1 else CLOSE_SHARE) * at.cost, rough)
+    misfit = max(1.0, chi_of(at)) ** 2
+    rough = SETTLED * (misfit - 1) if at.problem.model.switches else 0.0
+    share = CLOSE_SHARE_FAR if at.problem.firm_theta > 1 else CLOSE_SHARE
+    return max(CLOSE, share * at.cost, FLAT * misfit, rough)
 
 
 def _improve(at: Linearised, radius: float, low: Array, high: Array) -> tuple[Linearised, float, float]:
@@ -122,6 +128,7 @@ def _improve(at: Linearised, radius: float, low: Array, high: Array) -> tuple[Li
             return at, radius, max(expected, 0.0)
         trial = _beside(at, np.clip(at.theta + step, low, high))
         if trial is not None and trial.cost < at.cost:
+            trial = _lengthen(at, trial, step, (low, high), float(step @ gradient))
             new = _renew_slopes(trial, at)
             trial = new if new.problem.moves else trial
             if (gain := at.cost - trial.cost) > 0:
@@ -151,6 +158,19 @@ def _shrink(at: Linearised, new: Linearised | None, descent: float) -> float:
     if new is None:
         return LEAST_SHRINK
     return float(np.clip(descent / (new.cost - at.cost + 2 * descent), LEAST_SHRINK, 0.5))
+
+
+def _lengthen(
+    at: Linearised, new: Linearised, step: Array, bounds: tuple[Array, Array], descent: float
+) -> Linearised:  # fmt: skip
+    """An accepted step, or a longer one to the least of the same parabola, where J falls farther: where it is flatter
+    than slopes alone tell, they creep along it."""
+    bend = 2 * descent - (at.cost - new.cost)
+    longer = min(descent / bend, LONGEST) if bend > 0 else LONGEST
+    if longer < LONGER or at.problem.model.switches:
+        return new
+    trial = _beside(at, np.clip(at.theta + longer * step, *bounds))
+    return new if trial is None or trial.cost > new.cost else trial
 
 
 def _beside(at: Linearised, theta: Array) -> Linearised | None:

@@ -11,16 +11,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from network.analysis.calibration.expansion_point import move_points
 from network.analysis.calibration.gauss_newton import STEPS as MOST
 from network.analysis.calibration.gauss_newton import minimise
-from network.analysis.calibration.linearised import Linearised
+from network.analysis.calibration.linearised import Linearised, linearise
 from network.analysis.calibration.measured_means import Measured, RunPoint, weigh_recording
 from network.analysis.calibration.misfit import chi_of
-from network.analysis.calibration.problem import make_problem
+from network.analysis.calibration.problem import Problem, make_problem
 from network.catalogue.declaration.declare import Array
 from network.catalogue.mechanisms.mechanism import Relay
 from network.engine.response.parameters import Parameter, at_prior_centres, centres
@@ -28,10 +29,13 @@ from network.machine.machine import Machine
 from network.platform.refusal import Failed, Refused
 from network.platform.stages import Told, say
 from network.recordings.inputs import Start
+from network.recordings.recording import Recording
 
 FIRST, GROWTH, LEAST_GROWTH = 1 / 16, 2.0, 1.15
 """Share of the recordings that is fitted first, by how much the next is longer, and at least: what slips then lacks
 more than its numbers, and is not waited for."""
+LEAST_GROWTH_KNOWN = GROWTH**0.5
+"""The same where it is known what is left: the search stands on modes that were read, and does not wait for more."""
 FEWEST = 8
 """Samples of every recording that are fitted first, at least."""
 LEAP = 1.25
@@ -52,12 +56,12 @@ def has_relays(machine: Machine) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class InStep:
-    """Where relays are in step over whole recordings: θ, the constants of each run, and the misfit χ that they leave
-    there, if it is known."""
+    """Where relays are in step over whole recordings: θ and the constants of each run. left_over: the misfit χ over a
+    first share of the recordings that one leaves which is in step with them, where it is known."""
 
     theta: Array
     points: tuple[RunPoint, ...]
-    left: float = np.inf
+    left_over: Callable[[float], float] | None = None
 
 
 def begin_in_step(
@@ -65,28 +69,24 @@ def begin_in_step(
     is_late: Callable[[], bool], tell: Told = lambda share: None, about: InStep | None = None,
 ) -> InStep | None:  # fmt: skip
     """Where relays stay in step over whole recordings; None for a machine without relays, or where it always breaks
-    down. about: from where, by default from the priors' centres; where it is known what is left there, whole recordings
-    are tried first."""
+    down. about: from where, by default from the priors' centres; where it is known what is left there, it begins with
+    the most of the recordings over which they are in step at once."""
     if not parameters or not has_relays(machine):
         return None
-    known, found = at_prior_centres(machine, parameters), None
     about = about or InStep(centres(parameters), tuple(d.point for d in data))
-    if np.isfinite(about.left) and not is_late():
-        say(tell, "what switches falls into step: all of the recordings, as they tell it")
-        whole = [weigh_recording(known, d.recording, start) for d in data]
-        if (kept := _keep_step(machine, parameters, whole, about)) is not None:
-            return kept
+    fit = partial(_fit_share, machine, parameters, data, start)
     first = max(FIRST, *(FEWEST / len(d.recording.t) for d in data))
-    done, left, growth, is_patient = 0.0, 1.0, GROWTH, True
+    found, done = (None, 0.0) if about.left_over is None else _find_longest(fit, about, first, is_late, tell)
+    left, growth, is_patient = 1.0, GROWTH, True
     while done < 1 and not is_late():
         share = min(max(done * growth, first), 1.0)
-        say(tell, f"what switches falls into step: the first {100 * share:.2g} % of the recordings")
-        some = [weigh_recording(known, d.recording.until(share), start) for d in data]
-        most = LEAP * max(left, 1.0) if done and is_patient else np.inf
-        at = _fit_beginning(machine, parameters, some, found or about, most)
+        _say_share(tell, share)
+        expected = left if about.left_over is None else about.left_over(share)
+        most = LEAP * max(expected, 1.0) if done and is_patient else np.inf
+        at = fit(share, found or about, most)
         if most < np.inf and (at is None or chi_of(at) > most):
             growth = float(np.sqrt(growth))
-            is_patient = growth > LEAST_GROWTH
+            is_patient = growth > (LEAST_GROWTH if about.left_over is None else LEAST_GROWTH_KNOWN)
             continue
         if at is not None:
             found, left = InStep(at.theta, move_points(at)), chi_of(at)
@@ -94,23 +94,61 @@ def begin_in_step(
     return found
 
 
-def _keep_step(
-    machine: Machine, parameters: Sequence[Parameter], whole: Sequence[Measured], about: InStep
-) -> InStep | None:
-    """Whole recordings from numbers of which it is known what they leave; None where hardly more is not all that is
-    left: then a cycle was slipped."""
-    most = max(about.left, 1.0)
-    at = _fit_beginning(machine, parameters, whole, about, most)
-    return None if at is None or chi_of(at) > LEAP * most else InStep(at.theta, move_points(at), chi_of(at))
+def leave_over(
+    machine: Machine, parameters: Sequence[Parameter], recordings: Sequence[Recording], start: Start | None,
+    about: InStep, share: float,
+) -> float:  # fmt: skip
+    """The misfit χ of a machine over a first share of recordings; infinite where it breaks down."""
+    try:
+        problem = _lay_out_share(machine, parameters, recordings, start, share)
+        return chi_of(linearise(problem.about(about.points), about.theta))
+    except (Failed, Refused, np.linalg.LinAlgError):
+        return np.inf
 
 
-def _fit_beginning(
-    machine: Machine, parameters: Sequence[Parameter], data: Sequence[Measured], about: InStep, most: float
-) -> Linearised | None:
+def _find_longest(
+    fit: Callable[[float, InStep, float], Linearised | None], about: InStep, first: float,
+    is_late: Callable[[], bool], tell: Told,
+) -> tuple[InStep | None, float]:  # fmt: skip
+    """Where relays are in step at once over the longest share of the recordings, and that share; none where they are
+    not over the first."""
+    share = 1.0
+    while share > first and about.left_over is not None and not is_late():
+        _say_share(tell, share)
+        most = LEAP * max(about.left_over(share), 1.0)
+        at = fit(share, about, most)
+        if at is not None and chi_of(at) <= most:
+            return InStep(at.theta, move_points(at)), share
+        share /= GROWTH
+    return None, 0.0
+
+
+def _say_share(tell: Told, share: float) -> None:
+    some = "all" if share == 1 else f"the first {100 * share:.2g} %"
+    say(tell, f"what switches falls into step: {some} of the recordings")
+
+
+def _lay_out_share(
+    machine: Machine,
+    parameters: Sequence[Parameter],
+    recordings: Sequence[Recording],
+    start: Start | None,
+    share: float,
+) -> Problem:
+    """The problem of a first share of the recordings, without constant errors of sensors."""
+    known = at_prior_centres(machine, parameters)
+    some = [weigh_recording(known, r.until(share), start) for r in recordings]
+    return replace(make_problem(machine, parameters, some), offsets=())
+
+
+def _fit_share(
+    machine: Machine, parameters: Sequence[Parameter], data: Sequence[Measured], start: Start | None, share: float,
+    about: InStep, most: float,
+) -> Linearised | None:  # fmt: skip
     """A few steps from there, about the starts that these lead to, unless more than a leap lies between the first of
     them and the `most` that χ may be; None where it breaks down."""
     try:
-        problem = replace(make_problem(machine, parameters, data), offsets=()).about(about.points)
+        problem = _lay_out_share(machine, parameters, [d.recording for d in data], start, share).about(about.points)
         at = minimise(problem, about.theta, STEPS)
         if chi_of(at) > LEAP * most:
             return at

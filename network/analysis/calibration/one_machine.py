@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from network.analysis.calibration.null import Null
 from network.analysis.calibration.uncertainty import covariance
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import Parameter
+from network.platform.parallel import run_all
 from network.platform.refusal import Failed
 
 LEVEL = 0.01
@@ -47,13 +49,14 @@ class Disagreement:
         return {"path": p.path, "unit": p.field.unit, "values": values, "sigma": self.sigma}
 
 
-def find_disagreements(null: Null) -> tuple[Disagreement, ...]:
-    """Numbers of a null that its runs want differently, the gravest first; none with a single run."""
+def find_disagreements(null: Null, jobs: int = 1) -> tuple[Disagreement, ...]:
+    """Numbers of a null that its runs want differently, the gravest first; none with a single run. jobs: processes."""
     problem = null.fit.at.problem
     data = (problem.about(move_points(null.fit.at)) if has_relays(null.original) else problem).data
     if len(data) < 2 or not null.parameters:
         return ()
-    alone = [(d.recording.file, *found) for d in data if (found := _fit_alone(null, d)) is not None]
+    fits = zip(data, run_all(partial(_fit_alone, null), data, jobs), strict=True)
+    alone = [(d.recording.file, *found) for d, found in fits if found is not None]
     if len(alone) < 2:
         return ()
     theta, std = (np.array([a[i] for a in alone]) for i in (1, 2))

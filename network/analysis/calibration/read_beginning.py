@@ -6,14 +6,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from network.analysis.calibration.expansion_point import move_points
 from network.analysis.calibration.gauss_newton import minimise
-from network.analysis.calibration.growing_horizon import InStep
+from network.analysis.calibration.growing_horizon import InStep, leave_over
 from network.analysis.calibration.measured_means import Measured, weigh_recording
-from network.analysis.calibration.misfit import chi_of
 from network.analysis.calibration.problem import make_problem
 from network.analysis.calibration.recorded_modes import read_modes
 from network.engine.response.parameters import Parameter, at_prior_centres, centres
@@ -26,9 +26,9 @@ def begin_beside_modes(
     machine: Machine, parameters: Sequence[Parameter], data: Sequence[Measured], start: Start | None,
     is_late: Callable[[], bool] = lambda: False,
 ) -> InStep | None:  # fmt: skip
-    """The most probable numbers beside the modes that recordings tell, with the misfit there; once it is late, what was
-    come to. None for a machine without relays, where a recording does not tell the modes of each, or that breaks
-    down."""
+    """The most probable numbers beside the modes that recordings tell, and the misfit there over any share of them;
+    once it is late, what was come to. None for a machine without relays, where a recording does not tell the modes of
+    each, or that breaks down."""
     recordings = read_modes(machine, [d.recording for d in data])
     if not (parameters and recordings[0].modes):
         return None
@@ -39,4 +39,5 @@ def begin_beside_modes(
         at = minimise(problem, centres(parameters), until=lambda at: is_late())
     except (Failed, Refused, np.linalg.LinAlgError):
         return None
-    return InStep(at.theta, move_points(at), chi_of(at))
+    there = InStep(at.theta, move_points(at))
+    return replace(there, left_over=partial(leave_over, machine, parameters, recordings, start, there))

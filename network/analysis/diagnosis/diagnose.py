@@ -49,8 +49,8 @@ def diagnose(
         case = Case(machine, let_in.recordings, start, budget=budget)
         say(tell, f"{chi_of(null.fit.at):.3g} σ left; looking for what is missing")
         found = last_of(search(case, null, seed, jobs, tell), budget)
-        apart = find_disagreements(null) if found.best.chi > SETTINGS.adequate else ()
         say(tell, "judging what was found, also on what was held out")
         left = 1 if found.ended == "stopped" else jobs  # a stop ends the other processes
+        apart = find_disagreements(null, left) if found.best.chi > SETTINGS.adequate else ()
         told = conclude(found, let_in.holdout, (*let_in.warnings, *describe_disagreements(apart)), seed, left)
     return replace(told, disagreements=apart, seconds=budget.spent)

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,9 +15,9 @@ from network.analysis.calibration.generalisation import with_numbers, with_stand
 from network.analysis.calibration.misfit import channel_misfits
 from network.analysis.calibration.recorded_modes import forget_modes
 from network.analysis.calibration.uncertainty import Uncertainty, uncertainty_by_curvature
-from network.analysis.comparison.compare import Comparison, RecordingResidual
 from network.analysis.diagnosis.findings.invariants import list_refutations
 from network.analysis.diagnosis.findings.result import Fits
+from network.analysis.diagnosis.findings.simulated_runs import SimulatedRuns, simulate_runs
 from network.analysis.diagnosis.hypotheses.case_noise import use_file_noise
 from network.analysis.diagnosis.hypotheses.compact_fit import expand
 from network.analysis.diagnosis.hypotheses.faced_relays import face_relays
@@ -26,7 +25,6 @@ from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings, fit_lasting, reweight, state
 from network.analysis.diagnosis.steps.selection import Selection
 from network.machine.machine import Machine
-from network.platform.parallel import run_all
 from network.platform.refusal import Failed, Refused
 from network.recordings.recording import Recording
 
@@ -36,33 +34,36 @@ if TYPE_CHECKING:
 
 
 def withdraw_refuted(
-    search: Search, before: Machine, holdout: Sequence[Recording], jobs: int
-) -> tuple[Search, Machine, Fits, list[str]]:
-    """The search without the last findings, then without finer lumps, while simulated runs speak against them, and what
-    did."""
-    search, after, fits, against = _test_simulated(search, before, holdout, jobs)
+    search: Search, holdout: Sequence[Recording], jobs: int
+) -> tuple[Search, Machine | None, Fits, list[str]]:
+    """The search without the last findings, then without finer lumps, while simulated runs speak against them; the
+    machine that this comes to (None: as calibrated), how both tell the recordings, and what spoke against it. Raises
+    Failed where a run breaks down with whatever is left."""
+    given = search.calibrated.numbers(search.given.start)
+    before = simulate_runs(given, search.given.recordings, holdout, jobs)
+    search, after, fits, against = _test_simulated(search, before, jobs)
     refuted = against
     for rest in list_retreats(search):
         if not against:
             break
-        search, after, fits, against = _test_simulated(rest, before, holdout, jobs)
+        search, after, fits, against = _test_simulated(rest, before, jobs)
     if fits is None:
         raise Failed(against[0])
     return search, after, fits, refuted
 
 
 def _test_simulated(
-    search: Search, before: Machine, holdout: Sequence[Recording], jobs: int
-) -> tuple[Search, Machine, Fits | None, list[str]]:
+    search: Search, before: SimulatedRuns, jobs: int
+) -> tuple[Search, Machine | None, Fits | None, list[str]]:  # fmt: skip
     """A search at the numbers that its relays keep step with, the machine that it comes to, how it tells the
     recordings, and what speaks against it; None and why where a run breaks down, or its numbers make no machine."""
     try:
-        search, after, fits = _simulate_both(search, before, holdout, jobs)
+        search, after, fits = _simulate_both(search, before, jobs)
     except (Failed, np.linalg.LinAlgError) as broken:
-        return search, before, None, [f"with it a run breaks down: {broken}"]
+        return search, None, None, [f"with it a run breaks down: {broken}"]
     except Refused as refused:
-        return search, before, None, [f"its numbers make no machine: {refused}"]
-    return search, after, fits, list_refutations(search.selection, fits) if after is not before else []
+        return search, None, None, [f"its numbers make no machine: {refused}"]
+    return search, after, fits, [] if after is None else list_refutations(search.selection, fits)
 
 
 def list_retreats(search: Search) -> Iterator[Search]:
@@ -107,16 +108,14 @@ def _bare_of(search: Search) -> Hypothesis:
     return state(search.given, search.given.machine, search.calibrated.values)
 
 
-def _simulate_both(
-    search: Search, before: Machine, holdout: Sequence[Recording], jobs: int
-) -> tuple[Search, Machine, Fits]:
-    """A search at the numbers that its relays keep step with, the machine with what was found at these, and how it
-    tells the recordings, simulated."""
+def _simulate_both(search: Search, before: SimulatedRuns, jobs: int) -> tuple[Search, Machine | None, Fits]:
+    """A search at the numbers that its relays keep step with, the machine with what was found at these (None: as
+    calibrated), and how both tell the recordings, simulated."""
     if not (search.best.found or is_finer(search)) and (search.fault is None or _is_as_calibrated(search)):
-        return replace(search, faced=None), before, _fits(search, before, before, holdout, jobs)
+        return replace(search, faced=None), None, _fits(search, before, before.numbers, jobs)
     search = replace(search, faced=face_relays(search.best, bool(search.ended)))
     after = with_standard_errors(search.told.machine, _known(search.told))
-    return search, after, _fits(search, before, after, holdout, jobs)
+    return search, after, _fits(search, before, _numbers(search.told, after), jobs)
 
 
 def _is_as_calibrated(search: Search) -> bool:
@@ -140,20 +139,13 @@ def _known(h: Hypothesis) -> Uncertainty:
     return uncertainty_by_curvature(expand(h).linearised)
 
 
-def _fits(search: Search, before: Machine, after: Machine, holdout: Sequence[Recording], jobs: int) -> Fits:
-    given = search.calibrated.numbers(search.given.start)
-    found = given if after is before else _numbers(search.told, after)
-    held = _correct_readings(search, found, holdout)
+def _fits(search: Search, before: SimulatedRuns, found: Numbers, jobs: int) -> Fits:
+    """How the calibrated machine and the one that was found tell the recordings, the second without the fault in
+    them."""
     shown = search.case.recordings if search.fault is None else search.fault.show(search.case)
-    bare = forget_modes(shown)
-    sets = [(given, search.given.recordings), (found, bare), (given, holdout), (found, held)]
-    items = [((id(numbers), i > 1, id(run)), (i, i > 1, run)) for i, (numbers, runs) in enumerate(sets) for run in runs]
-    different = dict(items)
-    compared = run_all(partial(_compare_run, [numbers for numbers, _ in sets]), [*different.values()], jobs)
-    known = dict(zip(different, compared, strict=True))
-    told = (known[key] for key, _ in items)
-    train, fitted, *rest = (Comparison(of.machine, tuple(next(told) for _ in runs)) for of, runs in sets)
-    return Fits(train, fitted, *(rest if holdout else (None, None)))
+    held = _correct_readings(search, found, before.held)
+    after = simulate_runs(found, forget_modes(shown), held, jobs, before)
+    return Fits(before.train, after.train, before.holdout, after.holdout)
 
 
 def _numbers(h: Hypothesis, machine: Machine) -> Numbers:
@@ -193,9 +185,3 @@ def _correct_run(fault: ReadingFault, found: Numbers, run: Recording) -> Recordi
     if len(ways) == 1:
         return ways[0]
     return min(ways, key=lambda way: compare_estimated(found, way, held_out=True).rmse_in_noise)
-
-
-def _compare_run(of: Sequence[Numbers], item: tuple[int, bool, Recording]) -> RecordingResidual:
-    """Residuals of a run, held out or not, of one of some machines, its constants estimated."""
-    i, held_out, run = item
-    return compare_estimated(of[i], run, held_out)

@@ -54,13 +54,13 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     """The diagnosis that a search amounts to."""
     is_late = partial(_is_late, search.case.budget, search.ended)
     search = replace(search, case=replace(search.case, budget=TimeBudget()))
-    before = search.calibrated.fitted
-    search, after, fits, refuted = withdraw_refuted(search, before, holdout, jobs)
+    search, found, fits, refuted = withdraw_refuted(search, holdout, jobs)
     finer_gain = search.null.evidence - search.written.evidence
     is_told = finer_gain > search.threshold and (is_finer(search) or _is_untaken(search, refuted))
     finest = search.best.root if is_finer(search) else search.null.root
     coarse = find_lumping(search.written, finest, finer_gain, search.threshold) if is_told else None
-    findings, verdict = _decide_verdict(search, list_findings(search, after), coarse, bool(refuted))
+    listed = list_findings(search, search.calibrated.fitted if found is None else found)
+    findings, verdict = _decide_verdict(search, listed, coarse, bool(refuted))
     doubt = doubt_unseen(fits)
     findings = withhold_names(join_alike([f.doubted(doubt) for f in _share_belief(findings)]))
     findings = [f.doubted(WITHDRAWN) if refuted and f.kind == UNKNOWN else f for f in findings]
@@ -76,10 +76,8 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     told += list(tell_unseen(fits)) if doubt and not findings else []
     told += list(tell_corrections(search, holdout, fits))
     notes = (*warnings, *told, *([known.sentence] if known.sentence else ()))
-    if after is before:
-        before = after = search.calibrated.state_numbers(is_late)
-    else:
-        after = numbers_in(search.told, is_late)
+    before = search.calibrated.state_numbers(is_late) if found is None else search.calibrated.fitted
+    after = before if found is None else numbers_in(search.told, is_late)
     after = leave_fault(search, after, holdout, fits)
     return Diagnosis(
         search.given.machine, before, after, verdict, tuple(findings), _channels(fits), _trace_first(search), fits,

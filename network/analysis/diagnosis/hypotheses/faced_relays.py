@@ -7,12 +7,13 @@ is written, and what simulated runs are told by.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 from network.analysis.calibration.expansion_point import move_points
 from network.analysis.calibration.gauss_newton import STEPS
-from network.analysis.calibration.growing_horizon import LEAP, InStep, begin_in_step, has_relays
+from network.analysis.calibration.growing_horizon import LEAP, InStep, begin_in_step, has_relays, leave_over
 from network.analysis.calibration.null import Null
 from network.analysis.calibration.recorded_modes import forget_modes, read_modes
 from network.analysis.diagnosis.hypotheses.case import Case
@@ -26,7 +27,8 @@ from network.analysis.diagnosis.hypotheses.hypothesis_fit import (
     theta_of,
 )
 from network.analysis.diagnosis.time_budget import TimeBudget
-from network.engine.response.parameters import values_at
+from network.engine.response.parameters import Parameter, values_at
+from network.machine.machine import Machine
 
 BRIEF = 5
 """Steps beside relays that switch by themselves where there is no time (budget)."""
@@ -57,6 +59,14 @@ def _fit_beside_modes(case: Case, values: Mapping[str, float]) -> Hypothesis:
     return max(fits, key=lambda h: h.evidence)
 
 
+def stay_in_step(h: Hypothesis, machine: Machine, parameters: Sequence[Parameter]) -> InStep:
+    """Numbers of a machine, and constants of the runs, that are near those of a hypothesis whose relays are in step,
+    with what that leaves over any share of them."""
+    own, points = h.fit.problem.parameters, move_points(h.fit)
+    known = partial(leave_over, h.machine, own, h.case.recordings, h.case.start, InStep(h.fit.theta, points))
+    return InStep(theta_of(parameters, h.values), points, known)
+
+
 def face_relays(h: Hypothesis, is_brief: bool = False) -> Hypothesis:
     """A hypothesis whose relays switch by what they watch, at numbers that keep them in step; itself where they do.
     is_brief: not led back into step where a few steps do not do that."""
@@ -73,8 +83,8 @@ def face_relays(h: Hypothesis, is_brief: bool = False) -> Hypothesis:
     if direct.chi <= LEAP * max(h.chi, 1.0) or is_brief:
         return direct
     parameters = parameters_of(h.machine, h.own)
-    near_by = InStep(theta_of(parameters, h.values), case.began)
-    begin = begin_in_step(h.machine, parameters, case.lay_out(h.machine), case.start, is_late, about=near_by)
+    known = stay_in_step(h, h.machine, parameters)
+    begin = begin_in_step(h.machine, parameters, case.lay_out(h.machine), case.start, is_late, about=known)
     if begin is None:
         return direct
     about, values = replace(case, began=begin.points), values_at(parameters, begin.theta)
