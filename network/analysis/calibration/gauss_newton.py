@@ -31,9 +31,9 @@ __all__ = ["Linearised", "Problem", "chi_of", "linearise", "make_problem", "mini
 
 STEPS = 60
 """At most; nearly all fits end within 25, those of numbers far beyond their priors, along bent valleys, within 50."""
-CLOSE, CLOSE_SHARE, CLOSE_SHARE_FAR, FLAT = 1e-2, 1e-5, 1e-4, 0.1
+CLOSE, CLOSE_SHARE, CLOSE_SHARE_FAR, FLAT = 1e-2, 1e-5, 1e-4, 0.25
 """Decrease of J that no longer matters (J counts in squared σ), as a share of J, also where the run is far off, and in
-squares of the misfit: a number moves by less than a third of its standard error."""
+squares of the misfit: a number moves by less than half of its standard error."""
 FAR = 3.0
 """Misfit χ from which priors of θ are narrowed."""
 NEAR = 0.02
@@ -74,7 +74,7 @@ def minimise(
         at = _temper_priors(at)
         if until(at):
             break
-        if gain >= _least_gain(at) or (at.problem.firm_theta > 1) != (before.problem.firm_theta > 1):
+        if gain >= _least_gain(at, settled < np.inf) or (at.problem.firm_theta > 1) != (before.problem.firm_theta > 1):
             if settled < np.inf and not _lies_within(at, at.eta_made_at, NEAR_ETA):
                 at = _temper_priors(_complete_slopes(at))
             continue
@@ -105,13 +105,14 @@ def _temper_priors(at: Linearised, free: bool = False) -> Linearised:
     return at.temper(chi if chi > FAR and not free else 1.0, chi)
 
 
-def _least_gain(at: Linearised) -> float:
-    """Decrease of J that no longer matters there; where relays are out of step by what is left beyond the noise, J is
-    as rough as that, and less moves no number by its standard error."""
+def _least_gain(at: Linearised, is_last: bool = True) -> float:
+    """Decrease of J that no longer matters there or, before slopes by η are found anew, is not worth a step; where
+    relays are out of step by what is left beyond the noise, J is as rough as that, and less moves no number by its
+    standard error."""
     misfit = max(1.0, chi_of(at)) ** 2
     rough = SETTLED * (misfit - 1) if at.problem.model.switches else 0.0
     share = CLOSE_SHARE_FAR if at.problem.firm_theta > 1 else CLOSE_SHARE
-    return max(CLOSE, share * at.cost, FLAT * misfit, rough)
+    return max(CLOSE, share * at.cost, (FLAT if is_last else SETTLED) * misfit, rough)
 
 
 def _improve(at: Linearised, radius: float, low: Array, high: Array) -> tuple[Linearised, float, float]:

@@ -37,6 +37,11 @@ def leaves_too_much(before: Hypothesis, after: Hypothesis) -> bool:
     return after.chi > max(SETTINGS.hopeless, SETTINGS.half * before.chi)
 
 
+def explains_half(before: Hypothesis, after: Hypothesis) -> bool:
+    """Whether half of the excess χ² − 1 before is gone."""
+    return after.chi**2 - 1 < SETTINGS.half * (before.chi**2 - 1)
+
+
 def explains_most(before: Hypothesis, after: Hypothesis) -> bool:
     """Whether all but a quarter of the excess χ² − 1 before is gone."""
     return after.chi**2 - 1 < SETTINGS.half**2 * (before.chi**2 - 1)

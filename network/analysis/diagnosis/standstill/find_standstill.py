@@ -16,7 +16,7 @@ from functools import partial
 import numpy as np
 
 from network.analysis.calibration.linearised import Linearised, linearise
-from network.analysis.diagnosis.hypotheses.falling_short import leaves_too_much
+from network.analysis.diagnosis.hypotheses.falling_short import explains_half, leaves_too_much
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import Windows
 from network.analysis.diagnosis.settings import SETTINGS
@@ -61,8 +61,8 @@ def _is_plain(now: Stopped) -> bool:
 
 
 def _is_hopeless(h: Hypothesis, now: Stopped) -> bool:
-    """Whether too much is left beside a stop of a source."""
-    return bool(now.driver.source) and leaves_too_much(h, now.after)
+    """Whether too much is left beside a stop of a source, or more than half of what it was to explain."""
+    return bool(now.driver.source) and (leaves_too_much(h, now.after) or not explains_half(h, now.after))
 
 
 def _spans_steps(h: Hypothesis, now: Stopped) -> bool:
