@@ -103,8 +103,12 @@ def test_a_step_is_lengthened_where_j_is_flatter_than_slopes_tell(monkeypatch):
     assert gauss_newton._lengthen(at, new, step, near, 1.0).cost == pytest.approx(10 - 6 + 0.9)
     broken = True
     assert gauss_newton._lengthen(at, new, step, wide, 1.0) is new
+    broken, better = False, SimpleNamespace(cost=-1.0)
+    assert gauss_newton._lengthen(at, better, step, wide, 5.5).cost == -1.0  # the parabola promises more than is there
     count, straight = len(tried), SimpleNamespace(cost=9.0)
     assert gauss_newton._lengthen(at, straight, step, wide, 1.0) is straight and len(tried) == count
+    at.problem.model.switches = True
+    assert gauss_newton._lengthen(at, new, step, wide, 1.0) is new and len(tried) == count
 
 
 @pytest.mark.parametrize("name", ["linear", "bent", "relay"])

@@ -85,7 +85,7 @@ def test_a_fit_that_follows_them_keeps_step_from_anywhere(chilled: Machine, tmp_
 def test_numbers_beside_the_modes_that_were_read_are_a_beginning_that_keeps_step(
     chilled: Machine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The whole recording is fitted at once, not ever more of it; a misfit that leaps from there says otherwise."""
+    """The whole recording is fitted at once, not ever more of it."""
     weaker = chilled.patched({"links.coolant jacket.conductance": "22 W/K"})
     _, recording = _record(weaker, tmp_path)
     parameters, data = free_parameters(chilled), [weigh_recording(chilled, recording)]
@@ -112,21 +112,26 @@ def test_numbers_beside_the_modes_that_were_read_are_a_beginning_that_keeps_step
 def test_where_relays_slip_over_the_whole_it_begins_with_the_most_over_which_they_do_not(
     chilled: Machine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """In step is what leaves hardly more than what is known of that share; then on, without waiting long."""
+    """In step is what leaves hardly more than what is known of that share; then on, but what slips then is not waited
+    for long. What is not known of a share does not count."""
     _, recording = _record(chilled, tmp_path)
     parameters, data = free_parameters(chilled), [weigh_recording(chilled, recording)]
     read = begin_beside_modes(chilled, parameters, data, None)
     assert read is not None
-    fit, shares, slips = growing_horizon._fit_share, list[float](), {1.0, 0.5}
+    fit, tried = growing_horizon._fit_share, list[tuple[float, float]]()
 
-    def slip(*of: Any) -> Any:
-        shares.append(of[4])
-        return None if of[4] in slips else fit(*of)
+    def watch(*of: Any) -> Any:
+        tried.append((of[4], of[6]))
+        return fit(*of)
 
-    monkeypatch.setattr(growing_horizon, "_fit_share", slip)
-    late = iter([False] * 4)
-    growing_horizon.begin_in_step(chilled, parameters, data, None, lambda: next(late, True), about=read)
-    assert shares == [1.0, 0.5, 0.25, 0.5]
+    monkeypatch.setattr(growing_horizon, "_fit_share", watch)
+    left, late = {1.0: np.inf, 0.5: -1.0}, iter([False] * 6)
+    about = replace(read, left_over=lambda share: left.get(share, 1.0))
+    monkeypatch.setattr(growing_horizon, "LEAP", 0.1)
+    monkeypatch.setattr(growing_horizon, "FIRST", 0.2)
+    assert growing_horizon.begin_in_step(chilled, parameters, data, None, lambda: True, about=about) is None
+    growing_horizon.begin_in_step(chilled, parameters, data, None, lambda: next(late, True), about=about)
+    assert tried == [(0.5, 0.1), (0.25, 0.1), (0.2, np.inf), (0.4, 0.1), (pytest.approx(0.2 * np.sqrt(2)), np.inf)]
 
 
 def test_without_relays_or_modes_there_is_no_such_beginning(chilled: Machine, tmp_path: Path) -> None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.standstill.driver import Driver, list_drivers
-from network.analysis.diagnosis.standstill.find_standstill import find_standstill
+from network.analysis.diagnosis.standstill.find_standstill import _is_vain, find_standstill
 from network.analysis.diagnosis.standstill.laid_instants import lay_instants
 from network.analysis.diagnosis.standstill.lasting_fit import LastingFit
 from network.analysis.diagnosis.standstill.standstill_fault import StandstillFault
@@ -149,6 +150,20 @@ def test_a_source_that_paused_in_several_runs_is_found_in_each_and_pauses_in_no_
     right = fault.set_right(h.case)
     assert "pump on" in right.machine.inputs and fault.leave_in(right.machine).to_plain() == given.to_plain()
     assert "which nothing that is recorded tells: these recordings were" in fault.told
+
+
+def test_stops_of_a_source_that_explain_less_than_half_are_given_up_where_no_further_ones_show() -> None:
+    """An input that stood may leave what else is missing; of a source hardly anything may be left."""
+    source, before = SimpleNamespace(source="pump"), SimpleNamespace(chi=3.0)
+    one, two = ((0.0, 60.0),), ((0.0, 60.0), (120.0, 180.0))
+
+    def is_vain(after: float, driver: Any, *stops: Any) -> bool:
+        now = SimpleNamespace(driver=driver, stops=(one, ()), after=SimpleNamespace(chi=after))
+        return _is_vain(cast(Any, before), cast(Any, now), stops)
+
+    assert is_vain(2.3, source, one, ()) and not is_vain(2.2, source, one, ())  # of an excess of 8
+    assert not is_vain(2.3, source, two, ()) and not is_vain(2.3, source, one, one)
+    assert not is_vain(2.3, SimpleNamespace(source=""), one, ())
 
 
 def test_a_pause_of_a_run_held_out_is_set_right_by_its_own_readings() -> None:

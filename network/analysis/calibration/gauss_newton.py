@@ -129,12 +129,13 @@ def _improve(at: Linearised, radius: float, low: Array, high: Array) -> tuple[Li
             return at, radius, max(expected, 0.0)
         trial = _beside(at, np.clip(at.theta + step, low, high))
         if trial is not None and trial.cost < at.cost:
-            trial = _lengthen(at, trial, step, (low, high), float(step @ gradient))
-            new = _renew_slopes(trial, at)
-            trial = new if new.problem.moves else trial
-            if (gain := at.cost - trial.cost) > 0:
-                radius = _radius_after(radius, length_of(step, units), gain / expected)
-                return new, radius, at.cost - new.cost if at.problem.model.switches else gain
+            longer = _lengthen(at, trial, step, (low, high), float(step @ gradient))
+            for tried in dict.fromkeys((longer, trial)):
+                new = _renew_slopes(tried, at)
+                gain = at.cost - (new if new.problem.moves else tried).cost
+                if gain > 0:
+                    radius = _radius_after(radius, length_of(tried.theta - at.theta, units), gain / expected)
+                    return new, radius, at.cost - new.cost if at.problem.model.switches else gain
         if at.made_at is not None:
             at = with_slopes(at.problem, at.theta, at.predictions, _keep_slopes(at))
         else:

@@ -3,8 +3,9 @@
 Over many cycles a model whose relays cycle a little too fast is soon out of step, and no step downhill leads back: J
 has as many minima as there are cycles. Over the first few it cannot fall out of step; what is found there is good
 enough for somewhat longer. How much longer is told by the misfit: where it leaps the fit has slipped a cycle, and less
-is added to where it had not. Continuation with a step that follows what happened: Allgower & Georg, Numerical
-Continuation Methods (1990), ch. 6; unverified.
+is added to where it had not. Where it is known what one that keeps step leaves over any share, it leaps beyond that,
+and the longest share over which it does not is looked for first, from the whole down. Continuation with a step that
+follows what happened: Allgower & Georg, Numerical Continuation Methods (1990), ch. 6; unverified.
 """
 
 from __future__ import annotations
@@ -39,8 +40,8 @@ LEAST_GROWTH_KNOWN = GROWTH**0.5
 FEWEST = 8
 """Samples of every recording that are fitted first, at least."""
 LEAP = 1.25
-"""Ratio of misfits χ from one share to the next from which a cycle was slipped: one that slips leaves its whole swing,
-many times the noise, in all that follows."""
+"""Ratio of misfits χ from one share to the next, or to what is known to be left, from which a cycle was slipped: one
+that slips leaves its whole swing, many times the noise, in all that follows."""
 STEPS, ROUNDS_ON_THE_WAY, CLOSE_ON_THE_WAY = 3, 8, 0.02
 """Of a fit on the way: steps before it looks at its starts anew, how often it does, and the least share of J that once
 more must bring: as much moves χ by a hundredth, and a leap is a quarter."""
@@ -76,13 +77,12 @@ def begin_in_step(
     about = about or InStep(centres(parameters), tuple(d.point for d in data))
     fit = partial(_fit_share, machine, parameters, data, start)
     first = max(FIRST, *(FEWEST / len(d.recording.t) for d in data))
-    found, done = (None, 0.0) if about.left_over is None else _find_longest(fit, about, first, is_late, tell)
+    found, done = _find_longest(fit, about, first, is_late, tell)
     left, growth, is_patient = 1.0, GROWTH, True
     while done < 1 and not is_late():
         share = min(max(done * growth, first), 1.0)
         _say_share(tell, share)
-        expected = left if about.left_over is None else about.left_over(share)
-        most = LEAP * max(expected, 1.0) if done and is_patient else np.inf
+        most = LEAP * max(_expect(about, share, left), 1.0) if done and is_patient else np.inf
         at = fit(share, found or about, most)
         if most < np.inf and (at is None or chi_of(at) > most):
             growth = float(np.sqrt(growth))
@@ -100,8 +100,9 @@ def leave_over(
 ) -> float:  # fmt: skip
     """The misfit χ of a machine over a first share of recordings; infinite where it breaks down."""
     try:
-        problem = _lay_out_share(machine, parameters, recordings, start, share)
-        return chi_of(linearise(problem.about(about.points), about.theta))
+        problem = lay_out_share(machine, parameters, recordings, start, share)
+        at = linearise(problem.about(about.points), about.theta)
+        return chi_of(at.temper(1.0, max(1.0, chi_of(at))))
     except (Failed, Refused, np.linalg.LinAlgError):
         return np.inf
 
@@ -110,17 +111,22 @@ def _find_longest(
     fit: Callable[[float, InStep, float], Linearised | None], about: InStep, first: float,
     is_late: Callable[[], bool], tell: Told,
 ) -> tuple[InStep | None, float]:  # fmt: skip
-    """Where relays are in step at once over the longest share of the recordings, and that share; none where they are
-    not over the first."""
+    """Where relays are in step at once over the longest share of the recordings, and that share, from the whole down;
+    none where it is not known what is left there, or they are in step over none that is longer than the first."""
     share = 1.0
     while share > first and about.left_over is not None and not is_late():
         _say_share(tell, share)
         most = LEAP * max(about.left_over(share), 1.0)
-        at = fit(share, about, most)
+        at = fit(share, about, most) if most < np.inf else None
         if at is not None and chi_of(at) <= most:
             return InStep(at.theta, move_points(at)), share
         share /= GROWTH
     return None, 0.0
+
+
+def _expect(about: InStep, share: float, before: float) -> float:
+    """What may be left over a share: as is known, or as over the share before it."""
+    return before if about.left_over is None else about.left_over(share)
 
 
 def _say_share(tell: Told, share: float) -> None:
@@ -128,7 +134,7 @@ def _say_share(tell: Told, share: float) -> None:
     say(tell, f"what switches falls into step: {some} of the recordings")
 
 
-def _lay_out_share(
+def lay_out_share(
     machine: Machine,
     parameters: Sequence[Parameter],
     recordings: Sequence[Recording],
@@ -137,7 +143,7 @@ def _lay_out_share(
 ) -> Problem:
     """The problem of a first share of the recordings, without constant errors of sensors."""
     known = at_prior_centres(machine, parameters)
-    some = [weigh_recording(known, r.until(share), start) for r in recordings]
+    some = [weigh_recording(known, r if share >= 1 else r.until(share), start) for r in recordings]
     return replace(make_problem(machine, parameters, some), offsets=())
 
 
@@ -148,7 +154,7 @@ def _fit_share(
     """A few steps from there, about the starts that these lead to, unless more than a leap lies between the first of
     them and the `most` that χ may be; None where it breaks down."""
     try:
-        problem = _lay_out_share(machine, parameters, [d.recording for d in data], start, share).about(about.points)
+        problem = lay_out_share(machine, parameters, [d.recording for d in data], start, share).about(about.points)
         at = minimise(problem, about.theta, STEPS)
         if chi_of(at) > LEAP * most:
             return at

@@ -12,11 +12,10 @@ import numpy as np
 
 from network.analysis.calibration.expansion_point import move_points
 from network.analysis.calibration.gauss_newton import minimise
-from network.analysis.calibration.growing_horizon import InStep, leave_over
-from network.analysis.calibration.measured_means import Measured, weigh_recording
-from network.analysis.calibration.problem import make_problem
+from network.analysis.calibration.growing_horizon import InStep, lay_out_share, leave_over
+from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.recorded_modes import read_modes
-from network.engine.response.parameters import Parameter, at_prior_centres, centres
+from network.engine.response.parameters import Parameter, centres
 from network.machine.machine import Machine
 from network.platform.refusal import Failed, Refused
 from network.recordings.inputs import Start
@@ -32,10 +31,8 @@ def begin_beside_modes(
     recordings = read_modes(machine, [d.recording for d in data])
     if not (parameters and recordings[0].modes):
         return None
-    known = at_prior_centres(machine, parameters)
     try:
-        followed = [weigh_recording(known, r, start) for r in recordings]
-        problem = replace(make_problem(machine, parameters, followed), offsets=())
+        problem = lay_out_share(machine, parameters, recordings, start, 1.0)
         at = minimise(problem, centres(parameters), until=lambda at: is_late())
     except (Failed, Refused, np.linalg.LinAlgError):
         return None

@@ -39,8 +39,7 @@ def withdraw_refuted(
     """The search without the last findings, then without finer lumps, while simulated runs speak against them; the
     machine that this comes to (None: as calibrated), how both tell the recordings, and what spoke against it. Raises
     Failed where a run breaks down with whatever is left."""
-    given = search.calibrated.numbers(search.given.start)
-    before = simulate_runs(given, search.given.recordings, holdout, jobs)
+    before = _simulate_calibrated(search, holdout, jobs)
     search, after, fits, against = _test_simulated(search, before, jobs)
     refuted = against
     for rest in list_retreats(search):
@@ -50,6 +49,13 @@ def withdraw_refuted(
     if fits is None:
         raise Failed(against[0])
     return search, after, fits, refuted
+
+
+def _simulate_calibrated(search: Search, holdout: Sequence[Recording], jobs: int) -> SimulatedRuns:
+    try:
+        return simulate_runs(search.calibrated.numbers(search.given.start), search.given.recordings, holdout, jobs)
+    except (Failed, Refused, np.linalg.LinAlgError) as broken:
+        raise Failed(f"as calibrated a run breaks down: {broken}") from broken
 
 
 def _test_simulated(
@@ -142,7 +148,7 @@ def _known(h: Hypothesis) -> Uncertainty:
 def _fits(search: Search, before: SimulatedRuns, found: Numbers, jobs: int) -> Fits:
     """How the calibrated machine and the one that was found tell the recordings, the second without the fault in
     them."""
-    shown = search.case.recordings if search.fault is None else search.fault.show(search.case)
+    shown = search.given.recordings if search.fault is None else search.fault.show(search.case)
     held = _correct_readings(search, found, before.held)
     after = simulate_runs(found, forget_modes(shown), held, jobs, before)
     return Fits(before.train, after.train, before.holdout, after.holdout)

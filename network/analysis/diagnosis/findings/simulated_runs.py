@@ -38,8 +38,8 @@ def simulate_runs(
     numbers: Numbers, runs: Sequence[Recording], held: Sequence[Recording], jobs: int,
     before: SimulatedRuns | None = None,
 ) -> SimulatedRuns:  # fmt: skip
-    """All runs, their constants estimated; before: what was simulated with other numbers or with these, of which the
-    same runs are taken. Raises Failed where a run breaks down."""
+    """All runs, their constants estimated; before: what was simulated already, of which runs with these numbers are
+    taken. Raises Failed where a run breaks down."""
     known = before.known if before is not None and before.numbers is numbers else {}
     items = {id(run): (out, run) for out, side in ((False, runs), (True, held)) for run in side if id(run) not in known}
     told = run_all(partial(_compare_run, numbers), [*items.values()], jobs)

@@ -7,7 +7,7 @@ is written, and what simulated runs are told by.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 
@@ -27,8 +27,7 @@ from network.analysis.diagnosis.hypotheses.hypothesis_fit import (
     theta_of,
 )
 from network.analysis.diagnosis.time_budget import TimeBudget
-from network.engine.response.parameters import Parameter, values_at
-from network.machine.machine import Machine
+from network.engine.response.parameters import values_at
 
 BRIEF = 5
 """Steps beside relays that switch by themselves where there is no time (budget)."""
@@ -59,12 +58,12 @@ def _fit_beside_modes(case: Case, values: Mapping[str, float]) -> Hypothesis:
     return max(fits, key=lambda h: h.evidence)
 
 
-def stay_in_step(h: Hypothesis, machine: Machine, parameters: Sequence[Parameter]) -> InStep:
-    """Numbers of a machine, and constants of the runs, that are near those of a hypothesis whose relays are in step,
-    with what that leaves over any share of them."""
+def begin_near(h: Hypothesis) -> InStep:
+    """The numbers of a hypothesis whose relays are in step, and its constants of the runs, as a beginning, with what it
+    leaves over any share of them."""
     own, points = h.fit.problem.parameters, move_points(h.fit)
     known = partial(leave_over, h.machine, own, h.case.recordings, h.case.start, InStep(h.fit.theta, points))
-    return InStep(theta_of(parameters, h.values), points, known)
+    return InStep(theta_of(parameters_of(h.machine, h.own), h.values), points, known)
 
 
 def face_relays(h: Hypothesis, is_brief: bool = False) -> Hypothesis:
@@ -83,8 +82,7 @@ def face_relays(h: Hypothesis, is_brief: bool = False) -> Hypothesis:
     if direct.chi <= LEAP * max(h.chi, 1.0) or is_brief:
         return direct
     parameters = parameters_of(h.machine, h.own)
-    known = stay_in_step(h, h.machine, parameters)
-    begin = begin_in_step(h.machine, parameters, case.lay_out(h.machine), case.start, is_late, about=known)
+    begin = begin_in_step(h.machine, parameters, case.lay_out(h.machine), case.start, is_late, about=begin_near(h))
     if begin is None:
         return direct
     about, values = replace(case, began=begin.points), values_at(parameters, begin.theta)

@@ -25,7 +25,6 @@ from network.analysis.calibration.misfit import lasting_misfit
 from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.candidates.candidates import candidates
 from network.analysis.diagnosis.hypotheses.case import Case
-from network.analysis.diagnosis.hypotheses.faced_relays import stay_in_step
 from network.analysis.diagnosis.hypotheses.falling_short import FallsShort
 from network.analysis.diagnosis.hypotheses.few_runs import on_few_runs
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
@@ -123,8 +122,7 @@ def _fit_finer(case: Case, machine: Machine, before: Hypothesis, written: Hypoth
     if is_in_step or direct.chi < SETTINGS.doubtful or not direct.fit.problem.model.switches:
         return direct
     parameters, is_late = parameters_of(machine, ()), partial(case.budget.is_past, SETTINGS.searched)
-    near = stay_in_step(before, machine, parameters)
-    begin = begin_in_step(machine, parameters, case.lay_out(machine), case.start, is_late, about=near)
+    begin = begin_in_step(machine, parameters, case.lay_out(machine), case.start, is_late)
     if begin is None:
         return direct
     about = replace(case, began=begin.points)

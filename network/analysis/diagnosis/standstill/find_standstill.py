@@ -61,8 +61,14 @@ def _is_plain(now: Stopped) -> bool:
 
 
 def _is_hopeless(h: Hypothesis, now: Stopped) -> bool:
-    """Whether too much is left beside a stop of a source, or more than half of what it was to explain."""
-    return bool(now.driver.source) and (leaves_too_much(h, now.after) or not explains_half(h, now.after))
+    """Whether too much is left beside a stop of a source."""
+    return bool(now.driver.source) and leaves_too_much(h, now.after)
+
+
+def _is_vain(h: Hypothesis, now: Stopped, stops: Stops) -> bool:
+    """Whether stops of a source explain less than half, and no further ones show beside them."""
+    further = any(len(new) > len(old) for new, old in zip(stops, now.stops, strict=True))
+    return bool(now.driver.source) and not further and not explains_half(h, now.after)
 
 
 def _spans_steps(h: Hypothesis, now: Stopped) -> bool:
@@ -101,7 +107,7 @@ def _settle(h: Hypothesis, first: Sequence[Stretch], tried: int) -> Stopped | No
         if now is None or now.worth < PROMISING * now.price or _is_hopeless(h, now):
             return None
         stops = tuple(_find_again(h, now))
-        if not any(stops):
+        if not any(stops) or _is_vain(h, now, stops):
             return None
         if _is_alike(stops, now.stops) or stops in seen:
             break
