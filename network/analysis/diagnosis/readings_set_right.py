@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from functools import cache, partial
+from collections.abc import Callable
+from functools import lru_cache, partial
 
 from network.analysis.diagnosis.candidates.candidates import candidates
 from network.analysis.diagnosis.exchange.find_exchange import find_exchange, find_exchange_on_lumps
@@ -15,6 +16,13 @@ from network.analysis.diagnosis.screening.screen import screen
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.standstill.find_standstill import find_standstill
 from network.analysis.sweep.finer_lumps import bars_of
+from network.platform.parallel import run_all
+
+KEPT = 4
+"""Fits of which it is kept what the best of the catalogue scores about them: several faults are weighed against it."""
+
+Found = tuple[ReadingFault, Hypothesis] | None
+Score = Callable[[Hypothesis], float]
 
 
 def set_right(h: Hypothesis, jobs: int, is_finest: bool = False) -> tuple[ReadingFault | None, Hypothesis]:
@@ -22,14 +30,24 @@ def set_right(h: Hypothesis, jobs: int, is_finest: bool = False) -> tuple[Readin
     is_finest: whether lumps were refined as far as readings with a fault let them be."""
     if h.chi <= SETTINGS.noise:
         return None, h
-    score = cache(partial(_best_score, jobs))
-    rival_gain, is_refined = partial(score, h), is_finest or bool(h.found) or not bars_of(h.machine)
-    told = (
-        find_reading_fault(h, rival_gain, is_finest),
-        find_exchange(h, score, is_refined),
-        find_standstill(h, rival_gain),
-    )
+    told = run_all(partial(_look_for, h, is_finest), (_find_fault, _find_exchanged, _find_stopped), jobs)
     return max((pair for pair in told if pair is not None), key=lambda pair: pair[0].gain, default=(None, h))
+
+
+def _look_for(h: Hypothesis, is_finest: bool, find: Callable[[Hypothesis, bool, Score], Found]) -> Found:
+    return find(h, is_finest, partial(_best_score, 1))
+
+
+def _find_fault(h: Hypothesis, is_finest: bool, score: Score) -> Found:
+    return find_reading_fault(h, partial(score, h), is_finest)
+
+
+def _find_exchanged(h: Hypothesis, is_finest: bool, score: Score) -> Found:
+    return find_exchange(h, score, is_finest or bool(h.found) or not bars_of(h.machine))
+
+
+def _find_stopped(h: Hypothesis, is_finest: bool, score: Score) -> Found:
+    return find_standstill(h, partial(score, h))
 
 
 def set_right_on_lumps(
@@ -43,11 +61,12 @@ def set_right_on_lumps(
             return fault, mended
     if finest.chi <= SETTINGS.doubtful:
         return None, finest
-    score = cache(partial(_best_score, jobs))
+    score = partial(_best_score, jobs)
     told = find_exchange(finest, score) if finest is written else None
     return told or find_exchange_on_lumps(written, finest, score, jobs) or (None, finest)
 
 
+@lru_cache(maxsize=KEPT)
 def _best_score(jobs: int, h: Hypothesis) -> float:
     """What the best of the catalogue scores about a fit [nats]."""
     proposed = candidates(h.machine, h.case.drivers, runs=h.case.runs)
