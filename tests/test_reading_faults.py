@@ -21,6 +21,7 @@ from network.analysis.diagnosis.intermittent.find_fault import find_reading_faul
 from network.analysis.diagnosis.intermittent.input_steps import InputStep, exceeds_inputs
 from network.analysis.diagnosis.intermittent.onset_jump import ResidualSteps
 from network.analysis.diagnosis.intermittent.onset_scan import OnsetScan
+from network.analysis.diagnosis.readings_set_right import set_right
 from network.analysis.diagnosis.screening.screen import screen
 from network.catalogue.declaration.declare import Array
 from network.recordings.recording import Recording
@@ -66,6 +67,14 @@ def test_a_fault_is_found_with_channel_run_instant_and_size(shape: str, key: str
     assert told["begins"].value == pytest.approx(BEGINS, abs=reach)
     assert found[0].windows[1] == () and found[0].windows[0][0][1] == runs_with(shape)[0].t[-1]
     assert found[1].chi < 1.1 < h.chi
+
+
+def test_processes_find_the_same_fault_as_one() -> None:
+    h = fit_hypothesis(case_of(runs_with("offset")), plant())
+    alone, together = (set_right(h, jobs) for jobs in (1, 2))
+    assert alone[0] is not None and together[0] is not None
+    assert together[0].channels == alone[0].channels == ("T_housing",) and together[0].windows == alone[0].windows
+    assert together[0].gain == pytest.approx(alone[0].gain) and together[1].values == pytest.approx(alone[1].values)
 
 
 @pytest.mark.parametrize("shape", [*FAULTS])
