@@ -77,7 +77,8 @@ def place_ranked(before: Hypothesis, ranked: Sequence[Hypothesis], jobs: int = 1
     """Rivals beside a hypothesis, the best evidence first, those that come near the best of them where they explain
     most."""
     close = near(before, ranked, MOST)
-    return best_first(*(place_best(h, jobs) for h in close), *ranked[len(close) :])
+    placed = run_all(partial(place_best, jobs=1 if len(close) > 1 else jobs), close, jobs)
+    return best_first(*placed, *ranked[len(close) :])
 
 
 def near(before: Hypothesis, ranked: Sequence[Hypothesis], most: int) -> list[Hypothesis]:
