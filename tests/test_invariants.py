@@ -15,6 +15,7 @@ from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.candidates.candidates import candidates
 from network.analysis.diagnosis.diagnose import diagnose
 from network.analysis.diagnosis.findings.invariants import (
+    doubt_fitted,
     doubt_unseen,
     find_worse_runs,
     is_one_thing,
@@ -64,6 +65,13 @@ def test_what_leaves_much_of_the_runs_left_out_is_not_all_of_the_truth(
 ) -> None:
     assert ("held out" in doubt_unseen(Fits(told(9.0), told(seen), told(9.0), told(unseen)))) is told_so
     assert doubt_unseen(Fits(told(9.0), told(1.0), None, None)) == ""
+
+
+@pytest.mark.parametrize(("seen", "told_so"), [(1.0, False), (1.4, False), (1.7, True)])
+def test_what_leaves_much_of_the_runs_fitted_is_not_all_of_the_truth_whatever_noise_was_found(
+    seen: float, told_so: bool
+) -> None:
+    assert ("of what was fitted" in doubt_fitted(Fits(told(9.0), told(seen), None, None))) is told_so
 
 
 def test_that_runs_left_out_are_told_much_worse_is_said_where_nothing_else_is() -> None:

@@ -92,6 +92,13 @@ def doubt_unseen(fits: Fits) -> str:
     return f"much is left of what was held out ({unseen:.2g} σ, {seen:.2g} σ of what was fitted)"
 
 
+def doubt_fitted(fits: Fits) -> str:
+    """What the runs that were fitted say against it, in the noise of their sensors: the noise that a search estimates
+    may have taken up what else is missing."""
+    seen = fits.train_after.rmse_in_noise
+    return f"much is left of what was fitted ({seen:.2g} σ)" if seen > SETTINGS.doubtful else ""
+
+
 def list_strains(h: Hypothesis, c: Candidate) -> Iterator[str]:
     """What of a fit speaks against believing one of its findings."""
     index = {p.path: i for i, p in enumerate(h.fit.problem.parameters)}

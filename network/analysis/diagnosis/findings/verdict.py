@@ -18,7 +18,7 @@ from network.analysis.diagnosis.findings.diagnosis_notes import (
 )
 from network.analysis.diagnosis.findings.finding import UNKNOWN, Finding
 from network.analysis.diagnosis.findings.findings import find_unknown, is_shadow, list_findings, list_rivals
-from network.analysis.diagnosis.findings.invariants import doubt_unseen
+from network.analysis.diagnosis.findings.invariants import doubt_fitted, doubt_unseen
 from network.analysis.diagnosis.findings.isolability import isolability
 from network.analysis.diagnosis.findings.joined_findings import join_alike
 from network.analysis.diagnosis.findings.result import Diagnosis, Fits
@@ -62,7 +62,8 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     listed = list_findings(search, search.calibrated.fitted if found is None else found)
     findings, verdict = _decide_verdict(search, listed, coarse, bool(refuted))
     doubt = doubt_unseen(fits)
-    findings = withhold_names(join_alike([f.doubted(doubt) for f in _share_belief(findings)]))
+    doubted = [f.doubted(doubt).doubted(doubt_fitted(fits)) for f in _share_belief(findings)]
+    findings = withhold_names(join_alike(doubted))
     findings = [f.doubted(WITHDRAWN) if refuted and f.kind == UNKNOWN else f for f in findings]
     verdict = "sensor_fault" if verdict == "missing_physics" and _are_sensors(findings) else verdict
     if search.ended:  # nothing is sure
