@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 
@@ -64,6 +64,11 @@ class InStep:
     points: tuple[RunPoint, ...]
     left_over: Callable[[float], float] | None = None
 
+    @classmethod
+    def of(cls, at: Linearised) -> InStep:
+        """Where a fit came to."""
+        return cls(at.theta, move_points(at))
+
 
 def begin_in_step(
     machine: Machine, parameters: Sequence[Parameter], data: Sequence[Measured], start: Start | None,
@@ -89,16 +94,24 @@ def begin_in_step(
             is_patient = growth > (LEAST_GROWTH if about.left_over is None else LEAST_GROWTH_KNOWN)
             continue
         if at is not None:
-            found, left = InStep(at.theta, move_points(at)), chi_of(at)
+            found, left = InStep.of(at), chi_of(at)
         done, growth = share, min(GROWTH, growth**1.5) if is_patient else GROWTH
     return found
 
 
-def leave_over(
+def know_left_over(
+    machine: Machine, parameters: Sequence[Parameter], recordings: Sequence[Recording], start: Start | None,
+    about: InStep,
+) -> Callable[[float], float]:  # fmt: skip
+    """The misfit χ of a machine over any first share of recordings, each worked out once."""
+    return cache(partial(_leave_over, machine, parameters, recordings, start, about))
+
+
+def _leave_over(
     machine: Machine, parameters: Sequence[Parameter], recordings: Sequence[Recording], start: Start | None,
     about: InStep, share: float,
 ) -> float:  # fmt: skip
-    """The misfit χ of a machine over a first share of recordings; infinite where it breaks down."""
+    """Over one share; infinite where it breaks down."""
     try:
         problem = lay_out_share(machine, parameters, recordings, start, share)
         at = linearise(problem.about(about.points), about.theta)
@@ -119,7 +132,7 @@ def _find_longest(
         most = LEAP * max(about.left_over(share), 1.0)
         at = fit(share, about, most) if most < np.inf else None
         if at is not None and chi_of(at) <= most:
-            return InStep(at.theta, move_points(at)), share
+            return InStep.of(at), share
         share /= GROWTH
     return None, 0.0
 
@@ -135,12 +148,9 @@ def _say_share(tell: Told, share: float) -> None:
 
 
 def lay_out_share(
-    machine: Machine,
-    parameters: Sequence[Parameter],
-    recordings: Sequence[Recording],
-    start: Start | None,
+    machine: Machine, parameters: Sequence[Parameter], recordings: Sequence[Recording], start: Start | None,
     share: float,
-) -> Problem:
+) -> Problem:  # fmt: skip
     """The problem of a first share of the recordings, without constant errors of sensors."""
     known = at_prior_centres(machine, parameters)
     some = [weigh_recording(known, r if share >= 1 else r.until(share), start) for r in recordings]

@@ -6,13 +6,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
-from network.analysis.calibration.expansion_point import move_points
 from network.analysis.calibration.gauss_newton import minimise
-from network.analysis.calibration.growing_horizon import InStep, lay_out_share, leave_over
+from network.analysis.calibration.growing_horizon import InStep, know_left_over, lay_out_share
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.recorded_modes import read_modes
 from network.engine.response.parameters import Parameter, centres
@@ -36,5 +34,5 @@ def begin_beside_modes(
         at = minimise(problem, centres(parameters), until=lambda at: is_late())
     except (Failed, Refused, np.linalg.LinAlgError):
         return None
-    there = InStep(at.theta, move_points(at))
-    return replace(there, left_over=partial(leave_over, machine, parameters, recordings, start, there))
+    there = InStep.of(at)
+    return replace(there, left_over=know_left_over(machine, parameters, recordings, start, there))

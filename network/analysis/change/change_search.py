@@ -108,7 +108,7 @@ def _make_sets(
 def _refine(null: Linearised, data: Sequence[Measured], start: Start | None) -> Linearised:
     """The fit of the machine on as many lumps as it takes: on finer ones while they take a share of the misfit away."""
     machine = null.problem.model.machine
-    best = _fit_about(machine, data, InStep(null.theta, move_points(null)))
+    best = _fit_about(machine, data, InStep.of(null))
     for finer in list_finer_machines(machine, FINEST):
         if chi_of(best) < SETTINGS.noise:
             break

@@ -61,8 +61,8 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     coarse = find_lumping(search.written, finest, finer_gain, search.threshold) if is_told else None
     listed = list_findings(search, search.calibrated.fitted if found is None else found)
     findings, verdict = _decide_verdict(search, listed, coarse, bool(refuted))
-    doubt = doubt_unseen(fits)
-    doubted = [f.doubted(doubt).doubted(doubt_fitted(fits)) for f in _share_belief(findings)]
+    doubt, much_left = doubt_unseen(fits), doubt_fitted(fits)
+    doubted = [f.doubted(doubt).doubted(much_left) for f in _share_belief(findings)]
     findings = withhold_names(join_alike(doubted))
     findings = [f.doubted(WITHDRAWN) if refuted and f.kind == UNKNOWN else f for f in findings]
     verdict = "sensor_fault" if verdict == "missing_physics" and _are_sensors(findings) else verdict

@@ -9,11 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import partial
 
 from network.analysis.calibration.expansion_point import move_points
 from network.analysis.calibration.gauss_newton import STEPS
-from network.analysis.calibration.growing_horizon import LEAP, InStep, begin_in_step, has_relays, leave_over
+from network.analysis.calibration.growing_horizon import LEAP, InStep, begin_in_step, has_relays, know_left_over
 from network.analysis.calibration.null import Null
 from network.analysis.calibration.recorded_modes import forget_modes, read_modes
 from network.analysis.diagnosis.hypotheses.case import Case
@@ -61,9 +60,9 @@ def _fit_beside_modes(case: Case, values: Mapping[str, float]) -> Hypothesis:
 def begin_near(h: Hypothesis) -> InStep:
     """The numbers of a hypothesis whose relays are in step, and its constants of the runs, as a beginning, with what it
     leaves over any share of them."""
-    own, points = h.fit.problem.parameters, move_points(h.fit)
-    known = partial(leave_over, h.machine, own, h.case.recordings, h.case.start, InStep(h.fit.theta, points))
-    return InStep(theta_of(parameters_of(h.machine, h.own), h.values), points, known)
+    own, there = h.fit.problem.parameters, InStep(h.fit.theta, move_points(h.fit))
+    known = know_left_over(h.machine, own, h.case.recordings, h.case.start, there)
+    return InStep(theta_of(parameters_of(h.machine, h.own), h.values), there.points, known)
 
 
 def face_relays(h: Hypothesis, is_brief: bool = False) -> Hypothesis:
