@@ -12,9 +12,9 @@ from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.candidates.candidates import candidates
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
-from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis, theta_of
 from network.analysis.diagnosis.latent_heat.locate import locate
-from network.analysis.diagnosis.screening.pulse_grid import STEPS, Pulses, lay_grid, numbers_of
+from network.analysis.diagnosis.screening.pulse_grid import STEPS, Clock, Pulses, lay_grid, numbers_of, pulses_of
 from network.analysis.diagnosis.screening.screen import score_variants
 from network.analysis.diagnosis.screening.timed_search import search_timed
 from network.recordings.recording import Recording
@@ -70,6 +70,28 @@ def test_the_best_of_the_grid_is_the_window() -> None:
     assert grid is not None
     window, *_ = grid.best(1)
     assert window.phase == pytest.approx(41 * 60, abs=200) and window.duration == pytest.approx(26 * 60, abs=400)
+
+
+def test_between_instants_of_the_grid_it_explains_more_and_as_much_as_the_heat_itself() -> None:
+    h, c = fitted(), by_the_clock()
+    grid = lay_grid(h, c)
+    assert grid is not None
+    window, *_ = grid.best(1)
+    moved = grid.sharpen(window, np.random.default_rng(1))
+    assert moved.gain > window.gain and grid.clock.resolves(moved)
+    assert moved.phase == pytest.approx(41 * 60, abs=60) and moved.duration == pytest.approx(26 * 60, abs=90)
+    (alone,) = score_variants(h.linearised, [(c, 1.0, {**c.usual, **numbers_of(c, moved)})], h.values)
+    assert moved.gain == pytest.approx(alone.gain, rel=0.02)
+
+
+@pytest.mark.parametrize(("pulses", "is_told"), [(Pulses(6000.0, 200.0, 0.0), True), (Pulses(6000.0, 180.0, 0.0), False),
+                                                 (Pulses(6000.0, 5900.0, 0.0), False)])  # fmt: skip
+def test_what_is_on_or_off_for_less_than_two_steps_is_left_to_runs_of_its_own(pulses: Pulses, is_told: bool) -> None:
+    c = by_the_clock()
+    assert Clock(0.0, END, STEPS + 1).resolves(pulses) is is_told
+    told = numbers_of(c, pulses)
+    again = pulses_of(c, theta_of(c.own[1:], told))
+    assert (again.period, again.duration) == pytest.approx((pulses.period, pulses.duration))
 
 
 def shifted(run: Recording, by: float) -> Recording:

@@ -57,11 +57,11 @@ def heat_balance(network: Network, T: Array, u: Inputs, modes: Array) -> Heat:
     return Heat(into, by_mechanism)
 
 
-def heat_into(network: Network, T: Array, u: Inputs, modes: Array) -> Array:
-    """The same into every lump alone [W]."""
-    into = np.zeros(T.shape)
+def heat_into(network: Network, T: Array, u: Inputs, modes: Array, lumps: Indices | None = None) -> Array:
+    """The same into every lump, or into some, alone [W]."""
+    into = np.zeros(T.shape if lumps is None else (*T.shape[:-1], len(lumps)))
     for _, heat, spread in _list_heats(network, T, u, modes):
-        into += heat @ spread
+        into += heat @ (spread if lumps is None else spread[:, lumps])
     return into
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.diagnosis.candidates.candidate import Candidate
-from network.catalogue.declaration.declare import Array
+from network.catalogue.declaration.declare import Array, Indices
 from network.catalogue.declaration.entry_path import EntryPath, NumberPath
 from network.engine.assembly import build
 from network.engine.balance import heat_into
@@ -183,21 +183,32 @@ def _is_alike(network: Network, course: LinearRun) -> bool:
 def _further(now: Network, changed: Sequence[str], course: LinearRun, instants: Sequence[float]) -> Push | None:
     """The heat of the changed entries that flows now and did not before; None where that is none. instants: within
     each interval, for heat that goes on and off between its ends and counts by its mean; else it goes straight."""
-    before, K = course.problem.plan.network, len(course.x0)
-    told = _heat_at(now, course, instants) if instants else _heat_at_ends(now, course)
-    heat = told[:, : before.size] - _heat_before(course, changed)
-    lumps = np.flatnonzero((np.abs(heat).max(axis=0) > NOTHING) & ~np.isinf(before.capacity))
-    return Push(lumps, heat[:K, lumps], heat[K:, lumps]) if len(lumps) else None
+    K, before = len(course.x0), _list_standing(course, changed)
+    lumps = _list_reached(now, before, course)
+    told = _heat_at(now, course, lumps, instants) if instants else _heat_at_ends(now, course, lumps)
+    heat = told - sum((each @ spread[:, lumps] for each, spread in before), np.zeros(len(lumps)))
+    shows = np.abs(heat).max(axis=0) > NOTHING
+    lumps, heat = lumps[shows], heat[:, shows]
+    return Push(lumps, heat[:K], heat[K:]) if len(lumps) else None
 
 
-def _heat_at_ends(now: Network, course: LinearRun) -> Array:
-    """Heat into all lumps of another network at the temperatures of a run, at both ends of its intervals (2 K, ·)."""
+def _list_reached(now: Network, before: Sequence[tuple[Array, Array]], course: LinearRun) -> Indices:
+    """The lumps of a run that entries heat, as they are now or as they stand there."""
+    own = course.problem.plan.network
+    groups: tuple[Group, ...] = (*now.flows, *now.heats)
+    spreads = [*map(spread_of, groups), *(spread for _, spread in before)]
+    reached = [spread[:, : own.size].any(axis=0) for spread in spreads]
+    return np.flatnonzero(np.any([np.zeros(own.size, bool), *reached], axis=0) & ~np.isinf(own.capacity))
+
+
+def _heat_at_ends(now: Network, course: LinearRun, lumps: Indices) -> Array:
+    """Heat into some lumps of another network at the temperatures of a run, at both ends of its intervals (2 K, ·)."""
     T, inputs = course.T_ends, course.inputs
     held = [at.at(inputs) for i, at in now.held.items() if i >= T.shape[1]]
-    return heat_into(now, np.hstack([T, *held]) if held else T, inputs, np.zeros((len(T), 0)))
+    return heat_into(now, np.hstack([T, *held]) if held else T, inputs, np.zeros((len(T), 0)), lumps)
 
 
-def _heat_at(now: Network, course: LinearRun, shares: Sequence[float]) -> Array:
+def _heat_at(now: Network, course: LinearRun, lumps: Indices, shares: Sequence[float]) -> Array:
     """The same at the mean over some instants within each interval, where no node is new."""
     count, (start, end) = len(shares), np.split(course.inputs["time"], 2)
     if ("within",) not in course.derived:
@@ -205,23 +216,24 @@ def _heat_at(now: Network, course: LinearRun, shares: Sequence[float]) -> Array:
     inputs = {name: np.tile(u, (count, 1)) for name, u in course.inputs.items()}
     inputs["time"] = np.concatenate([start + share * (end - start) for share in np.repeat(shares, 2)])
     T = course.derived["within",]
-    into = heat_into(now, T, inputs, np.zeros((len(T), 0)))
-    return np.asarray(into.reshape(count, len(course.T_ends), -1).mean(axis=0))
+    into = heat_into(now, T, inputs, np.zeros((len(T), 0)), lumps)
+    return np.asarray(into.reshape(count, len(course.T_ends), len(lumps)).mean(axis=0))
 
 
-def _heat_before(course: LinearRun, entries: Sequence[str]) -> Array:
-    """Heat into the lumps (2 K, N) that some entries bring along a run, as far as they are there."""
+def _list_standing(course: LinearRun, entries: Sequence[str]) -> list[tuple[Array, Array]]:
+    """Heat that some entries give along a run (2 K, members) as far as they are there, and what a watt of each brings
+    into its lumps (members, N)."""
     network = course.problem.plan.network
-    total = np.zeros_like(course.T_ends)
     index = [network.mechanisms.index(e) for e in entries if e in network.mechanisms]
-    groups: tuple[Group, ...] = (*network.flows, *network.heats)
+    groups: tuple[Group, ...] = (*network.flows, *network.heats) if index else ()
+    found = []
     for g, group in enumerate(groups):
         members = np.flatnonzero(np.isin(group.entry, index))
         if len(members):
             if (g, "") not in course.derived:
                 course.derived[g, ""] = heat_of(group, course.T_ends, course.inputs)
-            total = total + course.derived[g, ""][:, members] @ spread_of(group)[members]
-    return total
+            found.append((course.derived[g, ""][:, members], spread_of(group)[members]))
+    return found
 
 
 def _change_readings(machine: Machine | None, outputs: Readouts | None, prediction: Prediction) -> Array:

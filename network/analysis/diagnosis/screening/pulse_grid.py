@@ -29,6 +29,11 @@ CYCLES, DUTIES, PHASES = 24, (0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9), 12
 SHAPES = ("period", "duration", "phase")
 ONCE = 2.0
 """Lengths of the grid from one window to the next: it is not seen twice."""
+SHARPENED, AROUND, CLOSEST, SOME = 8, 32, 1e-2, 0.5
+"""Times that the best are moved between the instants of the grid, by how many steps each (budget), the shortest of
+these in steps of the grid, and the share of the numbers that one moves."""
+RESOLVED = 2.0
+"""Steps of the grid that are on and off at least for what it tells as well as a run of its own does."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +68,10 @@ class Clock:
     @property
     def step(self) -> float:
         return (self.end - self.begin) / (self.count - 1)
+
+    def resolves(self, p: Pulses) -> bool:
+        """Whether it is on and off for long enough to be scored on the grid."""
+        return min(p.duration, p.period - p.duration) >= RESOLVED * self.step
 
     def list_windows(self) -> Iterator[Pulses]:
         for a, b in combinations(self.instants.tolist(), 2):
@@ -113,6 +122,21 @@ class PulseGrid:
             told += [replace(tried[i], gain=float(gains[i])) for i in first if gains[i] > 0]
         return told
 
+    def sharpen(self, p: Pulses, rng: np.random.Generator) -> Pulses:
+        """The same with its instants moved between those of the grid, where that explains more: steps of all lengths
+        along some of the numbers."""
+        for _ in range(SHARPENED):
+            length = self.clock.step * CLOSEST ** rng.uniform(size=(AROUND, 1))
+            some = rng.uniform(size=(AROUND, len(SHAPES))) < SOME
+            moved = np.array([p.period, p.duration, p.phase]) + length * some * rng.standard_normal(some.shape)
+            tried = [q for q in (Pulses(*x) for x in moved.tolist()) if self.clock.resolves(q)]
+            if not tried:
+                break
+            gains = self.gains(np.array([self.clock.weigh(q) for q in tried]))
+            k = int(np.argmax(gains))
+            p = replace(tried[k], gain=float(gains[k])) if gains[k] > p.gain else p
+        return p
+
     def gains(self, weights: Array) -> Array:
         """What pulses explain at their best strength [nats]."""
         g, kappa = weights @ self.g, np.einsum("ij,ij->i", weights @ self.G, weights)
@@ -142,3 +166,9 @@ def lay_grid(before: Hypothesis, c: Candidate) -> PulseGrid | None:
 def numbers_of(c: Candidate, p: Pulses) -> Mapping[str, float]:
     """The shapes of a candidate that pulses so, by path."""
     return {q.path: getattr(p, q.attribute) for q in c.own if q.attribute in SHAPES}
+
+
+def pulses_of(c: Candidate, theta: Array) -> Pulses:
+    """The same the other way round: how a candidate with such shapes pulses."""
+    told = {p.attribute: p.value(float(x)) for p, x in zip(c.own[1:], theta, strict=True)}
+    return Pulses(*(told[name] for name in SHAPES))

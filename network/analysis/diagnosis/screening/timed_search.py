@@ -1,7 +1,8 @@
 """Heat by the clock: its instants have no slope, so they are drawn, and scored linearly about the fit of any network.
 
-The best windows and trains of a grid (pulse_grid) and draws from the priors, then steps of all lengths from the best of
-them, taken where they gain (an evolution strategy; Rechenberg 1973; unverified). A score costs the answer to one heat.
+The best windows and trains of a grid (pulse_grid), moved between its instants, and draws from the priors of what goes
+faster, then steps of all lengths from the best of them, taken where they gain (an evolution strategy; Rechenberg 1973;
+unverified). A score costs the answer to one heat, but on the grid next to nothing.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import parameters_of, theta_of
 from network.analysis.diagnosis.latent_heat.locate import list_likely_parts
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
-from network.analysis.diagnosis.screening.pulse_grid import lay_grid, numbers_of
+from network.analysis.diagnosis.screening.pulse_grid import PulseGrid, lay_grid, numbers_of, pulses_of
 from network.analysis.diagnosis.screening.screen import Score, score_variants
 from network.catalogue.declaration.declare import Array
 from network.catalogue.mechanisms.mechanism import Mechanism
@@ -26,8 +27,9 @@ from network.platform.parallel import run_all
 
 PLACES = 3
 """Places at which they are looked for, those where unknown heat explains most (budget)."""
-DRAWS, AGAIN, ROUNDS = 64, 32, 8
-"""Draws from the priors, and about the best in each further round (budget)."""
+DRAWS, AGAIN, ROUNDS, ROUNDS_FROM_GRID = 64, 32, 8, 2
+"""Draws from the priors, and about the best in each further round; such rounds, and those where a grid had told it
+(budget)."""
 GRIDDED = 4
 """Windows, and trains, of the grid that are scored by themselves (budget)."""
 CLOSEST, SOME = 1e-3, 0.5
@@ -70,27 +72,38 @@ def _settle(
 ) -> Score | None:  # fmt: skip
     """The best score of a candidate over its shapes; about: numbers near which they are already."""
     shapes, rng = c.own[1:], np.random.default_rng(seed)
-    spread, low, high = (np.array([getattr(p, x) for p in shapes]) for x in ("spread", "low", "high"))
-    middle = theta_of(shapes, about or {})
-    gridded = [] if about else [x for x in _list_gridded(before, c) if (low <= x).all() and (x <= high).all()]
-    best = None
-    for k in range(1 if about else 0, ROUNDS + 1):
+    grid = None if about else lay_grid(before, c)
+    best = _score_best(before, c, [theta_of(shapes, about or {}), *([] if about else _draw_first(c, grid, rng))])
+    is_gridded = best is not None and grid is not None and grid.clock.resolves(pulses_of(c, theta_of(shapes, best.own)))
+    for _ in range(ROUNDS_FROM_GRID if is_gridded else ROUNDS):
         before.case.budget.check()
-        drawn = middle + spread * _steps(rng, len(shapes), AGAIN if k else 0, 0 if k else DRAWS)
-        able = [middle, *np.clip(drawn, low, high), *(() if k else gridded)]
-        tried = [_at(c, theta) for theta in able if _is_seen(before, c, theta)]
-        scores = score_variants(before.linearised, tried, before.values)
-        if scores and (best is None or scores[0].gain > best.gain):
-            best = scores[0]
-            middle = theta_of(shapes, best.own)
+        middle = theta_of(shapes, best.own if best is not None else about or {})
+        again = _score_best(before, c, _draw(c, middle, _steps(rng, len(shapes), AGAIN, 0)))
+        best = again if best is None or (again is not None and again.gain > best.gain) else best
     return best
 
 
-def _list_gridded(before: Hypothesis, c: Candidate) -> list[Array]:
-    """The windows and trains of the grid that explain most, as shapes of a candidate."""
-    grid = lay_grid(before, c)
-    told = grid.best(GRIDDED) if grid is not None else []
-    return [theta_of(c.own[1:], numbers_of(c, p)) for p in told]
+def _score_best(before: Hypothesis, c: Candidate, shapes: Sequence[Array]) -> Score | None:
+    """The best of some shapes of a candidate; None where none of them is seen."""
+    tried = [_at(c, theta) for theta in shapes if _is_seen(before, c, theta)]
+    return next(iter(score_variants(before.linearised, tried, before.values)), None)
+
+
+def _draw(c: Candidate, middle: Array, steps: Array) -> list[Array]:
+    """Shapes some prior σ about others, within their bounds."""
+    spread, low, high = (np.array([getattr(p, x) for p in c.own[1:]]) for x in ("spread", "low", "high"))
+    return [*np.clip(middle + spread * steps, low, high)]
+
+
+def _draw_first(c: Candidate, grid: PulseGrid | None, rng: np.random.Generator) -> list[Array]:
+    """Shapes drawn from their priors; where there is a grid only those that go faster than it tells, and its best."""
+    shapes = c.own[1:]
+    drawn = _draw(c, theta_of(shapes, {}), _steps(rng, len(shapes), 0, DRAWS))
+    if grid is None:
+        return drawn
+    fast = [theta for theta in drawn if not grid.clock.resolves(pulses_of(c, theta))]
+    told = [theta_of(shapes, numbers_of(c, grid.sharpen(p, rng))) for p in grid.best(GRIDDED)]
+    return [*fast, *(x for x in told if all(p.low <= t <= p.high for p, t in zip(shapes, x, strict=True)))]
 
 
 def _is_seen(before: Hypothesis, c: Candidate, theta: Array) -> bool:
