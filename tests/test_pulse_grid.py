@@ -79,14 +79,14 @@ def test_between_instants_of_the_grid_it_explains_more_and_as_much_as_the_heat_i
     window, *_ = grid.best(1)
     moved = grid.sharpen(window, np.random.default_rng(1))
     assert moved.gain > window.gain and grid.clock.resolves(moved)
-    assert moved.phase == pytest.approx(41 * 60, abs=60) and moved.duration == pytest.approx(26 * 60, abs=90)
+    assert moved.phase == pytest.approx(41 * 60, abs=120) and moved.duration == pytest.approx(26 * 60, abs=240)
     (alone,) = score_variants(h.linearised, [(c, 1.0, {**c.usual, **numbers_of(c, moved)})], h.values)
     assert moved.gain == pytest.approx(alone.gain, rel=0.02)
 
 
-@pytest.mark.parametrize(("pulses", "is_told"), [(Pulses(6000.0, 200.0, 0.0), True), (Pulses(6000.0, 180.0, 0.0), False),
-                                                 (Pulses(6000.0, 5900.0, 0.0), False)])  # fmt: skip
-def test_what_is_on_or_off_for_less_than_two_steps_is_left_to_runs_of_its_own(pulses: Pulses, is_told: bool) -> None:
+@pytest.mark.parametrize(("duration", "is_told"), [(200.0, True), (180.0, False), (5900.0, False)])
+def test_what_is_on_or_off_for_less_than_two_steps_is_left_to_runs_of_its_own(duration: float, is_told: bool) -> None:
+    pulses = Pulses(6000.0, duration, 0.0)
     c = by_the_clock()
     assert Clock(0.0, END, STEPS + 1).resolves(pulses) is is_told
     told = numbers_of(c, pulses)
