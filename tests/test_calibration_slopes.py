@@ -49,6 +49,14 @@ def more_machines():
         sensors={"T_motor": seen, "T_late": {**seen, "effects": [*seen["effects"], late]},
                  "dx": {"measures": "tcp.x", "noise": "0.25 um", "zero": "start"}},
     )  # fmt: skip
+    late_at_seat = two_blocks(
+        nodes={"seat": {}},
+        links={
+            "flange": {"kind": "conduction", "between": ["motor", "seat"], "conductance": "20 W/K ± 30 %"},
+            "seat": {"kind": "conduction", "between": ["seat", "body"], "conductance": "30 W/K ± 30 %"},
+        },
+        sensors={"T_seat": {"measures": "seat", "noise": "0.05 K", "effects": [late]}},
+    )
     bent_and_late = two_blocks(links={"glow": RADIATES}, sensors={"T_late": {**seen, "effects": [late]}})
     hose = {"kind": "advection", "through": ["supply", "body"], "capacity_flow": "15 W/K ± 20 %"}
     cooled = two_blocks(
@@ -60,6 +68,7 @@ def more_machines():
         "cooled": cooled,
         "sensed": sensed,
         "bent and late": bent_and_late,
+        "late at a seat": late_at_seat,
         "gated": gated,
         "geometry": geometry,
         "material": made,
@@ -147,15 +156,18 @@ def test_runs_found_as_one_are_those_found_alone(name):
             assert np.abs(own.course.x1 - together[i].course.x1).max() < close
 
 
-@pytest.mark.parametrize("name", ["linear", "massless", "bent", "relay", "zeroed"])
-def test_answers_to_another_start_are_those_of_runs_that_start_so(name):
+@pytest.mark.parametrize(("name", "part"), [*((n, "body") for n in ("linear", "massless", "bent", "relay", "zeroed")),
+                                            ("lag", "motor"), ("bent and late", "motor"), ("late at a seat", "body"),
+                                            ("late at a seat", "motor")])  # fmt: skip
+def test_answers_to_another_start_are_those_of_runs_that_start_so(name, part):
+    """Sensors that are slow have settled at it."""
     machine = MACHINES[name]
     problem = problem_of(machine, recorded(machine, speeds(*USUAL), None))
     theta, run = centres(problem.parameters), problem.data[0].run
     at = problem.model.predict(theta)[0]
-    column = at.respond_to(start_pushes(at.course, ["body"]))[0]
+    column = at.respond_to(start_pushes(at.course, [part]))[0]
     step = 1e-4
-    there, back = (problem.model.predict(theta, [{**run.start, "body": run.start["body"] + s}])[0].cells
+    there, back = (problem.model.predict(theta, [{**run.start, part: run.start[part] + s}])[0].cells
                    for s in (step, -step))  # fmt: skip
     assert np.abs((there - back) / (2 * step) - column).max() < 2e-3 * np.abs(column).max()
 
