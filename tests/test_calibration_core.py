@@ -72,6 +72,28 @@ def test_a_step_within_a_radius_is_the_best_there_is(radius):
     assert worth >= (2 * others @ gradient - np.einsum("ni,ij,nj->n", others, P, others)).max()
 
 
+@pytest.mark.parametrize("radius", [0.01, 0.1])
+def test_what_pulls_at_a_number_that_stands_at_its_bound_shortens_no_step_of_the_others(radius):
+    draw = np.random.default_rng(3)
+    root, gradient, units = draw.standard_normal((4, 9)), 5 * draw.standard_normal(4), draw.uniform(0.2, 5, 4)
+    gradient[1] = 1e4
+    low, high = np.full(4, -np.inf), np.array([np.inf, 0.0, np.inf, np.inf])
+    step = bounded_step(root @ root.T, gradient, units, radius, (low, high))
+    assert step[1] == 0.0 and length_of(step, units) == pytest.approx(radius, rel=0.1)
+    free = [0, 2, 3]
+    P = (root @ root.T)[np.ix_(free, free)]
+    alone = bounded_step(P, gradient[free], units[free], radius, (low[free], high[free]))
+    np.testing.assert_allclose(step[free] / units[free], alone / units[free], atol=0.1 * radius)
+
+
+def test_where_runs_are_laid_out_anew_every_step_is_judged_by_its_own(monkeypatch):
+    """J with slopes by η from elsewhere is too low beside one that has its own, however near it lies."""
+    anew = SimpleNamespace()
+    monkeypatch.setattr(gauss_newton, "expand_anew", lambda at: anew)
+    near = SimpleNamespace(problem=SimpleNamespace(moves=True), theta=np.zeros(1), made_at=np.zeros(1))
+    assert gauss_newton._renew_slopes(near, SimpleNamespace()) is anew
+
+
 def test_a_region_shrinks_also_where_bounds_make_a_step_longer_than_it():
     """What one bound holds back others may make up for, so that the step is longer than the free one at that damping:
     a region that went by its length would stay as it is for ever."""

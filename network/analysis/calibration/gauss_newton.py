@@ -186,11 +186,12 @@ def _beside(at: Linearised, theta: Array) -> Linearised | None:
 
 
 def _renew_slopes(new: Linearised, at: Linearised) -> Linearised:
-    """With slopes from there, where θ has moved far since they were found."""
-    if _is_near(new):
-        return new
+    """With slopes from there, where θ has moved far since they were found; always where runs are laid out anew, for J
+    with slopes by η from elsewhere is no J to go by there."""
     if new.problem.moves:
         return expand_anew(new)
+    if _is_near(new):
+        return new
     return with_slopes(new.problem, new.theta, new.predictions, _keep_slopes(at))
 
 
