@@ -7,7 +7,7 @@ machine as written where that leaves something unexplained.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import chain
 
@@ -22,16 +22,17 @@ from network.analysis.diagnosis.hypotheses.few_runs import finish_in_passing
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis, reweight, state
 from network.analysis.diagnosis.lumps.lump_convergence import refine_until_converged
-from network.analysis.diagnosis.lumps.lump_refinement import MANY, refine_lumps
+from network.analysis.diagnosis.lumps.lump_refinement import refine_lumps
 from network.analysis.diagnosis.reading_fault import ReadingFault
 from network.analysis.diagnosis.readings_set_right import set_right, set_right_on_lumps
-from network.analysis.diagnosis.screening.screening import Screening, leaves_something, screen_candidates
+from network.analysis.diagnosis.screening.screening import Screening, leaves_something
 from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.forward_selection import select_forward
 from network.analysis.diagnosis.steps.selection import Selection
 from network.analysis.diagnosis.steps.unseen_runs import unseen_misfit
 from network.analysis.diagnosis.time_budget import BudgetReached, TimeBudget
+from network.analysis.diagnosis.tracks import Track, list_levels, list_tracks
 from network.platform.parallel import check_each
 from network.platform.refusal import Failed
 
@@ -129,30 +130,28 @@ def _search_from(
     if best is not levels[0]:
         best = refine_until_converged(case, reweight(case, best), jobs)
         case = estimate_noise(case, best)
-    tracks = [reweight(case, h) for h in _list_tracks(levels, best)]
-    null = max(tracks, key=_evidence)
-    written = reweight(case, levels[0])
+    begins = [reweight(case, h) for h in list_levels(levels, best)]
+    null, written = max(begins, key=_evidence), reweight(case, levels[0])
     now = replace(now, case=case, written=written, null=null, selection=Selection(null), screened=Screening(null))
     yield now
-    is_told = not leaves_something(null) and null.machine.lumps > MANY
-    now = now if is_told else replace(now, screened=screen_candidates(null, seed, jobs))
-    yield now
-    yield from _follow_tracks(now, tracks, seed, jobs, tell)
+    yield from _follow_tracks(now, list_tracks(null, written, begins, seed, jobs), seed, jobs, tell)
 
 
 def _follow_tracks(
-    now: Search, tracks: Sequence[Hypothesis], seed: int, jobs: int, tell: Callable[[float], None]
+    now: Search, tracks: Iterator[Track], seed: int, jobs: int, tell: Callable[[float], None]
 ) -> Iterator[Search]:
-    """The steps from the null and, where these leave much, from the machine as written."""
-    best = now
-    for track in [now.null, *(h for h in tracks if h is not now.null)]:
-        is_first = track is now.null
-        if not is_first and best.best.chi < SETTINGS.adequate:
+    """The steps from the first track and, where these leave much, from the others."""
+    best: Search | None = None
+    for track in tracks:
+        if best is not None and best.best.chi < SETTINGS.adequate:
             return
-        seen = now.screened if is_first else screen_candidates(track, seed, jobs)
-        for selection in select_forward(track, seen, seed, jobs, tell):
+        begun = replace(now, null=track.begin, selection=Selection(track.begin), screened=track.screened)
+        if best is None:
+            yield (best := begun)
+        is_first = best is begun
+        for selection in select_forward(track.begin, track.screened, seed, jobs, tell):
             if is_first or (selection.is_checked and _beats(selection, best, now.case)):
-                best = replace(now, selection=selection)
+                best = replace(begun, selection=selection)
                 yield best
 
 
@@ -206,13 +205,3 @@ def _is_told_better(other: Hypothesis, now: Search, jobs: int) -> bool:
     if (ends[0].evidence - ends[1].evidence) / firm**2 <= SETTINGS.alike:
         return False
     return ends[0].chi <= SETTINGS.adequate or unseen_misfit(ends[0], jobs) < unseen_misfit(ends[1], jobs)
-
-
-def _list_tracks(levels: Sequence[Hypothesis], best: Hypothesis) -> list[Hypothesis]:
-    """The best refinement, and the machine as written where that is another and not far behind."""
-    written = levels[0]
-    return (
-        [best]
-        if best is written or best.chi < SETTINGS.noise or written.chi > SETTINGS.hopeless * best.chi
-        else [best, written]
-    )
