@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+from network.analysis.diagnosis.hypotheses.falling_short import share_shown
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.lumps.coarse_surrogate import SMALL
 from network.analysis.diagnosis.lumps.lump_refinement import MANY
@@ -57,7 +58,10 @@ def _may_hide(null: Hypothesis, written: Hypothesis) -> bool:
 
 
 def _explain_all(written: Hypothesis, seed: int, jobs: int) -> Track | None:
-    """The machine as written where one candidate leaves nothing of it."""
+    """The machine as written where one candidate leaves nothing of it; only those are fitted that show half of that."""
     seen = screen_candidates(written, seed, jobs)
-    ranked = start_trials(seen.before, seen.proposed, seen.scores, jobs).rank(jobs)
+    likely = [s for s in seen.scores if share_shown(seen.before, s.gain) >= SETTINGS.half]
+    if not likely:
+        return None
+    ranked = start_trials(seen.before, seen.proposed, likely, jobs).rank(jobs)
     return Track(written, seen) if ranked and ranked[0].chi <= SETTINGS.noise else None

@@ -45,3 +45,9 @@ def explains_half(before: Hypothesis, after: Hypothesis) -> bool:
 def explains_most(before: Hypothesis, after: Hypothesis) -> bool:
     """Whether all but a quarter of the excess χ² − 1 before is gone."""
     return after.chi**2 - 1 < SETTINGS.half**2 * (before.chi**2 - 1)
+
+
+def share_shown(h: Hypothesis, gain: float) -> float:
+    """What of the excess χ² − 1 about a fit would go by a linear score [nats, in squares of the misfit]."""
+    misfit = max(1.0, h.chi**2)
+    return 2 * gain * misfit / len(h.fit.left) / max(misfit - 1, 1e-9)

@@ -21,7 +21,7 @@ from network.analysis.calibration.estimated_constants import Numbers
 from network.analysis.calibration.linearised import linearise
 from network.analysis.comparison.compare import RecordingResidual
 from network.analysis.diagnosis.findings.finding import Quantity
-from network.analysis.diagnosis.hypotheses.falling_short import leaves_too_much
+from network.analysis.diagnosis.hypotheses.falling_short import leaves_too_much, share_shown
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import Windows
 from network.analysis.diagnosis.intermittent.channel_fault import (
@@ -238,5 +238,4 @@ def _settle(h: Hypothesis, best: _Corrected) -> _Corrected:
 
 def _may_mend(h: Hypothesis, o: Onset) -> bool:
     """Whether by the linear score little enough is left for fits to be tried."""
-    excess = h.chi**2 - 1
-    return excess - 2 * o.gain * max(1.0, h.chi**2) / len(h.fit.left) <= NEARLY * LEFT * excess
+    return 1 - share_shown(h, o.gain) <= NEARLY * LEFT
