@@ -114,11 +114,11 @@ def find_intermittent_fault(h: Hypothesis) -> tuple[IntermittentFault, Hypothesi
 
 def _settle(h: Hypothesis, e: IntermittentFault) -> tuple[IntermittentFault, Hypothesis] | None:
     """A fault with share and windows found again about ever better fits, for the numbers of the first are bent by it;
-    None where it does not hold about any."""
+    None where it does not hold about any, or leaves more than readings as they are."""
     told, least = None, np.inf
     for _ in range(ROUNDS + 1):
         fits = fit_both(h, e)
-        if fits is None or fits[1].chi > least:
+        if fits is None or fits[1].chi > min(least, fits[0].chi):
             break
         e, least = replace(e, gain=fits[2]), fits[1].chi
         told = (e, fits[1]) if _holds(e, *fits) else told
