@@ -30,6 +30,8 @@ LEAST = 0.5
 """Share of the turn that most bends have below which one is none: as near to nothing as to a switching."""
 INSTANTS, NUMBERS = 60, 4
 """Instants at which a bend is tried, and what is fitted: two rates, a level and the instant."""
+RANK = 1e-12
+"""Relative eigenvalue of normal equations below which two rates are one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,23 +143,26 @@ def _find_bend(swing: Swing, at: _Crossing, level: float | None = None) -> Bend:
     if at.last - at.near < FEWEST:
         return Bend(float(swing.t[at.near]), float(t[-1] - t[0]), float(x[-1]), 0.0)
     tried = np.linspace(swing.t[at.near], t[-2], INSTANTS)
-    left, there, turns = np.array([_fit_bend(t, x, s, level) for s in tried]).T
+    left, there, turns = _fit_bends(t, x, tried, level)
     best = int(np.argmin(left))
     like = tried[left - left[best] <= left[best] / max(len(t) - NUMBERS, 1)]
     spread = max(np.ptp(like) / 2, tried[1] - tried[0])
     return Bend(float(tried[best]), float(spread), float(there[best]), float(-at.way * turns[best]))
 
 
-def _fit_bend(t: Array, x: Array, at: float, level: float | None) -> tuple[float, float, float]:
-    """Squares left by a line that bends at an instant, at a level if one is given; what it reads there, and how much
-    its rate changes."""
-    A = np.stack([np.ones_like(t), t - at, np.maximum(t - at, 0.0)], axis=1)
-    if level is None:
-        c, *_ = np.linalg.lstsq(A, x, rcond=None)
-    else:
-        c = np.append(level, np.linalg.lstsq(A[:, 1:], x - level, rcond=None)[0])
-    left = x - A @ c
-    return float(left @ left), float(c[0]), float(c[2])
+def _fit_bends(t: Array, x: Array, at: Array, level: float | None) -> tuple[Array, Array, Array]:
+    """Squares left by a line that bends at each of some instants, at a level if one is given; what it reads there, and
+    how much its rate changes. Where nothing lies before one both rates are half of it, as of least norm."""
+    length = float(t[-1] - t[0])
+    since = (t - at[:, None]) / length
+    A = np.stack([np.ones_like(since), since, np.maximum(since, 0.0)], axis=2)
+    free = A if level is None else A[:, :, 1:]
+    right = x if level is None else x - level
+    normal, toward = free.transpose(0, 2, 1) @ free, right @ free
+    found = (np.linalg.pinv(normal, rcond=RANK, hermitian=True) @ toward[:, :, None])[:, :, 0]
+    c = found if level is None else np.column_stack([np.full(len(at), level), found])
+    left = x - (A @ c[:, :, None])[:, :, 0]
+    return np.einsum("ij,ij->i", left, left), c[:, 0], c[:, 2] / length
 
 
 def _smooth(x: Array) -> Array:
