@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,13 +13,12 @@ from fits import USUAL, problem_of, recorded, speeds, two_blocks
 from scipy.optimize import minimize
 
 from network.analysis.calibration import gauss_newton
-from network.analysis.calibration.gauss_newton import _shorten
 from network.analysis.calibration.measured_means import weigh_recording
 from network.analysis.calibration.trust_region import bounded_step, length_of
 from network.engine.channels import readouts
 from network.engine.response import knots as knots_module
 from network.engine.response import recursion, series
-from network.engine.response.cells import averages, cell_matrix
+from network.engine.response.cells import FEW, averages, cell_matrix, sum_rows
 from network.engine.response.intervals import first_from, interval_of, locate_instants
 from network.engine.response.knots import make_knots, on_knots
 from network.engine.response.model import Model, Run
@@ -45,6 +45,13 @@ def test_means_over_cells_are_those_of_the_exact_run_at_all_samples(name, every)
         data, run = problem.data[0], problem.model.predict(centres(problem.parameters))[0]
         off = np.abs(data.means - run.cells)[data.known] / np.sqrt(data.variance[data.known])
         assert off.max() < max(part, PART_OF_NOISE.get(name, 0.0))
+
+
+@pytest.mark.parametrize("columns", [3, FEW])
+def test_sums_of_few_rows_and_of_many_are_the_same_sums(columns):
+    values, starts = np.random.default_rng(1).standard_normal((12, columns)), np.array([0, 1, 5, 11])
+    told = [values[a:b].sum(axis=0) for a, b in pairwise([*starts, 12])]
+    np.testing.assert_allclose(sum_rows(values, starts), told, atol=1e-12)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -94,18 +101,18 @@ def test_where_runs_are_laid_out_anew_every_step_is_judged_by_its_own(monkeypatc
     assert gauss_newton._renew_slopes(near, SimpleNamespace()) is anew
 
 
-def test_a_region_shrinks_also_where_bounds_make_a_step_longer_than_it():
-    """What one bound holds back others may make up for, so that the step is longer than the free one at that damping:
-    a region that went by its length would stay as it is for ever."""
+def test_beside_bounds_a_step_is_no_longer_than_its_radius_either():
+    """What one bound holds back others may make up for: at the damping of the free step it would be the longer."""
     root = np.array([[2.7, 0.1, -1.4], [-0.6, -1.2, -0.6], [0.2, 0.7, 0.6]])
-    gradient, room, radius = np.array([-4.3, -1.8, 1.5]), np.array([0.06, 1.38, 12.41]), 1.22
-    length = length_of(bounded_step(root @ root.T, gradient, np.ones(3), radius, (-room, room)), np.ones(3))
-    assert 0.5 * length > radius
-    radii = [radius]
-    while radii[-1] > 1e-3:
-        step = bounded_step(root @ root.T, gradient, np.ones(3), radii[-1], (-room, room))
-        radii.append(_shorten(radii[-1], length_of(step, np.ones(3)), 0.5))
-        assert radii[-1] <= radii[-2] / 2
+    gradient, room = np.array([-4.3, -1.8, 1.5]), np.array([0.06, 1.38, 12.41])
+    for radius in (1.22, 0.3, 1e-3):
+        step = bounded_step(root @ root.T, gradient, np.ones(3), radius, (-room, room))
+        assert length_of(step, np.ones(3)) == pytest.approx(radius, rel=0.1) and (np.abs(step) <= room).all()
+
+
+def test_where_every_number_stands_at_its_bound_there_is_no_step():
+    room = (np.zeros(3), np.full(3, np.inf))
+    assert not bounded_step(np.eye(3), -np.ones(3), np.ones(3), 0.1, room).any()
 
 
 def test_a_step_is_lengthened_where_j_is_flatter_than_slopes_tell(monkeypatch):

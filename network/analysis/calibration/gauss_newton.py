@@ -74,7 +74,9 @@ def minimise(
         at = _temper_priors(at)
         if until(at):
             break
-        if gain >= _least_gain(at, settled < np.inf) or (at.problem.firm_theta > 1) != (before.problem.firm_theta > 1):
+        if gain >= _least_gain(at, settled < np.inf or at.problem.moves) or (at.problem.firm_theta > 1) != (
+            before.problem.firm_theta > 1
+        ):
             if settled < np.inf and not _lies_within(at, at.eta_made_at, NEAR_ETA):
                 at = _temper_priors(_complete_slopes(at))
             continue
@@ -136,11 +138,12 @@ def _improve(at: Linearised, radius: float, low: Array, high: Array) -> tuple[Li
                 if gain > 0:
                     radius = _radius_after(radius, length_of(tried.theta - at.theta, units), gain / expected)
                     return new, radius, at.cost - new.cost if at.problem.model.switches else gain
+            trial = new
         if at.made_at is not None:
             at = with_slopes(at.problem, at.theta, at.predictions, _keep_slopes(at))
         else:
             share = _shrink(at, trial, float(step @ gradient))
-            radius, least = _shorten(radius, length_of(step, units), share), _least_gain(at) / 2
+            radius, least = length_of(step, units) * share, _least_gain(at) / 2
 
 
 def _radius_after(radius: float, length: float, ratio: float) -> float:
@@ -148,11 +151,6 @@ def _radius_after(radius: float, length: float, ratio: float) -> float:
     if ratio < POOR:
         return length / 2
     return max(radius, 2 * length) if ratio > GOOD else radius
-
-
-def _shorten(radius: float, length: float, share: float) -> float:
-    """The region after a refused step: a share of it or of the step, which beside bounds may be the longer."""
-    return min(radius, length) * share
 
 
 def _shrink(at: Linearised, new: Linearised | None, descent: float) -> float:

@@ -99,8 +99,9 @@ def _sum_by_interval(k: Indices, values: Array, count: int) -> Array:
 
 
 def sum_rows(values: Array, starts: Indices) -> Array:
-    """Sums of rows from each start to before the next: (rows, …) → (starts, …); starts: from 0, rising. A product with
-    a sparse matrix of ones is many times quicker than `reduceat`, but for few numbers."""
+    """Sums of rows from each start to before the next: (rows, …) → (starts, …); starts: from 0, each beyond the one
+    before, below the number of rows. A product with a sparse matrix of ones is many times quicker than `reduceat`, but
+    for few numbers."""
     if values.size < FEW:
         return np.asarray(np.add.reduceat(values, starts, axis=0))
     sums = _rows_of(starts, np.ones(len(values))) @ values.reshape(len(values), -1)
