@@ -11,7 +11,7 @@ import pytest
 
 from network import Machine, Recording, Scenario, diagnose, simulate
 from network.analysis.calibration import growing_horizon
-from network.analysis.calibration.hysteresis_swing import Swing, find_switchings
+from network.analysis.calibration.hysteresis_swing import Swing, _fit_bends, find_switchings
 from network.analysis.calibration.measured_means import weigh_recording
 from network.analysis.calibration.read_beginning import begin_beside_modes
 from network.analysis.calibration.recorded_modes import forget_modes, read_modes
@@ -195,3 +195,16 @@ def test_a_chilled_machine_with_a_source_that_the_file_lacks_is_diagnosed_beside
     assert size == pytest.approx(power, rel=1e-3)  # one size in what is told and written
     assert told.fits.holdout_after is not None and told.fits.holdout_after.rmse_in_noise < 1.1
     assert any("switched" in note and "followed" in note for note in told.notes)
+
+
+@pytest.mark.parametrize("level", [None, 21.9])
+def test_bends_fitted_at_once_are_those_of_least_squares(level: float | None) -> None:
+    """Also where nothing lies before one: then both rates are half of it."""
+    t = 300.0 + 10.0 * np.arange(40)
+    x = np.interp(t, [300, 500, 700], [21.0, 22.0, 21.5]) + np.random.default_rng(2).normal(0, 0.05, len(t))
+    tried = np.array([300.0, 420.0, 505.0, 680.0])
+    for at, *told in zip(tried, *_fit_bends(t, x, tried, level), strict=True):
+        A = np.stack([np.ones_like(t), t - at, np.maximum(t - at, 0.0)], axis=1)[:, 0 if level is None else 1 :]
+        c, *_ = np.linalg.lstsq(A, x - (level or 0.0), rcond=None)
+        left = x - (level or 0.0) - A @ c
+        assert told == pytest.approx([left @ left, c[0] if level is None else level, c[-1]], rel=1e-6)

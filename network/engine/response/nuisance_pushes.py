@@ -12,29 +12,14 @@ from network.engine.response.linear_run import LinearRun, Push, kick
 
 
 def start_pushes(course: LinearRun, parts: Sequence[str]) -> list[Push]:
-    """One kelvin more in a part at the start, for each part; what sensors make of it has settled at it, too."""
-    network = course.problem.plan.network
-    jumps = np.zeros((len(parts), course.problem.order))
-    for jump, name in zip(jumps, parts, strict=True):
-        part = network.parts[name]
-        first, last = network.free.searchsorted((part.start, part.stop))
-        jump[first:last] = 1.0
-    _settle_sensors(course, jumps)
-    return [kick(course, (0, jump)) for jump in jumps]
-
-
-def _settle_sensors(course: LinearRun, jumps: Array) -> None:
-    """States of sensors settle at other temperatures of the lumps: what they begin with moves by as much."""
-    problem, sensors = course.problem, course.readouts
-    if not sensors.states:
-        return
-    network, n = problem.plan.network, problem.order - sensors.states
-    lumps = jumps[:, :n]
-    moved = lumps @ sensors.state_T[:, network.free].T
-    if len(network.massless):
-        junctions = lumps @ problem.regimes[problem.regime_of[0]].P[network.massless, :n].T
-        moved += junctions @ sensors.state_T[:, network.massless].T
-    jumps[:, n:] = np.linalg.solve(sensors.state_z, -moved.T).T
+    """One kelvin more in a part at the start, for each part; sensors have settled at it."""
+    problem, network = course.problem, course.problem.plan.network
+    still, pushes = problem.begin(np.zeros(network.size)), []
+    for name in parts:
+        warm = np.zeros(network.size)
+        warm[network.parts[name]] = 1.0
+        pushes.append(kick(course, (0, problem.begin(warm) - still)))
+    return pushes
 
 
 def edge_pushes(course: LinearRun, instants: Array) -> list[Push]:
