@@ -98,3 +98,47 @@ def test_what_does_not_fit_all_runs_leaves_no_gains_behind(monkeypatch: pytest.M
     monkeypatch.setattr(forward_selection, "on_all_runs", lambda null, best, steps: null)
     told = forward_selection._on_all_runs(bare(found=()), bare(best=bare(found=(1,)), gains=(9.0,)))
     assert told["gains"] == ()
+
+
+def _replace(of: Any, **more: Any) -> Any:
+    best = {"best": more["selection"].best} if "selection" in more else {}
+    return bare(**{**vars(of), **more, **best})
+
+
+def follow(monkeypatch: pytest.MonkeyPatch, null: float, *tracks: tuple[float, list[tuple[float, float, bool]]]) -> Any:
+    """What is told on the way: tracks by the evidence that they begin with and what their steps come to (evidence, χ,
+    whether it was tested); something is found where the evidence is another than at the beginning."""
+    begins = {e: bare(evidence=e, chi=2.0, found=(), case=None) for e, _ in tracks}
+    steps = dict(tracks)
+
+    def select(begin: Any, *_: object) -> Iterator[Any]:
+        for e, chi, is_checked in steps[begin.evidence]:
+            best = begin if e == begin.evidence else bare(evidence=e, chi=chi, found=("it",), case=None)
+            yield bare(best=best, is_checked=is_checked)
+
+    monkeypatch.setattr(search, "select_forward", select)
+    monkeypatch.setattr(search, "reweight", lambda case, h: h)
+    monkeypatch.setattr(search, "replace", _replace)
+    now = bare(null=begins[null], best=begins[null], case=None, screened="")
+    each = [bare(begin=begins[e], screened=f"about {e:g}") for e, _ in tracks]
+    told = [(s.best.evidence, s.screened) for s in search._follow_tracks(now, iter(each), 1, 1, lambda share: None)]
+    return told
+
+
+def test_where_the_machine_as_written_comes_first_the_null_is_left_alone_once_that_holds(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    told = follow(monkeypatch, 50.0, (10.0, [(90.0, 1.0, False), (91.0, 1.0, True)]), (50.0, [(60.0, 1.0, True)]))
+    assert told == [(50.0, "about 10"), (90.0, "about 10"), (91.0, "about 10")]
+
+
+def test_what_does_not_hold_there_is_taken_back_to_the_null_before_its_steps_are_taken(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    told = follow(monkeypatch, 50.0, (10.0, [(90.0, 1.4, False), (10.0, 2.0, True)]), (50.0, [(60.0, 1.0, False)]))
+    assert told == [(50.0, "about 10"), (90.0, "about 10"), (50.0, "about 10"), (60.0, "about 50")]
+
+
+def test_steps_from_another_track_have_to_be_tested_and_to_explain_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    first, second = (50.0, [(60.0, 1.5, True)]), (10.0, [(70.0, 1.0, False), (55.0, 1.0, True), (65.0, 1.0, True)])
+    assert follow(monkeypatch, 50.0, first, second) == [(50.0, "about 50"), (60.0, "about 50"), (65.0, "about 10")]

@@ -16,7 +16,7 @@ from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.lumps.lump_refinement import list_finer_machines
 from network.analysis.diagnosis.screening.screening import Screening
 from network.analysis.diagnosis.settings import SETTINGS
-from network.analysis.diagnosis.tracks import list_levels, list_tracks
+from network.analysis.diagnosis.tracks import list_begins, list_tracks
 
 SLOW = {"sensors": {"T_housing": {**SENSORS["T_housing"], "effects": [{"kind": "sensor_lag", "lag": "900 s"}]}}}
 PUMP = {"sources": {"pump": {"kind": "heat_source", "into": {"column": 1}, "power": "90 W", "with": "running"}}}
@@ -66,4 +66,4 @@ def test_the_machine_as_written_counts_where_it_is_not_far_behind(
 ) -> None:
     written, finer = levels()
     monkeypatch.setattr(Hypothesis, "chi", property(lambda h: best if h is finer else before))
-    assert len(list_levels([written, finer], finer)) == count and list_levels([written], written) == [written]
+    assert len(list_begins([written, finer], finer)) == count and list_begins([written], written) == [written]

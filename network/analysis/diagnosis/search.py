@@ -1,8 +1,7 @@
 """The search: structure first, then what a sensor does by fits and starts, then effects step by step.
 
 Every state that is yielded is better founded than the one before and could be told; the last one is what the search
-comes to. Lumps are refined where that mends more than it costs; the steps go from the best of them, and from the
-machine as written where that leaves something unexplained.
+comes to. Lumps are refined where that mends more than it costs; from which of them the steps go is a matter of tracks.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ from network.analysis.diagnosis.steps.forward_selection import select_forward
 from network.analysis.diagnosis.steps.selection import Selection
 from network.analysis.diagnosis.steps.unseen_runs import unseen_misfit
 from network.analysis.diagnosis.time_budget import BudgetReached, TimeBudget
-from network.analysis.diagnosis.tracks import Track, list_levels, list_tracks
+from network.analysis.diagnosis.tracks import Track, list_begins, list_tracks
 from network.platform.parallel import check_each
 from network.platform.refusal import Failed
 
@@ -130,8 +129,9 @@ def _search_from(
     if best is not levels[0]:
         best = refine_until_converged(case, reweight(case, best), jobs)
         case = estimate_noise(case, best)
-    begins = [reweight(case, h) for h in list_levels(levels, best)]
-    null, written = max(begins, key=_evidence), reweight(case, levels[0])
+    written = reweight(case, levels[0])
+    begins = [written if h is levels[0] else reweight(case, h) for h in list_begins(levels, best)]
+    null = max(begins, key=_evidence)
     now = replace(now, case=case, written=written, null=null, selection=Selection(null), screened=Screening(null))
     yield now
     yield from _follow_tracks(now, list_tracks(null, written, begins, seed, jobs), seed, jobs, tell)
@@ -140,19 +140,27 @@ def _search_from(
 def _follow_tracks(
     now: Search, tracks: Iterator[Track], seed: int, jobs: int, tell: Callable[[float], None]
 ) -> Iterator[Search]:
-    """The steps from the first track and, where these leave much, from the others."""
+    """The steps from one track after the other, as long as they leave much."""
     best: Search | None = None
     for track in tracks:
         if best is not None and best.best.chi < SETTINGS.adequate:
             return
-        begun = replace(now, null=track.begin, selection=Selection(track.begin), screened=track.screened)
+        begun = replace(now, screened=track.screened)
         if best is None:
             yield (best := begun)
-        is_first = best is begun
+        before = best
         for selection in select_forward(track.begin, track.screened, seed, jobs, tell):
-            if is_first or (selection.is_checked and _beats(selection, best, now.case)):
-                best = replace(begun, selection=selection)
-                yield best
+            after = replace(begun, selection=selection) if _is_taken(selection, track, before) else before
+            if after is not best:
+                yield (best := after)
+
+
+def _is_taken(selection: Selection, track: Track, before: Search) -> bool:
+    """Whether the steps of a track come to more than those before it, once they are tested where these found something;
+    whatever those of the null come to where nothing was found."""
+    if track.begin is before.null and not before.best.found:
+        return True
+    return (selection.is_checked or not before.best.found) and _beats(selection, before, before.case)
 
 
 def _beats(selection: Selection, best: Search, case: Case) -> bool:

@@ -26,7 +26,7 @@ class Track(NamedTuple):
     screened: Screening
 
 
-def list_levels(levels: Sequence[Hypothesis], best: Hypothesis) -> list[Hypothesis]:
+def list_begins(levels: Sequence[Hypothesis], best: Hypothesis) -> list[Hypothesis]:
     """The best refinement, and the machine as written where that is another and not far behind."""
     written = levels[0]
     is_alone = best is written or best.chi < SETTINGS.noise or written.chi > SETTINGS.hopeless * best.chi
@@ -34,16 +34,18 @@ def list_levels(levels: Sequence[Hypothesis], best: Hypothesis) -> list[Hypothes
 
 
 def list_tracks(
-    null: Hypothesis, written: Hypothesis, levels: Sequence[Hypothesis], seed: int, jobs: int
+    null: Hypothesis, written: Hypothesis, begins: Sequence[Hypothesis], seed: int, jobs: int
 ) -> Iterator[Track]:
-    """Those of some levels, each screened when it is asked for, that of the null first: after that of the machine as
-    written where one thing explains everything there."""
-    first = _explain_all(written, seed, jobs) if _may_hide(null, written) else None
-    if first is not None:
-        yield first
+    """Those of what steps may go from, each screened when it is asked for: that of the null, then the others; before
+    it that of the machine as written where one thing explains everything there."""
+    seen = _screen(written, seed, jobs) if _may_hide(null, written) else None
+    is_first = seen is not None and _is_explained(seen.screened, jobs)
+    if seen is not None and is_first:
+        yield seen
     yield _screen(null, seed, jobs)
-    if first is None:
-        yield from (_screen(h, seed, jobs) for h in levels if h is not null)
+    for h in begins if not is_first else ():
+        if h is not null:
+            yield seen if seen is not None and h is written else _screen(h, seed, jobs)
 
 
 def _screen(h: Hypothesis, seed: int, jobs: int) -> Track:
@@ -52,16 +54,15 @@ def _screen(h: Hypothesis, seed: int, jobs: int) -> Track:
 
 
 def _may_hide(null: Hypothesis, written: Hypothesis) -> bool:
-    """Whether finer lumps than those of the machine as written leave much."""
+    """Whether finer lumps than those of a machine of few leave much, however far behind these are."""
     is_other = null.machine.lumps > written.machine.lumps
     return is_other and null.chi > SETTINGS.adequate and written.machine.lumps <= SMALL
 
 
-def _explain_all(written: Hypothesis, seed: int, jobs: int) -> Track | None:
-    """The machine as written where one candidate leaves nothing of it; only those are fitted that show half of that."""
-    seen = screen_candidates(written, seed, jobs)
+def _is_explained(seen: Screening, jobs: int) -> bool:
+    """Whether one candidate leaves nothing of the runs that are told worst; only those are fitted that show half of
+    that."""
     likely = [s for s in seen.scores if share_shown(seen.before, s.gain) >= SETTINGS.half]
-    if not likely:
-        return None
-    ranked = start_trials(seen.before, seen.proposed, likely, jobs).rank(jobs)
-    return Track(written, seen) if ranked and ranked[0].chi <= SETTINGS.noise else None
+    trials = start_trials(seen.before, [s.candidate for s in likely], likely, jobs) if likely else None
+    ranked = trials.rank(jobs) if trials is not None else []
+    return bool(ranked) and ranked[0].chi <= SETTINGS.noise
