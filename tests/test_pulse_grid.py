@@ -12,7 +12,7 @@ from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.candidates.candidates import candidates
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
-from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis, theta_of
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.latent_heat.locate import locate
 from network.analysis.diagnosis.screening.pulse_grid import STEPS, Clock, Pulses, lay_grid, numbers_of, pulses_of
 from network.analysis.diagnosis.screening.screen import score_variants
@@ -90,7 +90,7 @@ def test_what_is_on_or_off_for_less_than_two_steps_is_left_to_runs_of_its_own(du
     c = by_the_clock()
     assert Clock(0.0, END, STEPS + 1).resolves(pulses) is is_told
     told = numbers_of(c, pulses)
-    again = pulses_of(c, theta_of(c.own[1:], told))
+    again = pulses_of(c, told)
     assert (again.period, again.duration) == pytest.approx((pulses.period, pulses.duration))
 
 

@@ -4,7 +4,7 @@ Heat from an instant t on answers d(t); a pulse from a to b answers d(a) − d(b
 with the rows D = d(t) of the grid, between which it goes straight. With g = D r and G = D M Dᵀ (screen.py) its gain is
 a w g − a² w G wᵀ/2 at most: of some thousands, no run but those of the grid is computed.
 The clock is that of the recordings, from where the first begins to where the last ends.
-Range: on and off for a step of the grid at least; what goes faster is drawn (timed_search).
+Range: on and off for two steps of the grid at least; what goes faster is drawn (timed_search).
 """
 
 from __future__ import annotations
@@ -126,9 +126,8 @@ class PulseGrid:
         """The same with its instants moved between those of the grid, where that explains more: steps of all lengths
         along some of the numbers."""
         for _ in range(SHARPENED):
-            length = self.clock.step * CLOSEST ** rng.uniform(size=(AROUND, 1))
-            some = rng.uniform(size=(AROUND, len(SHAPES))) < SOME
-            moved = np.array([p.period, p.duration, p.phase]) + length * some * rng.standard_normal(some.shape)
+            steps = self.clock.step * draw_steps(rng, AROUND, len(SHAPES), CLOSEST)
+            moved = np.array([p.period, p.duration, p.phase]) + steps
             tried = [q for q in (Pulses(*x) for x in moved.tolist()) if self.clock.resolves(q)]
             if not tried:
                 break
@@ -147,10 +146,10 @@ class PulseGrid:
 def lay_grid(before: Hypothesis, c: Candidate) -> PulseGrid | None:
     """The grid of a heat by the clock about a fit; None where its instants are others, or its answer is not had.
     Raises BudgetReached."""
+    before.case.budget.check()
     path = {p.attribute: p.path for p in c.own}
     if {*SHAPES} - path.keys():
         return None
-    before.case.budget.check()
     fit, clock = before.linearised, Clock(*before.case.clock, STEPS + 1)
     length = clock.end - clock.begin
     lasting = {path["period"]: (ONCE + 1) * length, path["duration"]: length}
@@ -163,12 +162,19 @@ def lay_grid(before: Hypothesis, c: Candidate) -> PulseGrid | None:
     return PulseGrid(clock, D @ fit.unexplained, D @ fit.project(D).T, firm_of(fit))
 
 
+def draw_steps(rng: np.random.Generator, count: int, axes: int, closest: float) -> Array:
+    """Steps of all lengths from the closest up to one, along some of the axes (count, axes)."""
+    length = closest ** rng.uniform(size=(count, 1))
+    some = rng.uniform(size=(count, axes)) < SOME
+    return np.asarray(length * some * rng.standard_normal((count, axes)))
+
+
 def numbers_of(c: Candidate, p: Pulses) -> Mapping[str, float]:
     """The shapes of a candidate that pulses so, by path."""
     return {q.path: getattr(p, q.attribute) for q in c.own if q.attribute in SHAPES}
 
 
-def pulses_of(c: Candidate, theta: Array) -> Pulses:
+def pulses_of(c: Candidate, numbers: Mapping[str, float]) -> Pulses:
     """The same the other way round: how a candidate with such shapes pulses."""
-    told = {p.attribute: p.value(float(x)) for p, x in zip(c.own[1:], theta, strict=True)}
+    told = {p.attribute: numbers[p.path] for p in c.own[1:]}
     return Pulses(*(told[name] for name in SHAPES))

@@ -19,7 +19,7 @@ from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import parameters_of, theta_of
 from network.analysis.diagnosis.latent_heat.locate import list_likely_parts
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
-from network.analysis.diagnosis.screening.pulse_grid import PulseGrid, lay_grid, numbers_of, pulses_of
+from network.analysis.diagnosis.screening.pulse_grid import PulseGrid, draw_steps, lay_grid, numbers_of, pulses_of
 from network.analysis.diagnosis.screening.screen import Score, score_variants
 from network.catalogue.declaration.declare import Array
 from network.catalogue.mechanisms.mechanism import Mechanism
@@ -32,8 +32,8 @@ DRAWS, AGAIN, ROUNDS, ROUNDS_FROM_GRID = 64, 32, 8, 2
 (budget)."""
 GRIDDED = 4
 """Windows, and trains, of the grid that are scored by themselves (budget)."""
-CLOSEST, SOME = 1e-3, 0.5
-"""Prior σ: the shortest step, some seconds of a period; share of the numbers that a step moves."""
+CLOSEST = 1e-3
+"""Prior σ: the shortest step, some seconds of a period."""
 SETTLED, BRIEFLY, SETTLED_STEPS, ENOUGH = 8, 2, 6, 1.0
 """Times that they are drawn again beside a fit, and beside one of several, its steps then, and nats that it must gain
 by it (budget)."""
@@ -74,11 +74,11 @@ def _settle(
     shapes, rng = c.own[1:], np.random.default_rng(seed)
     grid = None if about else lay_grid(before, c)
     best = _score_best(before, c, [theta_of(shapes, about or {}), *([] if about else _draw_first(c, grid, rng))])
-    is_gridded = best is not None and grid is not None and grid.clock.resolves(pulses_of(c, theta_of(shapes, best.own)))
+    is_gridded = best is not None and grid is not None and grid.clock.resolves(pulses_of(c, best.own))
     for _ in range(ROUNDS_FROM_GRID if is_gridded else ROUNDS):
         before.case.budget.check()
         middle = theta_of(shapes, best.own if best is not None else about or {})
-        again = _score_best(before, c, _draw(c, middle, _steps(rng, len(shapes), AGAIN, 0)))
+        again = _score_best(before, c, _draw(c, middle, draw_steps(rng, AGAIN, len(shapes), CLOSEST)))
         best = again if best is None or (again is not None and again.gain > best.gain) else best
     return best
 
@@ -98,10 +98,10 @@ def _draw(c: Candidate, middle: Array, steps: Array) -> list[Array]:
 def _draw_first(c: Candidate, grid: PulseGrid | None, rng: np.random.Generator) -> list[Array]:
     """Shapes drawn from their priors; where there is a grid only those that go faster than it tells, and its best."""
     shapes = c.own[1:]
-    drawn = _draw(c, theta_of(shapes, {}), _steps(rng, len(shapes), 0, DRAWS))
+    drawn = _draw(c, theta_of(shapes, {}), rng.standard_normal((DRAWS, len(shapes))))
     if grid is None:
         return drawn
-    fast = [theta for theta in drawn if not grid.clock.resolves(pulses_of(c, theta))]
+    fast = [theta for theta in drawn if not grid.clock.resolves(pulses_of(c, _list_numbers(c, theta)))]
     told = [theta_of(shapes, numbers_of(c, grid.sharpen(p, rng))) for p in grid.best(GRIDDED)]
     return [*fast, *(x for x in told if all(p.low <= t <= p.high for p, t in zip(shapes, x, strict=True)))]
 
@@ -111,21 +111,18 @@ def _is_seen(before: Hypothesis, c: Candidate, theta: Array) -> bool:
     a pulse between two samples like a jump."""
     runs, shapes = before.case.runs, c.own[1:]
     laws = {p.entry: c.machine.by_path[p.entry] for p in shapes}
-    values = {p.attribute: p.value(float(x)) for p, x in zip(shapes, theta, strict=True)}
+    numbers = _list_numbers(c, theta)
+    values = {p.attribute: numbers[p.path] for p in shapes}
     begin, end = before.case.clock
     laid = [law.replaced(**values).edges(end) for law in laws.values() if isinstance(law, Mechanism)]
     edges = [each[each > begin] for each in laid]
     return all(len(each) and (np.diff(each) >= runs.interval).all() for each in edges)
 
 
-def _steps(rng: np.random.Generator, shapes: int, near: int, far: int) -> Array:
-    """Steps in prior σ: far ones as the prior has them, and near ones of all lengths down to CLOSEST, along some of the
-    axes."""
-    length = CLOSEST ** rng.uniform(size=(near, 1))
-    some = rng.uniform(size=(near, shapes)) < SOME
-    return np.vstack([rng.standard_normal((far, shapes)), length * some * rng.standard_normal((near, shapes))])
-
-
 def _at(c: Candidate, theta: Array) -> tuple[Candidate, float, dict[str, float]]:
-    shapes = {p.path: p.value(float(x)) for p, x in zip(c.own[1:], theta, strict=True)}
-    return c, 1.0, {**c.usual, **shapes}
+    return c, 1.0, {**c.usual, **_list_numbers(c, theta)}
+
+
+def _list_numbers(c: Candidate, theta: Array) -> dict[str, float]:
+    """Shapes by path."""
+    return {p.path: p.value(float(x)) for p, x in zip(c.own[1:], theta, strict=True)}
