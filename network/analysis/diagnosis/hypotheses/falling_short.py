@@ -1,5 +1,5 @@
-"""When what is tried is given up: a fit that will not come to some evidence by what its last steps gained, or one that
-leaves too much."""
+"""When what is tried is given up: a fit that will not come to some evidence by what its last steps gained, one that
+leaves too much, or what shows too little."""
 
 from __future__ import annotations
 

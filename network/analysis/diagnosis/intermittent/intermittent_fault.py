@@ -114,11 +114,12 @@ def find_intermittent_fault(h: Hypothesis) -> tuple[IntermittentFault, Hypothesi
 
 def _settle(h: Hypothesis, e: IntermittentFault) -> tuple[IntermittentFault, Hypothesis] | None:
     """A fault with share and windows found again about ever better fits, for the numbers of the first are bent by it;
-    None where it does not hold about any, or leaves more than readings as they are."""
+    None where it does not hold about any. It is given up where it leaves more than readings as they are, also of its
+    own channel."""
     told, least = None, np.inf
     for _ in range(ROUNDS + 1):
         fits = fit_both(h, e)
-        if fits is None or fits[1].chi > min(least, fits[0].chi):
+        if fits is None or fits[1].chi > least or _mends_nothing(e, *fits[:2]):
             break
         e, least = replace(e, gain=fits[2]), fits[1].chi
         told = (e, fits[1]) if _holds(e, *fits) else told
@@ -151,6 +152,12 @@ def _update_fault(h: Hypothesis, e: IntermittentFault, about: Hypothesis) -> Int
         for run, spans in zip(runs, windows, strict=True)
     ]
     return replace(e, loose=replace(e.loose, share=share, windows=tuple(now)))
+
+
+def _mends_nothing(e: IntermittentFault, before: Hypothesis, after: Hypothesis) -> bool:
+    """Whether more is left once readings are set right, of all channels and of its own."""
+    left = [excess_of(x, [e.channel], range(len(e.recordings))) for x in (before, after)]
+    return after.chi > before.chi and left[1] > left[0]
 
 
 def _holds(e: IntermittentFault, before: Hypothesis, after: Hypothesis, gain: float) -> bool:
