@@ -10,10 +10,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+from network.analysis.diagnosis.candidates.candidates import candidates
 from network.analysis.diagnosis.hypotheses.falling_short import share_shown
+from network.analysis.diagnosis.hypotheses.few_runs import SEARCHED, on_few_runs
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.lumps.coarse_surrogate import SMALL
 from network.analysis.diagnosis.lumps.lump_refinement import MANY
+from network.analysis.diagnosis.screening.screen import score_candidates
 from network.analysis.diagnosis.screening.screening import Screening, leaves_something, screen_candidates
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.refit import start_trials
@@ -38,14 +41,11 @@ def list_tracks(
 ) -> Iterator[Track]:
     """Those of what steps may go from, each screened when it is asked for: that of the null, then the others; before
     it that of the machine as written where one thing explains everything there."""
-    seen = _screen(written, seed, jobs) if _may_hide(null, written) else None
-    is_first = seen is not None and _is_explained(seen.screened, jobs)
-    if seen is not None and is_first:
-        yield seen
+    is_first = _may_hide(null, written) and _is_explained(on_few_runs(written, SEARCHED), jobs)
+    if is_first:
+        yield _screen(written, seed, jobs)
     yield _screen(null, seed, jobs)
-    for h in begins if not is_first else ():
-        if h is not null:
-            yield seen if seen is not None and h is written else _screen(h, seed, jobs)
+    yield from (_screen(h, seed, jobs) for h in begins if not (is_first or h is null))
 
 
 def _screen(h: Hypothesis, seed: int, jobs: int) -> Track:
@@ -59,10 +59,9 @@ def _may_hide(null: Hypothesis, written: Hypothesis) -> bool:
     return is_other and null.chi > SETTINGS.adequate and written.machine.lumps <= SMALL
 
 
-def _is_explained(seen: Screening, jobs: int) -> bool:
-    """Whether one candidate leaves nothing of the runs that are told worst; only those are fitted that show half of
-    that."""
-    likely = [s for s in seen.scores if share_shown(seen.before, s.gain) >= SETTINGS.half]
-    trials = start_trials(seen.before, [s.candidate for s in likely], likely, jobs) if likely else None
-    ranked = trials.rank(jobs) if trials is not None else []
+def _is_explained(h: Hypothesis, jobs: int) -> bool:
+    """Whether one candidate leaves nothing; only those are fitted that show half of that where they are proposed."""
+    scores = score_candidates(h.linearised, candidates(h.machine, h.case.drivers, runs=h.case.runs), h.values, jobs)
+    likely = [s for s in scores if share_shown(h, s.gain) >= SETTINGS.half]
+    ranked = start_trials(h, [s.candidate for s in likely], likely, jobs).rank(jobs) if likely else []
     return bool(ranked) and ranked[0].chi <= SETTINGS.noise
