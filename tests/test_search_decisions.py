@@ -645,12 +645,26 @@ def test_share_and_windows_are_found_again_about_the_better_fit_until_none_is(mo
     )
     monkeypatch.setattr(intermittent_fault, "_update_fault", lambda of, e, about: bare(share=e.share + 0.1, gain=0.0))
     monkeypatch.setattr(intermittent_fault, "_holds", lambda e, before, after, gain: e.share > 0.5)
+    monkeypatch.setattr(intermittent_fault, "_mends_nothing", lambda e, before, after: after.chi > 5.0)
     fault, after = intermittent_fault._settle(bare(), bare(share=0.6, gain=0.0))
     assert (fault.share, after.share, after.chi) == (0.7, 0.7, 3.0) and fault.gain == pytest.approx(7.0)
     chis = iter([5.0, 3.0, 3.5])
     assert intermittent_fault._settle(bare(), bare(share=0.2, gain=0.0)) is None
+    chis = iter([6.0])
+    assert intermittent_fault._settle(bare(), bare(share=0.6, gain=0.0)) is None
     monkeypatch.setattr(intermittent_fault, "fit_both", lambda of, e: None)
     assert intermittent_fault._settle(bare(), bare(share=0.6, gain=0.0)) is None
+
+
+@pytest.mark.parametrize(
+    ("chi", "own", "told"), [(6.0, 3.0, True), (6.0, 1.0, False), (4.0, 3.0, False), (4.0, 1.0, False)]
+)
+def test_a_fault_that_leaves_more_also_of_its_own_channel_mends_nothing(
+    chi: float, own: float, told: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before, after = h(5.0), h(chi)
+    monkeypatch.setattr(intermittent_fault, "excess_of", lambda of, *where: 2.0 if of is before else own)
+    assert intermittent_fault._mends_nothing(bare(channel="T", recordings=(1, 2)), before, after) is told
 
 
 def test_a_fit_is_read_at_samples_straight_between_knots_to_the_last() -> None:
