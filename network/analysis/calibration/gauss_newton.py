@@ -74,9 +74,8 @@ def minimise(
         at = _temper_priors(at)
         if until(at):
             break
-        if gain >= _least_gain(at, settled < np.inf or at.problem.moves) or (at.problem.firm_theta > 1) != (
-            before.problem.firm_theta > 1
-        ):
+        is_far, was_far = (x.problem.firm_theta > 1 for x in (at, before))
+        if gain >= _least_gain(at, settled < np.inf or at.problem.moves) or is_far != was_far:
             if settled < np.inf and not _lies_within(at, at.eta_made_at, NEAR_ETA):
                 at = _temper_priors(_complete_slopes(at))
             continue
