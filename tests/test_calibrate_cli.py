@@ -11,8 +11,10 @@ import pytest
 from measured import BLOCKS, blocks, changed, recorded, steps
 
 from network import Machine, Recording, Refused, calibrate, compare
+from network.analysis.calibration import unit_mistakes
 from network.analysis.calibration.estimated_constants import compare_estimating
 from network.analysis.calibration.experiment_plan import foresee
+from network.analysis.calibration.linearised import Linearised
 from network.cli import main
 from network.platform.yaml.document import dump
 from network.recordings.csv_table import write_csv
@@ -185,6 +187,21 @@ def test_a_number_in_a_wrong_unit_is_named() -> None:
     assert "links.hot skin.conductance is 600 W/K, and with 0.6 W/K" in told and "check its unit" in told
     sources = {"heater": {**BLOCKS["sources"]["heater"], "power": "0.012 W ± 0.001 W"}}  # type: ignore[index]
     assert "sources.heater.power is 0.012 W, and with 12 W" in refusal(blocks(sources=sources), readings())
+
+
+def test_a_number_in_a_wrong_unit_is_named_by_several_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On all of them only those are tried that explain enough on the shortest."""
+    asked, cost = list[int](), unit_mistakes.residual_cost
+
+    def count(at: Linearised, theta: Values) -> float:
+        asked.append(len(at.problem.data))
+        return cost(at, theta)
+
+    monkeypatch.setattr(unit_mistakes, "residual_cost", count)
+    links = {"hot skin": {**BLOCKS["links"]["hot skin"], "conductance": "600 W/K ± 20 %"}}  # type: ignore[index]
+    told = refusal(blocks(links=links), readings(), readings(4, "later"))
+    assert "links.hot skin.conductance is 600 W/K, and with 0.6 W/K" in told
+    assert asked.count(1) > 10 and 0 < asked.count(2) < 0.2 * asked.count(1)
 
 
 def test_channels_in_a_wrong_unit_are_named() -> None:

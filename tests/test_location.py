@@ -21,6 +21,7 @@ from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.latent_heat.locate import locate
 from network.analysis.diagnosis.latent_heat.location import Location
+from network.analysis.diagnosis.latent_heat.mismatch import Mismatch
 from network.analysis.diagnosis.latent_heat.unknown_heat import heat_knots, temperature_answers
 from network.analysis.diagnosis.steps.placement import _aside, _elsewhere
 from network.catalogue.declaration.places import Place
@@ -58,7 +59,8 @@ def test_a_location_knows_its_kind_and_its_seats(at: Location, kind: str, text: 
 
 def unknown_at(at: Location, null: Hypothesis) -> dict[str, Any]:
     """What stands in diagnosis.json of something unknown there."""
-    search = SimpleNamespace(best=null, null=null, located=(unknown_heat(at, 0.9, 1, 80.0),), threshold=9.0)
+    mismatch = Mismatch((unknown_heat(at, 0.9, 1, 80.0),), null.linearised, 1.0)
+    search = SimpleNamespace(best=null, null=null, mismatch=mismatch, threshold=9.0)
     return find_unknown(cast(Any, search)).summary()
 
 
@@ -104,7 +106,8 @@ def test_a_room_that_does_not_stay_what_is_stated_is_found_by_its_course_in_each
     assert first.at == Location(("air",), is_held=True) and first.gain > 20 + max(u.gain for u in rest)
     (*_, warm), (*_, cold) = first.heat
     assert warm - cold == pytest.approx(4 * (WARMING - COOLING), rel=0.25)
-    search = SimpleNamespace(best=null, null=null, located=(first, *rest), threshold=9.0)
+    mismatch = Mismatch((first, *rest), null.linearised, 1.0)
+    search = SimpleNamespace(best=null, null=null, mismatch=mismatch, threshold=9.0)
     finding = find_unknown(cast(Any, search))
     assert (finding.kind, finding.places, finding.part, finding.is_room) == ("ambient_drift", ("air",), "part", True)
     assert "otherwise in each run" in finding.sentence and "temperature" in finding.summary()["course"][0]

@@ -65,12 +65,11 @@ def test_numbers_are_tried_evenly_on_both_sides_of_what_is_stated() -> None:
 
 def test_a_wrong_unit_is_looked_for_where_a_fit_leaves_much(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = list[float]()
-    monkeypatch.setattr(unit_mistakes, "_channels", lambda before: asked.append(before) or ["a channel"])
-    monkeypatch.setattr(unit_mistakes, "residual_cost", lambda at, theta: 1.0)
+    monkeypatch.setattr(unit_mistakes, "_channels", lambda written: asked.append(written) or ["a channel"])
+    monkeypatch.setattr(unit_mistakes, "linearise", lambda problem, theta: problem.left)
     monkeypatch.setattr(unit_mistakes, "centres", lambda parameters: None)
     for left in (19.9, 20.1, 500.0):
-        at = bare(left=np.full(9, left), cost=1.0, problem=bare(parameters=()))
-        list(unit_mistakes.misread(at, lambda left=left: left))  # type: ignore[arg-type]
+        list(unit_mistakes.misread(bare(left=np.full(9, left), cost=1.0, problem=bare(parameters=(), left=left))))
     assert asked == [20.1, 500.0]
 
 
@@ -85,7 +84,7 @@ def test_a_number_is_asked_for_its_unit_where_a_power_of_ten_explains_most(
     )
     p = bare(path="links.fins.conductance", centre=1.0, is_unknown=False, value=lambda x: 2.0 * x,
              field=bare(unit="W/K"), format_value=lambda x: "2 W/K")  # fmt: skip
-    problem = bare(parameters=(p,), model=bare(machine=bare(file="m.yaml")))
+    problem = bare(parameters=(p,), model=bare(machine=bare(file="m.yaml")), data=(None,))
     found = list(unit_mistakes._numbers(bare(problem=problem, cost=9 * 25.0**2, left=np.full(9, 25.0))))
     assert len(found) == told
     if told:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 from network.analysis.calibration.estimated_constants import Numbers
 from network.analysis.calibration.expansion_point import points_by_file
@@ -21,8 +21,7 @@ from network.analysis.calibration.read_beginning import begin_beside_modes
 from network.analysis.calibration.robust_fit import Fit, fit_robustly
 from network.analysis.calibration.uncertainty import Uncertainty, uncertainty, uncertainty_by_curvature
 from network.analysis.calibration.unit_mistakes import misread
-from network.analysis.comparison.compare import compare
-from network.engine.response.parameters import Parameter, at_prior_centres, values_at
+from network.engine.response.parameters import Parameter, values_at
 from network.machine.machine import Machine
 from network.platform.printing import Brief
 from network.platform.refusal import Complaints
@@ -86,8 +85,7 @@ def estimate_null(
         alone, theta = alone.about(begin.points), begin.theta
     found = best_start(alone, seed, Stage(tell, 0.0, 0.6), is_late, theta, is_enough)
     found = replace(found, at=settle_starts(found.at, is_late=is_late))
-    given = partial(compare, at_prior_centres(machine, parameters), [d.recording for d in data], start=start)
-    complaints = Complaints([*misread(found.at, given)])
+    complaints = Complaints([*misread(found.at)])
     complaints.raise_if_any()
     tell(0.6)
     say(tell, f"{chi_of(found.at):.3g} σ left; weighing readings, finding their noise")

@@ -6,17 +6,19 @@ powers of ten; each channel is compared with its simulation for a factor, and fo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
-from network.analysis.calibration.gauss_newton import Linearised, residual_cost
+from network.analysis.calibration.gauss_newton import Linearised, linearise, make_problem, residual_cost
+from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.multistart import rms
 from network.analysis.comparison.channel_residual import ChannelResidual
-from network.analysis.comparison.compare import Comparison
 from network.engine.response.parameters import centres
+from network.engine.response.prediction import Prediction
 from network.platform.quantities.units import show
-from network.platform.refusal import Refusal, Spot
+from network.platform.refusal import Failed, Refusal, Spot
 
 HOPELESS, HARDLY = 20.0, 3.0
 """rms of a fit from which a wrong unit is looked for, and times that the fit lowered it at most."""
@@ -28,27 +30,44 @@ ALIKE = 0.95
 ZERO_CELSIUS, NEAR_ZERO = 273.15, 40.0
 
 
-def misread(at: Linearised, compare: Callable[[], Comparison]) -> Iterator[Refusal]:
-    """What may be in a wrong unit, given the best fit; compare: the machine as written, where that is asked for."""
+def misread(at: Linearised) -> Iterator[Refusal]:
+    """What may be in a wrong unit, given the best fit."""
     if rms(at.left) < HOPELESS:
         return
-    found = [*_channels(compare())]
-    hardly = at.cost > residual_cost(at, centres(at.problem.parameters)) / HARDLY**2
-    yield from found or (_numbers(at) if hardly else ())
+    try:
+        written = linearise(at.problem, centres(at.problem.parameters))
+    except Failed:
+        return
+    found = [*_channels(written)]
+    yield from found or (_numbers(at) if at.cost > written.cost / HARDLY**2 else ())
 
 
 def _numbers(at: Linearised) -> Iterator[Refusal]:
-    """The number that explains most of what no fit can, if it were a power of ten off."""
-    problem = at.problem
-    tried = [(residual_of(at, j, 10.0**power), p, 10.0**power) for j, p in enumerate(problem.parameters)
+    """The number that explains most of what no fit can, if it were a power of ten off. On all runs only those are tried
+    that explain as much on the shortest one, of which the misfit is a part of that of all."""
+    problem, enough = at.problem, at.cost / BETTER**2
+    shortest = _on_shortest(at)
+    tried = [(j, 10.0**power) for j, p in enumerate(problem.parameters)
              if not p.is_unknown for power in (*POWERS, *(-k for k in POWERS))]  # fmt: skip
-    best, p, factor = min(tried, key=lambda item: item[0], default=(np.inf, None, 1.0))
-    if p is None or best > at.cost / BETTER**2:
+    able = [each for each in tried if shortest is None or residual_of(shortest, *each) <= enough]
+    costs = [(residual_of(at, j, factor), problem.parameters[j], factor) for j, factor in able]
+    best, p, factor = min(costs, key=lambda item: item[0], default=(np.inf, None, 1.0))
+    if p is None or best > enough:
         return
     there, readings = show(factor * p.value(p.centre), p.field.unit), max(len(at.left), 1)
     met = f"to {np.sqrt(best / readings):.3g} σ instead of {rms(at.left):.3g} σ"
     wrong = f"{p.path} is {p.format_value(p.centre)}, and with {there} the recordings would be met {met}"
     yield Refusal(Spot(problem.model.machine.file), wrong, "check its unit")
+
+
+def _on_shortest(at: Linearised) -> Linearised | None:
+    """The problem on the run with the fewest readings, at the same numbers; None where there is no other."""
+    problem = at.problem
+    if len(problem.data) < 2:
+        return None
+    shortest = min(problem.data, key=lambda d: len(d.means))
+    alone = make_problem(problem.model.machine, problem.parameters, [shortest])
+    return linearise(replace(alone, offsets=()), at.theta)
 
 
 def residual_of(at: Linearised, j: int, factor: float) -> float:
@@ -61,17 +80,27 @@ def residual_of(at: Linearised, j: int, factor: float) -> float:
     return residual_cost(at, theta) - float(((theta[j] - p.centre) / p.spread) ** 2)
 
 
-def _channels(before: Comparison) -> Iterator[Refusal]:
+def _channels(written: Linearised) -> Iterator[Refusal]:
     """Channels that are off by themselves: in kelvin, or by a factor that others do not share."""
-    for residual in before.recordings:
-        factors = {name: power_of(channel) for name, channel in residual.channels.items() if channel.n > 1}
+    for data, prediction in zip(written.problem.data, written.predictions, strict=True):
+        channels = {c.name: c for c in _lay_beside(data, prediction)}
+        factors = {name: power_of(channel) for name, channel in channels.items() if channel.n > 1}
         for name, power in factors.items():
-            wrong = _in_kelvin(residual.channels[name])
+            wrong = _in_kelvin(channels[name])
             ordinary = any(other is not None and abs(other) < 1 for n, other in factors.items() if n != name)
-            if power is not None and abs(power) >= 2 and ordinary and residual.channels[name].unit != "degC":
+            if power is not None and abs(power) >= 2 and ordinary and channels[name].unit != "degC":
                 wrong = f"{name} reads 1e{power} times what is simulated, in the same shape"
             if wrong:
-                yield Refusal(Spot(residual.recording.file), wrong, "check the unit in its header")
+                yield Refusal(Spot(data.recording.file), wrong, "check the unit in its header")
+
+
+def _lay_beside(data: Measured, prediction: Prediction) -> Iterator[ChannelResidual]:
+    """The cells' means of every channel beside those that are simulated."""
+    count, measured = data.run.knots.cells, np.where(data.known, data.means, np.nan)
+    for i, name in enumerate(data.run.channels):
+        own = slice(i * count, (i + 1) * count)
+        unit = data.recording.columns[name].unit
+        yield ChannelResidual(name, unit, data.centres, measured[own], prediction.cells[own], data.sigma[name])
 
 
 def _in_kelvin(channel: ChannelResidual) -> str:

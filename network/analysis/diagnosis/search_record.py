@@ -8,8 +8,8 @@ from functools import cached_property
 from network.analysis.calibration.null import Null
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
-from network.analysis.diagnosis.latent_heat.locate import locate
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
+from network.analysis.diagnosis.latent_heat.mismatch import Mismatch, locate_mismatch
 from network.analysis.diagnosis.reading_fault import ReadingFault
 from network.analysis.diagnosis.screening.screening import Screening
 from network.analysis.diagnosis.steps.backward_elimination import share_explained
@@ -74,6 +74,11 @@ class Search:
         return share_explained(self.null.chi, self.best.chi) if self.best.found else 1.0
 
     @cached_property
+    def mismatch(self) -> Mismatch:
+        """Of the null."""
+        return locate_mismatch(self.null)
+
+    @property
     def located(self) -> tuple[UnknownHeat, ...]:
         """Where unknown heat would explain most before anything was added."""
-        return locate(self.null.linearised, self.null.machine)
+        return self.mismatch.places

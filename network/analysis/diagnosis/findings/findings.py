@@ -11,8 +11,8 @@ from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.findings.finding import UNKNOWN, Finding, Quantity, Rival
 from network.analysis.diagnosis.findings.invariants import doubt_search, list_doubts
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
-from network.analysis.diagnosis.latent_heat.locate import locate, trace
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
+from network.analysis.diagnosis.latent_heat.mismatch import Mismatch, locate_mismatch
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.ranking import belief_in_nothing, distinct, share_of, shares
 from network.analysis.diagnosis.steps.strength import standard_errors
@@ -145,33 +145,34 @@ def is_shadow(search: Search) -> bool:
 def find_unknown(search: Search, alone: bool = False) -> Finding:
     """What no kind explains: its place, its shape and its size; alone: with nothing of what was found beside it."""
     about = search.null if alone or not search.best.found else search.best
-    left = search.located if about is search.null else locate(about.linearised, about.machine)
-    top = left[0]
+    mismatch = search.mismatch if about is search.null else locate_mismatch(about)
+    top = mismatch.places[0]
     if top.is_room:
-        return _find_room(search, about, left)
-    name, size = size_of_unknown(about.machine, top)
+        return _find_room(search, about, mismatch)
+    course = mismatch.trace(top)
+    name, size = size_of_unknown(about.machine, course)
     what = f"an unknown {name} of {format_amount(size.value, size.unit)} (rms)"
     more = "; what was found hardly lowers it" if alone else ""
     said = f"{sentence(what)} at {' and '.join(top.at.seats)} that no kind of the catalogue explains{more}."
     return Finding(
         UNKNOWN, "sensors" if top.is_offset else "sources", top.at.nodes, top.at.channels, top.probability,
-        {name: size}, said, Patch({}), top.gain, search.threshold, windows_of(left),
-        course=trace(about.linearised, top), share=top.probability, nothing=belief_in_nothing(top.gain),
+        {name: size}, said, Patch({}), top.gain, search.threshold, windows_of(mismatch.places),
+        course=course, share=top.probability, nothing=belief_in_nothing(top.gain),
     )  # fmt: skip
 
 
-def _find_room(search: Search, about: Hypothesis, left: Sequence[UnknownHeat]) -> Finding:
+def _find_room(search: Search, about: Hypothesis, mismatch: Mismatch) -> Finding:
     """Surroundings that are not what is stated, otherwise in each run: no number of the file can tell the next one."""
-    top = left[0]
-    name, size = size_of_unknown(about.machine, top)
-    low, high = (format_amount(float(end([end(T) for T in top.heat])), "K", 2) for end in (np.min, np.max))
+    top, course = mismatch.places[0], mismatch.trace(mismatch.places[0])
+    name, size = size_of_unknown(about.machine, course)
+    low, high = (format_amount(float(end([end(T) for T in course.heat])), "K", 2) for end in (np.min, np.max))
     said = (
         f"{sentence(str(top.at))} does not stay at what is given for it: it would have to lie between {low} and {high} "
         "beside that, otherwise in each run. A thermometer there would tell."
     )
     return Finding(
         AmbientDrift.kind, "nodes", top.at.nodes, (), min(top.probability, SETTINGS.barred), {name: size}, said,
-        Patch({}), top.gain, search.threshold, windows_of(left), course=trace(about.linearised, top),
+        Patch({}), top.gain, search.threshold, windows_of(mismatch.places), course=course,
         doubts=("its course is another one in each run, so that no run that was not seen can test it",),
         share=top.probability, nothing=belief_in_nothing(top.gain),
     )  # fmt: skip

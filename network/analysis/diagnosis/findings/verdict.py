@@ -25,7 +25,6 @@ from network.analysis.diagnosis.findings.result import Diagnosis, Fits
 from network.analysis.diagnosis.findings.simulated_findings import is_finer, leave_fault, numbers_in, withdraw_refuted
 from network.analysis.diagnosis.findings.withheld_names import withhold_names
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
-from network.analysis.diagnosis.latent_heat.locate import trace
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
 from network.analysis.diagnosis.lumps.lumping_finding import find_lumping
 from network.analysis.diagnosis.screening.screened_gain import list_screened
@@ -108,7 +107,7 @@ def _trace_first(search: Search) -> tuple[UnknownHeat, ...]:
     first = next((u for u in places if not u.is_offset), None)
     if first is None or search.null.chi <= SETTINGS.noise:
         return places
-    return tuple(trace(search.null.linearised, u) if u is first else u for u in places)
+    return tuple(search.mismatch.trace(u) if u is first else u for u in places)
 
 
 def _decide_verdict(

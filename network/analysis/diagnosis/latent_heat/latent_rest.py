@@ -12,10 +12,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from network.analysis.calibration.gauss_newton import Linearised, linearise
+from network.analysis.calibration.gauss_newton import linearise
 from network.analysis.diagnosis.hypotheses.compact_fit import expand
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.latent_heat.locate import explain_unknown, locate, rows_of
@@ -30,6 +31,9 @@ ROUNDS = 3
 """Steps of the numbers together with the heat, at most; the first takes nearly all of the way."""
 ENOUGH = 1.0
 """nats that a step has to bring for another."""
+SHARES = (1.0, 0.5, 0.25)
+"""Of such a step that are tried, one after the other, as long as it loses more than that: far from where it leads, its
+slopes are others."""
 RANKED = 6
 """Rivals that are weighed beside such heat."""
 
@@ -41,19 +45,60 @@ class Rest:
     beside: Hypothesis
     heat: UnknownHeat
 
-    @property
+    @cached_property
     def evidence(self) -> float:
         """Log evidence of both [nats], at the least of J that the slopes tell."""
         at = self.beside.linearised
         to_go = 0.5 * float(at.pull @ np.linalg.solve(at.precision, at.pull))
         return at.log_evidence + to_go + max(0.0, self.heat.gain) - self.beside.price
 
+    @cached_property
+    def left(self) -> float:
+        """χ² that is left beside the heat, the numbers where it lets them be."""
+        at = self.beside.linearised
+        return max(1.0, float(np.mean((at.left - self._rows - self._step @ at.slopes) ** 2)))
+
+    @cached_property
+    def _rows(self) -> Array:
+        """What the heat does."""
+        return rows_of(self.beside.linearised, self.heat)
+
+    @cached_property
+    def _step(self) -> Array:
+        """A⁻¹(p − S Gf)."""
+        at = self.beside.linearised
+        return np.asarray(np.linalg.solve(at.precision, at.pull - at.slopes @ self._rows))
+
+    def move(self) -> Rest | None:
+        """The numbers a step further beside the heat at its place; None where there is no heat, or none of the shares
+        of that step is any good."""
+        if self.heat.gain <= 0:
+            return None
+        moves = (self._move_by(share) for share in SHARES)
+        return next((m for m in moves if m is not None and m.evidence > self.evidence - ENOUGH), None)
+
+    def _move_by(self, share: float) -> Rest | None:
+        """None where a run breaks down."""
+        at = self.beside.linearised
+        low, high = (np.array([getattr(p, side) for p in at.problem.parameters]) for side in ("low", "high"))
+        try:
+            moved = linearise(at.problem, np.clip(at.theta + share * self._step[: at.free], low, high))
+            return Rest(replace(self.beside, fit=moved), explain_unknown(moved, self.heat))
+        except (Failed, np.linalg.LinAlgError):
+            return None
+
 
 def find_rest(h: Hypothesis, refit: bool = True) -> Rest:
     """What is left of a hypothesis as heat, where nothing but noise is left beside that; refit: together with it."""
-    best = _beside(expand(h))
-    for _ in range(ROUNDS if refit else 0):
-        moved = _refit_together(best)
+    first = _beside(expand(h))
+    best = _refit_together(first) if refit else first
+    return best if best is first else _beside(best.beside)
+
+
+def _refit_together(best: Rest) -> Rest:
+    """With the numbers that stand beside the heat at its place."""
+    for _ in range(ROUNDS):
+        moved = best.move()
         if moved is None or moved.evidence < best.evidence + ENOUGH:
             break
         best = moved
@@ -87,22 +132,3 @@ def share_of_rest(before: Rest, after: Rest) -> float:
 
 def _beside(h: Hypothesis) -> Rest:
     return Rest(h, max(locate(h.linearised, h.machine, 1.0), key=lambda u: u.gain))
-
-
-def _refit_together(rest: Rest) -> Rest | None:
-    """One step of the numbers beside the heat; None where there is no heat, or a run breaks down."""
-    at = rest.beside.linearised
-    if rest.heat.gain <= 0:
-        return None
-    try:
-        moved = linearise(at.problem, _step_beside(at, rest.heat))
-    except (Failed, np.linalg.LinAlgError):
-        return None
-    return _beside(replace(rest.beside, fit=moved))
-
-
-def _step_beside(at: Linearised, heat: UnknownHeat) -> Array:
-    """θ after a full step, within its bounds, with what the heat shows taken out."""
-    step = np.linalg.solve(at.precision, at.pull - at.slopes @ rows_of(at, heat))[: at.free]
-    low, high = (np.array([getattr(p, side) for p in at.problem.parameters]) for side in ("low", "high"))
-    return np.asarray(np.clip(at.theta + step, low, high))

@@ -56,7 +56,7 @@ def locate(fit: Linearised, machine: Machine, scale: float | None = None) -> tup
     """All places, the most probable first; scale: χ² that is left beside the heat, by default what is left without
     it."""
     knots = [heat_knots(d, KNOTS) for d in fit.problem.data]
-    found = [_explain_place(fit, _place(fit, at, knots), knots, scale) for at in _list_locations(fit, machine)]
+    found = [_explain_place(fit, place, knots, scale) for place in _list_places(fit, machine, knots)]
     gains = np.array([u.gain for u in found])
     share = np.exp(FLATTER * (gains - gains.max()))
     share /= share.sum()
@@ -77,12 +77,26 @@ def list_likely_parts(located: Sequence[UnknownHeat]) -> dict[str, float]:
     return {name: gain for name, gain in gains.items() if gain >= least}
 
 
-def trace(fit: Linearised, of: UnknownHeat) -> UnknownHeat:
-    """The course of one unknown heat, fine enough to show steps."""
+def trace(fit: Linearised, of: UnknownHeat, scale: float) -> UnknownHeat:
+    """The course of one unknown heat, fine enough to show steps; scale: χ² that is left beside it."""
     knots = [heat_knots(d, FINE, FINEST) for d in fit.problem.data]
-    fine = _explain_place(fit, _place(fit, of.at, knots), knots)
+    fine = _explain_place(fit, _place(fit, of.at, knots), knots, scale)
     files = tuple(d.recording.file for d in fit.problem.data)
-    return replace(of, t=fine.t, heat=fine.heat, std=fine.std, files=files)
+    return replace(of, rms=fine.rms, t=fine.t, heat=fine.heat, std=fine.std, files=files)
+
+
+def _list_places(fit: Linearised, machine: Machine, knots: list[Array]) -> Iterator[_Place]:
+    """What flows through a link is what one part gives and the other takes, which is known of all parts by then."""
+    parts: dict[str, Sequence[Array]] = {}
+    for at in _list_locations(fit, machine):
+        if at.kind == "link":
+            giver, taker = (parts[name] for name in at.nodes)
+            yield _Place(at, [b - a for a, b in zip(giver, taker, strict=True)])
+            continue
+        place = _place(fit, at, knots)
+        if at.kind == "node":
+            parts[at.nodes[0]] = place.answers
+        yield place
 
 
 def _list_locations(fit: Linearised, machine: Machine) -> Iterator[Location]:
