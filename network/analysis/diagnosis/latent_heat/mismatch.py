@@ -5,14 +5,14 @@ Those that were fitted without it are bent to it: seen from there, it may sit in
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from network.analysis.calibration.gauss_newton import Linearised
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
-from network.analysis.diagnosis.latent_heat.latent_rest import find_rest
-from network.analysis.diagnosis.latent_heat.locate import locate, trace
+from network.analysis.diagnosis.latent_heat.latent_rest import Rest, find_rest
+from network.analysis.diagnosis.latent_heat.locate import explain_unknown, locate, trace
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
 
 
@@ -32,7 +32,13 @@ class Mismatch:
 
 def locate_mismatch(h: Hypothesis) -> Mismatch:
     """Of a hypothesis. All that it leaves without such heat counts as noise where places are compared."""
-    rest = find_rest(h)
+    rest = _free_starts(find_rest(h))
     about = rest.beside.linearised
     noise = max(1.0, float(np.mean(h.fit.left**2)))
     return Mismatch(locate(about, rest.beside.machine, noise), about, rest.left)
+
+
+def _free_starts(rest: Rest) -> Rest:
+    """With priors of starts as narrow as what is left beside the heat has them, not what was left without it."""
+    about = rest.beside.linearised.temper(1.0, float(np.sqrt(rest.left)))
+    return Rest(replace(rest.beside, fit=about), explain_unknown(about, rest.heat))
