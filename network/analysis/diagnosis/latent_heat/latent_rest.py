@@ -91,11 +91,17 @@ class Rest:
 def find_rest(h: Hypothesis, refit: bool = True) -> Rest:
     """What is left of a hypothesis as heat, where nothing but noise is left beside that; refit: together with it."""
     first = _beside(expand(h))
-    best = _refit_together(first) if refit else first
+    best = refit_together(first) if refit else first
     return best if best is first else _beside(best.beside)
 
 
-def _refit_together(best: Rest) -> Rest:
+def rest_at(h: Hypothesis, of: UnknownHeat) -> Rest:
+    """The same, not refitted, at the place of an unknown heat."""
+    whole = expand(h)
+    return Rest(whole, explain_unknown(whole.linearised, of))
+
+
+def refit_together(best: Rest) -> Rest:
     """With the numbers that stand beside the heat at its place."""
     for _ in range(ROUNDS):
         moved = best.move()

@@ -11,7 +11,7 @@ import numpy as np
 
 from network.analysis.calibration.gauss_newton import Linearised
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
-from network.analysis.diagnosis.latent_heat.latent_rest import Rest, find_rest
+from network.analysis.diagnosis.latent_heat.latent_rest import Rest, find_rest, refit_together, rest_at
 from network.analysis.diagnosis.latent_heat.locate import explain_unknown, locate, trace
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
 
@@ -30,9 +30,11 @@ class Mismatch:
         return trace(self.about, of, self.left)
 
 
-def locate_mismatch(h: Hypothesis) -> Mismatch:
-    """Of a hypothesis. All that it leaves without such heat counts as noise where places are compared."""
-    rest = _free_starts(find_rest(h))
+def locate_mismatch(h: Hypothesis, likely: UnknownHeat | None = None) -> Mismatch:
+    """Of a hypothesis; likely: the heat that explains most of one that is much the same. All that it leaves without
+    such heat counts as noise where places are compared."""
+    first = find_rest(h, refit=False) if likely is None else rest_at(h, likely)
+    rest = _free_starts(refit_together(first))
     about = rest.beside.linearised
     noise = max(1.0, float(np.mean(h.fit.left**2)))
     return Mismatch(locate(about, rest.beside.machine, noise), about, rest.left)
