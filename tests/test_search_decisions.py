@@ -1127,9 +1127,14 @@ def test_a_stop_lasts_for_more_than_its_edges() -> None:
     short, long, both = ((600.0, 710.0),), ((600.0, 730.0),), ((0.0, 900.0), (1200.0, 1260.0))
     for windows, told in ((short, False), (long, True), (both, False)):
         assert find_standstill._spans_steps(of, bare(stops=(windows,))) is told
-    assert find_standstill._is_plain(bare(driver=bare(source=""), after=h(9.0)))
-    assert not find_standstill._is_plain(bare(driver=bare(source="pump"), after=h(9.0)))
-    assert find_standstill._is_plain(bare(driver=bare(source="pump"), after=h(1.0)))
+    once, always = ((), ((3.0, 5.0),)), (((3.0, 5.0),), ((1.0, 2.0),))
+
+    def is_plain(source: str, stops: Any, chi: float) -> bool:
+        return find_standstill._is_plain(bare(driver=bare(source=source), stops=stops, after=h(chi)))
+
+    assert is_plain("", once, 9.0) and is_plain("", always[:1], 9.0)
+    assert not is_plain("", always, 9.0) and is_plain("", always, 1.0)
+    assert not is_plain("pump", once, 9.0) and is_plain("pump", once, 1.0)
 
 
 @pytest.mark.parametrize(

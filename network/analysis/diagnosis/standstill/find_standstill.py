@@ -4,7 +4,7 @@ Numbers that were fitted to a stop are bent, so it is found again about the fit 
 driver are looked for there. What counts in the end is what the fit explains of each channel in units of how large the
 misfit that it leaves there is and how long that lasts: beyond the log of as many stretches as were tried for each stop,
 all of them at full strength, and where neither the catalogue nor unknown heat explains as much; a source of which
-nothing is recorded also has to leave hardly anything.
+nothing is recorded, and what would have stood in every recording, also has to leave hardly anything.
 """
 
 from __future__ import annotations
@@ -55,9 +55,11 @@ def find_standstill(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[Sta
 
 
 def _is_plain(now: Stopped) -> bool:
-    """Whether an input stood, of which a recording tells when it moved; or a source of which none tells anything, where
-    hardly anything is left: else that may as well be something else."""
-    return not now.driver.source or now.after.chi <= SETTINGS.adequate
+    """Whether an input stood, of which a recording tells when it moved; or, where hardly anything is left, a source of
+    which none tells anything, or what would have stood in each of several recordings: else that may as well be
+    something else, and what happens every time a law of the machine."""
+    is_open = bool(now.driver.source) or (len(now.stops) > 1 and all(now.stops))
+    return not is_open or now.after.chi <= SETTINGS.adequate
 
 
 def _is_hopeless(h: Hypothesis, now: Stopped) -> bool:
