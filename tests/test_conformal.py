@@ -13,7 +13,9 @@ import pytest
 from bench import conformal as bench
 from bench.conformal_cases import Refused, explanations_of
 from bench.conformal_softening import fit_softening
+from bench.sensitivity import read_seed
 from diagnosed import diagnosed, finding, rival
+from proof.score import READ
 from proof.sealed import seal_of
 
 from network.analysis.diagnosis.findings import conformal
@@ -231,6 +233,11 @@ def test_cases_for_the_score_are_refused(tmp_path: Path, seed: int) -> None:
         bench.collect([proof(tmp_path / "p", [(key("effect"), RIGHT)], seed)])
     with pytest.raises(Refused, match="holds no proof"):
         bench.collect([tmp_path])
+
+
+def test_cases_of_a_score_that_was_read_since_are_for_development(tmp_path: Path) -> None:
+    folder = proof(tmp_path / "p", [(key("effect"), RIGHT)], max(READ))
+    assert bench.collect([folder]).seeds == {max(READ)} and read_seed(None, max(READ)) == max(READ)
 
 
 def test_answers_under_other_settings_and_the_same_case_again_are_left_out(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from bench.conformal_before import explanations_before
 from proof.findings import UNKNOWN, Concealed, Member, concealed_in
 from proof.judgement import VISIBLE
 from proof.judging import INNOCENT, LUMPING, MOST, SENSORS, group_of
-from proof.score import SCORED, answer
+from proof.score import SCORED, answer, is_kept_back
 from proof.sealed import opened
 
 from network.analysis.diagnosis.findings.conformal import (
@@ -113,7 +113,7 @@ def read_proof(folder: Path) -> tuple[int, list[str]]:
         seed, names = int(about["seed"]), sorted(about["cases"])
     except (OSError, ValueError, KeyError, TypeError):
         raise Refused(f"{folder} holds no proof: there is no cases.json with a seed and cases") from None
-    if seed >= SCORED or about.get("development") is False:
+    if is_kept_back(seed):
         raise Refused(f"{folder} is of seed {seed}: from {SCORED} on cases are for the score, not for calibration")
     return seed, names
 

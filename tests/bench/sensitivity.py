@@ -21,7 +21,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 from bench.moved import GROUPS
 from proof.cases import make_cases
 from proof.judging import LUMPING
-from proof.score import OUT, SCORED, Score, answer, middle, read, score
+from proof.score import OUT, SCORED, Score, answer, is_kept_back, middle, read, score
 from rich.console import Console
 from rich.table import Table
 
@@ -131,7 +131,7 @@ def read_seed(folder: Path | None, given: int | None) -> int:
     seed = int(next(each for each in (given, there, 7) if each is not None))
     if there not in (None, seed):
         sys.exit(f"refused: {folder} holds cases of seed {there}, not of {seed}")
-    if seed >= SCORED:
+    if is_kept_back(seed):
         sys.exit(f"refused: seeds from {SCORED} on are for the score")
     return seed
 

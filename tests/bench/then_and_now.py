@@ -21,7 +21,7 @@ from typing import Any
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from proof.pairs import list_pairs, make_pair_of, names
-from proof.score import SCORED
+from proof.score import is_kept_back
 from proof.sealed import opened
 from rich.console import Console
 from rich.table import Table
@@ -88,7 +88,7 @@ def main(changed: int, same: int, seed: int, folder: Path, until: float) -> None
     for name, each in judged.items():
         if not each.get("named", not each.get("accused")):
             console.print(f"{name} ({keys[name]['layout']}, {keys[name]['truth']}): {each}", soft_wrap=True)
-    table = Table(title=f"Then and now, seed {seed}" + ("" if seed >= SCORED else " (development)"))
+    table = Table(title=f"Then and now, seed {seed}" + ("" if is_kept_back(seed) else " (development)"))
     for column in ("pairs", "", "named", "strictly", "in the set", "silent", "told besides"):
         table.add_column(column)
     for title, is_sensor in (("a number changed", False), ("a thermometer changed", True)):

@@ -27,7 +27,7 @@ from proof.layout import Layout
 from proof.observing import ROUGH, WHITE, Recording, observe, record
 from proof.plan import Slot, slot
 from proof.programs import Program, programs
-from proof.score import SCORED
+from proof.score import is_kept_back
 from proof.sealed import seal_of, sealed
 from proof.strength import Bench, bench, seen, sized, warmth
 from proof.written import machine_text
@@ -67,7 +67,7 @@ def make_cases(
     else:
         seals = [work(*each) for each in zip(names, numbers, strict=True)]
     sealed_cases = {name: {"sha256": seal} for name, seal in zip(names, seals, strict=True)} | published(folder)
-    told = {"seed": seed, "development": seed < SCORED, "cases": sealed_cases}
+    told = {"seed": seed, "development": not is_kept_back(seed), "cases": sealed_cases}
     (folder / "cases.json").write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
     return names
 

@@ -24,7 +24,7 @@ from proof.layout import Layout
 from proof.observing import ROUGH, WHITE, Recording, observe, record
 from proof.plan import TRUTHS, machine
 from proof.programs import Program, programs
-from proof.score import SCORED
+from proof.score import is_kept_back
 from proof.sealed import seal_of, sealed
 from proof.strength import COARSE, EVERY, LEAST, MOST, Bench, bench, rms
 from proof.system import Array
@@ -64,7 +64,7 @@ def make_pair_of(folder: Path, seed: int, name: str) -> None:
     (folder / "keys").mkdir(parents=True, exist_ok=True)
     at, seal = folder / "cases.json", write_pair(folder, seed, name)
     told = json.loads(at.read_text(encoding="utf-8")) if at.is_file() else {
-        "seed": seed, "development": seed < SCORED, "cases": {}}  # fmt: skip
+        "seed": seed, "development": not is_kept_back(seed), "cases": {}}  # fmt: skip
     told["cases"].setdefault(name, {"sha256": seal})
     at.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
 
