@@ -124,7 +124,7 @@ def test_a_step_is_lengthened_where_j_is_flatter_than_slopes_tell(monkeypatch):
         t = theta[0] / 0.1
         return None if broken else SimpleNamespace(cost=10 - 2 * t + 0.1 * t**2)
 
-    monkeypatch.setattr(gauss_newton, "_beside", beside)
+    monkeypatch.setattr(gauss_newton, "move_beside", beside)
     at = SimpleNamespace(cost=10.0, theta=np.zeros(1), problem=SimpleNamespace(model=SimpleNamespace(switches=False)))
     new, broken = SimpleNamespace(cost=10 - 2 + 0.1), False
     step, wide, near = np.array([0.1]), (np.array([-9.0]), np.array([9.0])), (np.array([-9.0]), np.array([0.3]))

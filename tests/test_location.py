@@ -59,7 +59,7 @@ def test_a_location_knows_its_kind_and_its_seats(at: Location, kind: str, text: 
 
 def unknown_at(at: Location, null: Hypothesis) -> dict[str, Any]:
     """What stands in diagnosis.json of something unknown there."""
-    mismatch = Mismatch((unknown_heat(at, 0.9, 1, 80.0),), null.linearised, 1.0)
+    mismatch = Mismatch((unknown_heat(at, 0.9, 1, 80.0),), null)
     search = SimpleNamespace(best=null, null=null, mismatch=mismatch, threshold=9.0)
     return find_unknown(cast(Any, search)).summary()
 
@@ -106,7 +106,7 @@ def test_a_room_that_does_not_stay_what_is_stated_is_found_by_its_course_in_each
     assert first.at == Location(("air",), is_held=True) and first.gain > 20 + max(u.gain for u in rest)
     (*_, warm), (*_, cold) = first.heat
     assert warm - cold == pytest.approx(4 * (WARMING - COOLING), rel=0.25)
-    mismatch = Mismatch((first, *rest), null.linearised, 1.0)
+    mismatch = Mismatch((first, *rest), null)
     search = SimpleNamespace(best=null, null=null, mismatch=mismatch, threshold=9.0)
     finding = find_unknown(cast(Any, search))
     assert (finding.kind, finding.places, finding.part, finding.is_room) == ("ambient_drift", ("air",), "part", True)

@@ -66,11 +66,33 @@ def test_numbers_are_tried_evenly_on_both_sides_of_what_is_stated() -> None:
 def test_a_wrong_unit_is_looked_for_where_a_fit_leaves_much(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = list[float]()
     monkeypatch.setattr(unit_mistakes, "_channels", lambda written: asked.append(written) or ["a channel"])
-    monkeypatch.setattr(unit_mistakes, "linearise", lambda problem, theta: problem.left)
+    monkeypatch.setattr(unit_mistakes, "move_beside", lambda at, theta: at.left[0])
     monkeypatch.setattr(unit_mistakes, "centres", lambda parameters: None)
     for left in (19.9, 20.1, 500.0):
-        list(unit_mistakes.misread(bare(left=np.full(9, left), cost=1.0, problem=bare(parameters=(), left=left))))
+        list(unit_mistakes.misread(bare(left=np.full(9, left), cost=1.0, problem=bare(parameters=()))))
     assert asked == [20.1, 500.0]
+
+
+@pytest.mark.parametrize("measured, told", [
+    (lambda T, dz: (T + 273.15, dz), ["T reads +273 K beside the simulation, as kelvin and degrees Celsius do"]),
+    (lambda T, dz: (20 + 40 * (T - 20), dz), []),
+    (lambda T, dz: (T, 1e3 * dz), ["dz reads 1e3 times what is simulated, in the same shape"]),
+    (lambda T, dz: (T, np.where(np.arange(9) < 2, 1e3 * dz, np.nan)), []),
+])  # fmt: skip
+def test_a_channel_in_a_wrong_unit_is_told_by_its_sensor_whatever_its_header_says(
+    measured: Any, told: list[str]
+) -> None:
+    """A temperature that moves forty times as far may lack a path; two means always lie along each other."""
+    T, dz = 20 + np.linspace(0.0, 5.0, 9), 1e-6 * np.linspace(0.0, 40.0, 9)
+    means = np.concatenate(measured(T, dz))
+    data = bare(
+        run=bare(knots=bare(cells=9), channels=("T", "dz")), known=np.isfinite(means), means=np.nan_to_num(means),
+        centres=np.arange(9.0), sigma={"T": 0.1, "dz": 1e-7}, recording=bare(file="day.csv"),
+    )  # fmt: skip
+    machine = bare(sensors={"T": bare(unit="degC"), "dz": bare(unit="um")})
+    written = bare(problem=bare(model=bare(machine=machine), data=(data,)), predictions=(
+        bare(cells=np.concatenate([T, dz])),))  # fmt: skip
+    assert [refusal.wrong for refusal in unit_mistakes._channels(written)] == told
 
 
 @pytest.mark.parametrize("power, told", [(3, True), (1, False), (5, False)])

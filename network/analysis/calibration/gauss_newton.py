@@ -15,8 +15,8 @@ from network.analysis.calibration.expansion_point import expand_anew
 from network.analysis.calibration.linearised import (
     Linearised,
     linearise,
+    move_beside,
     residual_cost,
-    residual_of,
     with_nuisance_slopes,
     with_slopes,
 )
@@ -25,7 +25,6 @@ from network.analysis.calibration.problem import Problem, make_problem
 from network.analysis.calibration.trust_region import bounded_step, length_of
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import Parameter, centres
-from network.platform.refusal import Failed
 
 __all__ = ["Linearised", "Problem", "chi_of", "linearise", "make_problem", "minimise", "residual_cost"]
 
@@ -128,7 +127,7 @@ def _improve(at: Linearised, radius: float, low: Array, high: Array) -> tuple[Li
         expected = float(2 * step @ gradient - step @ precision @ step)
         if expected < least or float(np.abs(step).max(initial=0.0)) < 1e-9:
             return at, radius, max(expected, 0.0)
-        trial = _beside(at, np.clip(at.theta + step, low, high))
+        trial = move_beside(at, np.clip(at.theta + step, low, high))
         if trial is not None and trial.cost < at.cost:
             longer = _lengthen(at, trial, step, (low, high), float(step @ gradient))
             for tried in dict.fromkeys((longer, trial)):
@@ -168,18 +167,8 @@ def _lengthen(
     longer = min(descent / bend, LONGEST) if bend > 0 else LONGEST
     if longer < LONGER or at.problem.model.switches:
         return new
-    trial = _beside(at, np.clip(at.theta + longer * step, *bounds))
+    trial = move_beside(at, np.clip(at.theta + longer * step, *bounds))
     return new if trial is None or trial.cost > new.cost else trial
-
-
-def _beside(at: Linearised, theta: Array) -> Linearised | None:
-    """The problem at another θ with the slopes from here; None where a run breaks down."""
-    try:
-        predictions = at.problem.model.predict(theta)
-    except Failed:
-        return None
-    residual = residual_of(at.problem, predictions)
-    return at.beside(theta, residual, predictions) if np.isfinite(residual).all() else None
 
 
 def _renew_slopes(new: Linearised, at: Linearised) -> Linearised:

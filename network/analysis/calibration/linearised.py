@@ -234,11 +234,17 @@ def residual_of(problem: Problem, predictions: Sequence[Prediction]) -> Array:
     return np.concatenate([whiten(data.means - prediction.cells) for data, whiten, prediction in runs])
 
 
-def residual_cost(about: Linearised, theta: Array) -> float:
-    """J at another θ, with the nuisances' columns taken from nearby; infinite where a run breaks down."""
+def move_beside(about: Linearised, theta: Array) -> Linearised | None:
+    """The problem at another θ with the slopes from nearby; None where a run breaks down."""
     try:
         predictions = about.problem.model.predict(theta)
     except Failed:
-        return np.inf
-    r = residual_of(about.problem, predictions)
-    return about.beside(theta, r, predictions).cost if np.isfinite(r).all() else np.inf
+        return None
+    residual = residual_of(about.problem, predictions)
+    return about.beside(theta, residual, predictions) if np.isfinite(residual).all() else None
+
+
+def residual_cost(about: Linearised, theta: Array) -> float:
+    """J at another θ, with the nuisances' columns taken from nearby; infinite where a run breaks down."""
+    moved = move_beside(about, theta)
+    return np.inf if moved is None else moved.cost

@@ -6,12 +6,13 @@ powers of ten; each channel is compared with its simulation for a factor, and fo
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from network.analysis.calibration.gauss_newton import Linearised, linearise, make_problem, residual_cost
+from network.analysis.calibration.linearised import move_beside
 from network.analysis.calibration.measured_means import Measured
 from network.analysis.calibration.multistart import rms
 from network.analysis.comparison.channel_residual import ChannelResidual
@@ -25,8 +26,9 @@ HOPELESS, HARDLY = 20.0, 3.0
 BETTER = 4.0
 """How many times a wrong unit has to lower what is left."""
 POWERS = (1, 2, 3, 4, 6)
-ALIKE = 0.95
-"""Correlation of the movements measured and simulated from which a factor means anything."""
+ALIKE, FEWEST = 0.95, 2
+"""Correlation of the movements measured and simulated from which a factor means anything, and means of a channel that
+always lie along each other."""
 ZERO_CELSIUS, NEAR_ZERO = 273.15, 40.0
 
 
@@ -34,19 +36,17 @@ def misread(at: Linearised) -> Iterator[Refusal]:
     """What may be in a wrong unit, given the best fit."""
     if rms(at.left) < HOPELESS:
         return
-    try:
-        written = linearise(at.problem, centres(at.problem.parameters))
-    except Failed:
+    written = move_beside(at, centres(at.problem.parameters))
+    if written is None:
         return
     found = [*_channels(written)]
     yield from found or (_numbers(at) if at.cost > written.cost / HARDLY**2 else ())
 
 
 def _numbers(at: Linearised) -> Iterator[Refusal]:
-    """The number that explains most of what no fit can, if it were a power of ten off. On all runs only those are tried
-    that explain as much on the shortest one, of which the misfit is a part of that of all."""
+    """The number that explains most of what no fit can, if it were a power of ten off."""
     problem, enough = at.problem, at.cost / BETTER**2
-    shortest = _on_shortest(at)
+    shortest = _lay_out_shortest(at)
     tried = [(j, 10.0**power) for j, p in enumerate(problem.parameters)
              if not p.is_unknown for power in (*POWERS, *(-k for k in POWERS))]  # fmt: skip
     able = [each for each in tried if shortest is None or residual_of(shortest, *each) <= enough]
@@ -60,14 +60,19 @@ def _numbers(at: Linearised) -> Iterator[Refusal]:
     yield Refusal(Spot(problem.model.machine.file), wrong, "check its unit")
 
 
-def _on_shortest(at: Linearised) -> Linearised | None:
-    """The problem on the run with the fewest readings, at the same numbers; None where there is no other."""
+def _lay_out_shortest(at: Linearised) -> Linearised | None:
+    """The problem on the run with the fewest readings, at the same numbers: its misfit is a part of that of all, so
+    that what leaves too much there need not be tried on all. None where there is no other run, that one breaks down
+    alone, or relays may take it otherwise alone."""
     problem = at.problem
-    if len(problem.data) < 2:
+    if len(problem.data) < 2 or problem.model.switches:
         return None
-    shortest = min(problem.data, key=lambda d: len(d.means))
-    alone = make_problem(problem.model.machine, problem.parameters, [shortest])
-    return linearise(replace(alone, offsets=()), at.theta)
+    i = min(range(len(problem.data)), key=lambda i: len(problem.data[i].means))
+    alone = make_problem(problem.model.machine, problem.parameters, [problem.data[i]])
+    try:
+        return linearise(replace(alone, offsets=(), whiteners=(problem.whiteners[i],)), at.theta)
+    except Failed:
+        return None
 
 
 def residual_of(at: Linearised, j: int, factor: float) -> float:
@@ -81,10 +86,12 @@ def residual_of(at: Linearised, j: int, factor: float) -> float:
 
 
 def _channels(written: Linearised) -> Iterator[Refusal]:
-    """Channels that are off by themselves: in kelvin, or by a factor that others do not share."""
+    """Channels that are off by themselves at the numbers of the file: in kelvin, or by a factor that others do not
+    share."""
+    sensors = written.problem.model.machine.sensors
     for data, prediction in zip(written.problem.data, written.predictions, strict=True):
-        channels = {c.name: c for c in _lay_beside(data, prediction)}
-        factors = {name: power_of(channel) for name, channel in channels.items() if channel.n > 1}
+        channels = {c.name: c for c in _lay_beside(data, prediction, {n: s.unit for n, s in sensors.items()})}
+        factors = {name: power_of(channel) for name, channel in channels.items() if channel.n > FEWEST}
         for name, power in factors.items():
             wrong = _in_kelvin(channels[name])
             ordinary = any(other is not None and abs(other) < 1 for n, other in factors.items() if n != name)
@@ -94,13 +101,12 @@ def _channels(written: Linearised) -> Iterator[Refusal]:
                 yield Refusal(Spot(data.recording.file), wrong, "check the unit in its header")
 
 
-def _lay_beside(data: Measured, prediction: Prediction) -> Iterator[ChannelResidual]:
-    """The cells' means of every channel beside those that are simulated."""
+def _lay_beside(data: Measured, prediction: Prediction, units: Mapping[str, str]) -> Iterator[ChannelResidual]:
+    """The cells' means of every channel beside those that are simulated; units: of the sensors."""
     count, measured = data.run.knots.cells, np.where(data.known, data.means, np.nan)
     for i, name in enumerate(data.run.channels):
         own = slice(i * count, (i + 1) * count)
-        unit = data.recording.columns[name].unit
-        yield ChannelResidual(name, unit, data.centres, measured[own], prediction.cells[own], data.sigma[name])
+        yield ChannelResidual(name, units[name], data.centres, measured[own], prediction.cells[own], data.sigma[name])
 
 
 def _in_kelvin(channel: ChannelResidual) -> str:

@@ -75,8 +75,8 @@ class Search:
 
     @cached_property
     def mismatch(self) -> Mismatch:
-        """Of the null, begun where what was screened in its stead needs heat most."""
-        return locate_mismatch(self.null, max(self.screened.located, key=lambda u: u.gain))
+        """Of the null."""
+        return locate_mismatch(self.null)
 
     @property
     def located(self) -> tuple[UnknownHeat, ...]:

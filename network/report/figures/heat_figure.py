@@ -68,7 +68,7 @@ def heat_figure(d: Diagnosis) -> Figure:
         label_y(panels[0][row], place.quantity, _unit(d, place))
     below = "what each place would need to agree with the recordings, nothing added; shaded ±2 σ"
     if is_named(d):
-        below = "what its place lacked before it was added, the rest hidden in bent numbers; shaded ±2 σ"
+        below = "what its place lacked before it was added; shaded ±2 σ"
     write_title(figure, f"{d.machine.name}: {_kinds(places)}", f"{below}; {_describe_resolution(d, places)}")
     return figure
 

@@ -32,8 +32,8 @@ ROUNDS = 3
 ENOUGH = 1.0
 """nats that a step has to bring for another."""
 SHARES = (1.0, 0.5, 0.25)
-"""Of such a step that are tried, one after the other, as long as it loses more than that: far from where it leads, its
-slopes are others."""
+"""Of such a step that are tried, one after the other, as long as it loses more than ENOUGH: far from where it leads,
+the slopes are others."""
 RANKED = 6
 """Rivals that are weighed beside such heat."""
 
@@ -49,7 +49,7 @@ class Rest:
     def evidence(self) -> float:
         """Log evidence of both [nats], at the least of J that the slopes tell."""
         at = self.beside.linearised
-        to_go = 0.5 * float(at.pull @ np.linalg.solve(at.precision, at.pull))
+        to_go = 0.5 * float(self._pull @ np.linalg.solve(at.precision, self._pull))
         return at.log_evidence + to_go + max(0.0, self.heat.gain) - self.beside.price
 
     @cached_property
@@ -67,23 +67,33 @@ class Rest:
     def _step(self) -> Array:
         """A⁻¹(p − S Gf)."""
         at = self.beside.linearised
-        return np.asarray(np.linalg.solve(at.precision, at.pull - at.slopes @ self._rows))
+        return np.asarray(np.linalg.solve(at.precision, self._pull - at.slopes @ self._rows))
 
-    def move(self) -> Rest | None:
+    @property
+    def _pull(self) -> Array:
+        """What draws the numbers; not instants, which have no slope that could hold them."""
+        at = self.beside.linearised
+        moves = np.ones(len(at.pull))
+        moves[: at.free] = [not p.field.is_instant for p in at.problem.parameters]
+        return np.asarray(at.pull * moves)
+
+    def move_numbers(self) -> Rest | None:
         """The numbers a step further beside the heat at its place; None where there is no heat, or none of the shares
         of that step is any good."""
         if self.heat.gain <= 0:
             return None
-        moves = (self._move_by(share) for share in SHARES)
+        moves = (self._move_numbers_by(share) for share in SHARES)
         return next((m for m in moves if m is not None and m.evidence > self.evidence - ENOUGH), None)
 
-    def _move_by(self, share: float) -> Rest | None:
+    def _move_numbers_by(self, share: float) -> Rest | None:
         """None where a run breaks down."""
         at = self.beside.linearised
         low, high = (np.array([getattr(p, side) for p in at.problem.parameters]) for side in ("low", "high"))
         try:
             moved = linearise(at.problem, np.clip(at.theta + share * self._step[: at.free], low, high))
-            return Rest(replace(self.beside, fit=moved), explain_unknown(moved, self.heat))
+            if not np.isfinite(moved.residual).all():
+                return None
+            return find_rest_at(replace(self.beside, fit=moved), self.heat)
         except (Failed, np.linalg.LinAlgError):
             return None
 
@@ -95,20 +105,19 @@ def find_rest(h: Hypothesis, refit: bool = True) -> Rest:
     return best if best is first else _beside(best.beside)
 
 
-def rest_at(h: Hypothesis, of: UnknownHeat) -> Rest:
+def find_rest_at(h: Hypothesis, of: UnknownHeat) -> Rest:
     """The same, not refitted, at the place of an unknown heat."""
-    whole = expand(h)
-    return Rest(whole, explain_unknown(whole.linearised, of))
+    return Rest(h, explain_unknown(h.linearised, of))
 
 
-def refit_together(best: Rest) -> Rest:
+def refit_together(rest: Rest) -> Rest:
     """With the numbers that stand beside the heat at its place."""
     for _ in range(ROUNDS):
-        moved = best.move()
-        if moved is None or moved.evidence < best.evidence + ENOUGH:
+        moved = rest.move_numbers()
+        if moved is None or moved.evidence < rest.evidence + ENOUGH:
             break
-        best = moved
-    return best
+        rest = moved
+    return rest
 
 
 def rank_beside_rest(ranked: Sequence[Hypothesis], jobs: int = 1) -> list[Hypothesis]:

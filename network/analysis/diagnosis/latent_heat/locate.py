@@ -38,6 +38,8 @@ FINE, FINEST = 120.0, 180
 FLATTER = 0.15
 """Share of a gain in log evidence that counts towards the probability of a place: the map alone is often wrong."""
 
+KEPT = 2e7
+"""Numbers of the parts' answers that are kept for the links (160 MB)."""
 LIKELY = 0.1
 """Share of the gain at the best part from which something is looked for at another: what lies next to it gains nearly
 as much, and the map is often wrong by that."""
@@ -78,7 +80,8 @@ def list_likely_parts(located: Sequence[UnknownHeat]) -> dict[str, float]:
 
 
 def trace(fit: Linearised, of: UnknownHeat, scale: float) -> UnknownHeat:
-    """The course of one unknown heat, fine enough to show steps; scale: χ² that is left beside it."""
+    """One unknown heat with a course that is fine enough to show steps, its rms and σ those of that course; scale: χ²
+    that is left beside it."""
     knots = [heat_knots(d, FINE, FINEST) for d in fit.problem.data]
     fine = _explain_place(fit, _place(fit, of.at, knots), knots, scale)
     files = tuple(d.recording.file for d in fit.problem.data)
@@ -86,15 +89,15 @@ def trace(fit: Linearised, of: UnknownHeat, scale: float) -> UnknownHeat:
 
 
 def _list_places(fit: Linearised, machine: Machine, knots: list[Array]) -> Iterator[_Place]:
-    """What flows through a link is what one part gives and the other takes, which is known of all parts by then."""
+    """What flows through a link is what one part gives and the other takes, where both are known by then."""
     parts: dict[str, Sequence[Array]] = {}
     for at in _list_locations(fit, machine):
-        if at.kind == "link":
+        if at.kind == "link" and {*at.nodes} <= parts.keys():
             giver, taker = (parts[name] for name in at.nodes)
             yield _Place(at, [b - a for a, b in zip(giver, taker, strict=True)])
             continue
         place = _place(fit, at, knots)
-        if at.kind == "node":
+        if at.kind == "node" and (len(parts) + 1) * sum(rows.size for rows in place.answers) <= KEPT:
             parts[at.nodes[0]] = place.answers
         yield place
 

@@ -9,38 +9,44 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from network.analysis.calibration.gauss_newton import Linearised
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
-from network.analysis.diagnosis.latent_heat.latent_rest import Rest, find_rest, refit_together, rest_at
-from network.analysis.diagnosis.latent_heat.locate import explain_unknown, locate, trace
+from network.analysis.diagnosis.latent_heat.latent_rest import Rest, find_rest, find_rest_at, refit_together
+from network.analysis.diagnosis.latent_heat.locate import locate, trace
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
+from network.analysis.diagnosis.settings import SETTINGS
 
 
 @dataclass(frozen=True, eq=False)
 class Mismatch:
-    """places: where unknown heat would explain most, the most probable first; about: the numbers that they are told at;
-    left: χ² that is left there beside such heat."""
+    """places: where unknown heat would explain most, the most probable first; about: at whose numbers they are told."""
 
     places: tuple[UnknownHeat, ...]
-    about: Linearised
-    left: float
+    about: Hypothesis
 
     def trace(self, of: UnknownHeat) -> UnknownHeat:
-        """The course of one of them, fine enough to show steps."""
-        return trace(self.about, of, self.left)
+        """The course of one of them, fine enough to show steps, where as much counts as noise as is left beside it."""
+        return trace(self.about.linearised, of, find_rest_at(self.about, of).left)
 
 
-def locate_mismatch(h: Hypothesis, likely: UnknownHeat | None = None) -> Mismatch:
-    """Of a hypothesis; likely: the heat that explains most of one that is much the same. All that it leaves without
-    such heat counts as noise where places are compared."""
-    first = find_rest(h, refit=False) if likely is None else rest_at(h, likely)
-    rest = _free_starts(refit_together(first))
-    about = rest.beside.linearised
+def locate_mismatch(h: Hypothesis) -> Mismatch:
+    """Of a hypothesis. All that it leaves without such heat counts as noise where places are compared."""
+    rest = find_rest(h, refit=False)
+    if h.chi <= SETTINGS.noise:
+        return _compare_places(h, rest)
+    mismatch = _compare_places(h, _free_starts(refit_together(rest)))
+    first = mismatch.places[0]
+    if first.at == rest.heat.at:
+        return mismatch
+    return _compare_places(h, _free_starts(refit_together(find_rest_at(mismatch.about, first))))
+
+
+def _compare_places(h: Hypothesis, rest: Rest) -> Mismatch:
+    """By a hypothesis at the numbers that stand beside some heat."""
     noise = max(1.0, float(np.mean(h.fit.left**2)))
-    return Mismatch(locate(about, rest.beside.machine, noise), about, rest.left)
+    return Mismatch(locate(rest.beside.linearised, rest.beside.machine, noise), rest.beside)
 
 
 def _free_starts(rest: Rest) -> Rest:
     """With priors of starts as narrow as what is left beside the heat has them, not what was left without it."""
     about = rest.beside.linearised.temper(1.0, float(np.sqrt(rest.left)))
-    return Rest(replace(rest.beside, fit=about), explain_unknown(about, rest.heat))
+    return find_rest_at(replace(rest.beside, fit=about), rest.heat)

@@ -45,7 +45,7 @@ def find_standstill(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[Sta
     best of the catalogue scores about the same fit [nats]."""
     try:
         best = _find_best(h)
-        if best is None or not _is_plain(best) or not (best.lasts and _spans_steps(h, best)):
+        if best is None or not (best.lasts and _spans_steps(h, best)):
             return None
         if not _is_full(h, best) or not best.beats_unknown:
             return None
@@ -93,7 +93,7 @@ def _settle_best(h: Hypothesis, likely: Sequence[Stretch], tried: int) -> Stoppe
     drivers = dict.fromkeys(s.driver for s in likely if s.gain > NEARLY * likely[0].gain)
     for driver in list(drivers)[:CONFIRMED]:
         now = _settle(h, [s for s in likely if s.driver is driver], tried)
-        if now is not None and (best is None or now.worth - now.price > best.worth - best.price):
+        if now is not None and _is_plain(now) and (best is None or now.worth - now.price > best.worth - best.price):
             best = now
         if best is not None and best.after.chi <= SETTINGS.adequate:
             break
