@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -36,6 +37,12 @@ class Screening:
         """Where unknown heat would explain most."""
         return locate(self.before.linearised, self.before.machine)
 
+    def with_scores(self, scores: Sequence[Score]) -> Screening:
+        """The same with other scores; what is located is not located again."""
+        other = replace(self, scores=tuple(scores))
+        other.__dict__["located"] = self.located
+        return other
+
 
 def screen_candidates(current: Hypothesis, seed: int, jobs: int) -> Screening:
     """Everything that could be missing from a hypothesis, screened."""
@@ -52,7 +59,7 @@ def screen_candidates(current: Hypothesis, seed: int, jobs: int) -> Screening:
         return seen
     timed = {s.candidate.key: s for s in search_timed(before, proposed, seen.located, seed, jobs)}
     better = [max(s, timed.get(s.candidate.key, s), key=lambda each: each.gain) for s in scores]
-    return replace(seen, scores=tuple(sorted(better, key=lambda s: -s.gain)))
+    return seen.with_scores(sorted(better, key=lambda s: -s.gain))
 
 
 def leaves_something(h: Hypothesis) -> bool:
