@@ -1129,11 +1129,16 @@ def test_a_stop_lasts_for_more_than_its_edges() -> None:
         assert find_standstill._spans_steps(of, bare(stops=(windows,))) is told
     once, always = ((), ((3.0, 5.0),)), (((3.0, 5.0),), ((1.0, 2.0),))
 
+    idle = (*always, ())
+
     def is_plain(source: str, stops: Any, chi: float) -> bool:
-        return find_standstill._is_plain(bare(driver=bare(source=source), stops=stops, after=h(chi)))
+        moves = [1.0, 1.0, 0.0][: len(stops)]
+        runs = tuple(bare(columns={"speed": bare(values=np.array([0.0, x]))}) for x in moves)
+        driver, before = bare(source=source, inputs=("speed",)), bare(case=bare(recordings=runs))
+        return find_standstill._is_plain(bare(driver=driver, before=before, stops=stops, after=h(chi)))
 
     assert is_plain("", once, 9.0) and is_plain("", always[:1], 9.0)
-    assert not is_plain("", always, 9.0) and is_plain("", always, 1.0)
+    assert not is_plain("", always, 9.0) and is_plain("", always, 1.0) and not is_plain("", idle, 9.0)
     assert not is_plain("pump", once, 9.0) and is_plain("pump", once, 1.0)
 
 

@@ -58,8 +58,15 @@ def _is_plain(now: Stopped) -> bool:
     """Whether an input stood, of which a recording tells when it moved; or, where hardly anything is left, a source of
     which none tells anything, or what would have stood in each of several recordings: else that may as well be
     something else, and what happens every time a law of the machine."""
-    is_open = bool(now.driver.source) or (len(now.stops) > 1 and all(now.stops))
+    is_open = bool(now.driver.source) or _stands_always(now)
     return not is_open or now.after.chi <= SETTINGS.adequate
+
+
+def _stands_always(now: Stopped) -> bool:
+    """Whether an input would have stood in each of several recordings in which it moves."""
+    runs = zip(now.before.case.recordings, now.stops, strict=True)
+    stood = [bool(own) for r, own in runs if any(r.columns[n].values.any() for n in now.driver.inputs)]
+    return len(stood) > 1 and all(stood)
 
 
 def _is_hopeless(h: Hypothesis, now: Stopped) -> bool:
