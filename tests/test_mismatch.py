@@ -56,6 +56,16 @@ def test_a_place_that_explains_less_is_told_less_surely() -> None:
     assert float(np.mean(mismatch.trace(other).std[0])) == pytest.approx(surely[1]) and surely[1] > surely[0]
 
 
+def test_once_it_is_late_the_course_alone_is_told_beside_it() -> None:
+    """Places are compared once, as the numbers of the fit have them."""
+    null = fitted("bursts", ())
+    late, own = locate_mismatch(null, is_late=True), locate(null.linearised, null.machine)
+    assert [u.at for u in late.places] == [u.at for u in own]
+    assert [u.gain for u in late.places] == pytest.approx([u.gain for u in own])
+    before = trace(null.linearised, own[0], float(np.mean(null.fit.left**2)))
+    assert likeness(late.trace(late.places[0])) > max(0.8, likeness(before))
+
+
 def test_beside_the_heat_that_is_missing_nothing_but_noise_is_left() -> None:
     null, named = fitted("pump", ()), fitted("pump", (("heat_source", "column"),))
     before, mismatch = find_rest(null), locate_mismatch(null)

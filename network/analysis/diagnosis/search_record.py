@@ -15,6 +15,9 @@ from network.analysis.diagnosis.screening.screening import Screening
 from network.analysis.diagnosis.steps.backward_elimination import share_explained
 from network.analysis.diagnosis.steps.selection import Selection
 
+HURRIED = 0.85
+"""Share of the time after which what is told is worked out briefly (budget)."""
+
 
 @dataclass(frozen=True, eq=False)
 class Search:
@@ -73,10 +76,15 @@ class Search:
             return chosen.explained
         return share_explained(self.null.chi, self.best.chi) if self.best.found else 1.0
 
+    @property
+    def is_hurried(self) -> bool:
+        """Whether hardly any time is left for what is told."""
+        return self.given.budget.is_past(HURRIED)
+
     @cached_property
     def mismatch(self) -> Mismatch:
         """Of the null."""
-        return locate_mismatch(self.null)
+        return locate_mismatch(self.null, self.is_hurried)
 
     @property
     def located(self) -> tuple[UnknownHeat, ...]:

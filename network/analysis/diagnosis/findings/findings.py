@@ -145,7 +145,7 @@ def is_shadow(search: Search) -> bool:
 def find_unknown(search: Search, alone: bool = False) -> Finding:
     """What no kind explains: its place, its shape and its size; alone: with nothing of what was found beside it."""
     about = search.null if alone or not search.best.found else search.best
-    mismatch = search.mismatch if about is search.null else locate_mismatch(about)
+    mismatch = search.mismatch if about is search.null else locate_mismatch(about, search.is_hurried)
     top = mismatch.places[0]
     if top.is_room:
         return _find_room(search, about, mismatch)

@@ -110,9 +110,9 @@ def find_rest_at(h: Hypothesis, of: UnknownHeat) -> Rest:
     return Rest(h, explain_unknown(h.linearised, of))
 
 
-def refit_together(rest: Rest) -> Rest:
+def refit_together(rest: Rest, rounds: int = ROUNDS) -> Rest:
     """With the numbers that stand beside the heat at its place."""
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         moved = rest.move_numbers()
         if moved is None or moved.evidence < rest.evidence + ENOUGH:
             break

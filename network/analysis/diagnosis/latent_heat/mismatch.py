@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from network.analysis.diagnosis.hypotheses.compact_fit import expand
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.latent_heat.latent_rest import Rest, find_rest, find_rest_at, refit_together
 from network.analysis.diagnosis.latent_heat.locate import locate, trace
@@ -28,22 +29,33 @@ class Mismatch:
         return trace(self.about.linearised, of, find_rest_at(self.about, of).left)
 
 
-def locate_mismatch(h: Hypothesis) -> Mismatch:
-    """Of a hypothesis. All that it leaves without such heat counts as noise where places are compared."""
+def locate_mismatch(h: Hypothesis, is_late: bool = False) -> Mismatch:
+    """Of a hypothesis. All that it leaves without such heat counts as noise where places are compared; once it is late,
+    at its own numbers, and only the course at those beside the heat."""
+    if is_late or h.chi <= SETTINGS.noise:
+        return _tell_briefly(h)
     rest = find_rest(h, refit=False)
-    if h.chi <= SETTINGS.noise:
-        return _compare_places(h, rest)
-    mismatch = _compare_places(h, _free_starts(refit_together(rest)))
+    mismatch = _compare_places(h, _free_starts(refit_together(rest)).beside)
     first = mismatch.places[0]
     if first.at == rest.heat.at:
         return mismatch
-    return _compare_places(h, _free_starts(refit_together(find_rest_at(mismatch.about, first))))
+    moved = refit_together(find_rest_at(mismatch.about, first))
+    return _compare_places(h, _free_starts(moved).beside)
 
 
-def _compare_places(h: Hypothesis, rest: Rest) -> Mismatch:
-    """By a hypothesis at the numbers that stand beside some heat."""
+def _tell_briefly(h: Hypothesis) -> Mismatch:
+    """Places as its own numbers have them, and the numbers beside the heat at the first."""
+    own = _compare_places(h, expand(h))
+    if h.chi <= SETTINGS.noise:
+        return own
+    rest = refit_together(find_rest_at(own.about, own.places[0]))
+    return replace(own, about=_free_starts(rest).beside)
+
+
+def _compare_places(h: Hypothesis, about: Hypothesis) -> Mismatch:
+    """At some numbers of a hypothesis."""
     noise = max(1.0, float(np.mean(h.fit.left**2)))
-    return Mismatch(locate(rest.beside.linearised, rest.beside.machine, noise), rest.beside)
+    return Mismatch(locate(about.linearised, about.machine, noise), about)
 
 
 def _free_starts(rest: Rest) -> Rest:
