@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from network.analysis.calibration.gauss_newton import FAR
 from network.analysis.diagnosis.hypotheses.compact_fit import expand
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.latent_heat.latent_rest import Rest, find_rest, find_rest_at, refit_together
@@ -35,12 +36,12 @@ def locate_mismatch(h: Hypothesis, is_late: bool = False) -> Mismatch:
     if is_late or h.chi <= SETTINGS.noise:
         return _tell_briefly(h)
     rest = find_rest(h, refit=False)
-    mismatch = _compare_places(h, _free_starts(refit_together(rest)).beside)
+    mismatch = _compare_places(h, _temper(refit_together(_temper(rest))).beside)
     first = mismatch.places[0]
     if first.at == rest.heat.at:
         return mismatch
-    moved = refit_together(find_rest_at(mismatch.about, first))
-    return _compare_places(h, _free_starts(moved).beside)
+    moved = refit_together(_temper(find_rest_at(mismatch.about, first)))
+    return _compare_places(h, _temper(moved).beside)
 
 
 def _tell_briefly(h: Hypothesis) -> Mismatch:
@@ -48,8 +49,8 @@ def _tell_briefly(h: Hypothesis) -> Mismatch:
     own = _compare_places(h, expand(h))
     if h.chi <= SETTINGS.noise:
         return own
-    rest = refit_together(find_rest_at(own.about, own.places[0]))
-    return replace(own, about=_free_starts(rest).beside)
+    rest = refit_together(_temper(find_rest_at(own.about, own.places[0])))
+    return replace(own, about=_temper(rest).beside)
 
 
 def _compare_places(h: Hypothesis, about: Hypothesis) -> Mismatch:
@@ -58,7 +59,8 @@ def _compare_places(h: Hypothesis, about: Hypothesis) -> Mismatch:
     return Mismatch(locate(about.linearised, about.machine, noise), about)
 
 
-def _free_starts(rest: Rest) -> Rest:
-    """With priors of starts as narrow as what is left beside the heat has them, not what was left without it."""
-    about = rest.beside.linearised.temper(1.0, float(np.sqrt(rest.left)))
+def _temper(rest: Rest) -> Rest:
+    """With priors as narrow as what is left beside the heat has them in a fit, not what was left without it."""
+    chi = float(np.sqrt(rest.left))
+    about = rest.beside.linearised.temper(chi if chi > FAR else 1.0, chi)
     return find_rest_at(replace(rest.beside, fit=about), rest.heat)
