@@ -102,7 +102,12 @@ def _better(best: Linearised, at: Linearised) -> Linearised:
 def _temper_priors(at: Linearised, free: bool = False) -> Linearised:
     """The same point with priors narrowed by the misfit that is left; those of θ only far off."""
     chi = max(1.0, chi_of(at))
-    return at.temper(chi if chi > FAR and not free else 1.0, chi)
+    return at.temper(1.0, chi) if free else narrow_priors(at, chi)
+
+
+def narrow_priors(at: Linearised, chi: float) -> Linearised:
+    """The same with priors narrowed by a misfit χ; those of θ only far off."""
+    return at.temper(chi if chi > FAR else 1.0, chi)
 
 
 def _least_gain(at: Linearised, is_last: bool = True) -> float:

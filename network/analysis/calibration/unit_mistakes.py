@@ -88,9 +88,9 @@ def residual_of(at: Linearised, j: int, factor: float) -> float:
 def _channels(written: Linearised) -> Iterator[Refusal]:
     """Channels that are off by themselves at the numbers of the file: in kelvin, or by a factor that others do not
     share."""
-    sensors = written.problem.model.machine.sensors
+    units = {name: sensor.unit for name, sensor in written.problem.model.machine.sensors.items()}
     for data, prediction in zip(written.problem.data, written.predictions, strict=True):
-        channels = {c.name: c for c in _lay_beside(data, prediction, {n: s.unit for n, s in sensors.items()})}
+        channels = {c.name: c for c in _lay_beside(data, prediction, units)}
         factors = {name: power_of(channel) for name, channel in channels.items() if channel.n > FEWEST}
         for name, power in factors.items():
             wrong = _in_kelvin(channels[name])

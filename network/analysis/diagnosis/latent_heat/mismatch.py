@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from network.analysis.calibration.gauss_newton import FAR
+from network.analysis.calibration.gauss_newton import narrow_priors
 from network.analysis.diagnosis.hypotheses.compact_fit import expand
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.latent_heat.latent_rest import Rest, find_rest, find_rest_at, refit_together
@@ -61,6 +61,5 @@ def _compare_places(h: Hypothesis, about: Hypothesis) -> Mismatch:
 
 def _temper(rest: Rest) -> Rest:
     """With priors as narrow as what is left beside the heat has them in a fit, not what was left without it."""
-    chi = float(np.sqrt(rest.left))
-    about = rest.beside.linearised.temper(chi if chi > FAR else 1.0, chi)
+    about = narrow_priors(rest.beside.linearised, float(np.sqrt(rest.left)))
     return find_rest_at(replace(rest.beside, fit=about), rest.heat)
