@@ -16,10 +16,12 @@ from network.analysis.calibration.noise import Noise
 from network.analysis.calibration.projector import Projector
 from network.engine.assembly import build
 from network.engine.balance import affine_matrix
+from network.engine.response import cell_means, series
 from network.engine.response import model as response_model
 from network.engine.response.model import Model
 from network.engine.response.nuisance_pushes import edge_pushes, start_pushes
 from network.engine.response.parameters import centres
+from network.engine.response.segments import Push
 
 EPS = float(np.finfo(float).eps)
 SHARE = 5e-3
@@ -118,6 +120,23 @@ def test_slopes_by_every_parameter_are_those_of_differences(name):
         size = max(np.linalg.norm(difference), 1.0)
         assert np.linalg.norm(slopes[j] * weight - difference) < SHARE * size, p.path
         assert np.linalg.norm(whole[j] * weight - difference) < 0.02 * size, p.path
+
+
+@pytest.mark.parametrize("most", [1, 2, 8])
+@pytest.mark.parametrize("name", ["linear", "gated", "cooled", "chilled"])
+def test_pieces_of_cells_bring_what_their_intervals_bring(name, most, monkeypatch):
+    monkeypatch.setattr(series, "MOST_INTERVALS", most)
+    monkeypatch.setattr(cell_means, "compile_means", lambda: None)
+    often = [(k / 100, 8000 * (k % 3)) for k in range(200)]
+    problem = problem_of(MACHINES[name], recorded(MACHINES[name], speeds(*often), None))
+    at = problem.model.predict(centres(problem.parameters))[0]
+    course, means, draw = at.course, at._means, np.random.default_rng(1)
+    assert np.diff(means.over.starts).max() > 2
+    lumps = np.flatnonzero(np.isfinite(course.problem.plan.network.capacity))[:4]
+    pushes = [Push(lumps[[i]], *draw.normal(size=(2, len(course.x0), 1))) for i in range(len(lumps))]
+    told = means.respond_to(pushes, course.output_map)
+    monkeypatch.setattr(cell_means.Means, "_follow_series", cell_means.Means._follow_pushes)
+    np.testing.assert_allclose(told, means.respond_to(pushes, course.output_map), atol=1e-11 * np.abs(told).max())
 
 
 def test_radiation_beside_a_relay_is_as_strong_as_at_the_reference():

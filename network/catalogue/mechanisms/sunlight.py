@@ -31,8 +31,8 @@ class Sunlight(Source, kind="sunlight"):
         t = u["time"] - self.rises
         since = t - DAY * np.floor(np.real(t) / DAY)
         shines = np.real(since) < np.real(self.lasts)
-        q: Array = self.power * np.where(shines, np.sin(np.pi * since / self.lasts), 0.0)
-        return q
+        angle = np.pi * since / self.lasts
+        return self.power * np.sin(angle, where=shines, out=np.zeros_like(angle))
 
     def edges(self, duration: float) -> Array:
         days = DAY * np.arange(-2, np.ceil(duration / DAY) + 1)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -19,10 +19,12 @@ from network.engine.response.heat_series import HeatSeries
 from network.engine.response.linear_run import LinearRun
 from network.engine.response.output_map import OutputMap
 from network.engine.response.segments import Push, Segment, as_modes, rates_of
-from network.engine.response.series import Cells, cells_of, compile_means
+from network.engine.response.series import Pieces, compile_means, pieces_of
 from network.engine.response.state_jumps import Kicks
 
-Modal = Callable[[HeatSeries, int, Indices, Array], tuple[list[Array], Array]]
+Modal = Callable[[int, Indices, Array], tuple[list[Array], Array]]
+"""What follows the modes over a stretch: from its number, where its cells begin and modal states (pushes, n) to means
+(cells, pushes, n) for each set of samples, and the states after it."""
 
 SLOW = 1e-3
 """λ h below which the factors come from a series, for their differences would cancel."""
@@ -51,9 +53,12 @@ class Means:
     @cached_property
     def factors(self) -> tuple[tuple[Factors, ...], ...]:
         """Of every stretch, for each set of samples."""
+        return tuple(tuple(f.within(s) for f in self._factors) for s in self.course.segments)
+
+    @cached_property
+    def _factors(self) -> list[Factors]:
         problem, rates = self.course.problem, rates_of(self.course.modes)
-        whole = [_factors(samples, rates, problem.regime_of, problem.plan.steps) for samples in self.over.samples]
-        return tuple(tuple(f.within(s) for f in whole) for s in self.course.segments)
+        return [_factors(samples, rates, problem.regime_of, problem.plan.steps) for samples in self.over.samples]
 
     def _rows(self, output_map: OutputMap) -> list[Array]:
         """Rows over the modes of every regime (count, n)."""
@@ -97,23 +102,23 @@ class Means:
         out = np.zeros((len(pushes), output_map.count, self.over.cells))
         single = [i for i, push in enumerate(pushes) if push.series == 1]
         many = [i for i, push in enumerate(pushes) if push.series > 1]
-        for heats, modal in ((single, self._series), (many, self._force_pushes)):
+        for heats, follow in ((single, self._follow_series), (many, self._follow_pushes)):
             for some in self.course.portions(len(heats)):
                 mine = heats[some]
-                out[_as_slice(mine)] = self._by_heat([pushes[i] for i in mine], output_map, modal)
+                out[_as_slice(mine)] = self._by_heat([pushes[i] for i in mine], output_map, follow)
         kicked = [i for i, push in enumerate(pushes) if push.is_kicked]
         if kicked:
             out[_as_slice(kicked)] += self._by_kicks([pushes[i] for i in kicked], output_map)
         return out
 
-    def _by_heat(self, pushes: Sequence[Push], output_map: OutputMap, modal: Modal) -> Array:
+    def _by_heat(self, pushes: Sequence[Push], output_map: OutputMap, follow: Callable[[HeatSeries], Modal]) -> Array:
         out = np.zeros((self.over.cells, len(pushes), output_map.count))
         x, by_regime = np.zeros((len(pushes), self.course.problem.order)), self._rows(output_map)
-        heat = HeatSeries.of(pushes, self.course)
+        modal = follow(HeatSeries.of(pushes, self.course))
         for index, s in enumerate(self.course.segments):
             cells, starts = self.over.find_touched(s.first, s.last)
             rows = by_regime[s.index].T
-            means, end = modal(heat, index, starts, x @ s.modes.W.T)
+            means, end = modal(index, starts, x @ s.modes.W.T)
             x = np.real(end @ s.modes.V.T)
             for i, channels in self.over.groups():
                 out[cells][..., channels] += np.real(means[i] @ rows[:, channels])
@@ -121,37 +126,45 @@ class Means:
                     out[cells][..., channels] += self._direct(s, i, pushes, output_map, starts)[..., channels]
         return out.transpose(1, 2, 0)
 
-    def _series(self, heat: HeatSeries, index: int, starts: Indices, x: Array) -> tuple[list[Array], Array]:
-        """Means of the modes (cells, pushes, n) for each set of samples, and modal states after a stretch, for pushes
-        of one series."""
-        s = self.course.segments[index]
-        fast = compile_means() if s.modes.is_real else None
-        if fast is None and self.cells[index][0] is None:
-            return self._force_pushes(heat, index, starts, x)
+    def _follow_series(self, heat: HeatSeries) -> Modal:
+        """For pushes of one series."""
+        if compile_means() is not None and not self._is_complex:
+            return partial(self._step_series, heat)
+        return partial(self._average_series, heat, [own.bring(heat.q0, heat.q1) for own in self.pieces])
+
+    def _step_series(self, heat: HeatSeries, index: int, starts: Indices, x: Array) -> tuple[list[Array], Array]:
+        s, step = self.course.segments[index], compile_means()
+        assert step is not None
         (q0, q1, by), means = heat.within(s), []
-        for i, f in enumerate(self.factors[index]):
-            if fast is not None:
-                which = np.repeat(np.arange(len(starts)), np.diff(np.append(starts, s.last - s.first)))
-                out, end = np.zeros((len(starts), *x.shape)), x.copy()
-                fast(which, q0, q1, by, s.gain, s.c0, s.c1, f.E, f.F0, f.F1, end, out)
-            else:
-                cells = self.cells[index][i]
-                assert cells is not None
-                out, end = cells.average_modes(q0, q1, by, x)
+        which = np.repeat(np.arange(len(starts)), np.diff(np.append(starts, s.last - s.first)))
+        for f in self.factors[index]:
+            out, end = np.zeros((len(starts), *x.shape)), x.copy()
+            step(which, q0, q1, by, s.gain, s.c0, s.c1, f.E, f.F0, f.F1, end, out)
             means.append(out)
         return means, end
 
+    def _average_series(
+        self, heat: HeatSeries, brought: list[Array], index: int, starts: Indices, x: Array
+    ) -> tuple[list[Array], Array]:
+        s, means = self.course.segments[index], []
+        for pieces, own in zip(self.pieces, brought, strict=True):
+            mean, end = pieces.average_modes(index, s.modes, own, heat.by[s.index], x)
+            means.append(mean)
+        return means, end
+
     @cached_property
-    def cells(self) -> tuple[tuple[Cells | None, ...], ...]:
-        """Of every stretch, for each set of samples: what the cells do to series."""
-        found = []
-        for s, factors in zip(self.course.segments, self.factors, strict=True):
-            starts = self.over.find_touched(s.first, s.last)[1]
-            found.append(tuple(cells_of(starts, s.gain, s.c0, s.c1, f.E, f.F0, f.F1) for f in factors))
-        return tuple(found)
+    def pieces(self) -> list[Pieces]:
+        """For each set of samples: what the cells do to series."""
+        segments = self.course.segments
+        cells = [s.first + self.over.find_touched(s.first, s.last)[1] for s in segments]
+        gain, c0, c1 = (np.concatenate(own) for own in zip(*((s.gain, s.c0, s.c1) for s in segments), strict=True))
+        return [pieces_of(cells, gain, c0, c1, f.E, f.F0, f.F1) for f in self._factors]
+
+    def _follow_pushes(self, heat: HeatSeries) -> Modal:
+        """For any pushes."""
+        return partial(self._force_pushes, heat)
 
     def _force_pushes(self, heat: HeatSeries, index: int, starts: Indices, x: Array) -> tuple[list[Array], Array]:
-        """The same for any pushes."""
         s, factors = self.course.segments[index], self.factors[index]
         p0, p1 = heat.force_modes(s)
         m, end = s.march_forced(p0, p1, x)

@@ -1,56 +1,71 @@
-"""Pushes of one series of heat each: followed from cell to cell, with what its intervals do worked out beforehand.
+"""Pushes of one series of heat each: followed from piece to piece, with what its intervals do worked out beforehand.
 
-Within a cell the intervals k bring Σ A₀ q₀ + A₁ q₁ into the modes at its end, and Σ B₀ q₀ + B₁ q₁ into their mean
-beside what the state at its beginning gives: factors of interval and rate that all pushes share.
+Within a piece, a cell or a part of a long one, the intervals k bring Σ A₀ q₀ + A₁ q₁ into the modes at its end, and
+Σ B₀ q₀ + B₁ q₁ into their mean beside what the state at its beginning gives: factors of interval and rate that all
+pushes share.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 
 from network.catalogue.declaration.declare import Array, Indices
+from network.engine.response.cells import sum_rows
 from network.engine.response.recursion import recur
+from network.engine.response.segments import as_modes
+from network.engine.solvers.modal import Modes
 
 MOST_INTERVALS = 8
-"""In one cell: beyond it this would be no less work."""
+"""In one piece (measured: 6 to 30 take the same time to a fifth)."""
 
 
 @dataclass(frozen=True, eq=False)
-class Cells:
-    """decay, mean (cells, n): of a state at the beginning of each cell; into (cells, 2 r, 2 n): of q₀ and q₁ at its
-    intervals in turn, what goes into the modes (A), then into their mean (B); index (cells, r): its intervals, padded
-    with the number of all."""
+class Pieces:
+    """Of a whole run. decay, mean (pieces, n): of a state at the beginning of each piece; into (pieces, 2 r, 2 n): of
+    q₀ and q₁ at its intervals in turn, what goes into the modes (A), then into their mean (B); index (pieces, r): its
+    intervals, padded with the number of all; of_cells: the pieces of the cells of each stretch, and the first of every
+    cell among these, None where each is one."""
 
     decay: Array
     mean: Array
     into: Array
     index: Indices
+    of_cells: tuple[tuple[slice, Indices | None], ...]
 
-    def average_modes(self, q0: Array, q1: Array, by: Array, start: Array) -> tuple[Array, Array]:
-        """Means of the modes (cells, pushes, n), and modal states after the last cell (pushes, n), from series
-        (intervals, pushes) that go into the modes by `by` (pushes, n)."""
-        (K, pushes), n = q0.shape, by.shape[1]
+    def bring(self, q0: Array, q1: Array) -> Array:
+        """What series (intervals, pushes) bring (pieces, pushes, 2, n): into the modes, and into their means."""
+        K, pushes = q0.shape
         q = np.zeros((K + 1, 2, pushes))
         q[:K, 0], q[:K, 1] = q0, q1
         heat = q.take(self.index, axis=0).reshape(len(self.index), -1, pushes)
-        both = (heat.transpose(0, 2, 1) @ self.into).reshape(len(heat), pushes, 2, n)
+        return (heat.transpose(0, 2, 1) @ self.into).reshape(len(heat), pushes, 2, -1)
+
+    def average_modes(self, stretch: int, modes: Modes, brought: Array, by: Array, start: Array) -> tuple[Array, Array]:
+        """Means of the modes over the cells of a stretch (cells, pushes, n), and modal states after it (pushes, n),
+        from what is brought into its modes by `by` (pushes, n)."""
+        mine, first = self.of_cells[stretch]
+        both = as_modes(brought[mine], modes)
         push, own = both[:, :, 0] * by, both[:, :, 1] * by
-        m, end = recur(self.decay, push, start)
-        m *= self.mean[:, None]
+        m, end = recur(as_modes(self.decay[mine], modes), push, start)
+        m *= as_modes(self.mean[mine], modes)[:, None]
         own += m
-        return own, end
+        return own if first is None else sum_rows(own, first), end
 
 
-def cells_of(starts: Indices, gain: Array, c0: Array, c1: Array, E: Array, F0: Array, F1: Array) -> Cells | None:
-    """The cells that begin at some intervals; None where one holds too many. All others: (intervals, n)."""
+def pieces_of(cells: Sequence[Indices], gain: Array, c0: Array, c1: Array, E: Array, F0: Array, F1: Array) -> Pieces:
+    """Those of the cells that begin at some intervals, stretch after stretch. All others: (intervals, n)."""
+    split = [split_cells(own, stop) for own, stop in zip(cells, [*(c[0] for c in cells[1:]), len(gain)], strict=True)]
+    starts = np.concatenate([own for own, _ in split])
+    ends = np.cumsum([len(own) for own, _ in split])
+    of_cells = tuple(
+        (slice(end - len(own), end), first) for end, (own, first) in zip(ends.tolist(), split, strict=True)
+    )
     (K, n), counts = gain.shape, np.diff(np.append(starts, len(gain)))
     r = int(counts.max())
-    if r > MOST_INTERVALS:
-        return None
     place = np.arange(r)
     index = np.where(place < counts[:, None], starts[:, None] + place, K)
     factors = np.zeros((6, K + 1, n), np.result_type(gain, E))
@@ -67,7 +82,17 @@ def cells_of(starts: Indices, gain: Array, c0: Array, c1: Array, E: Array, F0: A
         into[:, j, 0, 1], into[:, j, 1, 1] = F0[j] + c0[j] * mean, F1[j] + c1[j] * mean
         mean = E[j] + keep[j] * mean
         later = keep[j] * later
-    return Cells(later, mean, into.reshape(len(starts), 2 * r, 2 * n), index)
+    return Pieces(later, mean, into.reshape(len(starts), 2 * r, 2 * n), index, of_cells)
+
+
+def split_cells(cells: Indices, stop: int) -> tuple[Indices, Indices | None]:
+    """Where pieces begin that hold no more than MOST_INTERVALS of those of the cells that begin at some intervals and
+    end before `stop`, and the first piece of every cell, None where each is one."""
+    pieces = -(-np.diff(np.append(cells, stop)) // MOST_INTERVALS)
+    if pieces.max() == 1:
+        return cells, None
+    first = np.cumsum(pieces) - pieces
+    return np.repeat(cells - first * MOST_INTERVALS, pieces) + np.arange(pieces.sum()) * MOST_INTERVALS, first
 
 
 @cache

@@ -33,11 +33,17 @@ def regimes(
     keys = matrix_inputs(network)
     if not keys:
         return np.zeros(1, int), np.zeros(len(left["time"]), int)
-    values = np.stack([left[name] for name in keys], axis=1)
-    _, first, at = np.unique(values, axis=0, return_index=True, return_inverse=True)
+    first, at = _different(np.stack([left[name] for name in keys], axis=1))
     G = evaluate_driven_conductances(network, {name: held[first, None] for name, held in left.items()}, about)
     _, again, regime = np.unique(G, axis=0, return_index=True, return_inverse=True)
-    return first[again], np.asarray(regime.ravel()[at.ravel()])
+    return first[again], np.asarray(regime.ravel()[at])
+
+
+def _different(values: Array) -> tuple[Indices, Indices]:
+    """One row of each that differs, and which of these every row is: rows that stay are compared once."""
+    begins = np.flatnonzero(np.append(True, (values[1:] != values[:-1]).any(axis=1)))
+    _, first, at = np.unique(values[begins], axis=0, return_index=True, return_inverse=True)
+    return begins[first], np.repeat(at.ravel(), np.diff(np.append(begins, len(values))))
 
 
 def too_many(network: Network, left: Mapping[str, Array]) -> str:

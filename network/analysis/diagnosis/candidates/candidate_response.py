@@ -210,14 +210,21 @@ def _heat_at_ends(now: Network, course: LinearRun, lumps: Indices) -> Array:
 
 def _heat_at(now: Network, course: LinearRun, lumps: Indices, shares: Sequence[float]) -> Array:
     """The same at the mean over some instants within each interval, where no node is new."""
-    count, (start, end) = len(shares), np.split(course.inputs["time"], 2)
-    if ("within",) not in course.derived:
-        course.derived["within",] = np.tile(course.T_ends, (count, 1))
-    inputs = {name: np.tile(u, (count, 1)) for name, u in course.inputs.items()}
-    inputs["time"] = np.concatenate([start + share * (end - start) for share in np.repeat(shares, 2)])
-    T = course.derived["within",]
+    count = len(shares)
+    T, inputs = _list_within(course, shares)
     into = heat_into(now, T, inputs, np.zeros((len(T), 0)), lumps)
     return np.asarray(into.reshape(count, len(course.T_ends), len(lumps)).mean(axis=0))
+
+
+def _list_within(course: LinearRun, shares: Sequence[float]) -> tuple[Array, dict[str, Array]]:
+    """Temperatures and inputs of a run at some instants within each interval, laid out once."""
+    if ("within",) not in course.derived:
+        (start, end), count = np.split(course.inputs["time"], 2), len(shares)
+        inputs = {name: np.tile(u, (count, 1)) for name, u in course.inputs.items()}
+        inputs["time"] = np.concatenate([start + share * (end - start) for share in np.repeat(shares, 2)])
+        course.derived["within",] = np.tile(course.T_ends, (count, 1))
+        course.derived.update({("within", name): u for name, u in inputs.items()})
+    return course.derived["within",], {name: course.derived["within", name] for name in course.inputs}
 
 
 def _list_standing(course: LinearRun, entries: Sequence[str]) -> list[tuple[Array, Array]]:
