@@ -63,5 +63,7 @@ def _is_explained(h: Hypothesis, jobs: int) -> bool:
     """Whether one candidate leaves nothing; only those are fitted that show half of that where they are proposed."""
     scores = score_candidates(h.linearised, candidates(h.machine, h.case.drivers, runs=h.case.runs), h.values, jobs)
     likely = [s for s in scores if share_shown(h, s.gain) >= SETTINGS.half]
-    ranked = start_trials(h, [s.candidate for s in likely], likely, jobs).rank(jobs) if likely else []
-    return bool(ranked) and ranked[0].chi <= SETTINGS.noise
+    if not likely:
+        return False
+    *_, trials = start_trials(h, [s.candidate for s in likely], likely, jobs)
+    return any(told.chi <= SETTINGS.noise for told in trials.rank(jobs)[:1])

@@ -61,11 +61,11 @@ class Slopes:
 def channels_of(
     machine: Machine, outputs: Readouts, readings: Array, u: Mapping[str, Array], names: Sequence[str]
 ) -> Array:
-    """Channels (names, instants) from base readings and sensor states."""
-    rows, count = outputs.split_by_key(readings), readings.shape[1]
+    """Channels (names, …, instants) from base readings and sensor states (·, …, instants)."""
+    rows, shape = outputs.split_by_key(readings), readings.shape[1:]
     tcp: dict[str, Array] = {}
     for axis, entries in machine.tcp.items():
-        moved = np.zeros(count)
+        moved = np.zeros(shape)
         for name, entry in entries.items():
             read = [rows["reading", axis, name, str(i)] for i in range(len(entry.readings()))]
             moved = moved + entry.movement(u, *read)
@@ -104,9 +104,9 @@ def _differentiate(
     at_once = max(1, AT_ONCE // (2 * width * count))
     blocks = [np.eye(width)[i : i + at_once] * SMALL for i in range(0, width, at_once)]
     columns = []
+    along = {name: np.broadcast_to(values, count) for name, values in u.items()}
     for steps in blocks:
-        moved = (readings[:, None, None] + np.stack([steps.T, -steps.T], axis=1)[..., None]).reshape(width, -1)
-        along = {name: np.tile(np.broadcast_to(values, count), 2 * len(steps)) for name, values in u.items()}
-        read = channels_of(machine, outputs, moved, along, names).reshape(len(names), 2, len(steps), count)
+        moved = readings[:, None, None] + np.stack([steps.T, -steps.T], axis=1)[..., None]
+        read = channels_of(machine, outputs, moved, along, names)
         columns.append((read[:, 0] - read[:, 1]) / (2 * SMALL))
     return np.concatenate(columns, axis=1)

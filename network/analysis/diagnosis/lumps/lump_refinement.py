@@ -7,7 +7,8 @@ times the factor that noise counts with where a misfit lasts (misfit.py), E the 
 cannot be told apart: no lump decides then between them. Where there are many runs, those told worst stand for all.
 Where a better fit leaves less, lumps are looked at again.
 Range: bars whose profiles their lumps begin to resolve; from coarser ones at most GROWTH times as many are taken at
-once, and it is looked again. Source of the order: Richardson's extrapolation, Phil. Trans. R. Soc. A 210 (1911) 307.
+once, and it is looked again while some bar wants more than that. Source of the order: Richardson's extrapolation,
+Phil. Trans. R. Soc. A 210 (1911) 307.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis,
 from network.analysis.diagnosis.lumps.lump_promise import promises_more
 from network.analysis.diagnosis.screening.screen import whiten
 from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.time_budget import TimeBudget
 from network.analysis.sweep.finer_lumps import bars_of, cut_bars
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.patch import Patch
@@ -50,6 +52,9 @@ FINEST, MANY = 400, 120
 nothing is looked for, nor looked once more for readings at fault (budget)."""
 ROUNDS, GROWTH = 4, 4
 """Times that lumps are looked at again, and how many times as many a bar gets at once."""
+LOOK, SLOWER = 0.1, 1.5
+"""Share of the whole time that a look at lumps may take (budget), and the power of their number that it grows with
+(measured: 1 to 1.8)."""
 TO_THE_LIMIT = 4 / 3
 NOTHING = 1e-6
 """σ below which cutting a bar changes nothing, however others are cut: it has one temperature."""
@@ -141,18 +146,30 @@ def choose_lumps(h: Hypothesis, jobs: int = 1, rounds: int = ROUNDS, growth: int
     allowed = float(np.sqrt(2 * SETTINGS.alike * share)) * lasting_misfit(h.linearised) / max(len(counts), 1)
     bars = [*counts]
     for _ in range(rounds):
+        began = h.case.budget.spent
         left = _leave_each(few, counts, bars, jobs)
-        more = counts | {name: _count(counts[name], TO_THE_LIMIT * off / allowed, growth) for name, off in left.items()}
-        if more == counts or sum(more.values()) > FINEST:
+        wanted = {name: _count(counts[name], TO_THE_LIMIT * off / allowed) for name, off in left.items()}
+        more = counts | {name: min(count, growth * counts[name]) for name, count in wanted.items()}
+        took = h.case.budget.spent - began
+        if more == counts or sum(more.values()) > FINEST or _takes_long(h.case.budget, took, counts, more):
             break
+        is_within_reach = wanted.items() <= more.items()
         counts, bars = more, [name for name in bars if left.get(name, np.inf) > NOTHING]
+        if is_within_reach:
+            break
     return None if counts == written else cut_bars(h.root, counts)
 
 
-def _count(now: int, off: float, growth: int) -> int:
-    """Lumps with which an error that is so many times what is allowed is within it, as far as they do not grow by
-    more."""
-    return now if off <= 1 else min(ceil(now * np.sqrt(off)), growth * now)
+def _takes_long(budget: TimeBudget, took: float, counts: Mapping[str, int], more: Mapping[str, int]) -> bool:
+    """Whether one look at more lumps would take too much of the whole time, by what it took at those that are there:
+    then fits on them would, too."""
+    growth = sum(more.values()) / max(sum(counts.values()), 1)
+    return bool(took * growth**SLOWER > LOOK * budget.seconds)
+
+
+def _count(now: int, off: float) -> int:
+    """Lumps with which an error that is so many times what is allowed is within it."""
+    return now if off <= 1 else ceil(now * np.sqrt(off))
 
 
 def _leave_each(h: Hypothesis, counts: Mapping[str, int], bars: Sequence[str], jobs: int) -> dict[str, float]:

@@ -33,6 +33,10 @@ HOPE = 0.5
 """Linear score of a further candidate over what a name is worth, below which it is not fitted."""
 
 
+LATE = 0.5
+"""Share of the time of the search after which a step is told as soon as anything is fitted (budget)."""
+
+
 def select_forward(
     null: Hypothesis, first: Screening, seed: int, jobs: int, tell: Callable[[float], None]
 ) -> Iterator[Selection]:
@@ -155,7 +159,10 @@ def _select_next(
     """What is kept beside a hypothesis, and its rivals, ever better founded: relays are looked for before much else is
     tried, where what is likely explains little, and last, where much is left, or else beside what is kept."""
     sway = partial(_search_switching, seen, seed, jobs)
-    trials = start_trials(seen.before, seen.proposed, _worth_fitting(seen), jobs, tell, _is_near(seen))
+    for trials in start_trials(seen.before, seen.proposed, _worth_fitting(seen), jobs, tell, _is_near(seen)):
+        if _is_told_so_far(current) and current.case.budget.is_past(LATE * SETTINGS.searched):
+            begun = trials.fit_in_passing()
+            yield take_first(current, seen.before, begun, threshold), begun
     smooth = trials.rank(jobs)
     if _is_told_so_far(current):
         yield take_first(current, seen.before, smooth, threshold), smooth

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -38,6 +38,9 @@ BRIEF, BRIEFER = 4, 2
 """Steps of every candidate on a few runs, from the numbers of the file and from those at hand, where it is near."""
 KEPT, CONTINUED = 6, 0.3
 """How many of them go on with all runs at most, and what share of the best gain they need."""
+FOREMOST, IN_PASSING = 2, 2
+"""Candidates of each screening that are fitted before the others, and steps on all runs of the best of what is begun,
+where the time may be up before it goes on."""
 FIRST_STEPS, FINALISTS, FINISHED = 7, 3, 0.7
 """Steps of these, how many of them are then fitted to the end at most, and the share of the best gain for that."""
 CLEAR, LEAST = 200.0, 2
@@ -133,6 +136,12 @@ class TrialFits:
         here = [s for s in self.rest if s.candidate.parts == best.found[-1].parts]
         return replace(self, fits=tuple(_fit_all(self.begin, here[:AROUND], jobs)))
 
+    def fit_in_passing(self) -> list[Hypothesis]:
+        """The best of what is begun, fitted in a few steps to all runs; none where it runs away."""
+        begun = best_first(*self.fits)[:1]
+        told = [fit_with(self.current.case, self.current, h.found[-1], h.values, IN_PASSING) for h in begun]
+        return [compact(h) for h in told if h is not None]
+
     def rank(self, jobs: int) -> list[Hypothesis]:
         """The best of them fitted further and to the end, the best evidence first: successive halving, on all runs."""
         likely, _ = _part_likely(self.about, self.fits, KEPT, CONTINUED)
@@ -144,15 +153,20 @@ class TrialFits:
 def start_trials(
     current: Hypothesis, candidates: Sequence[Candidate], scores: Sequence[Score], jobs: int, tell: Tell = None,
     is_near: bool = False,
-) -> TrialFits:  # fmt: skip
-    """The likely ones of what is proposed beside a hypothesis, each with its own fit. scores: of the screening about
-    it; is_near: whether the fit is near, so that what shows about it is all that shows."""
+) -> Iterator[TrialFits]:  # fmt: skip
+    """The likely ones of what is proposed beside a hypothesis, each with its own fit: the foremost, then all of them.
+    scores: of the screening about it; is_near: whether the fit is near, so that what shows about it is all that
+    shows."""
     about_file = [] if is_near else _about_file(current, candidates, jobs)
     trials = shortlist(scores, about_file, LONGER if current.machine.lumps <= SMALL else SHORTLIST)
     about = on_few_runs(current)
     begin = partial(_start_trial, about, {s.candidate.key: s for s in about_file})
     rest = _others([s for s in scores if s.gain > SHOWS], trials)
-    return TrialFits(current, about, tuple(_fit_all(begin, trials, jobs, tell)), begin, rest)
+    foremost = shortlist(scores, about_file, FOREMOST)
+    first = TrialFits(current, about, tuple(_fit_all(begin, foremost, jobs)), begin, rest)
+    yield first
+    others = _others(trials, foremost)
+    yield replace(first, fits=(*first.fits, *_fit_all(begin, others, jobs, tell)))
 
 
 def _others(scores: Sequence[Score], than: Sequence[Score]) -> tuple[Score, ...]:
