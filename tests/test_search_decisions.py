@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -165,7 +166,7 @@ def test_relays_are_looked_for_first_where_little_is_explained_and_last_where_mu
         forward_selection, "_search_switching", lambda *of: asked.append(1) or list((early or ()) if is_poor else late)
     )
     trials = bare(rank=lambda jobs: [kept], is_poor=lambda smooth: is_poor, little=LITTLE)
-    monkeypatch.setattr(forward_selection, "start_trials", lambda *of: trials)
+    monkeypatch.setattr(forward_selection, "start_trials", lambda *of: iter([trials]))
     monkeypatch.setattr(
         forward_selection, "_fit_wider", lambda trials, ranked, is_told, jobs: widened.append(is_told) or ranked
     )
@@ -174,7 +175,8 @@ def test_relays_are_looked_for_first_where_little_is_explained_and_last_where_mu
     monkeypatch.setattr(forward_selection, "rank_beside_rest", lambda ranked, jobs: ranked)
     monkeypatch.setattr(forward_selection, "accept_best", lambda current, before, tried, threshold, jobs: tried[0])
     monkeypatch.setattr(forward_selection, "take_first", lambda current, before, ranked, threshold: None)
-    seen = bare(before=h(case=bare(recordings=("run",) * 2)), proposed=(), scores=())
+    case = bare(recordings=("run",) * 2, budget=TimeBudget())
+    seen = bare(before=h(case=case), proposed=(), scores=())
     *_, (best, ranked) = forward_selection._select_next(seen.before, seen, 12.0, 0, 1, lambda share: None)
     assert (widened, len(asked), "smooth" if best is kept else "relay") == ([told[0]], *told[1:])
     assert [each.evidence for each in ranked] == sorted((each.evidence for each in ranked), reverse=True)
@@ -215,6 +217,26 @@ def test_what_explains_best_so_far_is_told_where_the_time_is_up(runs: int, monke
         (120.0,),
     ]
     assert all(now.threshold == 12.0 and not now.is_checked for now in told[1:])
+
+
+@pytest.mark.parametrize(("spent", "told"), [(0.0, 0), (0.5, 1)])
+def test_what_is_fitted_first_is_told_before_the_others_where_half_the_time_is_gone(
+    spent: float, told: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    budget = TimeBudget(100.0)
+    case = bare(recordings=("run",) * 2, budget=replace(budget, began=budget.began - 100.0 * spent))
+    null, first = h(5.0, 0.0, offset_pull=0.0, case=case), h(1.0, 90.0, ("tilt",), case=case)
+
+    def start(*of: Any) -> Any:
+        yield bare(fit_in_passing=lambda: [first])
+        raise BudgetReached
+
+    monkeypatch.setattr(forward_selection, "start_trials", start)
+    monkeypatch.setattr(rival_acceptance, "reweight", lambda case, fit: fit)
+    seen, kept = bare(before=null, proposed=(), scores=()), []
+    with pytest.raises(BudgetReached):
+        kept.extend(forward_selection._select_next(null, seen, 12.0, 0, 1, lambda share: None))
+    assert kept == [(first, [first])] * told
 
 
 # -- lumps ----------------------------------------------------------------------------------------------------------
