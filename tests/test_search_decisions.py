@@ -228,7 +228,8 @@ def test_what_is_fitted_first_is_told_before_the_others_where_half_the_time_is_g
     null, first = h(5.0, 0.0, offset_pull=0.0, case=case), h(1.0, 90.0, ("tilt",), case=case)
 
     def start(*of: Any) -> Any:
-        yield bare(fit_in_passing=lambda: [first])
+        yield bare(foremost=first, fit_in_passing=lambda begun: [begun])
+        yield bare(foremost=first, fit_in_passing=None)
         raise BudgetReached
 
     monkeypatch.setattr(forward_selection, "start_trials", start)
@@ -237,6 +238,25 @@ def test_what_is_fitted_first_is_told_before_the_others_where_half_the_time_is_g
     with pytest.raises(BudgetReached):
         kept.extend(forward_selection._select_next(null, seen, 12.0, 0, 1, lambda share: None))
     assert kept == [(first, [first])] * told
+
+
+@pytest.mark.parametrize("is_late", [False, True])
+def test_the_foremost_of_both_screenings_are_fitted_first_where_it_is_late(
+    is_late: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The same trials in any case, each from where it was screened about the fit."""
+
+    def score(name: str, gain: float) -> Any:
+        return bare(candidate=bare(key=(name,), kind=name), gain=gain)
+
+    about_fit = [score(name, gain) for name, gain in zip("abcd", (9e3, 8e3, 7e3, 6e3), strict=True)]
+    about_file = [score(name, gain) for name, gain in zip("eda", (9e3, 8e3, 7e3), strict=True)]
+    monkeypatch.setattr(refit, "_about_file", lambda *of: about_file)
+    monkeypatch.setattr(refit, "on_few_runs", lambda current: current)
+    monkeypatch.setattr(refit, "_fit_all", lambda begin, trials, jobs, tell=None: [*trials])
+    told = [*refit.start_trials(bare(machine=bare(lumps=9)), (), about_fit, 1, is_late=is_late)]
+    assert {s.candidate.key[0] for s in told[0].fits} == set("abde" if is_late else "abcde")
+    assert len(told[-1].fits) == 5 and all(s in told[-1].fits for s in about_fit) and not told[-1].rest
 
 
 # -- lumps ----------------------------------------------------------------------------------------------------------

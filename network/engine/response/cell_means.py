@@ -53,10 +53,10 @@ class Means:
     @cached_property
     def factors(self) -> tuple[tuple[Factors, ...], ...]:
         """Of every stretch, for each set of samples."""
-        return tuple(tuple(f.within(s) for f in self._factors) for s in self.course.segments)
+        return tuple(tuple(f.within(s) for f in self._whole_factors) for s in self.course.segments)
 
     @cached_property
-    def _factors(self) -> list[Factors]:
+    def _whole_factors(self) -> list[Factors]:
         problem, rates = self.course.problem, rates_of(self.course.modes)
         return [_factors(samples, rates, problem.regime_of, problem.plan.steps) for samples in self.over.samples]
 
@@ -158,13 +158,14 @@ class Means:
         segments = self.course.segments
         cells = [s.first + self.over.find_touched(s.first, s.last)[1] for s in segments]
         gain, c0, c1 = (np.concatenate(own) for own in zip(*((s.gain, s.c0, s.c1) for s in segments), strict=True))
-        return [pieces_of(cells, gain, c0, c1, f.E, f.F0, f.F1) for f in self._factors]
+        return [pieces_of(cells, gain, c0, c1, f.E, f.F0, f.F1) for f in self._whole_factors]
 
     def _follow_pushes(self, heat: HeatSeries) -> Modal:
         """For any pushes."""
         return partial(self._force_pushes, heat)
 
     def _force_pushes(self, heat: HeatSeries, index: int, starts: Indices, x: Array) -> tuple[list[Array], Array]:
+        """From interval to interval."""
         s, factors = self.course.segments[index], self.factors[index]
         p0, p1 = heat.force_modes(s)
         m, end = s.march_forced(p0, p1, x)

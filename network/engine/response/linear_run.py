@@ -83,7 +83,8 @@ class LinearRun:
 
     @cached_property
     def derived(self) -> dict[tuple[object, ...], Array]:
-        """Derivatives of heats by their numbers along this run, as they are found: by group, number and members."""
+        """What is found along this run: derivatives of heats by group, number and members, and temperatures and inputs
+        within its intervals."""
         return {}
 
     @cached_property

@@ -61,7 +61,8 @@ class Slopes:
 def channels_of(
     machine: Machine, outputs: Readouts, readings: Array, u: Mapping[str, Array], names: Sequence[str]
 ) -> Array:
-    """Channels (names, …, instants) from base readings and sensor states (·, …, instants)."""
+    """Channels (names, instants) from base readings and sensor states (·, instants); of several courses at once (·, …,
+    instants) where none is zeroed at its start or looks back."""
     rows, shape = outputs.split_by_key(readings), readings.shape[1:]
     tcp: dict[str, Array] = {}
     for axis, entries in machine.tcp.items():

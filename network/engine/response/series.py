@@ -97,7 +97,7 @@ def split_cells(cells: Indices, stop: int) -> tuple[Indices, Indices | None]:
 
 @cache
 def compile_means() -> Callable[..., None] | None:
-    """The same from interval to interval as machine code; None without numba."""
+    """What follows series from interval to interval as machine code; None without numba."""
     try:
         from numba import njit
     except ImportError:

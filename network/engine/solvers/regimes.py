@@ -33,13 +33,13 @@ def regimes(
     keys = matrix_inputs(network)
     if not keys:
         return np.zeros(1, int), np.zeros(len(left["time"]), int)
-    first, at = _different(np.stack([left[name] for name in keys], axis=1))
+    first, at = _list_different(np.stack([left[name] for name in keys], axis=1))
     G = evaluate_driven_conductances(network, {name: held[first, None] for name, held in left.items()}, about)
     _, again, regime = np.unique(G, axis=0, return_index=True, return_inverse=True)
     return first[again], np.asarray(regime.ravel()[at])
 
 
-def _different(values: Array) -> tuple[Indices, Indices]:
+def _list_different(values: Array) -> tuple[Indices, Indices]:
     """One row of each that differs, and which of these every row is: rows that stay are compared once."""
     begins = np.flatnonzero(np.append(True, (values[1:] != values[:-1]).any(axis=1)))
     _, first, at = np.unique(values[begins], axis=0, return_index=True, return_inverse=True)

@@ -218,13 +218,14 @@ def _heat_at(now: Network, course: LinearRun, lumps: Indices, shares: Sequence[f
 
 def _list_within(course: LinearRun, shares: Sequence[float]) -> tuple[Array, dict[str, Array]]:
     """Temperatures and inputs of a run at some instants within each interval, laid out once."""
-    if ("within",) not in course.derived:
+    key = ("within", *shares)
+    if key not in course.derived:
         (start, end), count = np.split(course.inputs["time"], 2), len(shares)
         inputs = {name: np.tile(u, (count, 1)) for name, u in course.inputs.items()}
         inputs["time"] = np.concatenate([start + share * (end - start) for share in np.repeat(shares, 2)])
-        course.derived["within",] = np.tile(course.T_ends, (count, 1))
-        course.derived.update({("within", name): u for name, u in inputs.items()})
-    return course.derived["within",], {name: course.derived["within", name] for name in course.inputs}
+        course.derived[key] = np.tile(course.T_ends, (count, 1))
+        course.derived.update({(*key, name): u for name, u in inputs.items()})
+    return course.derived[key], {name: course.derived[*key, name] for name in course.inputs}
 
 
 def _list_standing(course: LinearRun, entries: Sequence[str]) -> list[tuple[Array, Array]]:

@@ -25,11 +25,12 @@ from network.analysis.diagnosis.hypotheses.hypothesis_fit import (
     settle_hypothesis,
     theta_of,
 )
+from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.time_budget import TimeBudget
 from network.engine.response.parameters import values_at
 
-WRITTEN = 0.3
-"""Share of the time after which the machine as written is not fitted further (budget): twice that of its null."""
+WRITTEN = 2
+"""Times the share of the null after which the machine as written is not fitted further (budget)."""
 BRIEF = 5
 """Steps beside relays that switch by themselves where there is no time (budget)."""
 
@@ -43,15 +44,16 @@ def keep_in_step(case: Case, calibrated: Null) -> Case:
 
 def fit_written(calibrated: Hypothesis) -> Hypothesis:
     """The machine as written, fitted from its calibrated numbers: beside the modes of its relays, where all recordings
-    tell these and it comes no farther from them so than with relays that are simulated. Numbers that creep on when
-    their time is up are left as they are: what is missing bends them."""
+    tell these and it comes no farther from them so than with relays that are simulated; else as far as it comes
+    in its time, for what is missing may bend numbers ever on."""
     case, values = calibrated.case, calibrated.values
     recordings = read_modes(case.machine, case.recordings)
     if recordings[0].modes:
         followed = _fit_beside_modes(replace(case, recordings=recordings, began=()), values)
         if followed.chi <= LEAP * max(calibrated.chi, 1.0):
             return followed
-    return fit_hypothesis(case, case.machine, start=values, until=lambda at: case.budget.is_past(WRITTEN))
+    most = WRITTEN * SETTINGS.calibrated
+    return fit_hypothesis(case, case.machine, start=values, until=lambda at: case.budget.is_past(most))
 
 
 def _fit_beside_modes(case: Case, values: Mapping[str, float]) -> Hypothesis:

@@ -33,7 +33,6 @@ from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis,
 from network.analysis.diagnosis.lumps.lump_promise import promises_more
 from network.analysis.diagnosis.screening.screen import whiten
 from network.analysis.diagnosis.settings import SETTINGS
-from network.analysis.diagnosis.time_budget import TimeBudget
 from network.analysis.sweep.finer_lumps import bars_of, cut_bars
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.patch import Patch
@@ -136,35 +135,30 @@ def _fit_finer(case: Case, machine: Machine, before: Hypothesis, written: Hypoth
 
 
 def choose_lumps(h: Hypothesis, jobs: int = 1, rounds: int = ROUNDS, growth: int = GROWTH) -> Machine | None:
-    """The machine of a hypothesis without what was found, with the lumps that it takes; None where it has them, or they
-    would be more than FINEST. rounds: times that they are looked at; growth: how many times as many a bar gets in
-    each."""
+    """The machine of a hypothesis without what was found, with the lumps that it takes, as far as they are no more than
+    FINEST and a look at them does not take long, for then fits would, too; None where it has them. rounds: times that
+    they are looked at; growth: how many times as many a bar gets in each."""
     own = bars_of(h.root)
     written = counts = {name: n for name, n in bars_of(h.machine).items() if name in own}
     few = on_few_runs(h)
     share = len(few.fit.left) / max(len(h.fit.left), 1)
     allowed = float(np.sqrt(2 * SETTINGS.alike * share)) * lasting_misfit(h.linearised) / max(len(counts), 1)
-    bars = [*counts]
+    bars, others = [*counts], h.machine.lumps - sum(counts.values())
     for _ in range(rounds):
         began = h.case.budget.spent
         left = _leave_each(few, counts, bars, jobs)
         wanted = {name: _count(counts[name], TO_THE_LIMIT * off / allowed) for name, off in left.items()}
         more = counts | {name: min(count, growth * counts[name]) for name, count in wanted.items()}
         took = h.case.budget.spent - began
-        if more == counts or sum(more.values()) > FINEST or _takes_long(h.case.budget, took, counts, more):
+        growing = (others + sum(more.values())) / (others + sum(counts.values()))
+        is_long = took * growing**SLOWER > LOOK * h.case.budget.seconds
+        if more == counts or sum(more.values()) > FINEST or is_long:
             break
-        is_within_reach = wanted.items() <= more.items()
+        is_within_reach = wanted.items() <= more.items() and wanted.keys() >= set(bars)
         counts, bars = more, [name for name in bars if left.get(name, np.inf) > NOTHING]
         if is_within_reach:
             break
     return None if counts == written else cut_bars(h.root, counts)
-
-
-def _takes_long(budget: TimeBudget, took: float, counts: Mapping[str, int], more: Mapping[str, int]) -> bool:
-    """Whether one look at more lumps would take too much of the whole time, by what it took at those that are there:
-    then fits on them would, too."""
-    growth = sum(more.values()) / max(sum(counts.values()), 1)
-    return bool(took * growth**SLOWER > LOOK * budget.seconds)
 
 
 def _count(now: int, off: float) -> int:

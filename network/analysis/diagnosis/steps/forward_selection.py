@@ -31,8 +31,6 @@ from network.analysis.diagnosis.time_budget import BudgetReached
 
 HOPE = 0.5
 """Linear score of a further candidate over what a name is worth, below which it is not fitted."""
-
-
 LATE = 0.5
 """Share of the time of the search after which a step is told as soon as anything is fitted (budget)."""
 
@@ -159,13 +157,19 @@ def _select_next(
     """What is kept beside a hypothesis, and its rivals, ever better founded: relays are looked for before much else is
     tried, where what is likely explains little, and last, where much is left, or else beside what is kept."""
     sway = partial(_search_switching, seen, seed, jobs)
-    for trials in start_trials(seen.before, seen.proposed, _worth_fitting(seen), jobs, tell, _is_near(seen)):
-        if _is_told_so_far(current) and current.case.budget.is_past(LATE * SETTINGS.searched):
-            begun = trials.fit_in_passing()
-            yield take_first(current, seen.before, begun, threshold), begun
+    is_late = _is_told_so_far(current) and current.case.budget.is_past(LATE * SETTINGS.searched)
+    begun, passing = None, None
+    for trials in start_trials(seen.before, seen.proposed, _worth_fitting(seen), jobs, tell, _is_near(seen), is_late):
+        if is_late and trials.foremost not in (None, begun):
+            begun = trials.foremost
+            fitted = trials.fit_in_passing(begun)
+            if _is_better(first := take_first(current, seen.before, fitted, threshold), passing):
+                yield (passing := first), fitted
     smooth = trials.rank(jobs)
     if _is_told_so_far(current):
-        yield take_first(current, seen.before, smooth, threshold), smooth
+        first = take_first(current, seen.before, smooth, threshold)
+        if passing is None or _is_better(first, passing):
+            yield first, smooth
     early = sway() if trials.is_poor(smooth) else None
     if not seen.before.found:
         is_told = early is None or bool(early and early[0].chi <= trials.little)
@@ -187,6 +191,11 @@ def _select_next(
     if other is not None and (kept is None or other.evidence > kept.evidence):
         kept = other
     yield kept, ranked
+
+
+def _is_better(new: Hypothesis | None, told: Hypothesis | None) -> bool:
+    """Whether there is something new, and more than what was told."""
+    return new is not None and (told is None or new.evidence > told.evidence)
 
 
 def _is_next(current: Hypothesis, kept: Hypothesis | None) -> bool:

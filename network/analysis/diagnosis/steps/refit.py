@@ -136,11 +136,15 @@ class TrialFits:
         here = [s for s in self.rest if s.candidate.parts == best.found[-1].parts]
         return replace(self, fits=tuple(_fit_all(self.begin, here[:AROUND], jobs)))
 
-    def fit_in_passing(self) -> list[Hypothesis]:
-        """The best of what is begun, fitted in a few steps to all runs; none where it runs away."""
-        begun = best_first(*self.fits)[:1]
-        told = [fit_with(self.current.case, self.current, h.found[-1], h.values, IN_PASSING) for h in begun]
-        return [compact(h) for h in told if h is not None]
+    @property
+    def foremost(self) -> Hypothesis | None:
+        """The best of what is begun."""
+        return best_of(*self.fits)
+
+    def fit_in_passing(self, begun: Hypothesis) -> list[Hypothesis]:
+        """What is begun, fitted in a few steps to the runs of what is there; none where it runs away."""
+        told = fit_with(self.current.case, self.current, begun.found[-1], begun.values, IN_PASSING)
+        return [] if told is None else [compact(told)]
 
     def rank(self, jobs: int) -> list[Hypothesis]:
         """The best of them fitted further and to the end, the best evidence first: successive halving, on all runs."""
@@ -152,21 +156,22 @@ class TrialFits:
 
 def start_trials(
     current: Hypothesis, candidates: Sequence[Candidate], scores: Sequence[Score], jobs: int, tell: Tell = None,
-    is_near: bool = False,
+    is_near: bool = False, is_late: bool = False,
 ) -> Iterator[TrialFits]:  # fmt: skip
-    """The likely ones of what is proposed beside a hypothesis, each with its own fit: the foremost, then all of them.
-    scores: of the screening about it; is_near: whether the fit is near, so that what shows about it is all that
-    shows."""
+    """The likely ones of what is proposed beside a hypothesis, each with its own fit; where it is late, first the
+    foremost of them. scores: of the screening about it; is_near: whether the fit is near, so that what shows about it
+    is all that shows."""
     about_file = [] if is_near else _about_file(current, candidates, jobs)
     trials = shortlist(scores, about_file, LONGER if current.machine.lumps <= SMALL else SHORTLIST)
     about = on_few_runs(current)
     begin = partial(_start_trial, about, {s.candidate.key: s for s in about_file})
-    rest = _others([s for s in scores if s.gain > SHOWS], trials)
-    foremost = shortlist(scores, about_file, FOREMOST)
-    first = TrialFits(current, about, tuple(_fit_all(begin, foremost, jobs)), begin, rest)
-    yield first
-    others = _others(trials, foremost)
-    yield replace(first, fits=(*first.fits, *_fit_all(begin, others, jobs, tell)))
+    begun = TrialFits(current, about, (), begin, _others([s for s in scores if s.gain > SHOWS], trials))
+    if is_late:
+        others = _others(trials, shortlist(scores, about_file, FOREMOST))
+        foremost = _others(trials, others)
+        yield (begun := replace(begun, fits=tuple(_fit_all(begin, foremost, jobs))))
+        trials = [*others]
+    yield replace(begun, fits=(*begun.fits, *_fit_all(begin, trials, jobs, tell)))
 
 
 def _others(scores: Sequence[Score], than: Sequence[Score]) -> tuple[Score, ...]:
