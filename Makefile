@@ -1,7 +1,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test test-matrix speed torture bench pairs clean
+.PHONY: demo test test-matrix proofs speed torture bench pairs clean
 
 demo: .venv/ready
 	$(BIN)/lptn demo
@@ -10,6 +10,9 @@ test: .venv/ready-to-test
 	$(BIN)/ruff check network tests
 	$(BIN)/mypy
 	$(BIN)/pytest -n 2
+
+proofs: .venv/ready-to-test
+	$(BIN)/pytest -n 2 -m proof
 
 speed: .venv/ready-to-test
 	$(BIN)/pytest -m speed

@@ -43,6 +43,7 @@ def test_switchings_fall_into_step(chilled: Machine, tmp_path: Path) -> None:
     assert found.tried == 1
 
 
+@pytest.mark.proof
 def test_what_switches_stays_in_step_in_a_room_that_is_only_stated(chilled: Machine, tmp_path: Path) -> None:
     """The room is 2.4 K warmer than stated: how often the chiller switches hangs on that, and not along a line."""
     warm = {**INPUTS, "ambient": "24 degC"}

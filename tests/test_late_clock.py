@@ -39,7 +39,7 @@ def test_all_channels_and_those_of_one_quantity_are_proposed() -> None:
     assert all([p.field.key for p in c.own] == ["late"] for c in found)
 
 
-@pytest.mark.parametrize("seconds", [30.0, 90.0, 400.0])
+@pytest.mark.parametrize("seconds", [30.0, 90.0, pytest.param(400.0, marks=pytest.mark.proof)])
 def test_a_diagnosis_tells_by_how_much_a_clock_is_late(seconds: float) -> None:
     names = [*plant().sensors]
     runs = [late(r, seconds, names) for r in runs_of(plant())]

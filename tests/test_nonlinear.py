@@ -71,6 +71,7 @@ def warm_inputs():
     return ramped, linear("ambient", "degC", np.array([0.0, 4000.0, 8000.0]), np.array([20.0, 22.0, 21.0]))
 
 
+@pytest.mark.proof
 def test_rosenbrock_keeps_its_tolerance() -> None:
     """Ramps, junctions, a reading with a state of its own, four kinds that are not linear."""
     t = np.arange(0, 8001, 50.0)

@@ -171,6 +171,7 @@ def test_a_followed_relay_is_a_source_that_an_input_switches(chilled: Machine) -
     assert follow_relays(behind, {MODE + name}) is behind
 
 
+@pytest.mark.proof
 def test_a_chilled_machine_with_a_source_that_the_file_lacks_is_diagnosed_beside_its_switchings(
     chilled: Machine, tmp_path: Path
 ) -> None:

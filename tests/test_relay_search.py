@@ -52,7 +52,11 @@ def test_bent_laws_become_straight_and_what_that_lacks_is_told() -> None:
     assert tell_unsearched(h, relays(h)) == ""
 
 
-@pytest.mark.parametrize("more", [{}, {"own": OWN}], ids=["fan and radiation", "beside a relay of its own"])
+@pytest.mark.parametrize(
+    "more",
+    [pytest.param({}, id="fan and radiation"),
+     pytest.param({"own": OWN}, id="beside a relay of its own", marks=pytest.mark.proof)],
+)  # fmt: skip
 def test_a_cooler_is_found_beside_laws_that_bend(more: dict[str, object]) -> None:
     h = null(plant(links=FAN, sources=more), plant(links=FAN, sources={**more, "cooler": COOLER}))
     found = search_relays(h.case, h, relays(h), seed=1, jobs=1)

@@ -175,6 +175,7 @@ def test_a_diagnosis_names_them_and_the_machine_it_writes_tells_unseen_runs() ->
     assert not d.refuted
 
 
+@pytest.mark.proof
 def test_a_diagnosis_finds_what_else_is_missing_beside_them() -> None:
     truth = plant(**CONCEALED["source"])
     d = diagnose(plant(), exchanged(runs_of(truth)), exchanged([recorded(truth, HELD_OUT, 9)]), seed=1)

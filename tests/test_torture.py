@@ -108,7 +108,9 @@ def test_ways_of_solving_agree_on_some_networks() -> None:
     assert [(n, each) for n, each in told if not each.furthest <= 1.0] == []
 
 
-@pytest.mark.parametrize("name", ["full disk", "read only", "two at once", "clock set back"])
+@pytest.mark.parametrize(
+    "name", ["full disk", pytest.param("read only", marks=pytest.mark.proof), "two at once", "clock set back"]
+)
 def test_a_computer_that_lets_a_simulation_down(name: str, tmp_path: Path) -> None:
     if name in ("full disk", "read only") and not can_mount(tmp_path):
         pytest.skip("file systems cannot be mounted here")
