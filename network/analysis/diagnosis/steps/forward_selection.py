@@ -31,6 +31,8 @@ from network.analysis.diagnosis.time_budget import BudgetReached
 
 HOPE = 0.5
 """Linear score of a further candidate over what a name is worth, below which it is not fitted."""
+Told = tuple[Hypothesis | None, list[Hypothesis]]
+"""What is kept so far beside a hypothesis, and its rivals."""
 LATE = 0.5
 """Share of the time of the search after which a step is told as soon as anything is fitted (budget)."""
 
@@ -153,18 +155,11 @@ def _add_step(
 
 def _select_next(
     current: Hypothesis, seen: Screening, threshold: float, seed: int, jobs: int, tell: Callable[[float], None]
-) -> Iterator[tuple[Hypothesis | None, list[Hypothesis]]]:
+) -> Iterator[Told]:
     """What is kept beside a hypothesis, and its rivals, ever better founded: relays are looked for before much else is
     tried, where what is likely explains little, and last, where much is left, or else beside what is kept."""
     sway = partial(_search_switching, seen, seed, jobs)
-    is_late = _is_told_so_far(current) and current.case.budget.is_past(LATE * SETTINGS.searched)
-    begun, passing = None, None
-    for trials in start_trials(seen.before, seen.proposed, _worth_fitting(seen), jobs, tell, _is_near(seen), is_late):
-        if is_late and trials.foremost not in (None, begun):
-            begun = trials.foremost
-            fitted = trials.fit_in_passing(begun)
-            if _is_better(first := take_first(current, seen.before, fitted, threshold), passing):
-                yield (passing := first), fitted
+    trials, passing = yield from _begin_trials(current, seen, threshold, jobs, tell)
     smooth = trials.rank(jobs)
     if _is_told_so_far(current):
         first = take_first(current, seen.before, smooth, threshold)
@@ -188,9 +183,22 @@ def _select_next(
     ranked = rank_beside_rest(best_first(*switched, *ranked), jobs)
     again = list_contenders(current, seen.before, ranked, jobs)
     other = accept_best(current, seen.before, again, threshold, jobs) if again != tried else None
-    if other is not None and (kept is None or other.evidence > kept.evidence):
-        kept = other
-    yield kept, ranked
+    yield other if _is_better(other, kept) else kept, ranked
+
+
+def _begin_trials(
+    current: Hypothesis, seen: Screening, threshold: float, jobs: int, tell: Callable[[float], None]
+) -> Generator[Told, None, tuple[TrialFits, Hypothesis | None]]:
+    """What is likely, each fitted a few steps, and what was told of it: where it is late, the best as soon as it is."""
+    is_late = _is_told_so_far(current) and current.case.budget.is_past(LATE * SETTINGS.searched)
+    begun, passing = None, None
+    for trials in start_trials(seen.before, seen.proposed, _worth_fitting(seen), jobs, tell, _is_near(seen), is_late):
+        if is_late and trials.foremost not in (None, begun):
+            begun = trials.foremost
+            fitted = trials.fit_in_passing(begun)
+            if _is_better(first := take_first(current, seen.before, fitted, threshold), passing):
+                yield (passing := first), fitted
+    return trials, passing
 
 
 def _is_better(new: Hypothesis | None, told: Hypothesis | None) -> bool:
