@@ -219,13 +219,14 @@ def test_what_explains_best_so_far_is_told_where_the_time_is_up(runs: int, monke
     assert all(now.threshold == 12.0 and not now.is_checked for now in told[1:])
 
 
-@pytest.mark.parametrize(("spent", "told"), [(0.0, 0), (0.5, 1)])
+@pytest.mark.parametrize(("spent", "chi", "told"), [(0.0, 1.0, 0), (0.5, 1.0, 1), (0.5, 4.0, 0)])
 def test_what_is_fitted_first_is_told_before_the_others_where_half_the_time_is_gone(
-    spent: float, told: int, monkeypatch: pytest.MonkeyPatch
+    spent: float, chi: float, told: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Where it explains most."""
     budget = TimeBudget(100.0)
     case = bare(recordings=("run",) * 2, budget=replace(budget, began=budget.began - 100.0 * spent))
-    null, first = h(5.0, 0.0, offset_pull=0.0, case=case), h(1.0, 90.0, ("tilt",), case=case)
+    null, first = h(5.0, 0.0, offset_pull=0.0, case=case), h(chi, 90.0, ("tilt",), case=case)
 
     def start(*of: Any) -> Any:
         yield bare(foremost=first, fit_in_passing=lambda begun: [begun])

@@ -189,14 +189,16 @@ def _select_next(
 def _begin_trials(
     current: Hypothesis, seen: Screening, threshold: float, jobs: int, tell: Callable[[float], None]
 ) -> Generator[Told, None, tuple[TrialFits, Hypothesis | None]]:
-    """What is likely, each fitted a few steps, and what was told of it: where it is late, the best as soon as it is."""
+    """What is likely, each fitted a few steps, and what was told of it: where it is late, the best as soon as it is,
+    where it explains most."""
     is_late = _is_told_so_far(current) and current.case.budget.is_past(LATE * SETTINGS.searched)
     begun, passing = None, None
     for trials in start_trials(seen.before, seen.proposed, _worth_fitting(seen), jobs, tell, _is_near(seen), is_late):
         if is_late and trials.foremost not in (None, begun):
             begun = trials.foremost
             fitted = trials.fit_in_passing(begun)
-            if _is_better(first := take_first(current, seen.before, fitted, threshold), passing):
+            first = take_first(current, seen.before, fitted, threshold)
+            if first is not None and explains_most(current, first) and _is_better(first, passing):
                 yield (passing := first), fitted
     return trials, passing
 
