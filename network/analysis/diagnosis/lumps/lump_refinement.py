@@ -7,8 +7,7 @@ times the factor that noise counts with where a misfit lasts (misfit.py), E the 
 cannot be told apart: no lump decides then between them. Where there are many runs, those told worst stand for all.
 Where a better fit leaves less, lumps are looked at again.
 Range: bars whose profiles their lumps begin to resolve; from coarser ones at most GROWTH times as many are taken at
-once, and it is looked again while some bar wants more than that. Source of the order: Richardson's extrapolation,
-Phil. Trans. R. Soc. A 210 (1911) 307.
+once, and it is looked again. Source of the order: Richardson's extrapolation, Phil. Trans. R. Soc. A 210 (1911) 307.
 """
 
 from __future__ import annotations
@@ -147,23 +146,20 @@ def choose_lumps(h: Hypothesis, jobs: int = 1, rounds: int = ROUNDS, growth: int
     for _ in range(rounds):
         began = h.case.budget.spent
         left = _leave_each(few, counts, bars, jobs)
-        wanted = {name: _count(counts[name], TO_THE_LIMIT * off / allowed) for name, off in left.items()}
-        more = counts | {name: min(count, growth * counts[name]) for name, count in wanted.items()}
+        more = counts | {name: _count(counts[name], TO_THE_LIMIT * off / allowed, growth) for name, off in left.items()}
         took = h.case.budget.spent - began
         growing = (others + sum(more.values())) / (others + sum(counts.values()))
         is_long = took * growing**SLOWER > LOOK * h.case.budget.seconds
         if more == counts or sum(more.values()) > FINEST or is_long:
             break
-        is_within_reach = wanted.items() <= more.items() and wanted.keys() >= set(bars)
         counts, bars = more, [name for name in bars if left.get(name, np.inf) > NOTHING]
-        if is_within_reach:
-            break
     return None if counts == written else cut_bars(h.root, counts)
 
 
-def _count(now: int, off: float) -> int:
-    """Lumps with which an error that is so many times what is allowed is within it."""
-    return now if off <= 1 else ceil(now * np.sqrt(off))
+def _count(now: int, off: float, growth: int) -> int:
+    """Lumps with which an error that is so many times what is allowed is within it, as far as they do not grow by
+    more."""
+    return now if off <= 1 else min(ceil(now * np.sqrt(off)), growth * now)
 
 
 def _leave_each(h: Hypothesis, counts: Mapping[str, int], bars: Sequence[str], jobs: int) -> dict[str, float]:
