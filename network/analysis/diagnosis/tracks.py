@@ -65,5 +65,6 @@ def _is_explained(h: Hypothesis, jobs: int) -> bool:
     likely = [s for s in scores if share_shown(h, s.gain) >= SETTINGS.half]
     if not likely:
         return False
-    *_, trials = start_trials(h, [s.candidate for s in likely], likely, jobs)
-    return any(told.chi <= SETTINGS.noise for told in trials.rank(jobs)[:1])
+    (trials,) = start_trials(h, [s.candidate for s in likely], likely, jobs)
+    ranked = trials.rank(jobs)
+    return bool(ranked) and ranked[0].chi <= SETTINGS.noise

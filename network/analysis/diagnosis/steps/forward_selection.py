@@ -34,7 +34,7 @@ HOPE = 0.5
 Told = tuple[Hypothesis | None, list[Hypothesis]]
 """What is kept so far beside a hypothesis, and its rivals."""
 LATE = 0.5
-"""Share of the time of the search after which a step is told as soon as anything is fitted (budget)."""
+"""Share of the time of the search after which what explains most is told as soon as it is fitted (budget)."""
 
 
 def select_forward(

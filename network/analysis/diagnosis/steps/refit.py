@@ -21,6 +21,7 @@ from network.analysis.diagnosis.screening.timed_search import BRIEFLY, settle_in
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.placement import move_stretch
 from network.analysis.diagnosis.steps.ranking import best_first, best_of
+from network.analysis.diagnosis.steps.rival_acceptance import INTERIM_STEPS
 from network.engine.response.parameters import centres, values_at
 from network.platform.parallel import run_all
 from network.platform.refusal import Failed
@@ -38,9 +39,8 @@ BRIEF, BRIEFER = 4, 2
 """Steps of every candidate on a few runs, from the numbers of the file and from those at hand, where it is near."""
 KEPT, CONTINUED = 6, 0.3
 """How many of them go on with all runs at most, and what share of the best gain they need."""
-FOREMOST, IN_PASSING = 2, 2
-"""Candidates of each screening that are fitted before the others, and steps on all runs of the best of what is begun,
-where the time may be up before it goes on."""
+FOREMOST = 2
+"""Candidates of each screening that are fitted before the others where the time may be up before it goes on."""
 FIRST_STEPS, FINALISTS, FINISHED = 7, 3, 0.7
 """Steps of these, how many of them are then fitted to the end at most, and the share of the best gain for that."""
 CLEAR, LEAST = 200.0, 2
@@ -143,7 +143,7 @@ class TrialFits:
 
     def fit_in_passing(self, begun: Hypothesis) -> list[Hypothesis]:
         """What is begun, fitted in a few steps to the runs of what is there; none where it runs away."""
-        told = fit_with(self.current.case, self.current, begun.found[-1], begun.values, IN_PASSING)
+        told = fit_with(self.current.case, self.current, begun.found[-1], begun.values, INTERIM_STEPS)
         return [] if told is None else [compact(told)]
 
     def rank(self, jobs: int) -> list[Hypothesis]:

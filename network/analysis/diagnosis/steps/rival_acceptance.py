@@ -23,7 +23,7 @@ from network.machine.machine import Machine
 from network.platform.parallel import run_all
 
 INTERIM_STEPS = 2
-"""Steps on the finer lumps of what is told if there is no time for more."""
+"""Steps of what is told if there is no time for more, on finer lumps or on all runs."""
 CARRIED = 3
 """Rivals that are fitted again on the finer lumps, or asked what they tell of runs that they have not seen."""
 
