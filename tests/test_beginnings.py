@@ -19,8 +19,8 @@ from network.analysis.calibration.linearised import Linearised
 from network.analysis.calibration.measured_means import weigh_recording
 from network.analysis.calibration.misfit import implausibility
 from network.analysis.calibration.multistart import best_start, draw_beginnings, has_seen_enough
-from network.analysis.diagnosis import time_budget
-from network.analysis.diagnosis.time_budget import TimeBudget
+from network.analysis.diagnosis import diagnose, time_budget
+from network.analysis.diagnosis.time_budget import BudgetReached, TimeBudget
 from network.engine.response.parameters import free_parameters
 from network.platform.refusal import Failed, Spot
 from network.platform.yaml.document import Branch, tree_of
@@ -117,3 +117,25 @@ def test_other_beginnings_of_the_null_have_a_third_of_its_time(monkeypatch: pyte
     for now[0] in (4.9, 5.1, 14.9, 15.1):
         told[now[0]] = (budget.is_begun(), budget.is_calibrated())
     assert told == {4.9: (False, False), 5.1: (True, False), 14.9: (True, False), 15.1: (True, True)}
+
+
+def test_what_runs_take_in_the_end_is_kept_from_the_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 100 s the search has 80, or what simulating all runs twice leaves."""
+    begun, now = TimeBudget(100.0, began=0.0), [10.0]
+    monkeypatch.setattr(time_budget.time, "monotonic", lambda: now[0])
+
+    def simulate(*_: Any) -> str:
+        now[0] += 15.0
+        return "as calibrated"
+
+    monkeypatch.setattr(diagnose, "simulate_calibrated", simulate)
+    let_in: Any = SimpleNamespace(recordings=(), holdout=())
+    null: Any = None
+    before, budget = diagnose._simulate_first(null, let_in, None, 1, begun)
+    assert before == "as calibrated" and budget.reserved == 30.0
+    ends = {}
+    for now[0] in (69.9, 70.1, 79.9, 80.1):
+        ends[now[0]] = (begun.is_searched, budget.is_searched)
+    assert ends == {69.9: (False, False), 70.1: (False, True), 79.9: (False, True), 80.1: (True, True)}
+    with pytest.raises(BudgetReached):
+        budget.check()

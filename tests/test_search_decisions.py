@@ -938,9 +938,8 @@ def test_draws_go_to_where_they_are_most_likely() -> None:
 @pytest.mark.parametrize("error", [Failed("housing runs away"), Refused(["on too long"])])
 def test_what_breaks_down_when_it_is_simulated_is_taken_back(error: Exception, monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing of it is told; where nothing at all can be simulated, that ends the diagnosis with its sentence."""
-    given = bare(recordings=(), start=None)
-    calibrated = bare(numbers=lambda start: "numbers")
-    whole, rest = (bare(selection=name, given=given, calibrated=calibrated) for name in ("whole", "rest"))
+    before: Any = bare(held=())
+    whole, rest = (bare(selection=name) for name in ("whole", "rest"))
 
     def simulate(search: Any, *_: Any) -> tuple[Any, str, str]:
         if search is whole:
@@ -950,13 +949,13 @@ def test_what_breaks_down_when_it_is_simulated_is_taken_back(error: Exception, m
     monkeypatch.setattr(simulated_findings, "_simulate_both", simulate)
     monkeypatch.setattr(simulated_findings, "list_refutations", lambda selection, fits: [])
     monkeypatch.setattr(simulated_findings, "list_retreats", lambda search: iter([rest]))
-    last, after, fits, refuted = simulated_findings.withdraw_refuted(whole, (), 1)
+    last, after, fits, refuted = simulated_findings.withdraw_refuted(whole, before, 1)
     assert (last, after, fits) == (rest, "machine", "fits")
     how = "its numbers make no machine" if isinstance(error, Refused) else "with it a run breaks down"
     assert refuted == [f"{how}: {error}"]
     monkeypatch.setattr(simulated_findings, "list_retreats", lambda search: iter(()))
     with pytest.raises(Failed, match=how):
-        simulated_findings.withdraw_refuted(whole, (), 1)
+        simulated_findings.withdraw_refuted(whole, before, 1)
 
 
 def test_a_recording_is_simulated_once_with_the_same_numbers(monkeypatch: pytest.MonkeyPatch) -> None:

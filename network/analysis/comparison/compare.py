@@ -88,9 +88,10 @@ class Comparison(Tabled):
 
 def compare(
     machine: Machine, recordings: Recording | Iterable[Recording], *, start: Start | None = None, method: str = "auto",
-    progress: Progress | None = None,
+    progress: Progress | None = None, rtol: float | None = None,
 ) -> Comparison:  # fmt: skip
-    """Simulates the machine along a recording, or each of several, and lays the measured channels beside it.
+    """Simulates the machine along a recording, or each of several, and lays the measured channels beside it; rtol: of
+    what is solved step by step.
 
     Raises Refused where a recording lacks an input, shares no channel with the machine, has a channel in a unit that
     does not fit, or is given twice.
@@ -101,7 +102,7 @@ def compare(
     check_once(given, complaints)
     complaints.raise_if_any()
     runs = share_start_rule(machine, runs_of(machine, given), start)
-    return Comparison(machine, tuple(_compare_one(machine, r, start, method, progress) for r in runs))
+    return Comparison(machine, tuple(_compare_one(machine, r, start, method, progress, rtol) for r in runs))
 
 
 def check_fit(machine: Machine, source: Scenario | Recording) -> None:
@@ -124,12 +125,13 @@ def _channels(machine: Machine, recording: Recording) -> list[str]:
 
 
 def _compare_one(
-    machine: Machine, recording: Recording, start: Start | None, method: str, progress: Progress | None
-) -> RecordingResidual:
+    machine: Machine, recording: Recording, start: Start | None, method: str, progress: Progress | None,
+    rtol: float | None,
+) -> RecordingResidual:  # fmt: skip
     names = _channels(machine, recording)
     _check_units(machine, recording, names)
     recording = drop_uncounted(machine, recording)
-    run = simulate(machine, recording, start=start, method=method, parts=False, progress=progress)
+    run = simulate(machine, recording, start=start, method=method, parts=False, progress=progress, rtol=rtol)
     channels = {
         name: ChannelResidual(
             name, machine.sensors[name].unit, run.t, recording.columns[name].values,

@@ -7,10 +7,11 @@ from dataclasses import replace
 
 from network.analysis.calibration.identifiability_report import describe_disagreements
 from network.analysis.calibration.misfit import chi_of
-from network.analysis.calibration.null import estimate_null
+from network.analysis.calibration.null import Null, estimate_null
 from network.analysis.calibration.one_machine import find_disagreements
-from network.analysis.diagnosis.findings.holdout_admission import admit_runs
+from network.analysis.diagnosis.findings.holdout_admission import Intake, admit_runs
 from network.analysis.diagnosis.findings.result import Diagnosis
+from network.analysis.diagnosis.findings.simulated_runs import SimulatedRuns, simulate_calibrated
 from network.analysis.diagnosis.findings.verdict import conclude
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.search import last_of, search
@@ -24,6 +25,9 @@ from network.platform.threads import on_one_thread
 from network.recordings.call_arguments import as_several, expect, expect_fit
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
+
+SIMULATED = 2.0
+"""How often all runs are simulated in the end: with what was found, and with less of it where they speak against it."""
 
 
 @on_one_thread
@@ -46,11 +50,21 @@ def diagnose(
     with processes(jobs, __name__):
         parameters, ends = free_parameters(machine), (budget.is_calibrated, budget.is_begun)
         null = estimate_null(machine, parameters, let_in.data, start, seed, Stage(tell, 0.0, 0.05), *ends)
+        before, budget = _simulate_first(null, let_in, start, jobs, budget)
         case = Case(machine, let_in.recordings, start, budget=budget)
         say(tell, f"{chi_of(null.fit.at):.3g} σ left; looking for what is missing")
         found = last_of(search(case, null, seed, jobs, tell), budget)
         say(tell, "judging what was found, also on what was held out")
         left = 1 if found.ended == "stopped" else jobs  # a stop ends the other processes
         apart = find_disagreements(null, left) if found.best.chi > SETTINGS.adequate else ()
-        told = conclude(found, let_in.holdout, (*let_in.warnings, *describe_disagreements(apart)), seed, left)
+        told = conclude(found, before, (*let_in.warnings, *describe_disagreements(apart)), seed, left)
     return replace(told, disagreements=apart, seconds=budget.spent)
+
+
+def _simulate_first(
+    null: Null, let_in: Intake, start: Start | None, jobs: int, budget: TimeBudget
+) -> tuple[SimulatedRuns, TimeBudget]:
+    """All runs as calibrated, which what is found is measured by, and the time less what its own runs will take."""
+    began = budget.spent
+    before = simulate_calibrated(null, start, let_in.recordings, let_in.holdout, jobs)
+    return before, replace(budget, reserved=SIMULATED * (budget.spent - began))

@@ -18,9 +18,11 @@ class BudgetReached(Exception):
 
 @dataclass(frozen=True)
 class TimeBudget:
-    """seconds: of the whole; began: instant on the machine's clock [s], the same in all its processes."""
+    """seconds: of the whole; reserved: of these for what comes after the search; began: instant on the machine's clock
+    [s], the same in all its processes."""
 
     seconds: float = float("inf")
+    reserved: float = 0.0
     began: float = field(default_factory=time.monotonic)
 
     @property
@@ -29,6 +31,11 @@ class TimeBudget:
 
     def is_past(self, share: float) -> bool:
         return self.spent > share * self.seconds
+
+    @property
+    def is_searched(self) -> bool:
+        """Whether the search has had its share."""
+        return self.is_past(SETTINGS.searched) or self.spent > self.seconds - self.reserved
 
     def is_calibrated(self) -> bool:
         """Whether the null has had its share."""
@@ -40,5 +47,5 @@ class TimeBudget:
 
     def check(self, _: float = 0.0) -> None:
         """Raises BudgetReached where the search has had its share; takes the share done of some work, as `tell`."""
-        if self.is_past(SETTINGS.searched):
+        if self.is_searched:
             raise BudgetReached

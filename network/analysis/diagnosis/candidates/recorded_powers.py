@@ -13,8 +13,19 @@ from network.machine.machine import Machine
 from network.platform.quantities.units import unit
 from network.recordings.recording import Recording
 
-RESPONSES = ("W", "degC", "um", "urad")
-"""Units of columns that are proposed otherwise, as powers, or that answer to the machine and do not drive it."""
+ANSWERS = ("um", "urad")
+"""Units of columns that answer to the machine and do not drive it, unless something reads them."""
+RESPONSES = ("W", "degC", *ANSWERS)
+"""Units of columns that are proposed otherwise, as powers, or that answer to the machine."""
+
+
+def list_driving_columns(machine: Machine, recordings: Sequence[Recording]) -> tuple[str, ...]:
+    """Columns and constants of all recordings that may drive something: what the machine or a kind reads, and all that
+    is neither a channel of the machine nor a displacement, whose every sample would pass for a step of an input."""
+    shared = set.intersection(*({*r.columns, *r.constants} for r in recordings)) - {*machine.sensors}
+    units = {name: column.unit for r in recordings for name, column in r.columns.items()}
+    answers = {n for n in shared if n in units and any(_is(units[n], each) for each in ANSWERS)}
+    return tuple(sorted(shared - (answers - {*machine.inputs, *_list_usual_inputs()})))
 
 
 def gather_runs(machine: Machine, recordings: Sequence[Recording], drivers: Iterable[str]) -> Runs:

@@ -34,12 +34,11 @@ if TYPE_CHECKING:
 
 
 def withdraw_refuted(
-    search: Search, holdout: Sequence[Recording], jobs: int
+    search: Search, before: SimulatedRuns, jobs: int
 ) -> tuple[Search, Machine | None, Fits, list[str]]:
-    """The search without the last findings, then without finer lumps, while simulated runs speak against them; the
-    machine that this comes to (None: as calibrated), how both tell the recordings, and what spoke against it. Raises
-    Failed where a run breaks down with whatever is left."""
-    before = _simulate_calibrated(search, holdout, jobs)
+    """The search without the last findings, then without finer lumps, while simulated runs speak against them (before:
+    as calibrated); the machine that this comes to (None: as calibrated), how both tell the recordings, and what spoke
+    against it. Raises Failed where a run breaks down with whatever is left."""
     search, after, fits, against = _test_simulated(search, before, jobs)
     refuted = against
     for rest in list_retreats(search):
@@ -49,13 +48,6 @@ def withdraw_refuted(
     if fits is None:
         raise Failed(against[0])
     return search, after, fits, refuted
-
-
-def _simulate_calibrated(search: Search, holdout: Sequence[Recording], jobs: int) -> SimulatedRuns:
-    try:
-        return simulate_runs(search.calibrated.numbers(search.given.start), search.given.recordings, holdout, jobs)
-    except (Failed, Refused, np.linalg.LinAlgError) as broken:
-        raise Failed(f"as calibrated a run breaks down: {broken}") from broken
 
 
 def _test_simulated(

@@ -6,10 +6,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
+import numpy as np
+
 from network.analysis.calibration.estimated_constants import Numbers, compare_estimated
+from network.analysis.calibration.null import Null
 from network.analysis.comparison.compare import Comparison, RecordingResidual
 from network.platform.parallel import run_all
 from network.platform.printing import Brief
+from network.platform.refusal import Failed, Refused
+from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 
 
@@ -32,6 +37,16 @@ class SimulatedRuns(Brief):
 
     def _compare(self, runs: Sequence[Recording]) -> Comparison:
         return Comparison(self.numbers.machine, tuple(self.known[id(run)] for run in runs))
+
+
+def simulate_calibrated(
+    calibrated: Null, start: Start | None, runs: Sequence[Recording], held: Sequence[Recording], jobs: int
+) -> SimulatedRuns:
+    """All runs with the numbers of the null. Raises Failed where one breaks down."""
+    try:
+        return simulate_runs(calibrated.numbers(start), runs, held, jobs)
+    except (Failed, Refused, np.linalg.LinAlgError) as broken:
+        raise Failed(f"as calibrated a run breaks down: {broken}") from broken
 
 
 def simulate_runs(

@@ -23,6 +23,7 @@ from network.analysis.diagnosis.findings.isolability import isolability
 from network.analysis.diagnosis.findings.joined_findings import join_alike
 from network.analysis.diagnosis.findings.result import Diagnosis, Fits
 from network.analysis.diagnosis.findings.simulated_findings import is_finer, leave_fault, numbers_in, withdraw_refuted
+from network.analysis.diagnosis.findings.simulated_runs import SimulatedRuns
 from network.analysis.diagnosis.findings.withheld_names import withhold_names
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
@@ -35,7 +36,6 @@ from network.analysis.diagnosis.time_budget import TimeBudget
 from network.catalogue.declaration.places import Place
 from network.machine.checks import places_of
 from network.machine.machine import Machine
-from network.recordings.recording import Recording
 
 if TYPE_CHECKING:
     from network.analysis.diagnosis.search_record import Search
@@ -46,14 +46,14 @@ WITHDRAWN = "what explains the fitted runs better did not hold when it was simul
 
 def _is_late(budget: TimeBudget, ended: str) -> bool:
     """Whether how far a machine holds is to be found briefly."""
-    return bool(ended) or budget.is_past(SETTINGS.searched)
+    return bool(ended) or budget.is_searched
 
 
-def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[str], seed: int, jobs: int) -> Diagnosis:
-    """The diagnosis that a search amounts to."""
+def conclude(search: Search, before: SimulatedRuns, warnings: Sequence[str], seed: int, jobs: int) -> Diagnosis:
+    """The diagnosis that a search amounts to; before: all runs as calibrated, those that were held out, too."""
     is_late = partial(_is_late, search.case.budget, search.ended)
     search = replace(search, case=replace(search.case, budget=TimeBudget()))
-    search, found, fits, refuted = withdraw_refuted(search, holdout, jobs)
+    search, found, fits, refuted = withdraw_refuted(search, before, jobs)
     finer_gain = search.null.evidence - search.written.evidence
     is_told = finer_gain > search.threshold and (is_finer(search) or _is_untaken(search, refuted))
     finest = search.best.root if is_finer(search) else search.null.root
@@ -74,13 +74,13 @@ def conclude(search: Search, holdout: Sequence[Recording], warnings: Sequence[st
     unsearched = list_unsearched(search.screened, search.ended, _list_tried(search, findings)) if is_looked else []
     told = [*tell_refuted(refuted), *tell_recordings(search), *(u.sentence for u in unsearched)]
     told += list(tell_unseen(fits)) if doubt and not findings else []
-    told += list(tell_corrections(search, holdout, fits))
+    told += list(tell_corrections(search, before.held, fits))
     notes = (*warnings, *told, *([known.sentence] if known.sentence else ()))
-    before = search.calibrated.state_numbers(is_late) if found is None else search.calibrated.fitted
-    after = before if found is None else numbers_in(search.told, is_late)
-    after = leave_fault(search, after, holdout, fits)
+    calibrated = search.calibrated.state_numbers(is_late) if found is None else search.calibrated.fitted
+    after = calibrated if found is None else numbers_in(search.told, is_late)
+    after = leave_fault(search, after, before.held, fits)
     return Diagnosis(
-        search.given.machine, before, after, verdict, tuple(findings), _channels(fits), _trace_first(search), fits,
+        search.given.machine, calibrated, after, verdict, tuple(findings), _channels(fits), _trace_first(search), fits,
         tuple(list_rivals(search.steps[0], search.befores[0]) if search.steps else ()), notes, advice,
         _shifts(search.told), seed, explained=search.selection.explained, ended=search.ended, refuted=tuple(refuted),
         unsearched=tuple(unsearched), screened=list_screened(search.screened.scores),

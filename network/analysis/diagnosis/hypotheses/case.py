@@ -11,7 +11,7 @@ import numpy as np
 from network.analysis.calibration.gauss_newton import Problem, make_problem
 from network.analysis.calibration.measured_means import Measured, RunPoint, weigh_recording
 from network.analysis.calibration.noise import Noise
-from network.analysis.diagnosis.candidates.recorded_powers import gather_runs
+from network.analysis.diagnosis.candidates.recorded_powers import gather_runs, list_driving_columns
 from network.analysis.diagnosis.lumps.additive_correction import AdditiveCorrection
 from network.analysis.diagnosis.time_budget import TimeBudget
 from network.catalogue.declaration.proposals import Runs
@@ -39,9 +39,8 @@ class Case:
 
     @cached_property
     def drivers(self) -> tuple[str, ...]:
-        """Columns of all recordings that are no channel of the machine: inputs, and what may drive missing physics."""
-        shared = set.intersection(*(({*r.columns, *r.constants}) for r in self.recordings))
-        return tuple(sorted(shared - {*self.machine.sensors}))
+        """Columns of all recordings that may drive physics, written or missing."""
+        return list_driving_columns(self.machine, self.recordings)
 
     @cached_property
     def runs(self) -> Runs:
