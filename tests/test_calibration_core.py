@@ -15,6 +15,7 @@ from scipy.optimize import minimize
 from network.analysis.calibration import gauss_newton
 from network.analysis.calibration.measured_means import weigh_recording
 from network.analysis.calibration.trust_region import bounded_step, length_of
+from network.analysis.diagnosis.hypotheses.case import Case
 from network.engine.channels import readouts
 from network.engine.response import knots as knots_module
 from network.engine.response import recursion, series
@@ -25,7 +26,8 @@ from network.engine.response.model import Model, Run
 from network.engine.response.parameters import centres
 from network.engine.response.waveform import course_of
 from network.engine.simulation import simulate
-from network.recordings.inputs import linear
+from network.recordings.columns import Column
+from network.recordings.inputs import hold, linear
 
 NAMES = list(machines())
 PART_OF_NOISE = {"stream": 0.01}
@@ -45,6 +47,48 @@ def test_means_over_cells_are_those_of_the_exact_run_at_all_samples(name, every)
         data, run = problem.data[0], problem.model.predict(centres(problem.parameters))[0]
         off = np.abs(data.means - run.cells)[data.known] / np.sqrt(data.variance[data.known])
         assert off.max() < max(part, PART_OF_NOISE.get(name, 0.0))
+
+
+@pytest.mark.parametrize(("noise", "is_followed"), [(0.002, False), (0.009, False), (0.5, True)])
+def test_a_speed_that_is_read_with_noise_counts_by_its_means_between_knots(noise, is_followed, every):
+    """At every sample another value is no jump: the knots stay those of the steps that it was set in. What varies by as
+    much as it is large is followed all the same."""
+    schedule = speeds(*USUAL)
+    set_to = schedule.signals["speed"].at(schedule.t)
+    drawn = noise * set_to.mean() * np.random.default_rng(2).standard_normal(len(set_to))
+    read = hold("speed", "rpm", schedule.t, np.where(set_to > 0, set_to + drawn, 0.0))
+    noisy, steps = replace(schedule, signals={**schedule.signals, "speed": read}), make_knots(schedule)
+    knots = make_knots(noisy)
+    assert (len(knots.jumps) > 700) == is_followed
+    if not is_followed:
+        np.testing.assert_allclose(knots.jumps, steps.jumps)
+        driven = on_knots(noisy, knots).signals["speed"]
+        whole = sum(h * x for h, x in zip(np.diff(knots.t), driven.at(knots.t[:-1]), strict=True))
+        assert whole == pytest.approx(10.0 * read.start[:-1].sum(), rel=1e-9)
+    machine = every["linear"]
+    problem = problem_of(machine, recorded(machine, noisy, None))
+    data, run = problem.data[0], problem.model.predict(centres(problem.parameters))[0]
+    assert (np.abs(data.means - run.cells)[data.known] / np.sqrt(data.variance[data.known])).max() < 0.5
+
+
+def test_columns_that_nobody_reads_lay_no_knots_where_they_change_all_the_time(every):
+    """A load in % with its noise, whoever reads it later; a displacement beside the channels is no input at all."""
+    run, draw = recorded(every["linear"], speeds(*USUAL), 1), np.random.default_rng(3)
+    load = Column("load", "%", 0.4 + 0.1 * draw.standard_normal(len(run.t)))
+    grown = Column("second_probe", "um", np.cumsum(1e-8 * draw.standard_normal(len(run.t))))
+    seen = replace(run, columns={**run.columns, "load": load, "second_probe": grown})
+    case = Case(every["linear"], (seen,))
+    assert case.drivers == ("ambient", "load", "speed")
+    reads = two_blocks(
+        sources={"more": {"kind": "heat_source", "into": {"motor": 1}, "power": "50 W", "with": "load", "at": "1"}}
+    )
+    (plain,), (laid,), (rival,) = (
+        Case(every["linear"], (run,)).lay_out(every["linear"]),
+        *map(case.lay_out, (every["linear"], reads)),
+    )
+    for other in (laid, rival):
+        np.testing.assert_array_equal(other.run.knots.t, plain.run.knots.t)
+    assert np.median(np.abs(rival.run.schedule.signals["load"].start - 0.4)) < 0.05
 
 
 @pytest.mark.parametrize("columns", [3, FEW])

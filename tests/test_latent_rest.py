@@ -25,6 +25,7 @@ from network.analysis.diagnosis.latent_heat.location import Location
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps import unseen_runs
 from network.analysis.diagnosis.steps.backward_elimination import is_imitation
+from network.analysis.diagnosis.steps.foretold_runs import ForetoldRuns
 from network.analysis.diagnosis.steps.unseen_runs import tell_unseen, unseen_misfit
 
 PUMP = {"pump": {"kind": "heat_source", "into": {"column": 1}, "power": "60 W"}}
@@ -114,26 +115,37 @@ def test_rivals_are_ranked_by_what_they_leave_to_heat_of_any_course(monkeypatch:
     assert [h is x for h, x in zip(told, (bent, again, right, last), strict=True)] == [True] * 4
 
 
-def test_heat_learned_elsewhere_raises_the_probability_of_a_run_as_gaussians_have_it(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize("is_known", [True, False])
+def test_runs_told_by_others_are_as_probable_as_gaussians_have_them(
+    is_known: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """ln N(r; 0, I + G K Gᵀ + Sᵀ V S) − ln N(r'; …) without G, r at the most probable constants S of the run."""
+    """ln N(r; 0, I + Sᵀ V S + Θᵀ Σ Θ + Gᵀ K G) without G, then with it, r what is left at the numbers of the others and
+    the most probable constants S of the runs; Σ is 0 where the numbers stay."""
     draw = np.random.default_rng(5)
     own, answers, spread, knots = draw.standard_normal((2, 9)), draw.standard_normal((3, 9)), np.array([0.5, 2.0]), 3
-    raw = draw.standard_normal(9) * 3
-    eta = np.linalg.solve(own @ own.T + np.diag(spread**-2.0), own @ raw)
+    numbers, raw = draw.standard_normal((2, 9)), draw.standard_normal(9) * 12
+    root = draw.standard_normal((2, 2))
+    known, held = own @ own.T + np.diag(spread**-2.0), np.array([4.0, 7.0])
+    eta = np.linalg.solve(known, own @ raw)
+    apart = np.eye(9) - own.T @ np.linalg.solve(known, own)
     t = np.linspace(0.0, 1800.0, knots)
-    fit: Any = SimpleNamespace(
-        slopes=np.vstack([draw.standard_normal((1, 9)), own]), free=1, left=raw - eta @ own,
-        problem=SimpleNamespace(data=(None,), prior=(np.zeros(3), np.array([1.0, *spread]))),
+    seen: Any = SimpleNamespace(
+        slopes=np.vstack([numbers, own]), free=2, left=raw - eta @ own, eta=eta,
+        reduced=(numbers @ apart @ numbers.T + np.diag(held**-2.0),),
+        problem=SimpleNamespace(data=(None,), prior=(np.zeros(4), np.array([*held, *spread]))),
     )  # fmt: skip
+    told = ForetoldRuns(seen, None if is_known else root @ root.T)
     monkeypatch.setattr(locate, "heat_knots", lambda data, step: t)
     monkeypatch.setattr(locate, "_place", lambda fit, at, knots: SimpleNamespace(answers=[answers]))
     heat = UnknownHeat(Location(("a",)), 1.0, 1.0, 1.0, (t,), (t,), (t,), size=1.7, ell=900.0)
     K = 1.7**2 * np.exp(-np.abs(t[:, None] - t[None]) / 900.0)
-    without = np.eye(9) + own.T @ np.diag(spread**2) @ own
+    bare = np.eye(9) + own.T @ np.diag(spread**2) @ own
+    without = bare if is_known else bare + numbers.T @ root @ root.T @ numbers
     densities = [multivariate_normal(np.zeros(9), c).logpdf(raw) for c in (without + answers.T @ K @ answers, without)]
-    assert predict_unknown(fit, heat) == pytest.approx(densities[0] - densities[1])
+    more = predict_unknown(seen, heat, told.slopes, told.precision, told.left)
+    assert more == pytest.approx(densities[0] - densities[1])
+    constant = multivariate_normal(np.zeros(9), bare).logpdf(np.zeros(9))
+    assert -(told.misfit + len(eta) + told.log_spread) / 2 == pytest.approx(densities[1] - constant)
 
 
 def test_what_runs_left_out_say_counts_heat_of_any_course_where_it_helps() -> None:

@@ -69,7 +69,8 @@ class Case:
     def lay_out(self, machine: Machine) -> tuple[Measured, ...]:
         """The recordings for fits of one machine (this one, refined or with something added)."""
         network = build(machine)
-        data = [weigh_recording(machine, r, self.start, self._usable(r), network) for r in self.recordings]
+        unread = {*self.drivers} - {*self.machine.inputs}
+        data = [weigh_recording(machine, r, self.start, self._usable(r), network, unread) for r in self.recordings]
         laid = [replace(d, sigma={n: self.sigma.get(n, s) for n, s in d.sigma.items()}) for d in data]
         if self.lacking:
             laid = [replace(d, means=d.means - lack.at(d)) for d, lack in zip(laid, self.lacking, strict=True)]

@@ -166,16 +166,15 @@ def rows_of(fit: Linearised, of: UnknownHeat) -> Array:
     return np.concatenate([heat @ rows for heat, rows in zip(of.heat, answers, strict=True)])
 
 
-def predict_unknown(fit: Linearised, of: UnknownHeat) -> float:
+def predict_unknown(fit: Linearised, of: UnknownHeat, slopes: Array, precision: Array, left: Array) -> float:
     """By how much an unknown heat of a σ and ℓ that were learned elsewhere raises the log probability of runs that were
-    not seen, told by numbers that stay (nats): only the constants of these runs are free."""
+    not seen (nats). slopes, precision: of all that may move in these, left: at their most probable."""
     knots = [heat_knots(d, KNOTS) for d in fit.problem.data]
-    own, rows = fit.slopes[fit.free :], block_diag(*_place(fit, of.at, knots).answers)
-    precision = own @ own.T + np.diag(fit.problem.prior[1][fit.free :] ** -2.0)
-    along = rows @ own.T
+    rows = block_diag(*_place(fit, of.at, knots).answers)
+    along = rows @ slopes.T
     H = rows @ rows.T - along @ np.linalg.solve(precision, along.T)
     roots = roots_of(knots, of.ell)
-    return gain_of(roots.transposed(roots.transposed(H).T), roots.transposed(rows @ fit.left), of.size)[0]
+    return gain_of(roots.transposed(roots.transposed(H).T), roots.transposed(rows @ left), of.size)[0]
 
 
 def _explain_place(fit: Linearised, place: _Place, knots: list[Array], scale: float | None = None) -> UnknownHeat:

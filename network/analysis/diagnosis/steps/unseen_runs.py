@@ -1,8 +1,8 @@
 """Cross-validation: runs that are left out of a fit, told by it, alone and with latent heat beside it.
 
-Of runs r told by the numbers that the others found, ln p(r | others) = −½ (|left|² + strain) + what heat of any course
-adds to it, its place, σ and ℓ learned on the others: the joint log predictive density, but for a constant. Source:
-Vehtari, Gelman & Gabry, Statistics and Computing 27 (2017) 1413; unverified.
+Of runs r told by what the others found, ln p(r | others) is that of `foretold_runs` and what heat of any course adds to
+it, its place, σ and ℓ learned on the others: the joint log predictive density, but for a constant. Source: Vehtari,
+Gelman & Gabry, Statistics and Computing 27 (2017) 1413; unverified.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.latent_heat.latent_rest import find_rest
 from network.analysis.diagnosis.latent_heat.locate import predict_unknown
+from network.analysis.diagnosis.steps.foretold_runs import ForetoldRuns
+from network.catalogue.declaration.declare import Array
 from network.platform.parallel import run_all
 from network.platform.refusal import Failed
 
@@ -89,9 +91,15 @@ def _tell_without(h: Hypothesis, with_rest: bool, left_out: Sequence[int]) -> Un
     """Runs that are told by a fit to the others."""
     rest = h.case.of([k for k in range(len(h.case.recordings)) if k not in left_out])
     others = fit_hypothesis(rest, h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS)
-    seen = _tell_by(others, h.case.of(left_out))
-    misfit = float(seen.left @ seen.left) + strain_of(seen)
-    return Unseen(misfit, len(seen.left), -misfit / 2 + (_add_rest(others, seen) if with_rest else 0.0))
+    told = ForetoldRuns(_tell_by(others, h.case.of(left_out)), _spread_of(others))
+    more = _add_rest(others, told) if with_rest else 0.0
+    return Unseen(told.misfit, len(told.left), more - (told.misfit + told.log_spread) / 2)
+
+
+def _spread_of(h: Hypothesis) -> Array:
+    """Covariance of the numbers of a fit; what it leaves counts as noise."""
+    free = h.fit.free
+    return np.asarray(h.fit.covariance[:free, :free] * max(1.0, h.chi) ** 2)
 
 
 def _tell_by(h: Hypothesis, case: Case) -> Linearised:
@@ -101,10 +109,10 @@ def _tell_by(h: Hypothesis, case: Case) -> Linearised:
     return seen.temper(1.0, max(1.0, h.chi))
 
 
-def _add_rest(others: Hypothesis, seen: Linearised) -> float:
+def _add_rest(others: Hypothesis, told: ForetoldRuns) -> float:
     """What heat of any course adds to the log probability of runs, learned on the others."""
     heat = find_rest(others, refit=False).heat
-    return predict_unknown(seen, heat) if heat.gain > 0 else 0.0
+    return predict_unknown(told.seen, heat, told.slopes, told.precision, told.left) if heat.gain > 0 else 0.0
 
 
 def _tell_end(h: Hypothesis) -> Unseen:
