@@ -85,7 +85,7 @@ def estimate_null(
         alone, theta = alone.about(begin.points), begin.theta
     found = best_start(alone, seed, Stage(tell, 0.0, 0.6), is_late, theta, is_enough)
     found = replace(found, at=settle_starts(found.at, is_late=is_late))
-    complaints = Complaints([*misread(found.at)])
+    complaints = Complaints([*misread(found.at, is_late)])
     complaints.raise_if_any()
     tell(0.6)
     say(tell, f"{chi_of(found.at):.3g} σ left; weighing readings, finding their noise")

@@ -6,8 +6,9 @@ powers of ten; each channel is compared with its simulation for a factor, and fo
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from itertools import takewhile
 
 import numpy as np
 
@@ -25,31 +26,33 @@ HOPELESS, HARDLY = 20.0, 3.0
 """rms of a fit from which a wrong unit is looked for, and times that the fit lowered it at most."""
 BETTER = 4.0
 """How many times a wrong unit has to lower what is left."""
-POWERS = (1, 2, 3, 4, 6)
+POWERS = (3, 1, 2, 6, 4)
 ALIKE, FEWEST = 0.95, 2
 """Correlation of the movements measured and simulated from which a factor means anything, and means of a channel that
 always lie along each other."""
 ZERO_CELSIUS, NEAR_ZERO = 273.15, 40.0
 
 
-def misread(at: Linearised) -> Iterator[Refusal]:
-    """What may be in a wrong unit, given the best fit."""
+def misread(at: Linearised, is_late: Callable[[], bool] = lambda: False) -> Iterator[Refusal]:
+    """What may be in a wrong unit, given the best fit; once it is late, no further numbers are tried."""
     if rms(at.left) < HOPELESS:
         return
     written = move_beside(at, centres(at.problem.parameters))
     if written is None:
         return
     found = [*_channels(written)]
-    yield from found or (_numbers(at) if at.cost > written.cost / HARDLY**2 else ())
+    yield from found or (_numbers(at, is_late) if at.cost > written.cost / HARDLY**2 else ())
 
 
-def _numbers(at: Linearised) -> Iterator[Refusal]:
-    """The number that explains most of what no fit can, if it were a power of ten off."""
+def _numbers(at: Linearised, is_late: Callable[[], bool] = lambda: False) -> Iterator[Refusal]:
+    """The number that explains most of what no fit can, if it were a power of ten off, of as many as there is time
+    for: thousands first, for so units differ most often."""
     problem, enough = at.problem, at.cost / BETTER**2
     shortest = _lay_out_shortest(at)
-    tried = [(j, 10.0**power) for j, p in enumerate(problem.parameters)
-             if not p.is_unknown for power in (*POWERS, *(-k for k in POWERS))]  # fmt: skip
-    able = [each for each in tried if shortest is None or residual_of(shortest, *each) <= enough]
+    numbers = [j for j, p in enumerate(problem.parameters) if not p.is_unknown]
+    every = ((j, 10.0**power) for k in POWERS for power in (k, -k) for j in numbers)
+    tried = takewhile(lambda each: not is_late(), every)
+    able = (each for each in tried if shortest is None or residual_of(shortest, *each) <= enough)
     costs = [(residual_of(at, j, factor), problem.parameters[j], factor) for j, factor in able]
     best, p, factor = min(costs, key=lambda item: item[0], default=(np.inf, None, 1.0))
     if p is None or best > enough:

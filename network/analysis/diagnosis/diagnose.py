@@ -50,10 +50,10 @@ def diagnose(
     with processes(jobs, __name__):
         parameters, ends = free_parameters(machine), (budget.is_calibrated, budget.is_begun)
         null = estimate_null(machine, parameters, let_in.data, start, seed, Stage(tell, 0.0, 0.05), *ends)
-        before, budget = _simulate_first(null, let_in, start, jobs, budget)
-        case = Case(machine, let_in.recordings, start, budget=budget)
+        before, searched = _simulate_first(null, let_in, start, jobs, budget)
+        case = Case(machine, let_in.recordings, start, budget=searched)
         say(tell, f"{chi_of(null.fit.at):.3g} σ left; looking for what is missing")
-        found = last_of(search(case, null, seed, jobs, tell), budget)
+        found = last_of(search(case, null, seed, jobs, tell), searched)
         say(tell, "judging what was found, also on what was held out")
         left = 1 if found.ended == "stopped" else jobs  # a stop ends the other processes
         apart = find_disagreements(null, left) if found.best.chi > SETTINGS.adequate else ()
@@ -64,7 +64,8 @@ def diagnose(
 def _simulate_first(
     null: Null, let_in: Intake, start: Start | None, jobs: int, budget: TimeBudget
 ) -> tuple[SimulatedRuns, TimeBudget]:
-    """All runs as calibrated, which what is found is measured by, and the time less what its own runs will take."""
+    """All runs as calibrated, which what is found is measured by, and the time that is left beside these, with what
+    its own runs will take kept back."""
     began = budget.spent
     before = simulate_calibrated(null, start, let_in.recordings, let_in.holdout, jobs)
-    return before, replace(budget, reserved=SIMULATED * (budget.spent - began))
+    return before, budget.set_aside(budget.spent - began, SIMULATED)

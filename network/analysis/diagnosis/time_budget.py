@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from network.analysis.diagnosis.settings import SETTINGS
 
@@ -31,6 +31,10 @@ class TimeBudget:
 
     def is_past(self, share: float) -> bool:
         return self.spent > share * self.seconds
+
+    def set_aside(self, took: float, again: float) -> TimeBudget:
+        """The same without some time [s] that was taken, and with so many times as much reserved."""
+        return replace(self, seconds=self.seconds - took, reserved=again * took, began=self.began + took)
 
     @property
     def is_searched(self) -> bool:
