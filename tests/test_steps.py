@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tracemalloc
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from fits import two_blocks
 
 from network import Machine, simulate
 from network.catalogue.nodes import Melting
+from network.engine.solvers.frozen_slopes import FrozenSlopes
 from network.engine.solvers.plan import Plan
 from network.engine.solvers.relay_modes import RelayModes
 from network.engine.solvers.slope_layout import Banded, Dense, Layout, Sparse, lay_out
@@ -138,6 +140,33 @@ def test_what_bends_switches_and_melts_agrees_with_solve_ivp() -> None:
     assert run.parts["store"] == pytest.approx(other.parts["store"], abs=1e-3)
     assert abs(run.energy.closure) < 1e-6
     assert run.heat["store"][-1] == pytest.approx(other.heat["store"][-1], rel=1e-6)
+
+
+def test_a_room_that_changes_at_every_sample_is_stepped_through_on_known_slopes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As exact as with the slopes of every step, relays and what melts included, and most steps need none."""
+    t = np.arange(0, 7201, 10.0)
+    room = 20 + np.cumsum(0.05 * np.random.default_rng(4).standard_normal(len(t)))
+    along, took = schedule(t, linear("ambient", "degC", t, room)), list[bool]()
+    melts, inner = melter().patched({"nodes": {"room": {"temperature": "ambient"}}}), FrozenSlopes.step
+
+    def count(*of: Any) -> Any:
+        made = inner(*of)
+        took.append(made is not None)
+        return made
+
+    exact = simulate(melts, along, method="solve_ivp:LSODA", rtol=1e-10)
+    monkeypatch.setattr(FrozenSlopes, "step", count)
+    short = simulate(melts, along, rtol=1e-7)
+    assert short.method == "rosenbrock" and np.mean(took) > 0.5 and len(took) > 500
+    assert len(short.switches) == len(exact.switches) > 4
+    for name in ("store", "case"):
+        assert np.abs(short.parts[name] - exact.parts[name]).max() < 1e-3
+    assert abs(short.energy.closure) < 1e-5
+    monkeypatch.setattr(FrozenSlopes, "step", lambda *of: None)
+    plain = simulate(melts, along, rtol=1e-7)
+    assert np.abs(plain.parts["store"] - short.parts["store"]).max() < 1e-4
 
 
 def test_two_crossings_within_one_step_are_seen() -> None:

@@ -12,10 +12,11 @@ import numpy as np
 from network.catalogue.declaration.declare import Array, Indices
 from network.engine.channels import Readouts
 from network.engine.solvers import rodas
+from network.engine.solvers.frozen_slopes import FrozenSlopes
 from network.engine.solvers.latent_state import LatentState
 from network.engine.solvers.plan import Plan
 from network.engine.solvers.relay_modes import RelayModes
-from network.engine.solvers.slope_layout import lay_out
+from network.engine.solvers.slope_layout import Dense, lay_out
 from network.engine.solvers.step_courses import RosenbrockSolution, Steps
 from network.engine.solvers.step_heat import StepHeat
 from network.platform.refusal import Failed
@@ -38,6 +39,11 @@ def solve(
     run = _Run(plan, readouts, rtol)
     run.integrate(progress)
     return run.steps.solution(run.heat, run.latent, readouts, run.relays.switches)
+
+
+def _grow(size: float) -> float:
+    """How much longer the next step is, from the error of one over the tolerance."""
+    return float(np.clip(0.9 * size**-0.25, 0.2, 5.0)) if size > 0 else 5.0
 
 
 class _Run:
@@ -64,6 +70,7 @@ class _Run:
         places = [self.layout.places(i, j) for bent in self.heat.bent for i, j, _, _ in bent.entries]
         self.bent_places = np.concatenate([np.zeros(0, int), *places])
         self.known: dict[object, Array] = {}
+        self.frozen = FrozenSlopes(self._rate, self.mass, self.layout) if isinstance(self.layout, Dense) else None
 
     # -- the system, sensor states included ---------------------------------------------------------------------------
     def _rate(self, t: float, x: Array) -> Array:
@@ -163,7 +170,12 @@ class _Run:
 
     def _step(self, k: int, t: float, x: Array, h: float, end: float) -> tuple[Array, float, float, float]:
         """One accepted step: new state, instant, the step to try next, and the one taken."""
-        rate, slopes = self._rate(t, x), self._slopes(t, x)
+        rate = self._rate(t, x)
+        if (short := self._step_frozen(k, t, x, h, end, rate)) is not None:
+            return short
+        slopes = self._slopes(t, x)
+        if self.frozen is not None:
+            self.frozen.renew(slopes)
         drift, sliver = None, SLIVER * min(h, end - t)
         if not self.heat.is_steady:
             drift = (self._rate(t + sliver, x) - rate) / sliver
@@ -173,7 +185,7 @@ class _Run:
             made = rodas.step(self._rate, self.mass, self.layout, t, x, step, rate, slopes, drift)
             scale = self.tolerance * (1 + np.maximum(np.abs(x), np.abs(made[0])))
             size = float(np.sqrt(np.mean((made[2] / scale) ** 2)))
-            factor = float(np.clip(0.9 * size**-0.25, 0.2, 5.0)) if size > 0 else 5.0
+            factor = _grow(size)
             if size <= 1:
                 break
             h = step * min(factor, 0.9) if np.isfinite(size) else step * 0.2
@@ -185,6 +197,21 @@ class _Run:
         now = end if is_last else t + step
         self.steps.keep(k, now, made[0], made[1], self.relays.on)
         return made[0], now, max(h, step * factor) if is_last or took is not None else step * factor, step
+
+    def _step_frozen(
+        self, k: int, t: float, x: Array, h: float, end: float, rate: Array
+    ) -> tuple[Array, float, float, float] | None:
+        """The rest of an interval that is shorter than a step, on the slopes of an earlier one; None where these do not
+        hold, or a guard is crossed in it."""
+        step = end - t
+        if self.frozen is None or h < step * (1 - 1e-10) or self.heat.is_steady:
+            return None
+        made = self.frozen.step(t, x, step, rate, self.tolerance)
+        if made is None or self._stop_at_crossing(t, x, step, made[0]) is not None:
+            return None
+        (after, bend, _), size = made
+        self.steps.keep(k, end, after, bend, self.relays.on)
+        return after, end, max(h, step * _grow(size)), step
 
     def _stop_at_crossing(self, t: float, x: Array, h: float, made: tuple[Array, rodas.Bend, Array]) -> float | None:
         """How far the step goes until a guard is crossed, which is noted; None where none is."""

@@ -1,0 +1,76 @@
+"""Steps on the slopes of an earlier step, for intervals that are short beside what bends in them.
+
+Recorded inputs change at every sample, so that no step goes beyond one. There the rates about (t, x) are taken as
+
+    f(s, y) ≈ f(t, x) + J (y − x) + (s − t) (f(t + h, x) − f(t, x))/h,
+
+J from an earlier step: exact but for how the laws bend and J has changed since, which the true rate at the end tells.
+Such a defect d grows from 0 over the step, as s/h where J has changed: to the state it does (2 M/h − J)⁻¹ d, M the
+capacities, which is right for slow states (h d/2M) and for massless ones (−J⁻¹ d). The state is corrected by that, and
+where it is more than the tolerance, a step is made as usual, and its slopes are those of the next. It takes three rates
+a step instead of seven and slopes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from network.catalogue.declaration.declare import Array
+from network.engine.solvers import rodas
+from network.engine.solvers.slope_layout import Dense, Solve
+
+MOST_SKIPPED = 64
+"""Steps after which it is tried again, where it failed time and again."""
+Made = tuple[Array, rodas.Bend, Array]
+
+
+@dataclass
+class FrozenSlopes:
+    """Of a run whose Jacobian is dense. slopes: of the last step that was made as usual; solves: by 2 M/h − J, of the
+    length h of a step; skipped, wait: steps since the last try, and for how many none is made."""
+
+    rate: Callable[[float, Array], Array]
+    mass: Array
+    layout: Dense
+    slopes: Array | None = None
+    solves: dict[float, Solve] = field(default_factory=dict)
+    skipped: int = 0
+    wait: int = 0
+
+    def renew(self, slopes: Array) -> None:
+        """The slopes of a step that was made as usual."""
+        self.slopes, self.solves = slopes, {}
+
+    def step(self, t: float, x: Array, h: float, rate: Array, tolerance: float) -> tuple[Made, float] | None:
+        """A step over h and its error over the tolerance; None where that is more than 1, or none was tried."""
+        if self.slopes is None or self.skipped < self.wait:
+            self.skipped += 1
+            return None
+        made, size = self._make(self.slopes, t, x, h, rate, tolerance)
+        self.skipped = 0
+        self.wait = 0 if size <= 1 else min(max(1, 2 * self.wait), MOST_SKIPPED)
+        return (made, size) if size <= 1 else None
+
+    def _make(self, slopes: Array, t: float, x: Array, h: float, rate: Array, tolerance: float) -> tuple[Made, float]:
+        matrix = slopes.reshape(len(x), len(x)).T
+        drift = (self.rate(t + h, x) - rate) / h
+
+        def straight(s: float, y: Array) -> Array:
+            return np.asarray(rate + matrix @ (y - x) + (s - t) * drift)
+
+        made = rodas.step(straight, self.mass, self.layout, t, x, h, rate, slopes, drift)
+        defect = self.rate(t + h, made[0]) - straight(t + h, made[0])
+        correction = self._solve(h)(defect)
+        error = np.abs(made[2]) + np.abs(correction)
+        scale = tolerance * (1 + np.maximum(np.abs(x), np.abs(made[0])))
+        size = float(np.sqrt(np.mean((error / scale) ** 2)))
+        return (made[0] + correction, *made[1:]), size if np.isfinite(size) else np.inf
+
+    def _solve(self, h: float) -> Solve:
+        assert self.slopes is not None
+        if h not in self.solves:
+            self.solves = {h: self.layout.factorise(2 * self.mass / h, self.slopes)}
+        return self.solves[h]
