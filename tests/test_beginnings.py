@@ -121,24 +121,24 @@ def test_other_beginnings_of_the_null_have_a_third_of_its_time(monkeypatch: pyte
 
 
 def test_what_runs_take_in_the_end_is_kept_from_the_search(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of 100 s the search has 80, or what simulating all runs twice leaves; its shares do not count what was simulated
-    before it."""
+    """Of 100 s the search has 80, or what simulating all runs leaves, before it and after it; its shares do not count
+    what was simulated before it."""
     begun, now = TimeBudget(100.0, began=0.0), [10.0]
     monkeypatch.setattr(time_budget.time, "monotonic", lambda: now[0])
 
     def simulate(*_: Any) -> str:
-        now[0] += 15.0
+        now[0] += 25.0
         return "as calibrated"
 
     monkeypatch.setattr(diagnose, "simulate_calibrated", simulate)
     let_in: Any = SimpleNamespace(recordings=(), holdout=())
     null: Any = None
     before, budget = diagnose._simulate_first(null, let_in, None, 1, begun)
-    assert before == "as calibrated" and budget.reserved == 30.0 and budget.spent == 10.0
+    assert before == "as calibrated" and budget.reserved == 25.0 and budget.spent == 10.0
     ends = {}
-    for now[0] in (69.9, 70.1, 79.9, 80.1):
+    for now[0] in (74.9, 75.1, 79.9, 80.1):
         ends[now[0]] = (begun.is_searched, budget.is_searched)
-    assert ends == {69.9: (False, False), 70.1: (False, True), 79.9: (False, True), 80.1: (True, True)}
+    assert ends == {74.9: (False, False), 75.1: (False, True), 79.9: (False, True), 80.1: (True, True)}
     assert not replace(budget, reserved=0.0).is_past(0.8) and begun.is_past(0.8)
     with pytest.raises(BudgetReached):
         budget.check()

@@ -26,9 +26,6 @@ from network.recordings.call_arguments import as_several, expect, expect_fit
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
 
-SIMULATED = 2.0
-"""How often all runs are simulated in the end: with what was found, and with less of it where they speak against it."""
-
 
 @on_one_thread
 def diagnose(
@@ -65,7 +62,7 @@ def _simulate_first(
     null: Null, let_in: Intake, start: Start | None, jobs: int, budget: TimeBudget
 ) -> tuple[SimulatedRuns, TimeBudget]:
     """All runs as calibrated, which what is found is measured by, and the time that is left beside these, with what
-    its own runs will take kept back."""
+    its own runs will take, as long again, kept back."""
     began = budget.spent
     before = simulate_calibrated(null, start, let_in.recordings, let_in.holdout, jobs)
-    return before, budget.set_aside(budget.spent - began, SIMULATED)
+    return before, budget.set_aside(budget.spent - began)

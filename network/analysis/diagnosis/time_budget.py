@@ -32,9 +32,9 @@ class TimeBudget:
     def is_past(self, share: float) -> bool:
         return self.spent > share * self.seconds
 
-    def set_aside(self, took: float, again: float) -> TimeBudget:
-        """The same without some time [s] that was taken, and with so many times as much reserved."""
-        return replace(self, seconds=self.seconds - took, reserved=again * took, began=self.began + took)
+    def set_aside(self, took: float) -> TimeBudget:
+        """The same without some time [s] that was taken, and with as much reserved."""
+        return replace(self, seconds=self.seconds - took, reserved=took, began=self.began + took)
 
     @property
     def is_searched(self) -> bool:
