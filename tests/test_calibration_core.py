@@ -74,7 +74,7 @@ def test_a_speed_that_is_read_with_noise_counts_by_its_means_between_knots(noise
 def test_columns_that_nobody_reads_lay_no_knots_where_they_change_all_the_time(every):
     """A load in % with its noise, whoever reads it later; a displacement beside the channels is no input at all."""
     run, draw = recorded(every["linear"], speeds(*USUAL), 1), np.random.default_rng(3)
-    load = Column("load", "%", 0.4 + 0.1 * draw.standard_normal(len(run.t)))
+    load = Column("load", "%", 0.4 + 0.03 * draw.standard_normal(len(run.t)))
     grown = Column("second_probe", "um", np.cumsum(1e-8 * draw.standard_normal(len(run.t))))
     seen = replace(run, columns={**run.columns, "load": load, "second_probe": grown})
     case = Case(every["linear"], (seen,))

@@ -115,16 +115,16 @@ def test_rivals_are_ranked_by_what_they_leave_to_heat_of_any_course(monkeypatch:
     assert [h is x for h, x in zip(told, (bent, again, right, last), strict=True)] == [True] * 4
 
 
-@pytest.mark.parametrize("is_known", [True, False])
+@pytest.mark.parametrize(("is_known", "size"), [(True, 12.0), (False, 12.0), (False, 0.1)])
 def test_runs_told_by_others_are_as_probable_as_gaussians_have_them(
-    is_known: bool, monkeypatch: pytest.MonkeyPatch
+    is_known: bool, size: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """ln N(r; 0, I + Sᵀ V S + Θᵀ Σ Θ + Gᵀ K G) without G, then with it, r what is left at the numbers of the others and
-    the most probable constants S of the runs; Σ is 0 where the numbers stay."""
+    the most probable constants S of the runs; what these are strained by counts beyond chance alone."""
     draw = np.random.default_rng(5)
     own, answers, spread, knots = draw.standard_normal((2, 9)), draw.standard_normal((3, 9)), np.array([0.5, 2.0]), 3
-    numbers, raw = draw.standard_normal((2, 9)), draw.standard_normal(9) * 12
-    root = draw.standard_normal((2, 2))
+    numbers, raw = draw.standard_normal((2, 9)), draw.standard_normal(9) * size
+    root = draw.standard_normal((2, 2)) * (1e-6 if is_known else 1.0)
     known, held = own @ own.T + np.diag(spread**-2.0), np.array([4.0, 7.0])
     eta = np.linalg.solve(known, own @ raw)
     apart = np.eye(9) - own.T @ np.linalg.solve(known, own)
@@ -134,18 +134,21 @@ def test_runs_told_by_others_are_as_probable_as_gaussians_have_them(
         reduced=(numbers @ apart @ numbers.T + np.diag(held**-2.0),),
         problem=SimpleNamespace(data=(None,), prior=(np.zeros(4), np.array([*held, *spread]))),
     )  # fmt: skip
-    told = ForetoldRuns(seen, None if is_known else root @ root.T)
+    told = ForetoldRuns(seen, np.linalg.inv(root @ root.T))
     monkeypatch.setattr(locate, "heat_knots", lambda data, step: t)
     monkeypatch.setattr(locate, "_place", lambda fit, at, knots: SimpleNamespace(answers=[answers]))
     heat = UnknownHeat(Location(("a",)), 1.0, 1.0, 1.0, (t,), (t,), (t,), size=1.7, ell=900.0)
     K = 1.7**2 * np.exp(-np.abs(t[:, None] - t[None]) / 900.0)
     bare = np.eye(9) + own.T @ np.diag(spread**2) @ own
-    without = bare if is_known else bare + numbers.T @ root @ root.T @ numbers
+    without = bare + numbers.T @ root @ root.T @ numbers
     densities = [multivariate_normal(np.zeros(9), c).logpdf(raw) for c in (without + answers.T @ K @ answers, without)]
-    more = predict_unknown(seen, heat, told.slopes, told.precision, told.left)
+    more = predict_unknown(seen, heat, told.precision, told.left)
     assert more == pytest.approx(densities[0] - densities[1])
     constant = multivariate_normal(np.zeros(9), bare).logpdf(np.zeros(9))
-    assert -(told.misfit + len(eta) + told.log_spread) / 2 == pytest.approx(densities[1] - constant)
+    step = np.linalg.solve(told.precision, [*(numbers @ seen.left), 0.0, 0.0])
+    strain = float(np.sum(((eta + step[2:]) / spread) ** 2))
+    beyond_chance = max(strain - 2, 0.0) - strain
+    assert told.density == pytest.approx(densities[1] - constant - beyond_chance / 2, rel=1e-4)
 
 
 def test_what_runs_left_out_say_counts_heat_of_any_course_where_it_helps() -> None:

@@ -169,6 +169,29 @@ def test_a_room_that_changes_at_every_sample_is_stepped_through_on_known_slopes(
     assert np.abs(plain.parts["store"] - short.parts["store"]).max() < 1e-4
 
 
+def test_a_relay_without_delay_switches_between_two_samples() -> None:
+    """A guard that is crossed on known slopes is found again where the step is made anew."""
+    t = np.arange(0, 3601, 10.0)
+    room = 20 + np.cumsum(0.05 * np.random.default_rng(4).standard_normal(len(t)))
+    prompt = {"nodes": {"room": {"temperature": "ambient"}}, "sources": {"cooler": {"delay": "0 s"}}}
+    along, cools = schedule(t, linear("ambient", "degC", t, room)), melter().patched(prompt)
+    run, other = (simulate(cools, along, method=m, rtol=1e-8) for m in ("auto", "solve_ivp:LSODA"))
+    assert len(run.switches) == len(other.switches) > 4
+    for (at, _, on), (told, _, too) in zip(run.switches, other.switches, strict=True):
+        assert on == too and at == pytest.approx(told, abs=0.02)
+
+
+def test_heat_that_goes_with_the_square_of_an_input_that_ramps_is_all_counted() -> None:
+    t = np.arange(0, 7201, 10.0)
+    current = np.abs(1 + 0.3 * np.random.default_rng(5).standard_normal(len(t)))
+    loss = {"kind": "heat_source", "into": {"case": 1}, "power": "80 W", "with": "current", "at": "1 A", "exponent": 2}
+    heated = melter().patched({"sources": {"loss": loss, "cooler": None}})
+    along = schedule(t, linear("current", "A", t, current))
+    run, other = (simulate(heated, along, method=m, rtol=1e-8) for m in ("auto", "solve_ivp:LSODA"))
+    assert np.abs(run.parts["case"] - other.parts["case"]).max() < 1e-3
+    assert abs(run.energy.closure) < 1e-5
+
+
 def test_two_crossings_within_one_step_are_seen() -> None:
     """A guard that rises above zero between two looks and falls again: its top is found by a parabola."""
 

@@ -26,6 +26,7 @@ from network.analysis.comparison.run_constants import InputConstant, RunConstant
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import Parameter, at_values, values_at
 from network.machine.machine import Machine
+from network.platform.quantities.units import unit
 from network.platform.refusal import Failed
 from network.recordings.inputs import Start
 from network.recordings.recording import Recording
@@ -35,11 +36,12 @@ ROUNDS, CLOSE = 4, 1.0
 """How often a run is linearised about its constants, and the least that another time must better the cost J."""
 SHARES = (1 / 16, 1 / 8, 1 / 4, 1 / 2)
 """Of a run, from which the constants of one that switches are led to all of it."""
-ROUGH = 1e-5
-"""Of temperatures that are solved step by step, relative: 0.3 mK at 30 °C, a hundredth of what a thermometer tells."""
+ROUGH, ROUGHEST = 2e-4, 1e-5
+"""1/K: tolerance of a step, relative, over the least noise of a thermometer, and at most: it leaves some thousandths of
+the noise (described_spindle along 8 h at 20 s: 0.001 σ)."""
 TRIED = (0.0, -0.7, 0.7)
-"""K by which parts that may start anywhere are moved before, where something switches: else a run is all but linear in
-its constants, and one beginning leads where all do."""
+"""K by which parts that may start anywhere are moved before, where something switches or melts: else a run is all
+but linear in its constants, and one beginning leads where all do."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,17 +86,16 @@ def estimate_constants(of: Numbers, recording: Recording, held_out: bool = False
 
 
 def _list_begins(fixed: Machine, data: Measured, start: Start | None) -> Iterator[RunPoint]:
-    """What the search for constants of a run begins from: as stated; where something switches also from parts that may
-    start anywhere a little colder and warmer, and from what ever longer pieces of the run lead to, for over many cycles
-    it slips."""
-    if not has_relays(fixed):
-        yield RunPoint()
-        return
-    anywhere = [n.name for n in data.starts if n.spread >= START_ANYWHERE]
+    """What the search for constants of a run begins from: as stated; where something switches or melts, parts that may
+    start anywhere also a little colder and warmer; where it switches what ever longer pieces of the run lead to, for
+    over many cycles it slips."""
+    switches, melts = has_relays(fixed), any(node.stored is not None for node in fixed.nodes.values())
+    anywhere = [n.name for n in data.starts if n.spread >= START_ANYWHERE and (switches or melts)]
     for shift in TRIED if anywhere else (0.0,):
         yield RunPoint({n: data.run.start[n] + shift for n in anywhere})
     point = RunPoint()
-    for share in (share for share in SHARES if share * len(data.recording.t) >= FEWEST):
+    long_enough = [share for share in SHARES if share * len(data.recording.t) >= FEWEST]
+    for share in long_enough if switches else ():
         piece = weigh_recording(fixed, data.recording.until(share), start)
         told = _settle(partial(_about, fixed, piece), point)
         point = point if told is None else move_points(told)[0]
@@ -202,9 +203,16 @@ def _constants_in_step(of: Numbers, recording: Recording) -> RunConstants | None
 
 def compare_with_constants(machine: Machine, recording: Recording, constants: RunConstants) -> RecordingResidual:
     """Residuals of a run with its constants as found."""
-    told = compare(machine, constants.drive(recording), start=Start(nodes=constants.start), rtol=ROUGH).recordings[0]
+    start, rtol = Start(nodes=constants.start), _tolerance(machine)
+    told = compare(machine, constants.drive(recording), start=start, rtol=rtol).recordings[0]
     channels = {name: constants.correct(channel) for name, channel in told.channels.items()}
     return replace(told, channels=channels, constants=constants)
+
+
+def _tolerance(machine: Machine) -> float:
+    """With which what is solved step by step is compared with readings."""
+    least = min((s.sigma for s in machine.sensors.values() if unit(s.unit).is_temperature), default=ROUGHEST / ROUGH)
+    return min(ROUGH * least, ROUGHEST)
 
 
 def compare_all_estimated(of: Numbers, recordings: Iterable[Recording], held_out: bool = False) -> Comparison | None:

@@ -13,7 +13,7 @@ from network.catalogue.declaration.declare import Array, Mask
 from network.engine.assembly import build
 from network.engine.network import Network
 from network.engine.response.intervals import first_from
-from network.engine.response.knots import Knots, is_busy, make_knots, on_knots
+from network.engine.response.knots import Knots, make_knots, on_knots
 from network.engine.response.linear_run import LinearRun, Push
 from network.engine.response.model import Run
 from network.engine.response.nuisance_pushes import edge_pushes, start_pushes
@@ -23,7 +23,7 @@ from network.machine.machine import Machine
 from network.platform.printing import Brief
 from network.recordings.counted_readings import drop_uncounted
 from network.recordings.hygiene.data_quality import Channel, look_at
-from network.recordings.inputs import Schedule, Start, linear
+from network.recordings.inputs import Schedule, Start
 from network.recordings.recording import Recording
 
 OFFSET = {"degC": 0.1, "um": 0.25e-6, "urad": 0.25e-6}
@@ -156,8 +156,8 @@ def weigh_recording(
     network: Network | None = None, unread: Iterable[str] = (),
 ) -> Measured:  # fmt: skip
     """A recording laid out for fits of a machine; `also`: inputs that it does not read but a rival may; network: of the
-    machine, if it is there; unread: inputs that lay no knots where they change all the time, for this machine and all
-    its rivals. Raises Refused where it lacks an input."""
+    machine, if it is there; unread: inputs whose noise matters less, to this machine and all its rivals. Raises Refused
+    where it lacks an input."""
     schedule = schedule_for(machine, recording, start)
     recording = drop_uncounted(machine, recording)
     more = {name: recording.signal(name) for name in also if name not in schedule.signals}
@@ -167,7 +167,8 @@ def weigh_recording(
     parts = {name: float(T0[part].mean()) for name, part in network.parts.items()}
     known = [] if schedule.start else [float(T0[i]) for i in network.held]
     channels = tuple((n, sensor.sigma) for n, sensor in machine.sensors.items() if n in recording.columns)
-    laid = _lay_out(recording, frozenset(schedule.signals), frozenset(unread), frozenset(machine.switches), channels)
+    inputs, switches = frozenset(schedule.signals), frozenset(machine.switches)
+    laid = _lay_out(recording, inputs, inputs & {*unread}, switches, channels)
     run = laid.run.begun(parts, schedule.start)
     looked = laid.channels
     declared = {n: machine.sensors[n].sigma for n in looked}
@@ -194,15 +195,13 @@ def _lay_out(
     recording: Recording, inputs: frozenset[str], unread: frozenset[str], switches: frozenset[str],
     channels: tuple[tuple[str, float], ...],
 ) -> _LaidOut:  # fmt: skip
-    """Channels (with their declared σ) on the knots of some inputs; unread: those of them that lay no knots where
-    they change all the time, and run straight between samples."""
+    """Channels (with their declared σ) on the knots of some inputs; unread: those whose noise matters less."""
     signals = {name: recording.signal(name, is_switch=name in switches) for name in sorted(inputs - {*recording.modes})}
-    calm = {name: linear(name, s.unit, s.t, s.start) for name, s in signals.items() if name in unread and is_busy(s)}
-    signals |= calm
     schedule = Schedule(recording.name, recording.file, recording.t, signals, recording.start)
-    knots, looked = make_knots(schedule), {n: _look_at_column(recording, n, sigma) for n, sigma in channels}
+    knots = make_knots(schedule, unread=unread)
+    looked = {n: _look_at_column(recording, n, sigma) for n, sigma in channels}
     looked = {n: c for n, c in looked.items() if c.used.any()}
-    driven = on_knots(schedule, knots)
+    driven = on_knots(schedule, knots, unread)
     driven = replace(driven, signals={**driven.signals, **{n: m.signal for n, m in recording.modes.items()}})
     run = Run(recording.name, driven, knots, {}, {n: c.used for n, c in looked.items()})
     means, counts = zip(*(_means(run, c) for c in looked.values()), strict=True)

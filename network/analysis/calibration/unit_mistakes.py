@@ -34,7 +34,7 @@ ZERO_CELSIUS, NEAR_ZERO = 273.15, 40.0
 
 
 def misread(at: Linearised, is_late: Callable[[], bool] = lambda: False) -> Iterator[Refusal]:
-    """What may be in a wrong unit, given the best fit; once it is late, no further numbers are tried."""
+    """What may be in a wrong unit, given the best fit; once it is late, only thousands are tried."""
     if rms(at.left) < HOPELESS:
         return
     written = move_beside(at, centres(at.problem.parameters))
@@ -45,13 +45,13 @@ def misread(at: Linearised, is_late: Callable[[], bool] = lambda: False) -> Iter
 
 
 def _numbers(at: Linearised, is_late: Callable[[], bool] = lambda: False) -> Iterator[Refusal]:
-    """The number that explains most of what no fit can, if it were a power of ten off, of as many as there is time
-    for: thousands first, for so units differ most often."""
+    """The number that explains most of what no fit can, if it were a power of ten off: by thousands, for so units
+    differ most often, and by others where there is time."""
     problem, enough = at.problem, at.cost / BETTER**2
     shortest = _lay_out_shortest(at)
     numbers = [j for j, p in enumerate(problem.parameters) if not p.is_unknown]
-    every = ((j, 10.0**power) for k in POWERS for power in (k, -k) for j in numbers)
-    tried = takewhile(lambda each: not is_late(), every)
+    powers = takewhile(lambda k: k == POWERS[0] or not is_late(), POWERS)
+    tried = ((j, 10.0**power) for k in powers for power in (k, -k) for j in numbers)
     able = (each for each in tried if shortest is None or residual_of(shortest, *each) <= enough)
     costs = [(residual_of(at, j, factor), problem.parameters[j], factor) for j, factor in able]
     best, p, factor = min(costs, key=lambda item: item[0], default=(np.inf, None, 1.0))

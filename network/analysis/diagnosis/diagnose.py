@@ -47,6 +47,7 @@ def diagnose(
     with processes(jobs, __name__):
         parameters, ends = free_parameters(machine), (budget.is_calibrated, budget.is_begun)
         null = estimate_null(machine, parameters, let_in.data, start, seed, Stage(tell, 0.0, 0.05), *ends)
+        say(tell, "simulating all runs as calibrated")
         before, searched = _simulate_first(null, let_in, start, jobs, budget)
         case = Case(machine, let_in.recordings, start, budget=searched)
         say(tell, f"{chi_of(null.fit.at):.3g} σ left; looking for what is missing")

@@ -11,6 +11,9 @@ BEGINNINGS = 1 / 3
 """Share of the time of the null within which it is looked for from other beginnings: where something is missing it lies
 at bounds and leaves much from wherever it is begun."""
 
+RESERVED = 1 / 3
+"""Share of the time that is kept for the end, at most."""
+
 
 class BudgetReached(Exception):
     """The time for the search is over; what was found until then stands."""
@@ -33,8 +36,9 @@ class TimeBudget:
         return self.spent > share * self.seconds
 
     def set_aside(self, took: float) -> TimeBudget:
-        """The same without some time [s] that was taken, and with as much reserved."""
-        return replace(self, seconds=self.seconds - took, reserved=took, began=self.began + took)
+        """The same without some time [s] that was taken, and with as much reserved, as far as RESERVED allows."""
+        left = max(self.seconds - took, 0.0)
+        return replace(self, seconds=left, reserved=min(took, RESERVED * left), began=self.began + took)
 
     @property
     def is_searched(self) -> bool:

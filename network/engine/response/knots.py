@@ -7,6 +7,7 @@ few knots, with the model's mean over just the same samples, so nothing is lost 
 
 from __future__ import annotations
 
+from collections.abc import Container
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -22,12 +23,16 @@ GROWTH = 0.2
 LONGEST = 120.0
 """s: the longest distance of knots."""
 CELL_GROWTH, LONGEST_CELL = 0.5, 120.0
-BUSY, FAINT, STEP = 0.2, 0.01, 8.0
-"""Share of its instants from which a held signal that changes there is noisy, share of its rms up to which that noise
-counts by its mean (beyond it a light part shows it between knots), and σ of it from which a change is a jump all the
-same: in 30 000 readings of noise alone there is one in one case of 2000."""
-MEDIAN = 0.954
-"""Of the size of the difference of two readings, in their σ."""
+BUSY = 0.2
+"""Share of its instants from which a held signal that changes there is noisy, or creeps."""
+FAINT, FAINT_UNREAD = 0.01, 0.1
+"""Share of its rms up to which such noise counts by its mean between knots, for beyond it a light part shows it; the
+same of what the machine does not read: heat that goes with its square is 1 % off then."""
+STEP = 8.0
+"""σ of noise from which a change is a jump all the same: in 30 000 readings of noise alone there is one in one case of
+2000."""
+MEDIAN_CHANGE = 0.954
+"""Median of |x₁ − x₂| of two readings of noise, in their σ."""
 FEW_SAMPLES = 400
 """Samples up to which every one is a knot."""
 
@@ -52,52 +57,45 @@ class Knots:
         return len(self.cell_ends)
 
 
-def jumps_of(schedule: Schedule) -> Array:
-    """Instants inside the run at which an input jumps."""
-    times = [_jump_times(signal) for signal in schedule.signals.values()]
+def jumps_of(schedule: Schedule, unread: Container[str] = ()) -> Array:
+    """Instants inside the run at which an input jumps; unread: inputs whose noise matters less."""
+    times = [signal.t[1:][_jumps(signal, signal.name in unread)] for signal in schedule.signals.values()]
     inner = np.unique(np.concatenate([*times, np.empty(0)]))
     return np.asarray(inner[(inner > schedule.t[0]) & (inner < schedule.t[-1])])
 
 
-def _jump_times(signal: Signal) -> Array:
-    return list_jumps(signal)[0]
-
-
 def list_jumps(signal: Signal) -> tuple[Array, Array, Array]:
     """When a signal jumps [s], from where and to where."""
-    at = _jumps(signal)
+    at = _changes(signal)
     return signal.t[1:][at], signal.end[:-1][at], signal.start[1:][at]
 
 
-def _jumps(signal: Signal) -> Mask:
+def _jumps(signal: Signal, is_unread: bool) -> Mask:
     """At which of its own knots, after the first, a signal jumps, and is not only read with noise."""
-    jumps = _changes(signal)
-    return np.asarray(jumps & (np.abs(signal.start[1:] - signal.end[:-1]) > STEP * _noise_of(signal, jumps)))
-
-
-def is_busy(signal: Signal, changes: Mask | None = None) -> bool:
-    """Whether a held signal changes all the time."""
-    changes = _changes(signal) if changes is None else changes
-    return signal.is_held and int(changes.sum()) > BUSY * len(changes)
+    changes = _changes(signal)
+    noise = _noise_of(signal, changes, FAINT_UNREAD if is_unread else FAINT)
+    return np.asarray(changes & (np.abs(signal.start[1:] - signal.end[:-1]) > STEP * noise))
 
 
 def _changes(signal: Signal) -> Mask:
     return np.asarray(np.abs(signal.start[1:] - signal.end[:-1]) > 1e-12 * (1 + np.abs(signal.start[1:])))
 
 
-def _noise_of(signal: Signal, changes: Mask) -> float:
+def _noise_of(signal: Signal, changes: Mask, faint: float) -> float:
     """1σ of what a held signal is read with, like the speed that a drive reports; 0 where it is set in steps, or varies
-    by more than noise that does not matter."""
-    if not is_busy(signal, changes):
+    by more than a share of its rms."""
+    if not (signal.is_held and int(changes.sum()) > BUSY * len(changes)):
         return 0.0
-    noise = float(np.median(np.abs(np.diff(signal.start)[changes]))) / MEDIAN
-    return noise if noise <= FAINT * float(np.sqrt(np.mean(signal.start**2))) else 0.0
+    noise = float(np.median(np.abs(np.diff(signal.start)[changes]))) / MEDIAN_CHANGE
+    return noise if noise <= faint * float(np.sqrt(np.mean(signal.start**2))) else 0.0
 
 
-def make_knots(schedule: Schedule, growth: float = GROWTH, longest: float = LONGEST) -> Knots:
-    """The knots of a run."""
+def make_knots(
+    schedule: Schedule, growth: float = GROWTH, longest: float = LONGEST, unread: Container[str] = ()
+) -> Knots:  # fmt: skip
+    """The knots of a run; unread: inputs whose noise matters less."""
     samples = schedule.t
-    jumps = jumps_of(schedule)
+    jumps = jumps_of(schedule, unread)
     if len(samples) <= FEW_SAMPLES:
         t = np.unique(np.concatenate([samples, jumps]))
     else:
@@ -140,18 +138,18 @@ def _cells(t: Array, jumps: Array, samples: Array) -> Indices:
     return np.array([*ends, len(t) - 1])
 
 
-def on_knots(schedule: Schedule, knots: Knots) -> Schedule:
+def on_knots(schedule: Schedule, knots: Knots, unread: Container[str] = ()) -> Schedule:
     """The schedule at its knots: inputs that run straight between many samples become straight lines between knots,
     by least squares, so that their own noise is averaged and not followed; held inputs are left with their jumps, and
     become their means between knots where they are noisy."""
-    signals = {name: _smooth(signal, knots.t) for name, signal in schedule.signals.items()}
+    signals = {name: _smooth(signal, knots.t, name in unread) for name, signal in schedule.signals.items()}
     return Schedule(schedule.name, schedule.file, knots.t, signals, schedule.start)
 
 
-def _smooth(signal: Signal, t: Array) -> Signal:
+def _smooth(signal: Signal, t: Array, is_unread: bool) -> Signal:
     inside = (signal.t > t[0]) & (signal.t < t[-1])
     if signal.is_held:
-        kept = np.append(True, _jumps(signal))
+        kept = np.append(True, _jumps(signal, is_unread))
         if (kept[1:] != _changes(signal)).any():
             return hold(signal.name, signal.unit, t[:-1], _means_between(signal, t))
         return hold(signal.name, signal.unit, signal.t[kept], signal.start[kept])

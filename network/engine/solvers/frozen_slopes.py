@@ -4,11 +4,11 @@ Recorded inputs change at every sample, so that no step goes beyond one. There t
 
     f(s, y) ≈ f(t, x) + J (y − x) + (s − t) (f(t + h, x) − f(t, x))/h,
 
-J from an earlier step: exact but for how the laws bend and J has changed since, which the true rate at the end tells.
-Such a defect d grows from 0 over the step, as s/h where J has changed: to the state it does (2 M/h − J)⁻¹ d, M the
-capacities, which is right for slow states (h d/2M) and for massless ones (−J⁻¹ d). The state is corrected by that, and
-where it is more than the tolerance, a step is made as usual, and its slopes are those of the next. It takes three rates
-a step instead of seven and slopes.
+J from an earlier step. What the laws bend, in temperatures and inputs, and J has changed since, is told by the true
+rates in the middle and at the end: defects d₁ and d₂, of mean (4 d₁ + d₂)/6 by Simpson's rule. To the state they do
+(2 M/h − J)⁻¹ (4 d₁ + d₂)/3, M the capacities: right for slow states and, where defects grow evenly, for massless ones.
+The state is corrected by that, and where it is more than the tolerance, a step is made as usual, and its slopes are
+those of the next. It takes four rates a step instead of seven and slopes.
 """
 
 from __future__ import annotations
@@ -62,8 +62,9 @@ class FrozenSlopes:
             return np.asarray(rate + matrix @ (y - x) + (s - t) * drift)
 
         made = rodas.step(straight, self.mass, self.layout, t, x, h, rate, slopes, drift)
-        defect = self.rate(t + h, made[0]) - straight(t + h, made[0])
-        correction = self._solve(h)(defect)
+        middle, half = rodas.between(np.array(0.5), x, made[0], made[1]), t + h / 2
+        defects = [self.rate(s, y) - straight(s, y) for s, y in ((half, middle), (t + h, made[0]))]
+        correction = self._solve(h)((4 * defects[0] + defects[1]) / 3)
         error = np.abs(made[2]) + np.abs(correction)
         scale = tolerance * (1 + np.maximum(np.abs(x), np.abs(made[0])))
         size = float(np.sqrt(np.mean((error / scale) ** 2)))

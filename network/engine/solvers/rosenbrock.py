@@ -207,7 +207,7 @@ class _Run:
         if self.frozen is None or h < step * (1 - 1e-10) or self.heat.is_steady:
             return None
         made = self.frozen.step(t, x, step, rate, self.tolerance)
-        if made is None or self._stop_at_crossing(t, x, step, made[0]) is not None:
+        if made is None or self._find_crossing(t, x, step, made[0]) is not None:
             return None
         (after, bend, _), size = made
         self.steps.keep(k, end, after, bend, self.relays.on)
@@ -215,6 +215,17 @@ class _Run:
 
     def _stop_at_crossing(self, t: float, x: Array, h: float, made: tuple[Array, rodas.Bend, Array]) -> float | None:
         """How far the step goes until a guard is crossed, which is noted; None where none is."""
+        found = self._find_crossing(t, x, h, made)
+        if found is None:
+            return None
+        share, relay = found
+        self.relays.pending[relay] = t + share * h + float(self.relays.pauses[relay])
+        return share * h
+
+    def _find_crossing(
+        self, t: float, x: Array, h: float, made: tuple[Array, rodas.Bend, Array]
+    ) -> tuple[float, int] | None:
+        """The share of the step at which a guard is crossed, and which; None where none is."""
         if len(self.relays) == len(self.relays.pending):
             return None
 
@@ -224,11 +235,7 @@ class _Run:
             return self.steps.lumps(self.heat, self.latent, t + s * h, k, states)
 
         found = self.relays.first_crossing(seen, h)
-        if found is None or found[0] * h < SMALLEST_STEP:
-            return None
-        share, relay = found
-        self.relays.pending[relay] = t + share * h + float(self.relays.pauses[relay])
-        return share * h
+        return None if found is None or found[0] * h < SMALLEST_STEP else found
 
     def _check_step(self, h: float, t: float, x: Array) -> None:
         if not h >= SMALLEST_STEP:

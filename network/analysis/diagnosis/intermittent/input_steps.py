@@ -43,9 +43,10 @@ def list_input_steps(runs: Iterable[Run]) -> list[InputStep]:
 
 
 def _steps_of(run: Run) -> dict[float, dict[str, tuple[float, float]]]:
-    steps: dict[float, dict[str, tuple[float, float]]] = {}
+    steps: dict[float, dict[str, tuple[float, float]]] = {t: {} for t in run.knots.jumps.tolist()}
     for name, signal in run.schedule.signals.items():
-        for t, before, after in zip(*(x.tolist() for x in list_jumps(signal)), strict=True):
+        told = zip(*(x.tolist() for x in list_jumps(signal)), strict=True)
+        for t, before, after in ((t, *ends) for t, *ends in told if t in steps):
             steps.setdefault(t, {})[name] = (abs(after - before), abs(after**2 - before**2))
     return steps
 

@@ -166,12 +166,12 @@ def rows_of(fit: Linearised, of: UnknownHeat) -> Array:
     return np.concatenate([heat @ rows for heat, rows in zip(of.heat, answers, strict=True)])
 
 
-def predict_unknown(fit: Linearised, of: UnknownHeat, slopes: Array, precision: Array, left: Array) -> float:
+def predict_unknown(fit: Linearised, of: UnknownHeat, precision: Array, left: Array) -> float:
     """By how much an unknown heat of a σ and ℓ that were learned elsewhere raises the log probability of runs that were
-    not seen (nats). slopes, precision: of all that may move in these, left: at their most probable."""
+    not seen (nats). precision: of numbers and constants, left: at the most probable ones."""
     knots = [heat_knots(d, KNOTS) for d in fit.problem.data]
     rows = block_diag(*_place(fit, of.at, knots).answers)
-    along = rows @ slopes.T
+    along = rows @ fit.slopes.T
     H = rows @ rows.T - along @ np.linalg.solve(precision, along.T)
     roots = roots_of(knots, of.ell)
     return gain_of(roots.transposed(roots.transposed(H).T), roots.transposed(rows @ left), of.size)[0]

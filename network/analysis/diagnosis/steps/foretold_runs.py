@@ -1,13 +1,13 @@
 """Runs told by numbers that others found, and known no better than these tell them.
 
-With θ ~ N(θ̂, Σ) by the others, S = (S_θ, S_η) the whitened slopes of the runs by numbers and by their own constants,
-and r what is left at θ̂ with η at its most probable,
+With θ ~ N(θ̂, Λ⁻¹) by the others, S = (S_θ, S_η) the whitened slopes of the runs by numbers and by their own constants,
+the log predictive density with numbers and constants integrated out, linearised, is but for a constant
 
-    ln p(r | others) = −½ (|r|² + strain − bᵀ (I + Σ N)⁻¹ Σ b + ln |I + Σ N|),   b = S_θ r,
+    −½ (|r|² + strain of η + (θ − θ̂)ᵀ Λ (θ − θ̂) + ln |Λ + N| − ln |Λ|)
 
-N the precision of θ by these runs with their constants folded in: the predictive density with the numbers integrated
-out, linearised. A fit that two runs alone determine is worth more on the third than its numbers as they stand: what
-they are uncertain by is no misfit. Source: Gelman et al., Bayesian Data Analysis, 3rd ed., 7.1; unverified.
+at the θ and η that make it largest, r what is left there, N the precision of θ by these runs with their constants
+folded in. What two runs alone determine is told no surer than they do. Source: Gelman et al., Bayesian Data Analysis,
+3rd ed., 7.1; unverified.
 """
 
 from __future__ import annotations
@@ -19,60 +19,47 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from network.analysis.calibration.linearised import Linearised
-from network.analysis.calibration.misfit import strain_of
 from network.catalogue.declaration.declare import Array
 
 
 @dataclass(frozen=True, eq=False)
 class ForetoldRuns:
-    """seen: the runs about the numbers θ̂ of the others; spread: Σ, None where these stand as they are."""
+    """seen: the runs about the numbers θ̂ of the others; known: Λ, in the noise of the readings."""
 
     seen: Linearised
-    spread: Array | None = None
+    known: Array
 
     @cached_property
     def precision(self) -> Array:
-        """Of the constants, and of the numbers where they may move."""
-        slopes, first = self.seen.slopes[self._moved :], self.seen.free - self._moved
+        """Of numbers and constants together, told by the others and by the runs."""
         own = np.diag(self.seen.problem.prior[1][self.seen.free :] ** -2.0)
-        known = np.zeros((0, 0)) if self.spread is None else np.linalg.inv(self.spread)
-        assert len(known) == first
-        return np.asarray(slopes @ slopes.T + block_diag(known, own))
-
-    @property
-    def slopes(self) -> Array:
-        """By all of these."""
-        return self.seen.slopes[self._moved :]
-
-    @property
-    def _moved(self) -> int:
-        """The first that may move."""
-        return self.seen.free if self.spread is None else 0
+        return np.asarray(self.seen.slopes @ self.seen.slopes.T + block_diag(self.known, own))
 
     @cached_property
-    def _pull(self) -> Array:
-        """What draws them away from θ̂."""
-        pull = np.zeros(len(self.slopes))
-        if self.spread is not None:
-            pull[: self.seen.free] = self.seen.slopes[: self.seen.free] @ self.seen.left
-        return pull
+    def _step(self) -> Array:
+        """Of numbers and constants to where the density is largest."""
+        free = self.seen.free
+        pull = np.concatenate([self.seen.slopes[:free] @ self.seen.left, np.zeros(len(self.seen.slopes) - free)])
+        return np.asarray(np.linalg.solve(self.precision, pull))
 
     @cached_property
     def left(self) -> Array:
-        """Whitened residual at the most probable of all that may move."""
-        return np.asarray(self.seen.left - np.linalg.solve(self.precision, self._pull) @ self.slopes)
+        """Whitened residual there."""
+        return np.asarray(self.seen.left - self._step @ self.seen.slopes)
 
     @cached_property
-    def misfit(self) -> float:
-        """Σ of squares, and what constants are strained by, less what the numbers are uncertain by."""
-        whole = float(self.seen.left @ self.seen.left) + strain_of(self.seen)
-        return max(whole - float(self._pull @ np.linalg.solve(self.precision, self._pull)), 0.0)
+    def density(self) -> float:
+        """Log predictive density of the runs [nats], but for a constant."""
+        free, (mean, spread) = self.seen.free, self.seen.problem.prior
+        moved, eta = self._step[:free], self.seen.eta + self._step[free:]
+        strained = float(np.sum(((eta - mean[free:]) / spread[free:]) ** 2)) - len(eta)  # beyond chance
+        misfit = float(self.left @ self.left) + max(strained, 0.0) + float(moved @ self.known @ moved)
+        return -(misfit + self._log_widened) / 2
 
-    @cached_property
-    def log_spread(self) -> float:
-        """ln |I + Σ N|: by how much what is told of the runs is wider for the numbers' sake [2 nats]."""
-        if self.spread is None:
-            return 0.0
-        free, spread = self.seen.free, self.seen.problem.prior[1]
-        N = self.seen.reduced[0] - np.diag(spread[:free] ** -2.0)
-        return float(np.linalg.slogdet(np.eye(free) + self.spread @ N)[1])
+    @property
+    def _log_widened(self) -> float:
+        """ln |Λ + N| − ln |Λ|."""
+        free = self.seen.free
+        told = self.seen.reduced[0] - np.diag(self.seen.problem.prior[1][:free] ** -2.0)
+        widths = [float(np.linalg.slogdet(each)[1]) for each in (self.known + told, self.known)]
+        return widths[0] - widths[1]

@@ -1,8 +1,9 @@
 """Cross-validation: runs that are left out of a fit, told by it, alone and with latent heat beside it.
 
 Of runs r told by what the others found, ln p(r | others) is that of `foretold_runs` and what heat of any course adds to
-it, its place, σ and ℓ learned on the others: the joint log predictive density, but for a constant. Source: Vehtari,
-Gelman & Gabry, Statistics and Computing 27 (2017) 1413; unverified.
+it, its place, σ and ℓ learned on the others: the joint log predictive density, but for a constant. The misfit of runs,
+and the end of a single one, are told by the numbers as they stand. Source: Vehtari, Gelman & Gabry, Statistics and
+Computing 27 (2017) 1413; unverified.
 """
 
 from __future__ import annotations
@@ -22,7 +23,6 @@ from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.latent_heat.latent_rest import find_rest
 from network.analysis.diagnosis.latent_heat.locate import predict_unknown
 from network.analysis.diagnosis.steps.foretold_runs import ForetoldRuns
-from network.catalogue.declaration.declare import Array
 from network.platform.parallel import run_all
 from network.platform.refusal import Failed
 
@@ -91,15 +91,14 @@ def _tell_without(h: Hypothesis, with_rest: bool, left_out: Sequence[int]) -> Un
     """Runs that are told by a fit to the others."""
     rest = h.case.of([k for k in range(len(h.case.recordings)) if k not in left_out])
     others = fit_hypothesis(rest, h.machine, h.found, h.own, h.values, steps=LEFT_OUT_STEPS)
-    told = ForetoldRuns(_tell_by(others, h.case.of(left_out)), _spread_of(others))
+    told = ForetoldRuns(_tell_by(others, h.case.of(left_out)), others.linearised.reduced[0])
     more = _add_rest(others, told) if with_rest else 0.0
-    return Unseen(told.misfit, len(told.left), more - (told.misfit + told.log_spread) / 2)
+    return Unseen(_misfit_of(told.seen), len(told.left), told.density + more)
 
 
-def _spread_of(h: Hypothesis) -> Array:
-    """Covariance of the numbers of a fit; what it leaves counts as noise."""
-    free = h.fit.free
-    return np.asarray(h.fit.covariance[:free, :free] * max(1.0, h.chi) ** 2)
+def _misfit_of(seen: Linearised) -> float:
+    """Of runs at the numbers of others as these stand."""
+    return float(seen.left @ seen.left) + strain_of(seen)
 
 
 def _tell_by(h: Hypothesis, case: Case) -> Linearised:
@@ -112,7 +111,7 @@ def _tell_by(h: Hypothesis, case: Case) -> Linearised:
 def _add_rest(others: Hypothesis, told: ForetoldRuns) -> float:
     """What heat of any course adds to the log probability of runs, learned on the others."""
     heat = find_rest(others, refit=False).heat
-    return predict_unknown(told.seen, heat, told.slopes, told.precision, told.left) if heat.gain > 0 else 0.0
+    return predict_unknown(told.seen, heat, told.precision, told.left) if heat.gain > 0 else 0.0
 
 
 def _tell_end(h: Hypothesis) -> Unseen:
