@@ -70,11 +70,11 @@ def test_a_step_is_followed_by_one_that_would_err_as_much_as_is_allowed(monkeypa
         kept = list[Any]()
         solver = bare(
             _rate=lambda t, x: np.zeros(1), _slopes=lambda t, x: None, _stop_at_crossing=lambda *of: None, mass=None,
-            layout=None, frozen=None, _step_frozen=lambda *of: None, heat=bare(is_steady=True), tolerance=1.0,
+            layout=None, frozen=None, heat=bare(is_steady=True), tolerance=1.0,
             relays=bare(on=None),
             steps=bare(keep=lambda *of, kept=kept: kept.append(of)),
         )  # fmt: skip
-        _, now, following, took = rosenbrock._Run._step(solver, 0, 10.0, np.zeros(1), 2.0, 100.0)
+        _, now, following, took = rosenbrock._Run._step_anew(solver, 0, 10.0, np.zeros(1), 2.0, 100.0, np.zeros(1))
         assert (now, took) == (12.0, 2.0) and following == pytest.approx(2.0 * factor) and len(kept) == 1
 
 

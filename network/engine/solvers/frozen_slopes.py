@@ -65,9 +65,7 @@ class FrozenSlopes:
         middle, half = rodas.between(np.array(0.5), x, made[0], made[1]), t + h / 2
         defects = [self.rate(s, y) - straight(s, y) for s, y in ((half, middle), (t + h, made[0]))]
         correction = self._solve(h)((4 * defects[0] + defects[1]) / 3)
-        error = np.abs(made[2]) + np.abs(correction)
-        scale = tolerance * (1 + np.maximum(np.abs(x), np.abs(made[0])))
-        size = float(np.sqrt(np.mean((error / scale) ** 2)))
+        size = rodas.size_error(np.abs(made[2]) + np.abs(correction), x, made[0], tolerance)
         return (made[0] + correction, *made[1:]), size if np.isfinite(size) else np.inf
 
     def _solve(self, h: float) -> Solve:

@@ -58,6 +58,12 @@ def step(
     return argument + U[5], (first, second), U[5]
 
 
+def size_error(error: Array, x0: Array, x1: Array, tolerance: float) -> float:
+    """Rms of an error over what a relative tolerance allows of states at the ends of a step."""
+    allowed = tolerance * (1 + np.maximum(np.abs(x0), np.abs(x1)))
+    return float(np.sqrt(np.mean((error / allowed) ** 2)))
+
+
 def between(s: Array, x0: Array, x1: Array, bend: Bend) -> Array:
     """States at shares s of steps, third order (M, n): from those at both ends, all broadcast to (M, n)."""
     return np.asarray((1 - s) * x0 + s * (x1 + (1 - s) * (bend[0] + s * bend[1])))

@@ -171,8 +171,12 @@ class _Run:
     def _step(self, k: int, t: float, x: Array, h: float, end: float) -> tuple[Array, float, float, float]:
         """One accepted step: new state, instant, the step to try next, and the one taken."""
         rate = self._rate(t, x)
-        if (short := self._step_frozen(k, t, x, h, end, rate)) is not None:
-            return short
+        return self._step_frozen(k, t, x, h, end, rate) or self._step_anew(k, t, x, h, end, rate)
+
+    def _step_anew(
+        self, k: int, t: float, x: Array, h: float, end: float, rate: Array
+    ) -> tuple[Array, float, float, float]:
+        """With slopes from there."""
         slopes = self._slopes(t, x)
         if self.frozen is not None:
             self.frozen.renew(slopes)
@@ -183,8 +187,7 @@ class _Run:
             is_last = h >= (end - t) * (1 - 1e-10)
             step = end - t if is_last else h
             made = rodas.step(self._rate, self.mass, self.layout, t, x, step, rate, slopes, drift)
-            scale = self.tolerance * (1 + np.maximum(np.abs(x), np.abs(made[0])))
-            size = float(np.sqrt(np.mean((made[2] / scale) ** 2)))
+            size = rodas.size_error(made[2], x, made[0], self.tolerance)
             factor = _grow(size)
             if size <= 1:
                 break
