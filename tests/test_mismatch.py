@@ -59,7 +59,10 @@ def test_a_place_that_explains_less_is_told_less_surely() -> None:
 def test_once_it_is_late_the_course_alone_is_told_beside_it() -> None:
     """Places are compared once, as the numbers of the fit have them."""
     null = fitted("bursts", ())
-    late, own = locate_mismatch(null, is_late=True), locate(null.linearised, null.machine)
+    late, own = locate_mismatch(null, lambda: True), locate(null.linearised, null.machine)
+    times = iter([False, True])
+    midway = locate_mismatch(null, lambda: next(times))
+    assert [u.at for u in midway.places] == [u.at for u in late.places]
     assert [u.at for u in late.places] == [u.at for u in own]
     assert [u.gain for u in late.places] == pytest.approx([u.gain for u in own])
     before = trace(null.linearised, own[0], float(np.mean(null.fit.left**2)))

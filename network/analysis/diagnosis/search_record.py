@@ -76,7 +76,6 @@ class Search:
             return chosen.explained
         return share_explained(self.null.chi, self.best.chi) if self.best.found else 1.0
 
-    @property
     def is_hurried(self) -> bool:
         """Whether hardly any time is left for what is told."""
         return self.given.budget.is_past(HURRIED)

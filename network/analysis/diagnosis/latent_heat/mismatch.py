@@ -5,6 +5,7 @@ Those that were fitted without it are bent to it: seen from there, it may sit in
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,15 +31,15 @@ class Mismatch:
         return trace(self.about.linearised, of, find_rest_at(self.about, of).left)
 
 
-def locate_mismatch(h: Hypothesis, is_late: bool = False) -> Mismatch:
+def locate_mismatch(h: Hypothesis, is_late: Callable[[], bool] = lambda: False) -> Mismatch:
     """Of a hypothesis. All that it leaves without such heat counts as noise where places are compared; once it is late,
     at its own numbers, and only the course at those beside the heat."""
-    if is_late or h.chi <= SETTINGS.noise:
+    rest = None if is_late() or h.chi <= SETTINGS.noise else find_rest(h, refit=False)
+    if rest is None or is_late():
         return _tell_briefly(h)
-    rest = find_rest(h, refit=False)
     mismatch = _compare_places(h, _temper(refit_together(_temper(rest))).beside)
     first = mismatch.places[0]
-    if first.at == rest.heat.at:
+    if first.at == rest.heat.at or is_late():
         return mismatch
     moved = refit_together(_temper(find_rest_at(mismatch.about, first)))
     return _compare_places(h, _temper(moved).beside)
