@@ -30,7 +30,7 @@ def one_thread():
         yield
 
 
-def every_sample(schedule, *_):
+def every_sample(schedule, *_, unread=()):
     """Each sample a knot and a cell of its own; the last one has none."""
     return Knots(schedule.t, jumps_of(schedule), np.arange(1, len(schedule.t)), schedule.t)
 
