@@ -43,11 +43,14 @@ def list_input_steps(runs: Iterable[Run]) -> list[InputStep]:
 
 
 def _steps_of(run: Run) -> dict[float, dict[str, tuple[float, float]]]:
-    steps: dict[float, dict[str, tuple[float, float]]] = {t: {} for t in run.knots.jumps.tolist()}
+    """Of inputs, and of relays whose modes are read; what is averaged between knots steps where the run has a jump."""
+    steps: dict[float, dict[str, tuple[float, float]]] = {}
+    jumps, knots = {*run.knots.jumps.tolist()}, run.knots.t[:-1]
     for name, signal in run.schedule.signals.items():
-        told = zip(*(x.tolist() for x in list_jumps(signal)), strict=True)
-        for t, before, after in ((t, *ends) for t, *ends in told if t in steps):
-            steps.setdefault(t, {})[name] = (abs(after - before), abs(after**2 - before**2))
+        is_averaged = np.array_equal(signal.t, knots)
+        for t, before, after in zip(*(x.tolist() for x in list_jumps(signal)), strict=True):
+            if t in jumps or not is_averaged:
+                steps.setdefault(t, {})[name] = (abs(after - before), abs(after**2 - before**2))
     return steps
 
 
