@@ -137,7 +137,7 @@ def test_what_runs_take_in_the_end_is_kept_from_the_search(monkeypatch: pytest.M
     assert before == "as calibrated" and budget.reserved == 25.0 and budget.spent == 10.0
     ends = {}
     for now[0] in (74.9, 75.1, 79.9, 80.1):
-        ends[now[0]] = (begun.is_searched, budget.is_searched)
+        ends[now[0]] = (begun.is_searched(), budget.is_searched())
     assert ends == {74.9: (False, False), 75.1: (False, True), 79.9: (False, True), 80.1: (True, True)}
     assert not replace(budget, reserved=0.0).is_past(0.8) and begun.is_past(0.8)
     with pytest.raises(BudgetReached):

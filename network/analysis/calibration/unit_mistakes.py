@@ -27,6 +27,7 @@ HOPELESS, HARDLY = 20.0, 3.0
 BETTER = 4.0
 """How many times a wrong unit has to lower what is left."""
 POWERS = (3, 1, 2, 6, 4)
+"""Of ten, either way; thousands are tried in any case."""
 ALIKE, FEWEST = 0.95, 2
 """Correlation of the movements measured and simulated from which a factor means anything, and means of a channel that
 always lie along each other."""

@@ -40,7 +40,6 @@ class TimeBudget:
         left = max(self.seconds - took, 0.0)
         return replace(self, seconds=left, reserved=min(took, RESERVED * left), began=self.began + took)
 
-    @property
     def is_searched(self) -> bool:
         """Whether the search has had its share."""
         return self.is_past(SETTINGS.searched) or self.spent > self.seconds - self.reserved
@@ -55,5 +54,5 @@ class TimeBudget:
 
     def check(self, _: float = 0.0) -> None:
         """Raises BudgetReached where the search has had its share; takes the share done of some work, as `tell`."""
-        if self.is_searched:
+        if self.is_searched():
             raise BudgetReached

@@ -24,7 +24,8 @@ from network.engine.solvers.slope_layout import Dense, Solve
 
 MOST_SKIPPED = 64
 """Steps after which it is tried again, where it failed time and again."""
-Made = tuple[Array, rodas.Bend, Array]
+Made = tuple[Array, rodas.Bend, float]
+"""The state after a step, the vectors of its dense output, and its error over the tolerance."""
 
 
 @dataclass
@@ -44,29 +45,29 @@ class FrozenSlopes:
         """The slopes of a step that was made as usual."""
         self.slopes, self.solves = slopes, {}
 
-    def step(self, t: float, x: Array, h: float, rate: Array, tolerance: float) -> tuple[Made, float] | None:
-        """A step over h and its error over the tolerance; None where that is more than 1, or none was tried."""
+    def step(self, t: float, x: Array, h: float, rate: Array, tolerance: float) -> Made | None:
+        """A step over h; None where its error is more than the tolerance, or none was tried."""
         if self.slopes is None or self.skipped < self.wait:
             self.skipped += 1
             return None
-        made, size = self._make(self.slopes, t, x, h, rate, tolerance)
-        self.skipped = 0
-        self.wait = 0 if size <= 1 else min(max(1, 2 * self.wait), MOST_SKIPPED)
-        return (made, size) if size <= 1 else None
+        made = self._make(self.slopes, t, x, h, rate, tolerance)
+        is_good, self.skipped = made[2] <= 1, 0
+        self.wait = 0 if is_good else min(max(1, 2 * self.wait), MOST_SKIPPED)
+        return made if is_good else None
 
-    def _make(self, slopes: Array, t: float, x: Array, h: float, rate: Array, tolerance: float) -> tuple[Made, float]:
+    def _make(self, slopes: Array, t: float, x: Array, h: float, rate: Array, tolerance: float) -> Made:
         matrix = slopes.reshape(len(x), len(x)).T
         drift = (self.rate(t + h, x) - rate) / h
 
         def straight(s: float, y: Array) -> Array:
             return np.asarray(rate + matrix @ (y - x) + (s - t) * drift)
 
-        made = rodas.step(straight, self.mass, self.layout, t, x, h, rate, slopes, drift)
-        middle, half = rodas.between(np.array(0.5), x, made[0], made[1]), t + h / 2
-        defects = [self.rate(s, y) - straight(s, y) for s, y in ((half, middle), (t + h, made[0]))]
+        end, bend, error = rodas.step(straight, self.mass, self.layout, t, x, h, rate, slopes, drift)
+        middle, half = rodas.between(np.array(0.5), x, end, bend), t + h / 2
+        defects = [self.rate(s, y) - straight(s, y) for s, y in ((half, middle), (t + h, end))]
         correction = self._solve(h)((4 * defects[0] + defects[1]) / 3)
-        size = rodas.size_error(np.abs(made[2]) + np.abs(correction), x, made[0], tolerance)
-        return (made[0] + correction, *made[1:]), size if np.isfinite(size) else np.inf
+        size = rodas.size_error(np.abs(error) + np.abs(correction), x, end, tolerance)
+        return end + correction, bend, size if np.isfinite(size) else np.inf
 
     def _solve(self, h: float) -> Solve:
         assert self.slopes is not None

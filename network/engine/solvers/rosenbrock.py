@@ -210,30 +210,28 @@ class _Run:
         if self.frozen is None or h < step * (1 - 1e-10) or self.heat.is_steady:
             return None
         made = self.frozen.step(t, x, step, rate, self.tolerance)
-        if made is None or self._find_crossing(t, x, step, made[0]) is not None:
+        if made is None or self._find_crossing(t, x, step, made[0], made[1]) is not None:
             return None
-        (after, bend, _), size = made
+        after, bend, size = made
         self.steps.keep(k, end, after, bend, self.relays.on)
         return after, end, max(h, step * _grow(size)), step
 
     def _stop_at_crossing(self, t: float, x: Array, h: float, made: tuple[Array, rodas.Bend, Array]) -> float | None:
         """How far the step goes until a guard is crossed, which is noted; None where none is."""
-        found = self._find_crossing(t, x, h, made)
+        found = self._find_crossing(t, x, h, made[0], made[1])
         if found is None:
             return None
         share, relay = found
         self.relays.pending[relay] = t + share * h + float(self.relays.pauses[relay])
         return share * h
 
-    def _find_crossing(
-        self, t: float, x: Array, h: float, made: tuple[Array, rodas.Bend, Array]
-    ) -> tuple[float, int] | None:
+    def _find_crossing(self, t: float, x: Array, h: float, after: Array, bend: rodas.Bend) -> tuple[float, int] | None:
         """The share of the step at which a guard is crossed, and which; None where none is."""
         if len(self.relays) == len(self.relays.pending):
             return None
 
         def seen(s: Array) -> tuple[Array, dict[str, Array]]:
-            states = rodas.between(s[:, None], x, made[0], made[1])
+            states = rodas.between(s[:, None], x, after, bend)
             k = np.full(len(s), self.heat.k)
             return self.steps.lumps(self.heat, self.latent, t + s * h, k, states)
 

@@ -46,7 +46,7 @@ WITHDRAWN = "what explains the fitted runs better did not hold when it was simul
 
 def _is_late(budget: TimeBudget, ended: str) -> bool:
     """Whether how far a machine holds is to be found briefly."""
-    return bool(ended) or budget.is_searched
+    return bool(ended) or budget.is_searched()
 
 
 def conclude(search: Search, before: SimulatedRuns, warnings: Sequence[str], seed: int, jobs: int) -> Diagnosis:

@@ -124,7 +124,7 @@ def _fit_finer(case: Case, machine: Machine, before: Hypothesis, written: Hypoth
     is_in_step = start is not None and direct.evidence > before.evidence
     if is_in_step or direct.chi < SETTINGS.doubtful or not direct.fit.problem.model.switches:
         return direct
-    parameters, is_late = parameters_of(machine, ()), lambda: case.budget.is_searched
+    parameters, is_late = parameters_of(machine, ()), case.budget.is_searched
     begin = begin_in_step(machine, parameters, case.lay_out(machine), case.start, is_late)
     if begin is None:
         return direct
