@@ -18,7 +18,7 @@ from bench.sensitivity import (
     answers_of,
     diagnose_all,
     list_changes,
-    list_ways,
+    list_moved,
     make_table,
     outcome,
     read_groups,
@@ -82,13 +82,29 @@ def test_what_is_answered_is_not_answered_again(tmp_path: Path, monkeypatch: pyt
         return 1.0, "answered"
 
     monkeypatch.setattr(sensitivity, "diagnose", answered)
-    ways, cases = list_ways(["belief"], 7), [tmp_path / "case-001", tmp_path / "case-002"]
+    ways = [sensitivity.Way(sensitivity.COMMAND, "out", 7), *list_moved(["belief"], 7)]
+    cases = [tmp_path / "case-001", tmp_path / "case-002"]
     (cases[0] / "out").mkdir(parents=True)
     (cases[0] / "out" / "run.json").write_text("{}")
     told = [*diagnose_all(cases, ways, 1)]
     assert len(told) == 5 and ("case-001", "out", ("network.cli",)) not in asked
     assert ("case-002", "out-belief-less", ("bench.moved", "belief", "-0.3")) in asked
     assert ("case-002", "out-belief-more", ("bench.moved", "belief", "0.3")) in asked
+
+
+def test_what_took_too_long_as_it_is_is_not_moved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, asked = proof(tmp_path, {"out": told("adequate")}, {"out": told("adequate")}), []
+
+    def answered(case: Path, way: Any, runs: Any) -> tuple[float, str]:
+        asked.append(case.name)
+        return 1.0, "answered"
+
+    monkeypatch.setattr(sensitivity, "diagnose", answered)
+    monkeypatch.setattr(sensitivity, "make_cases", lambda *given: ["case-001", "case-002"])
+    sensitivity.main(folder, 2, 15.0, 7, ["belief"], 1)
+    assert asked == ["case-001", "case-001"] and "1 cases" in capsys.readouterr().out
 
 
 def told(verdict: str, *kinds: str) -> dict[str, Any]:

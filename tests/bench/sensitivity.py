@@ -1,12 +1,14 @@
 """How much hangs on the settings of the diagnosis: the same cases as they are, and with each group moved by ±30 %.
 
-`python -m bench.sensitivity [--cases 20] [--seed 7] [--groups misfit,belief] [--resume DIR] [--jobs N]` from tests/:
-development cases (seeds below 1000), of which the first are small machines; a stopped table goes on in its DIR.
+`python -m bench.sensitivity [--cases 20] [--within S] [--seed 7] [--groups misfit,belief] [--resume DIR] [--jobs N]`,
+from tests/: development cases (seeds below 1000), of which the first are small machines. A stopped table goes on in its
+DIR. With --within only cases are counted that as they are took no longer, so that no answer hangs on the clock.
 """
 
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import sys
 import tempfile
@@ -47,13 +49,10 @@ class Outcome:
         return str(self.changed), str(self.right), str(self.accused), seconds
 
 
-def list_ways(groups: Sequence[str], seed: int) -> list[Way]:
-    """As they are, then each group moved down and up."""
+def list_moved(groups: Sequence[str], seed: int) -> list[Way]:
+    """Each group moved down and up."""
     moved = [(group, side) for group in groups for side in SIDES]
-    return [
-        Way(COMMAND, OUT, seed),
-        *(Way((sys.executable, "-m", "bench.moved", g, f"{SIDES[s]:g}"), answers_of(g, s), seed) for g, s in moved),
-    ]
+    return [Way((sys.executable, "-m", "bench.moved", g, f"{SIDES[s]:g}"), answers_of(g, s), seed) for g, s in moved]
 
 
 def answers_of(group: str, side: str) -> str:
@@ -113,13 +112,19 @@ def make_table(folder: Path, names: Sequence[str], groups: Sequence[str]) -> Tab
     return table
 
 
-def main(folder: Path, count: int, seed: int, groups: Sequence[str], jobs: int) -> None:
+def tell_all(console: Console, told: Iterator[str]) -> None:
+    for line in told:
+        console.print(line, style="dim")
+
+
+def main(folder: Path, count: int, within: float, seed: int, groups: Sequence[str], jobs: int) -> None:
     console = Console(width=140)
     console.print(f"{folder}: goes on there with --resume {folder}", style="dim", soft_wrap=True)
     os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (str(TESTS), os.environ.get("PYTHONPATH"))))
     names = make_cases(folder, count, seed, jobs)
-    for told in diagnose_all([folder / name for name in names], list_ways(groups, seed), jobs):
-        console.print(told, style="dim")
+    tell_all(console, diagnose_all([folder / name for name in names], [Way(COMMAND, OUT, seed)], jobs))
+    names = [name for name in names if read(folder / name / OUT / RECORD).get("seconds", math.inf) <= within]
+    tell_all(console, diagnose_all([folder / name for name in names], list_moved(groups, seed), jobs))
     console.print(make_table(folder, names, groups))
     for told in list_changes(folder, names, groups):
         console.print(told)
@@ -147,10 +152,11 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     for option, default in (("--cases", 20), ("--jobs", 1)):
         parser.add_argument(option, type=int, default=default)
+    parser.add_argument("--within", type=float, default=math.inf)
     parser.add_argument("--seed", type=int)
     parser.add_argument("--groups", default="")
     parser.add_argument("--resume", type=Path)
     given = parser.parse_args()
     its_seed, its_groups = read_seed(given.resume, given.seed), read_groups(given.groups)
     where = (given.resume or Path(tempfile.mkdtemp(prefix="sensitivity_"))).resolve()
-    main(where, given.cases, its_seed, its_groups, given.jobs)
+    main(where, given.cases, given.within, its_seed, its_groups, given.jobs)
