@@ -16,6 +16,7 @@ from network.catalogue.declaration.discovery import kinds
 from network.catalogue.declaration.fields import ParamField
 from network.catalogue.declaration.patch import Patch
 from network.catalogue.expansions.base import Expansion, neighbours, supports
+from network.catalogue.mechanisms.advection import Advection
 from network.catalogue.mechanisms.base import Source
 from network.catalogue.mechanisms.convection import Convection
 from network.catalogue.mechanisms.friction import turning
@@ -61,6 +62,29 @@ def test_proposals_load_on_every_machine_of_the_project(file: Path) -> None:
 @each_kind
 def test_every_kind_is_proposed_for_a_machine_that_has_everything(cls: type[Effect]) -> None:
     assert proposals(cls, machine())
+
+
+def with_links(folder: Path, links: str) -> Machine:
+    """The gantry mill with other links."""
+    file = folder / "machine.yaml"
+    file.write_text(f"extends: {SHIPPED / 'gantry_spindle.yaml'}\nlinks:\n{links}")
+    return Machine.load(file)
+
+
+@pytest.mark.parametrize(("surface", "is_left"), [("table", False), ("table@0.75..1", True), ("table@0.5", True)])
+def test_a_surface_that_is_covered_in_part_has_a_rest(tmp_path: Path, surface: str, is_left: bool) -> None:
+    skin = f"{{kind: convection, between: ['{surface}', ambient], conductance: 9 W/K}}"
+    bare = with_links(tmp_path, f"  table top skin: null\n  table foot skin: null\n  skin: {skin}\n")
+    named = {name for patch in proposals(Convection, bare) for name in patch["links"]}
+    assert ("convection table ambient" in named) == is_left
+
+
+def test_a_stream_comes_from_what_feeds_one(tmp_path: Path) -> None:
+    """From other held nodes into a single part it is the law of convection, and would only be fitted twice."""
+    assert not proposals(Advection, Machine.load(SHIPPED / "gantry_spindle.yaml"))
+    bare = with_links(tmp_path, "  hose: {kind: advection, through: [coolant, housing], capacity_flow: 9 W/K}\n")
+    ends = {tuple(body["through"]) for patch in proposals(Advection, bare) for body in patch["links"].values()}
+    assert ends == {("coolant", part) for part, node in bare.nodes.items() if node.is_part and part != "housing"}
 
 
 @each_kind

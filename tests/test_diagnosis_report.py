@@ -38,11 +38,12 @@ from network.report.files.diagnosis_files import check_target, tidy, write_diagn
 from network.report.files.diagnosis_patch import patch_text
 from network.report.files.diagnosis_pictures import pictures_of
 from network.report.files.page import basis, is_tall
+from network.report.words import moved_words
 from network.report.words.diagnosis_words import fit_rows
 from network.report.words.effect_words import effect_summary, movements
 from network.report.words.finding_words import plus_minus, sure_word, sure_words
 from network.report.words.heat_words import course
-from network.report.words.moved_words import list_moved
+from network.report.words.moved_words import Moved, list_moved
 from network.report.words.tie_words import title_words
 from network.report.words.verdict_words import MEANING
 
@@ -169,6 +170,19 @@ def test_every_verdict_says_plainly_what_it_means(
     told = flat(str(replace(found, verdict=verdict, findings=several)))
     assert words in told and ("If one unknown were" in told) == (verdict == "unexplained")
     assert verdict in MEANING
+
+
+@pytest.mark.parametrize(("shift", "words"), [
+    (2.5, "Only numbers of test were wrong."),
+    (-3.5, "But for it links.skin.conductance lies more than 3 times the ± from the file: either the file is"),
+])  # fmt: skip
+def test_numbers_far_from_the_file_may_stand_for_what_is_missing(
+    found: Diagnosis, monkeypatch: pytest.MonkeyPatch, shift: float, words: str
+) -> None:
+    moved = Moved("links.skin.conductance", "5 W/K", "5 W/K", "9 W/K", 0.0, shift)
+    monkeypatch.setattr(moved_words, "list_moved", lambda d: [moved])
+    told = flat(str(replace(found, verdict="parameters_only", findings=())))
+    assert words in told and ("no physics is missing" in told) == (abs(shift) < 3)
 
 
 def test_a_held_out_run_that_is_not_explained_is_told_of_a_clean_verdict(found: Diagnosis) -> None:

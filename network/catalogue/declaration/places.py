@@ -25,11 +25,15 @@ class Place:
     stop: float = 1.0
 
     def __str__(self) -> str:
-        if (self.start, self.stop) == (0.0, 1.0):
+        if self.is_whole:
             return self.node
         if self.start == self.stop:
             return f"{self.node}@{self.start:g}"
         return f"{self.node}@{self.start:g}..{self.stop:g}"
+
+    @property
+    def is_whole(self) -> bool:
+        return (self.start, self.stop) == (0.0, 1.0)
 
     @property
     def share(self) -> float:

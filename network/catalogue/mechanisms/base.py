@@ -100,10 +100,15 @@ class Link(Flow):
         """Pairs of unheld nodes that no such link joins yet; beside a link of any kind an affine one adds nothing
         that the other's conductance could not take over."""
         links = [e for e in machine.links.values() if isinstance(e, Link) and (cls.affine or e.kind == cls.kind)]
-        joined = {frozenset(place.node for place in link.between) for link in links}
+        joined = {frozenset(place.node for place in link.between) for link in links if cls.takes_all(link)}
         for pair in combinations(machine.nodes, 2):
             if frozenset(pair) not in joined and cls.suits(*(machine.nodes[name] for name in pair)):
                 yield pair
+
+    @classmethod
+    def takes_all(cls, link: Link) -> bool:
+        """Whether a link leaves no room for another one between its parts: a joint is one."""
+        return True
 
     @classmethod
     def suits(cls, a: NodeLike, b: NodeLike) -> bool:
@@ -125,6 +130,11 @@ class SurfaceLink(Link):
     def candidates(cls, machine: MachineLike) -> Iterator[tuple[str, str]]:
         for a, b in super().candidates(machine):
             yield (b, a) if machine.nodes[a].is_held else (a, b)
+
+    @classmethod
+    def takes_all(cls, link: Link) -> bool:
+        """A surface that it covers in part has a rest."""
+        return all(place.is_whole for place in link.between)
 
     @classmethod
     def suits(cls, a: NodeLike, b: NodeLike) -> bool:
@@ -177,9 +187,10 @@ class Stream(Flow):
 
     @classmethod
     def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
-        """From every held node into every part that no stream passes yet."""
+        """From every held node that feeds a stream into every part that none passes yet. From another one into a single
+        part it would be the law of convection to it, and is proposed as that."""
         passed = {p.node for e in machine.links.values() if isinstance(e, Stream) for p in e.through}
-        for held in (n for n, node in machine.nodes.items() if node.is_held):
+        for held in (n for n, node in machine.nodes.items() if node.is_held and n in passed):
             for part in (n for n, node in machine.nodes.items() if node.is_part and n not in passed):
                 name = fresh(f"{cls.kind} {held} {part}", machine.links)
                 yield {"links": {name: size_body(cls, machine, through=[held, part], **cls.reading(part))}}

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from network.analysis.diagnosis.settings import SETTINGS
 from network.engine.response.parameters import Parameter, free_parameters
 from network.platform.quantities.text_table import format_shift
 from network.platform.quantities.units import show
@@ -68,6 +69,14 @@ def _shift(p: Parameter, value: float) -> float:
     if p.is_log and value <= 0:
         return -math.inf
     return ((math.log(value) if p.is_log else value) - p.centre) / p.spread
+
+
+def strained_words(d: Diagnosis) -> str:
+    """Which numbers lie farther from the file than their ± allow; empty where none does."""
+    far = [m.path for m in list_moved(d) if abs(m.shift_after) > SETTINGS.errors]
+    named = [*far[:MOST], *([f"{len(far) - MOST} more"] if len(far) > MOST else [])]
+    lie = "lie" if len(far) > 1 else "lies"
+    return f"{join_names(named)} {lie} more than {SETTINGS.errors:g} times the ±" if far else ""
 
 
 def describe_moved(d: Diagnosis) -> Iterator[str]:

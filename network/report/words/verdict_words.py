@@ -8,6 +8,7 @@ from network.analysis.diagnosis.findings.finding import UNKNOWN
 from network.platform.quantities.text_table import digits
 from network.platform.wording import join_names
 from network.report.words.headline_words import added_words, finer_words, found_words, misread_words, place_words
+from network.report.words.moved_words import strained_words
 from network.report.words.recording_names import name_recording
 
 if TYPE_CHECKING:
@@ -35,6 +36,11 @@ UNTAKEN = (
     "follows the recordings; simulated it falls out of step with them, so that the file stays as it is, at {left}."
 )
 """Where finer lumps explain all and were taken back."""
+STRAINED = (
+    "With its numbers calibrated {machine} explains its recordings, to {left}. But for it {strained} from the file: "
+    "either the file is that wrong there, or something that is missing passes for it, which these runs do not tell."
+)
+"""Where only numbers were wrong, by more than their ± allows."""
 UNENDED = "With its numbers calibrated {machine} leaves {left}; nothing was found so far that it lacks."
 DIFFERS = (
     "{machine} and its recordings differ{where}{also}: {left} is left, and nothing that explains it was found so far."
@@ -90,13 +96,14 @@ def verdict_words(d: Diagnosis) -> str:
     finer = finer_words(d)
     words = {
         "machine": d.machine.name, "left": f"{digits(d.fits.train_after.rmse_in_noise, 3)} σ", "falls": falls(d),
-        "found": found_words(d), "added": added_words(d), "misread": misread_words(d),
+        "found": found_words(d), "added": added_words(d), "misread": misread_words(d), "strained": strained_words(d),
         "where": place_words(d), "finer": finer and f" {finer}", "also": finer and f", also {finer}",
     }  # fmt: skip
     so_far = {**dict.fromkeys(CLEAN, UNENDED), "unexplained": DIFFERS} if d.ended else {}
     if _is_untaken(d):
         return UNTAKEN.format_map(words) + ENDED.get(d.ended, "")
-    meaning = ROOM if _is_room(d) else so_far.get(d.verdict, MEANING[d.verdict])
+    clean = {"parameters_only": STRAINED} if words["strained"] else {}
+    meaning = ROOM if _is_room(d) else {**MEANING, **clean, **so_far}[d.verdict]
     return "".join([meaning.format_map(words), _part(d), _but(d), ENDED.get(d.ended, "")])
 
 
