@@ -194,6 +194,8 @@ def test_strength_and_shapes_are_numbers_that_can_be_freed(cls: type[Effect]) ->
                 path = cls.path_to(parameter, patch)
                 held, key = entries[path.entry], path.key
                 value = float(next(held.__dict__[a] for a, f in held.fields.items() if f.key == key))
+                if not value:
+                    continue  # none of it is known with no ±; a search gives it its own
                 field = held.field_of(next(a for a, f in held.params().items() if f.key == key))
                 tree = set_value(tree, f"{path}={loosened(field, value)}")
                 paths.add(str(path))

@@ -39,6 +39,7 @@ SOURCES = {
     "friction": {"kind": "bearing_friction", "into": {"spindle": 0.5, "housing": 0.5}, "torque": "500 N mm ± 30 %"}
 }
 SENSORS = {f"T_{n}": {"measures": n, "noise": "0.05 K"} for n in ("spindle", "housing", "column")}
+MOTOR = {"kind": "motor_loss", "into": {"column": 1}, "iron": "150 W", "reference_speed": "8000 rpm"}
 MINUTES = 150
 
 
@@ -74,6 +75,8 @@ def found(name: str) -> Diagnosis:
 CONCEALED: dict[str, dict[str, Any]] = {
     "nothing": {"links": {"flange": {**LINKS["flange"], "conductance": "52 W/K"}}},
     "source": {"sources": {"pump": {"kind": "heat_source", "into": {"column": 1}, "power": "60 W"}}},
+    "motor": {"sources": {"motor": {**MOTOR, "copper": "60 W"}}},
+    "eddies": {"sources": {"motor": {**MOTOR, "copper": "0 W"}}},
     "fan": {"links": {"housing skin": {"kind": "forced_convection", "between": ["housing", "air"],
                                        "conductance": "6 W/K", "gain": 5, "reference_speed": "8000 rpm"}}},
     "slow": {"sensors": {"T_housing": {**SENSORS["T_housing"], "effects": [{"kind": "sensor_lag", "lag": "400 s"}]}}},
@@ -90,6 +93,8 @@ def test_nothing_missing_is_said_so() -> None:
     ("name", "kind", "where", "verdict"),
     [
         ("source", "heat_source", "column", "missing_physics"),
+        ("motor", "motor_loss", "column", "missing_physics"),
+        ("eddies", "motor_loss", "column", "missing_physics"),
         ("fan", "forced_convection", "housing", "missing_physics"),
         ("slow", "sensor_lag", "T_housing", "sensor_fault"),
     ],

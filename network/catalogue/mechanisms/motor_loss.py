@@ -18,16 +18,18 @@ class MotorLoss(Source, kind="motor_loss"):
     """Losses of a motor: q = copper (while |n| > 0) + iron (|n|/n_ref)^p.
 
     p is 1 (hysteresis) to 2 (eddy currents) at constant induction. Copper loss at constant current; it does not change
-    with temperature here (see copper_temperature). A proposal adds iron loss only: copper loss alone is a heat_source
-    with `with: running`. Source: separation of iron losses k_h f + k_e f², Bertotti, IEEE Trans. Magn. 24 (1988) 621.
+    with temperature here (see copper_temperature). A proposal begins with iron loss alone, and copper loss is fitted
+    beside it; copper loss alone is a heat_source with `with: running`. Source: separation of iron losses k_h f +
+    k_e f², Bertotti, IEEE Trans. Magn. 24 (1988) 621.
     """
 
-    copper = param("W", 0, 1e6, "copper loss while running", typical=0)
+    copper = param("W", 0, 1e6, "copper loss while running", typical=60)
     iron = param("W", 0, 1e6, "iron loss at the reference speed", typical=200)
     iron_exponent = param("1", 0.5, 3, "exponent of the iron loss over speed", default=1.5)
     reference_speed = param("rpm", 0, 300_000, "speed at which the iron loss is given", positive=True, typical=10_000)
     input = channel("speed", "rpm")
     strength = "iron"
+    shapes = ("copper",)
     changed = dict.fromkeys(
         ("copper", "iron"), ("a motor that loses more: its load, or a fault", "a motor that loses less: its load")
     )
@@ -40,5 +42,5 @@ class MotorLoss(Source, kind="motor_loss"):
 
     @classmethod
     def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
-        """Iron loss in every part that has a heat capacity."""
-        return set_in_each(super().besides(machine), **usual_speed(machine))
+        """In every part that has a heat capacity."""
+        return set_in_each(super().besides(machine), copper="0 W", **usual_speed(machine))
