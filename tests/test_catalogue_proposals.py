@@ -18,8 +18,10 @@ from network.catalogue.declaration.patch import Patch
 from network.catalogue.expansions.base import Expansion, neighbours, supports
 from network.catalogue.mechanisms.advection import Advection
 from network.catalogue.mechanisms.base import Source
+from network.catalogue.mechanisms.bearing_friction import BearingFriction
 from network.catalogue.mechanisms.convection import Convection
 from network.catalogue.mechanisms.friction import turning
+from network.catalogue.mechanisms.guide_friction import GuideFriction
 from network.catalogue.sensors.base import SensorEffect
 from network.catalogue.typical_values import size_of
 from network.engine.assembly import build
@@ -77,6 +79,19 @@ def test_a_surface_that_is_covered_in_part_has_a_rest(tmp_path: Path, surface: s
     bare = with_links(tmp_path, f"  table top skin: null\n  table foot skin: null\n  skin: {skin}\n")
     named = {name for patch in proposals(Convection, bare) for name in patch["links"]}
     assert ("convection table ambient" in named) == is_left
+
+
+@pytest.mark.parametrize(("kind", "pairs"), [
+    (BearingFriction, {("shaft@0.1..0.22", "housing@0.04..0.2"), ("shaft@0.84..0.9", "housing@0.86..0.94"),
+                       ("shaft@0.38..0.66", "stator")}),
+    (GuideFriction, {("shaft@0.1..0.22", "housing@0.04..0.2"), ("headstock@0.7..1", "beam@0.3..0.5")}),
+])  # fmt: skip
+def test_what_rubs_in_a_joint_heats_both_of_its_parts(kind: type[Source], pairs: set[tuple[str, str]]) -> None:
+    bare = Machine.load(SHIPPED / "gantry_spindle.yaml")
+    shares = [body["into"] for patch in proposals(kind, bare) for body in patch["sources"].values()]
+    halves = {tuple(into) for into in shares if len(into) == 2}
+    assert halves >= pairs and all({*into.values()} == {0.5} for into in shares if len(into) == 2)
+    assert (halves == pairs) == (kind is BearingFriction), "bearings sit where one of two parts turns"
 
 
 def test_a_stream_comes_from_what_feeds_one(tmp_path: Path) -> None:

@@ -111,6 +111,27 @@ def test_the_concealed_effect_is_named_at_its_place(name: str, kind: str, where:
     assert held[1].rmse_in_noise < 1.4 < held[0].rmse_in_noise  # a tenth of the run tells how it began
 
 
+def diagnosed_without(section: str, name: str, **truth: Any) -> Diagnosis:
+    """By a machine that lacks an entry."""
+    made = plant(**truth)
+    runs = [recorded(made, ladder, i) for i, ladder in enumerate(LADDERS)]
+    whole = {"links": LINKS, "sources": SOURCES, "sensors": SENSORS}
+    less = {**whole, section: {n: body for n, body in whole[section].items() if n != name}}
+    return diagnose(machine(NODES, **less), runs, seed=1)
+
+
+def test_a_bearing_that_is_missing_heats_both_of_its_rings() -> None:
+    (f,) = diagnosed_without("sources", "friction").findings
+    assert (f.kind, f.places, f.part) == ("bearing_friction", ("spindle", "housing"), "whole")
+    assert f.parameters["torque"].value == pytest.approx(0.5, rel=0.02)
+
+
+def test_a_film_that_is_missing_is_told_by_its_law_alone() -> None:
+    (f,) = diagnosed_without("links", "housing skin", **CONCEALED["fan"]).findings
+    assert (f.kind, f.places) == ("forced_convection", ("housing", "air"))
+    assert {"conductance", "gain"} <= {*f.parameters}
+
+
 def test_a_sensor_that_is_far_off_strains_the_fit() -> None:
     runs = [recorded(plant(), ladder, i) for i, ladder in enumerate(LADDERS)]
     true = fit_hypothesis(case := Case(plant(), tuple(runs)), case.machine)

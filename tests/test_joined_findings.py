@@ -43,3 +43,15 @@ def test_what_a_fault_of_a_channel_leaves_there_is_the_fault() -> None:
 def test_heat_without_a_name_beside_a_name_in_its_part_stays() -> None:
     findings = [tell(UNKNOWN, 0.5), tell("timed_source", 0.5)]
     assert join_alike(findings) == findings == join_alike(findings[:0]) + findings
+
+
+def test_a_law_in_the_place_of_what_was_found_is_told_alone_with_its_numbers() -> None:
+    plain = tell("convection", 0.3, "skin", doubts=(MAY_BE_ONE, "much is left"), parameters={"conductance": 6})
+    law = tell("forced_convection", 0.5, "skin", doubts=(MAY_BE_ONE,), parameters={"gain": 5}, share=0.97, holds=1.0)
+    (told,) = join_alike([plain, law])
+    assert (told.kind, told.part, told.confidence, told.gain) == ("forced_convection", "whole", 0.97, 100.0)
+    assert told.parameters == {"conductance": 6, "gain": 5} and not told.doubts
+    (part,) = join_alike([plain, replace(law, doubts=(MAY_BE_ONE, "it is small"))])
+    assert part.confidence == 0.5 and part.doubts == ("it is small",)
+    besides = replace(law, patch=Patch({"sources": {"other": {"kind": "forced_convection"}}}))
+    assert join_alike([plain, besides]) == [plain, besides]

@@ -1,13 +1,15 @@
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 
 from network.catalogue.declaration.declare import Advice, Array
 from network.catalogue.declaration.fields import param
+from network.catalogue.declaration.machine_protocol import MachineLike
 from network.catalogue.mechanisms.base import raise_to_power
-from network.catalogue.mechanisms.friction import Friction
+from network.catalogue.mechanisms.friction import Friction, halve_heat, list_joints, turning
 from network.catalogue.mechanisms.mechanism import Inputs
 from network.platform.quantities.units import show
 
@@ -45,6 +47,15 @@ class BearingFriction(Friction, kind="bearing_friction"):
             return show(float(self.torque), "N m")
         f, d, v = float(self.lubrication_factor), show(float(self.mean_diameter), "mm"), float(self.viscosity)
         return f"f₀ = {f:.4g} at {d} in a lubricant of {show(v, 'mm^2/s')}"
+
+    @classmethod
+    def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
+        """In every part, and one half in each of two parts that a link joins: the rings of a bearing."""
+        yield from super().besides(machine)
+        turns = {*turning(machine)}
+        for a, b in list_joints(machine):
+            if not turns or (a.node in turns) != (b.node in turns):
+                yield halve_heat(cls, machine, a, b)
 
     def faults(self) -> Iterator[Advice]:
         for name in ("load_factor", "load"):

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 
 from network.catalogue.declaration.declare import Advice, Array
 from network.catalogue.declaration.fields import channel, param
 from network.catalogue.declaration.machine_protocol import MachineLike
-from network.catalogue.mechanisms.base import Source
+from network.catalogue.declaration.places import Place
+from network.catalogue.declaration.proposals import fresh
+from network.catalogue.mechanisms.base import Link, Source
 from network.catalogue.mechanisms.mechanism import Inputs
+from network.catalogue.typical_values import size_body
 
 KILOWATT_AT = 2 * np.pi / 60 * 3000
 """rad/s: a bearing whose torque makes a kilowatt at 3000 rpm was probably meant in N mm."""
@@ -64,6 +68,21 @@ class Sliding(Source):
     def heat(self, u: Inputs, *T: Array) -> Array:
         q: Array = self.power_per_feed * np.abs(u[self.input])
         return q
+
+
+def list_joints(machine: MachineLike) -> Iterator[tuple[Place, Place]]:
+    """The places that links between parts join, where these may rub on each other."""
+    for link in machine.links.values():
+        if isinstance(link, Link) and all(machine.nodes[place.node].is_part for place in link.between):
+            a, b = link.between
+            yield a, b
+
+
+def halve_heat(cls: type[Source], machine: MachineLike, *places: Place) -> Mapping[str, Any]:
+    """The proposal of friction between two places: without knowing more, one half of its heat into each."""
+    nodes = " ".join(place.node for place in places)
+    body = size_body(cls, machine, into={str(place): 0.5 for place in places})
+    return {"sources": {fresh(f"{cls.kind} {nodes}", machine.sources): body}}
 
 
 def turning(machine: MachineLike) -> Iterator[str]:

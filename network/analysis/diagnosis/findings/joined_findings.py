@@ -1,4 +1,5 @@
-"""One thing told once: what takes two of one kind at one place, and what a fault of a channel leaves there."""
+"""One thing told once: what takes two of one kind at one place, what says better what was found before it, and what a
+fault of a channel leaves there."""
 
 from __future__ import annotations
 
@@ -7,6 +8,7 @@ from dataclasses import replace
 
 from network.analysis.diagnosis.findings.finding import Finding
 from network.analysis.diagnosis.findings.invariants import MAY_BE_ONE
+from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.patch import Patch
 
 NOT_ALL = "it does not tell all that shows there"
@@ -15,15 +17,33 @@ NOT_ALL = "it does not tell all that shows there"
 def join_alike(findings: Sequence[Finding]) -> list[Finding]:
     """The first of one kind at one place, with the others of it, and a fault of a channel with what it leaves there:
     their form is not exactly that of the kind. Numbers and evidence stay those of the first; the others stand in the
-    sentence and in the machine."""
+    sentence and in the machine. What stands in the place of an entry that was found is that entry, by its right law."""
     told: list[Finding] = []
     for f in findings:
-        k = next((k for k, first in enumerate(told) if _is_one(first, f)), None)
+        k = next((k for k, first in enumerate(told) if _is_one(first, f) or _replaces(f, first)), None)
         if k is None:
             told.append(f)
         else:
-            told[k] = _take_in(told[k], f)
+            told[k] = _put_in_place(f, told[k]) if _replaces(f, told[k]) else _take_in(told[k], f)
     return told
+
+
+def _replaces(other: Finding, first: Finding) -> bool:
+    """Whether it is the law of an entry of the machine that another finding brought."""
+    entries = [{path for path, _ in each.patch.by_name()} for each in (first, other)]
+    is_law = other.kind != first.kind and not (other.channels or other.is_unnamed or first.is_unnamed)
+    return is_law and first.sits_with(other) and bool(entries[0] & entries[1])
+
+
+def _put_in_place(other: Finding, first: Finding) -> Finding:
+    """A finding with the numbers and the evidence of the one in whose place it stands."""
+    doubts = tuple(d for d in other.doubts if d != MAY_BE_ONE)
+    share = other.confidence if other.share is None else other.share
+    sure = min(share * (1.0 if other.holds is None else other.holds), SETTINGS.most_sure)
+    return replace(
+        other, parameters={**first.parameters, **other.parameters}, gain=first.gain + other.gain, doubts=doubts,
+        windows=first.windows, nothing=first.nothing, confidence=min(sure, other.confidence) if doubts else sure,
+    )  # fmt: skip
 
 
 def lay_together(first: Finding, others: Sequence[Finding]) -> Finding:
