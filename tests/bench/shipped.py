@@ -90,20 +90,26 @@ def simulate(name: str, folder: Path, processes: Processes) -> list[str]:
     return runs
 
 
-def diagnose(name: str, where: Path, processes: Processes) -> Row:
-    """What is told of a machine by its runs."""
-    folder, machine = where / name, ROOT / "machines" / f"{name}.yaml"
-    folder.mkdir(parents=True, exist_ok=True)
-    part, runs, kept = conceal(name, folder), simulate(name, folder, processes), folder / "seconds"
+def ask(machine: Path, runs: Sequence[str], folder: Path, processes: Processes) -> tuple[dict[str, Any] | None, float]:
+    """What a diagnosis by a machine tells of the first two runs, the others held out, and the seconds it took; kept in
+    a folder."""
+    kept, result = folder / "seconds", folder / "told" / "diagnosis.json"
     held = [word for run in runs[2:] for word in ("--holdout", run)]
     limits = ("--jobs", "1", "--budget", f"{TIMED * processes.limit:.0f} s")
     if not kept.is_file():
         words = (*COMMAND, "diagnose", str(machine), *runs[:2], *held, "-o", "told", "--no-plots", *limits)
         _, seconds = processes.run(words, folder, folder / "told.log")
         kept.write_text(f"{seconds:.1f}")
-    result = folder / "told" / "diagnosis.json"
     told = json.loads(result.read_text(encoding="utf-8")) if result.is_file() else None
-    return Row(name, part, Machine.load(machine).lumps, told, float(kept.read_text()))
+    return told, float(kept.read_text())
+
+
+def diagnose(name: str, where: Path, processes: Processes) -> Row:
+    """What is told of a machine by its runs."""
+    folder, machine = where / name, ROOT / "machines" / f"{name}.yaml"
+    folder.mkdir(parents=True, exist_ok=True)
+    part, runs = conceal(name, folder), simulate(name, folder, processes)
+    return Row(name, part, Machine.load(machine).lumps, *ask(machine, runs, folder, processes))
 
 
 def main() -> int:
