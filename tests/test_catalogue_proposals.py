@@ -98,7 +98,8 @@ def test_a_stream_comes_from_what_feeds_one(tmp_path: Path) -> None:
     """From other held nodes into a single part it is the law of convection, and would only be fitted twice."""
     assert not proposals(Advection, Machine.load(SHIPPED / "gantry_spindle.yaml"))
     bare = with_links(tmp_path, "  hose: {kind: advection, through: [coolant, housing], capacity_flow: 9 W/K}\n")
-    ends = {tuple(body["through"]) for patch in proposals(Advection, bare) for body in patch["links"].values()}
+    streams = [body for patch in proposals(Advection, bare) for body in patch["links"].values()]
+    ends = {tuple(body["through"]) for body in streams}
     assert ends == {("coolant", part) for part, node in bare.nodes.items() if node.is_part and part != "housing"}
 
 

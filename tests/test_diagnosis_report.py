@@ -174,7 +174,7 @@ def test_every_verdict_says_plainly_what_it_means(
 
 @pytest.mark.parametrize(("shift", "words"), [
     (2.5, "Only numbers of test were wrong."),
-    (-3.5, "But for it links.skin.conductance lies more than 3 times the ± from the file: either the file is"),
+    (-3.5, "For that links.skin.conductance must lie more than 3 times its ± from the file: either the file is"),
 ])  # fmt: skip
 def test_numbers_far_from_the_file_may_stand_for_what_is_missing(
     found: Diagnosis, monkeypatch: pytest.MonkeyPatch, shift: float, words: str
@@ -183,6 +183,7 @@ def test_numbers_far_from_the_file_may_stand_for_what_is_missing(
     monkeypatch.setattr(moved_words, "list_moved", lambda d: [moved])
     told = flat(str(replace(found, verdict="parameters_only", findings=())))
     assert words in told and ("no physics is missing" in told) == (abs(shift) < 3)
+    assert ("Measure these numbers before you use them" in told) == (abs(shift) > 3)
 
 
 def test_a_held_out_run_that_is_not_explained_is_told_of_a_clean_verdict(found: Diagnosis) -> None:

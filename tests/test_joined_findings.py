@@ -46,12 +46,22 @@ def test_heat_without_a_name_beside_a_name_in_its_part_stays() -> None:
 
 
 def test_a_law_in_the_place_of_what_was_found_is_told_alone_with_its_numbers() -> None:
-    plain = tell("convection", 0.3, "skin", doubts=(MAY_BE_ONE, "much is left"), parameters={"conductance": 6})
     law = tell("forced_convection", 0.5, "skin", doubts=(MAY_BE_ONE,), parameters={"gain": 5}, share=0.97, holds=1.0)
+    plain = replace(law, kind="convection", confidence=0.3, parameters={"conductance": 6})
     (told,) = join_alike([plain, law])
     assert (told.kind, told.part, told.confidence, told.gain) == ("forced_convection", "whole", 0.97, 100.0)
     assert told.parameters == {"conductance": 6, "gain": 5} and not told.doubts
-    (part,) = join_alike([plain, replace(law, doubts=(MAY_BE_ONE, "it is small"))])
+    (part,) = join_alike([replace(plain, doubts=("it is small",)), law])
     assert part.confidence == 0.5 and part.doubts == ("it is small",)
-    besides = replace(law, patch=Patch({"sources": {"other": {"kind": "forced_convection"}}}))
-    assert join_alike([plain, besides]) == [plain, besides]
+    more = Patch({"sources": {**law.patch["sources"], "more": {"kind": "convection"}}})
+    (both,) = join_alike([replace(plain, patch=more), law])
+    assert {*both.patch["sources"]} == {"skin", "more"}
+
+
+def test_what_changes_an_entry_that_was_found_and_is_no_law_of_it_stays() -> None:
+    """A mass on the way of a heat, copper that warms beside a motor."""
+    heat, law = tell("heat_source", 0.5), tell("forced_convection", 0.5, "other")
+    mass = replace(heat, kind="interposed_mass")
+    assert join_alike([heat, mass]) == [heat, mass] and join_alike([heat, law]) == [heat, law]
+    elsewhere = replace(tell("forced_convection", 0.5), places=("column",))
+    assert join_alike([heat, elsewhere]) == [heat, elsewhere]

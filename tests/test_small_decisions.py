@@ -181,16 +181,13 @@ def test_a_sensor_is_no_louder_than_what_is_built_alike() -> None:
 
 
 def test_numbers_that_only_their_prior_knows_and_those_at_a_bound() -> None:
-    """Known to less than a tenth better than stated, within 1σ of it; a bound, within a thousandth of σ, unless that is
-    where it was expected."""
+    """Known to less than a tenth better than stated, within 1σ of it; a bound, within a thousandth of σ."""
     theta, spread = np.array([0.0, 0.0, 0.3, 0.19, -4.9999, -4.999]), np.array([0.3, 0.3, 0.2, 0.2, 0.3, 0.3])
     numbers = [bare(centre=0.0, spread=s, low=-5.0, high=5.0) for s in spread]
     at = bare(theta=theta, problem=bare(parameters=numbers))
     known = bare(at=at, std=spread * [0.91, 0.89, 1.0, 1.0, 0.1, 0.1])
     assert Uncertainty.prior_only.fget(known) == (0, 3)  # type: ignore[attr-defined]
     assert Uncertainty.at_bound.fget(known) == (4,)  # type: ignore[attr-defined]
-    numbers[4] = bare(centre=-5.0, spread=0.3, low=-5.0, high=5.0)
-    assert Uncertainty.at_bound.fget(known) == ()  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("chi, by", [(0.5, (1.0, 1.0)), (3.0, (1.0, 3.0)), (2 * FAR, (2 * FAR, 2 * FAR))])

@@ -59,9 +59,9 @@ def rms(values: Array) -> float:
 
 
 def at_bound(parameters: Sequence[Parameter], theta: Array) -> list[int]:
-    """Which numbers lie at a bound, where that is not what was expected of them."""
+    """Which numbers lie at a bound."""
     return [j for j, (p, x) in enumerate(zip(parameters, theta, strict=True))
-            if min(x - p.low, p.high - x) < AT_BOUND * p.spread < abs(x - p.centre)]  # fmt: skip
+            if min(x - p.low, p.high - x) < AT_BOUND * p.spread]  # fmt: skip
 
 
 def best_start(

@@ -74,9 +74,11 @@ class Link(Flow):
     """Heat between two places: what one loses, the other gets.
 
     moves: it reaches the lumps of its second place in shares that its inputs decide; `over` gives the law of each.
+    touches: it is where two parts lie on each other, and may rub.
     """
 
     moves: ClassVar[bool] = False
+    touches: ClassVar[bool] = False
     changed = {"conductance": ("a path that lets more heat through", "a path that lets less heat through")}
     between = places("the two places it joins")
 
@@ -189,8 +191,9 @@ class Stream(Flow):
     def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """From every held node that feeds a stream into every part that none passes yet. From another one into a single
         part it would be the law of convection to it, and is proposed as that."""
-        passed = {p.node for e in machine.links.values() if isinstance(e, Stream) for p in e.through}
-        for held in (n for n, node in machine.nodes.items() if node.is_held and n in passed):
+        streams = [e for e in machine.links.values() if isinstance(e, Stream)]
+        passed, feeds = ({p.node for e in streams for p in e.through[:end]} for end in (None, -1))
+        for held in (n for n, node in machine.nodes.items() if node.is_held and n in feeds):
             for part in (n for n, node in machine.nodes.items() if node.is_part and n not in passed):
                 name = fresh(f"{cls.kind} {held} {part}", machine.links)
                 yield {"links": {name: size_body(cls, machine, through=[held, part], **cls.reading(part))}}

@@ -1,15 +1,15 @@
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator
 
 import numpy as np
 
 from network.catalogue.declaration.declare import Advice, Array
 from network.catalogue.declaration.fields import param
 from network.catalogue.declaration.machine_protocol import MachineLike
+from network.catalogue.declaration.places import Place
 from network.catalogue.mechanisms.base import raise_to_power
-from network.catalogue.mechanisms.friction import Friction, halve_heat, list_joints, turning
+from network.catalogue.mechanisms.friction import Friction, Jointed, turning
 from network.catalogue.mechanisms.mechanism import Inputs
 from network.platform.quantities.units import show
 
@@ -17,7 +17,7 @@ LEAST = 160.0
 """(ν n)^(2/3) in (mm²/s · 1/min)^(2/3) below which the lubricant's torque falls no further: ν n = 2024."""
 
 
-class BearingFriction(Friction, kind="bearing_friction"):
+class BearingFriction(Friction, Jointed, kind="bearing_friction"):
     """Friction of a bearing: q = 2π/60 · |n| · M, with M constant or after Palmgren.
 
     Palmgren: M = M₀ + M₁, M₀ = 1e-7 f₀ max((ν n)^(2/3), 160) d_m³ and M₁ = f₁ P d_m, in N mm with ν in mm²/s at running
@@ -49,13 +49,12 @@ class BearingFriction(Friction, kind="bearing_friction"):
         return f"f₀ = {f:.4g} at {d} in a lubricant of {show(v, 'mm^2/s')}"
 
     @classmethod
-    def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
-        """In every part, and one half in each of two parts that a link joins: the rings of a bearing."""
-        yield from super().besides(machine)
+    def list_joints(cls, machine: MachineLike) -> Iterator[tuple[Place, Place]]:
+        """Where one of two parts turns, that one first; any where it is not known what turns."""
         turns = {*turning(machine)}
-        for a, b in list_joints(machine):
+        for a, b in super().list_joints(machine):
             if not turns or (a.node in turns) != (b.node in turns):
-                yield halve_heat(cls, machine, a, b)
+                yield (b, a) if b.node in turns else (a, b)
 
     def faults(self) -> Iterator[Advice]:
         for name in ("load_factor", "load"):

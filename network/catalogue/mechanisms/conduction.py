@@ -21,6 +21,7 @@ class Conduction(Link, kind="conduction"):
     area = param("m^2", 0, 1000, "cross-section of the wall", typical=0.01, default=None)
     length = param("m", 0, 100, "way through the wall", positive=True, typical=0.03, default=None)
     one_of = (("conductance",), ("conductivity", "area", "length"))
+    touches = True
     strength = "conductance"
     changed = {"conductance": ("a joint that sits tighter", "a joint that loosened")}
     sentence = "{between[0]} and {between[1]} exchange heat by conduction at {size}"

@@ -23,6 +23,7 @@ class Contact(Link, kind="contact"):
     conductance = param("W/K", 0, 1e6, "conductance at the reference temperature", typical=20)
     slope = param("1/K", -0.2, 0.2, "growth of the conductance per kelvin", typical=0.01)
     affine = False
+    touches = True
     strength = "slope"
     replaces = {"conduction": {"conductance": "conductance"}}
     derived = ("cold",)

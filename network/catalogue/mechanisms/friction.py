@@ -70,19 +70,27 @@ class Sliding(Source):
         return q
 
 
-def list_joints(machine: MachineLike) -> Iterator[tuple[Place, Place]]:
-    """The places that links between parts join, where these may rub on each other."""
-    for link in machine.links.values():
-        if isinstance(link, Link) and all(machine.nodes[place.node].is_part for place in link.between):
-            a, b = link.between
-            yield a, b
+class Jointed(Source):
+    """Friction between two parts that lie on each other: without knowing more, one half of its heat into each."""
 
+    @classmethod
+    def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
+        """In every part, and in both parts of every joint."""
+        yield from super().besides(machine)
+        for places in cls.list_joints(machine):
+            name = f"{cls.kind} {' '.join(place.node for place in places)}"
+            body = size_body(cls, machine, into={str(place): 0.5 for place in places})
+            yield {"sources": {fresh(name, machine.sources): body}}
 
-def halve_heat(cls: type[Source], machine: MachineLike, *places: Place) -> Mapping[str, Any]:
-    """The proposal of friction between two places: without knowing more, one half of its heat into each."""
-    nodes = " ".join(place.node for place in places)
-    body = size_body(cls, machine, into={str(place): 0.5 for place in places})
-    return {"sources": {fresh(f"{cls.kind} {nodes}", machine.sources): body}}
+    @classmethod
+    def list_joints(cls, machine: MachineLike) -> Iterator[tuple[Place, Place]]:
+        """The places at which two parts touch, the lighter first; each once."""
+        links = (e.between for e in machine.links.values() if isinstance(e, Link) and e.touches)
+        pairs = ((a, b) for a, b in links if a.node != b.node)
+        for a, b in dict.fromkeys(pairs):
+            if all(machine.nodes[place.node].is_part for place in (a, b)):
+                is_heavy = machine.nodes[a.node].capacity > machine.nodes[b.node].capacity
+                yield (b, a) if is_heavy else (a, b)
 
 
 def turning(machine: MachineLike) -> Iterator[str]:

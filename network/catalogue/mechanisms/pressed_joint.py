@@ -34,6 +34,7 @@ class PressedJoint(Link, kind="pressed_joint"):
     )
     asperity_slope = param("1", 0, 2, "mean slope of the asperities", positive=True, default=None, typical=0.15)
     fluid = word("what fills the gaps", *FLUIDS, default="air")
+    touches = True
     strength = "area"
     searched = False
     sentence = "{between[0]} and {between[1]} are pressed together with {pressure} over {area}"

@@ -74,9 +74,12 @@ def _shift(p: Parameter, value: float) -> float:
 def strained_words(d: Diagnosis) -> str:
     """Which numbers lie farther from the file than their ± allow; empty where none does."""
     far = [m.path for m in list_moved(d) if abs(m.shift_after) > SETTINGS.errors]
-    named = [*far[:MOST], *([f"{len(far) - MOST} more"] if len(far) > MOST else [])]
-    lie = "lie" if len(far) > 1 else "lies"
-    return f"{join_names(named)} {lie} more than {SETTINGS.errors:g} times the ±" if far else ""
+    its = "their" if len(far) > 1 else "its"
+    return f"{join_names(_shorten(far))} must lie more than {SETTINGS.errors:g} times {its} ±" if far else ""
+
+
+def _shorten(told: list[str]) -> list[str]:
+    return [*told[:MOST], *([f"{len(told) - MOST} more"] if len(told) > MOST else [])]
 
 
 def describe_moved(d: Diagnosis) -> Iterator[str]:
@@ -84,10 +87,9 @@ def describe_moved(d: Diagnosis) -> Iterator[str]:
     numbers = list_moved(d)
     back = [m for m in numbers if m.came_back] if d.findings else []
     if back:
-        shifts = [f"{m.path} from {format_shift(m.shift_before)} to {format_shift(m.shift_after)}" for m in back[:MOST]]
-        more = [f"{len(back) - MOST} more"] if len(back) > MOST else []
+        shifts = [f"{m.path} from {format_shift(m.shift_before)} to {format_shift(m.shift_after)}" for m in back]
         bent = "Numbers that calibration alone had bent come back to the file (shifts in units of their ±)"
-        yield f"{bent}: {join_names([*shifts, *more])}."
+        yield f"{bent}: {join_names(_shorten(shifts))}."
     elif d.verdict == "parameters_only":
         shifts = [f"{m.path} ({m.file} → {m.after}, {format_shift(m.shift_after)} times its ±)" for m in numbers[:MOST]]
         yield f"Numbers that moved most from the file (in units of their ±): {join_names(shifts)}."

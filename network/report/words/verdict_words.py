@@ -37,7 +37,7 @@ UNTAKEN = (
 )
 """Where finer lumps explain all and were taken back."""
 STRAINED = (
-    "With its numbers calibrated {machine} explains its recordings, to {left}. But for it {strained} from the file: "
+    "With its numbers calibrated {machine} explains its recordings, to {left}. For that {strained} from the file: "
     "either the file is that wrong there, or something that is missing passes for it, which these runs do not tell."
 )
 """Where only numbers were wrong, by more than their ± allows."""
@@ -69,6 +69,8 @@ NEXT = {
     "unexplained": "Look at the machine where heat or movement is unaccounted for, with its history in hand. The patch "
     "holds only what did hold.",
 }
+NEXT_STRAINED = "Measure these numbers before you use them, and look at the machine for what they may stand for."
+"""Where numbers lie farther from the file than their ± allow."""
 NEXT_UNTAKEN = (
     "Look up, or record, at what temperatures it switches, and write these into the file: with them its finer parts "
     "can be kept in step."
@@ -150,6 +152,8 @@ def next_words(d: Diagnosis) -> str:
         return NEXT_CHANNEL
     if _is_untaken(d):
         return NEXT_UNTAKEN
+    if d.verdict == "parameters_only" and not d.ended and strained_words(d):
+        return NEXT_STRAINED
     if d.verdict == "sensor_fault" and any(f.is_stop for f in d.findings):
         return NEXT_STOP
     return "" if d.ended and d.verdict in CLEAN else NEXT[d.verdict]

@@ -43,8 +43,10 @@ class Candidate:
     proposed: Patch | None = None
 
     def move_place(self, place: str, other: str) -> Candidate | None:
-        """The candidate at another place of a bar that it names; None where it does not fit there."""
-        there = candidate(self.base, self.kind, self.patch.move_place(place, other))
+        """The candidate at another place of a bar that it names; None where it does not fit there, or names
+        a piece of it."""
+        moved = self.patch.move_place(place, other)
+        there = None if moved == self.patch else candidate(self.base, self.kind, moved)
         return there and replace(there, proposed=self.proposed or self.patch)
 
     @property

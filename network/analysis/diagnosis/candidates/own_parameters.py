@@ -10,6 +10,7 @@ from network.catalogue.declaration.entry_path import NumberPath
 from network.catalogue.declaration.many_units import ManyUnitsField
 from network.catalogue.declaration.number_fields import ParamField
 from network.catalogue.declaration.patch import Patch
+from network.catalogue.typical_values import SCALED, size_of
 from network.engine.response.parameters import Parameter, parameter
 from network.machine.machine import Machine
 from network.platform.quantities.units import Number
@@ -57,7 +58,8 @@ def _own(machine: Machine, path: NumberPath, field: ParamField, is_strength: boo
     if field.unit == "degC":
         return _own_degrees(machine, path, value)
     if value <= 0 or field.may_be_negative:
-        size = max(abs(value), abs(field.proposal()))
+        by = size_of(machine) if value == 0 and field.unit in SCALED else 1.0
+        size = max(abs(value), by * abs(field.proposal()))
         return parameter(machine, path, Number(value, "normal", SETTINGS.signed * size))
     if is_strength:
         return parameter(machine, path, Number(value, "log", SETTINGS.strength))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from network.analysis.calibration.multistart import at_bound
+from network.analysis.calibration.multistart import AT_BOUND, at_bound
 from network.analysis.comparison.compare import Comparison, RecordingResidual
 from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.findings.result import Fits
@@ -17,6 +17,7 @@ from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.selection import Selection
 from network.analysis.diagnosis.steps.strength import errors_from_nothing, strength_in_errors
 from network.catalogue.declaration.sections import TCP
+from network.engine.response.parameters import Parameter
 
 if TYPE_CHECKING:
     from network.analysis.diagnosis.search_record import Search
@@ -105,12 +106,18 @@ def list_strains(h: Hypothesis, c: Candidate) -> Iterator[str]:
     own = [index[p.path] for p in c.own if p.path in index]
     if own and strength_in_errors(h, c) < SETTINGS.errors:
         yield f"its size is less than {SETTINGS.errors:.0f} of its standard errors"
-    bounded = [i for i in at_bound(h.fit.problem.parameters, h.fit.theta) if i in own]
-    yield from (f"its {h.fit.problem.parameters[i].field.key.replace('_', ' ')} stands at its bound" for i in bounded)
+    numbers, theta = h.fit.problem.parameters, h.fit.theta
+    bounded = [i for i in at_bound(numbers, theta) if i in own and not _is_expected(numbers[i], theta[i])]
+    yield from (f"its {numbers[i].field.key.replace('_', ' ')} stands at its bound" for i in bounded)
     if any(is_one_thing(c, other) for other in h.found if other is not c):
         yield MAY_BE_ONE
     if h.is_bent:
         yield f"a number of the file is bent by more than {SETTINGS.errors:.0f} of its ±"
+
+
+def _is_expected(p: Parameter, x: float) -> bool:
+    """Whether a number is where a proposal begins, as one of which there may be none."""
+    return bool(abs(x - p.centre) < AT_BOUND * p.spread)
 
 
 def is_one_thing(a: Candidate, b: Candidate) -> bool:

@@ -20,29 +20,35 @@ def join_alike(findings: Sequence[Finding]) -> list[Finding]:
     sentence and in the machine. What stands in the place of an entry that was found is that entry, by its right law."""
     told: list[Finding] = []
     for f in findings:
-        k = next((k for k, first in enumerate(told) if _is_one(first, f) or _replaces(f, first)), None)
-        if k is None:
-            told.append(f)
-        else:
-            told[k] = _put_in_place(f, told[k]) if _replaces(f, told[k]) else _take_in(told[k], f)
+        k, joined = next(((k, one) for k, first in enumerate(told) if (one := _join(first, f))), (len(told), f))
+        told[k:] = [joined, *told[k + 1 :]]
     return told
 
 
-def _replaces(other: Finding, first: Finding) -> bool:
-    """Whether it is the law of an entry of the machine that another finding brought."""
-    entries = [{path for path, _ in each.patch.by_name()} for each in (first, other)]
-    is_law = other.kind != first.kind and not (other.channels or other.is_unnamed or first.is_unnamed)
-    return is_law and first.sits_with(other) and bool(entries[0] & entries[1])
+def _join(first: Finding, other: Finding) -> Finding | None:
+    """Both as one; None where they are two things."""
+    if _is_law_of(first, other):
+        return _put_in_place(other, first)
+    return _take_in(first, other) if _is_one(first, other) else None
+
+
+def _is_law_of(first: Finding, other: Finding) -> bool:
+    """Whether the second finding is the law of an entry of the machine that the first one brought."""
+    brought = {path for path, _ in first.patch.by_name()}
+    laws = (path for path, body in other.patch.by_name() if body and body.get("kind") == other.kind)
+    is_heat = not (other.channels or other.is_unnamed or first.is_unnamed)
+    return is_heat and other.kind != first.kind and first.sits_with(other) and any(path in brought for path in laws)
 
 
 def _put_in_place(other: Finding, first: Finding) -> Finding:
-    """A finding with the numbers and the evidence of the one in whose place it stands."""
-    doubts = tuple(d for d in other.doubts if d != MAY_BE_ONE)
+    """A finding with the numbers, the evidence and the doubts of the one in whose place it stands."""
+    doubts = tuple(d for d in dict.fromkeys((*first.doubts, *other.doubts)) if d != MAY_BE_ONE)
     share = other.confidence if other.share is None else other.share
     sure = min(share * (1.0 if other.holds is None else other.holds), SETTINGS.most_sure)
     return replace(
-        other, parameters={**first.parameters, **other.parameters}, gain=first.gain + other.gain, doubts=doubts,
-        windows=first.windows, nothing=first.nothing, confidence=min(sure, other.confidence) if doubts else sure,
+        other, patch=lay_together(first, [other]).patch, parameters={**first.parameters, **other.parameters},
+        gain=first.gain + other.gain, doubts=doubts, confidence=min(sure, other.confidence) if doubts else sure,
+        windows=first.windows, nothing=first.nothing, course=other.course or first.course,
     )  # fmt: skip
 
 
