@@ -332,6 +332,20 @@ def test_where_much_is_left_every_bar_is_cut_if_the_lumps_it_takes_promise_nothi
     assert [each.machine for each in levels[1:]] == told
 
 
+def test_finer_lumps_whose_runs_break_down_are_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The search goes on with the machine as it was written."""
+
+    def break_down(*of: Any) -> Any:
+        raise Failed("a heat source may run away")
+
+    written = h(5.0, 0.0, root="written", fit=bare(problem=bare(model=bare(switches=True))))
+    monkeypatch.setattr(lump_refinement, "choose_lumps", lambda each, jobs: "finer")
+    monkeypatch.setattr(lump_refinement, "bars_of", lambda machine: {})
+    monkeypatch.setattr(lump_refinement, "promises_more", lambda each, finer: True)
+    monkeypatch.setattr(lump_refinement, "_fit_finer", break_down)
+    assert lump_refinement.refine_lumps(bare(), written) == [written]
+
+
 def test_lumps_are_cut_again_where_much_is_left_but_far_less_than_before() -> None:
     before = h(24.0)
     assert lump_refinement._is_no_matter_of_lumps(h(13.0), before)

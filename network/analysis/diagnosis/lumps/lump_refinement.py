@@ -82,7 +82,7 @@ def refine_lumps(case: Case, written: Hypothesis, jobs: int = 1) -> list[Hypothe
         best = max(levels, key=lambda h: h.evidence)
         if levels[-1].chi < SETTINGS.noise:
             break
-        fits = (_fit_finer(case, m, best, written) for m in _list_finer(levels, jobs) if promises_more(levels[-1], m))
+        fits = (_try_finer(case, m, best, written) for m in _list_finer(levels, jobs) if promises_more(levels[-1], m))
         fitted = next((h for h in fits if h is not None), None)
         if fitted is None:
             break
@@ -106,6 +106,14 @@ def _list_finer(levels: Sequence[Hypothesis], jobs: int) -> Iterator[Machine]:
 def _is_no_matter_of_lumps(finer: Hypothesis, before: Hypothesis) -> bool:
     """Whether much is left, and not by far less than on the lumps before: something else is missing."""
     return finer.chi > SETTINGS.doubtful and finer.chi > SETTINGS.half * before.chi
+
+
+def _try_finer(case: Case, machine: Machine, before: Hypothesis, written: Hypothesis) -> Hypothesis | None:
+    """The machine fitted on finer lumps; None where its runs break down, which is none of those on fewer."""
+    try:
+        return _fit_finer(case, machine, before, written)
+    except (Failed, np.linalg.LinAlgError):
+        return None
 
 
 def _fit_finer(case: Case, machine: Machine, before: Hypothesis, written: Hypothesis) -> Hypothesis | None:
