@@ -41,8 +41,10 @@ def proposed(case: Case, kind: str, *places: str) -> list[Candidate]:
 
 
 def supposed(case: Case, kind: str, *places: str) -> Hypothesis:
-    """The better of the proposals of a kind at some places, fitted."""
-    fitted = [fit_hypothesis(case, c.machine, (c,), c.own) for c in proposed(case, kind, *places)]
+    """The better of the proposals of a kind at some places and, if it can be, no others, fitted."""
+    found = proposed(case, kind, *places)
+    fewest = min(len(c.places) for c in found)
+    fitted = [fit_hypothesis(case, c.machine, (c,), c.own) for c in found if len(c.places) == fewest]
     return max(fitted, key=lambda h: h.evidence)
 
 
