@@ -2,7 +2,7 @@
 
 `python -m bench.sensitivity [--cases 20] [--within S] [--seed 7] [--groups misfit,belief] [--resume DIR] [--jobs N]`,
 from tests/: development cases (seeds below 1000), of which the first are small machines. A stopped table goes on in its
-DIR. With --within only cases are counted that as they are took no longer, so that no answer hangs on the clock.
+DIR. With --within only cases are counted that as they are took no longer, so that few answers hang on the clock.
 """
 
 from __future__ import annotations

@@ -63,9 +63,16 @@ class Row:
         return "part" if any(self.part in f["places"] for f in self.findings) else "missed"
 
     def __str__(self) -> str:
-        told = "; ".join(f"{f['kind']} {' – '.join(f['places'])} ({f['confidence']:.2f})" for f in self.findings)
-        verdict = f"{self.told['verdict']}: {told or 'nothing'}" if self.told else "–"
-        return f"| {self.name} | {self.lumps} | {self.part} | **{self.score}** | {verdict} | {self.seconds:.0f} |"
+        told = say_told(self.told)
+        return f"| {self.name} | {self.lumps} | {self.part} | **{self.score}** | {told} | {self.seconds:.0f} |"
+
+
+def say_told(told: Mapping[str, Any] | None) -> str:
+    """Verdict and findings in a line."""
+    if told is None:
+        return "–"
+    found = (f"{f['kind']} {' – '.join(f['places'])} ({f['confidence']:.2f})" for f in told["findings"])
+    return f"{told['verdict']}: {'; '.join(found) or 'nothing'}"
 
 
 def conceal(name: str, folder: Path) -> str:

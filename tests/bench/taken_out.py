@@ -19,17 +19,17 @@ from typing import Any
 
 import yaml
 from bench.rigs.running import Processes
-from bench.shipped import ROOT, SCENARIOS, ask, simulate
+from bench.shipped import ROOT, SCENARIOS, ask, say_told, simulate
 
 from network import Machine
 from network.catalogue.declaration.declare import Declared
 from network.catalogue.declaration.entry_path import EntryPath, axis_of
+from network.catalogue.declaration.patch import Patch
 from network.machine.checks import places_of
 from network.platform.refusal import Refused
+from network.report.words.verdict_words import CLEAN
 
 SECTIONS = ("sources", "links", "tcp")
-CLEAN = ("adequate", "parameters_only")
-"""Verdicts that say that nothing is missing: what was taken out is taken up by other numbers within the noise."""
 
 
 @dataclass(frozen=True)
@@ -72,19 +72,15 @@ class Row:
         return bool(how(part in places for part in self.entry.parts))
 
     def __str__(self) -> str:
-        e, told = self.entry, "–"
-        if self.told is not None:
-            found = (f"{f['kind']} {' – '.join(f['places'])} ({f['confidence']:.2f})" for f in self.told["findings"])
-            told = f"{self.told['verdict']}: {'; '.join(found) or 'nothing'}"
-        return f"| {e.machine} | {e.path} | {e.kind} | **{self.score}** | {told} | {self.seconds:.0f} |"
+        e = self.entry
+        return f"| {e.machine} | {e.path} | {e.kind} | **{self.score}** | {say_told(self.told)} | {self.seconds:.0f} |"
 
 
 def list_entries(name: str) -> Iterator[Entry]:
     """What can be taken out of a machine so that it is one still."""
-    file = ROOT / "machines" / f"{name}.yaml"
-    machine = Machine.load(file)
+    machine = Machine.load(ROOT / "machines" / f"{name}.yaml")
     for path, entry in machine.entries():
-        if path.section in SECTIONS and _stands_without(file, path):
+        if path.section in SECTIONS and _stands_without(machine, path):
             yield Entry(name, path, entry.kind, frozenset(_list_parts(machine, entry)))
 
 
@@ -92,9 +88,9 @@ def _list_parts(machine: Machine, entry: Declared) -> Iterator[str]:
     return (place.node for _, place in places_of(entry) if machine.nodes[place.node].is_part)
 
 
-def _stands_without(file: Path, path: EntryPath) -> bool:
+def _stands_without(machine: Machine, path: EntryPath) -> bool:
     try:
-        Machine.load(file).patched(_take_out(path))
+        machine.patched(_take_out(path))
     except Refused:
         return False
     return True
@@ -102,11 +98,7 @@ def _stands_without(file: Path, path: EntryPath) -> bool:
 
 def _take_out(path: EntryPath) -> dict[str, Any]:
     """The patch that removes an entry."""
-    *above, name = path.keys
-    patch: dict[str, Any] = {name: None}
-    for key in reversed(above):
-        patch = {key: patch}
-    return patch
+    return Patch.of([(path, None)]).to_plain()
 
 
 def diagnose(entry: Entry, where: Path, processes: Processes) -> Row:

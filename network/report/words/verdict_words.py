@@ -104,14 +104,19 @@ def verdict_words(d: Diagnosis) -> str:
     so_far = {**dict.fromkeys(CLEAN, UNENDED), "unexplained": DIFFERS} if d.ended else {}
     if _is_untaken(d):
         return UNTAKEN.format_map(words) + ENDED.get(d.ended, "")
-    clean = {"parameters_only": STRAINED} if words["strained"] else {}
-    meaning = ROOM if _is_room(d) else {**MEANING, **clean, **so_far}[d.verdict]
+    told = STRAINED if _is_strained(d) else so_far.get(d.verdict, MEANING[d.verdict])
+    meaning = ROOM if _is_room(d) else told
     return "".join([meaning.format_map(words), _part(d), _but(d), ENDED.get(d.ended, "")])
 
 
 def _is_untaken(d: Diagnosis) -> bool:
     """Whether finer lumps explain all and are not in the file."""
     return d.verdict == "too_coarse" and d.after.lumps <= d.machine.lumps
+
+
+def _is_strained(d: Diagnosis) -> bool:
+    """Whether only numbers were wrong, and by more than their ± allow."""
+    return d.verdict == "parameters_only" and not d.ended and bool(strained_words(d))
 
 
 def _is_room(d: Diagnosis) -> bool:
@@ -152,7 +157,7 @@ def next_words(d: Diagnosis) -> str:
         return NEXT_CHANNEL
     if _is_untaken(d):
         return NEXT_UNTAKEN
-    if d.verdict == "parameters_only" and not d.ended and strained_words(d):
+    if _is_strained(d):
         return NEXT_STRAINED
     if d.verdict == "sensor_fault" and any(f.is_stop for f in d.findings):
         return NEXT_STOP
