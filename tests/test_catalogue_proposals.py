@@ -300,8 +300,18 @@ def test_a_displacement_is_proposed_both_ways(cls: type[Effect], layout: str) ->
 
 
 def test_parts_joined_over_a_massless_seat_are_neighbours() -> None:
-    bends, tilts = ({tuple(body["between"]) for body in places(kind, machine())} for kind in ("bending", "tilt"))
+    bends, tilts = (
+        {tuple(body["between"]) for body in places(kind, machine()) if "between" in body} for kind in ("bending", "tilt")
+    )
     assert bends == {("shaft", "housing"), ("housing", "column")} == tilts - {("shaft", "column")}
+
+
+def test_a_bar_that_is_cut_along_its_height_may_bend() -> None:
+    """One lump has one temperature: nothing bends it."""
+    on = Machine.load(SHIPPED / "gantry_spindle.yaml")
+    bars = {body["of"]: set(body) for body in places("bending", on) if "of" in body}
+    assert bars == {"table": {"kind", "of", "length", "direction"}}
+    assert set(bars) == {name for name, node in on.nodes.items() if node.lumps > 1}
 
 
 def test_proposals_are_as_large_as_the_machine() -> None:

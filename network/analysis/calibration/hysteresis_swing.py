@@ -28,6 +28,8 @@ AFTER = 2
 """Times as long as an approach that a bend is looked for after it."""
 LEAST = 0.5
 """Share of the turn that most bends have below which one is none: as near to nothing as to a switching."""
+OFTEN, HALF = 3, (25.0, 75.0)
+"""Turns at a level from which it shows, and the percentiles between which half of them lie."""
 INSTANTS, NUMBERS = 60, 4
 """Instants at which a bend is tried, and what is fitted: two rates, a level and the instant."""
 RANK = 1e-12
@@ -88,6 +90,24 @@ class _Crossing(NamedTuple):
         nothing, for the run began on the way or came near it at once."""
         took = self.near - self.begin
         return min(self.near + AFTER * took, self.stop) if self.is_whole and took >= FEWEST else self.stop
+
+
+def find_levels(runs: Sequence[tuple[Array, Array]], least: float) -> tuple[float, float] | None:
+    """The lower and the upper level between which readings x at t go up and down by at least so much: where they bend.
+    None where they do not turn often enough, or where turns lie as far from one another as the levels do: what turns at
+    no level is none."""
+    read = [(t[kept], x[kept]) for t, x in runs if (kept := np.isfinite(x)).sum() >= FEWEST]
+    told = [_list_turns(x, least) for _, x in read]
+    high, low = (np.array([x for turns in told for x in turns[i]]) for i in range(2))
+    if min(len(high), len(low)) < OFTEN:
+        return None
+    (bottom, lower), (upper, top) = np.percentile(low, HALF), np.percentile(high, HALF)
+    if max(lower - bottom, top - upper) >= (upper - lower) / 2:
+        return None
+    swings = (Swing(t, x, float(np.median(high)), float(np.median(low))) for t, x in read)
+    bends = [bend.x for swing in swings for bend in find_switchings(swing) or ()]
+    up, down = ([x for x in bends if (x > (upper + lower) / 2) == is_up] for is_up in (True, False))
+    return (float(np.median(down)), float(np.median(up))) if up and down else None
 
 
 def find_switchings(swing: Swing) -> list[Bend] | None:

@@ -272,9 +272,11 @@ class _Words(dict[str, Any]):
 
 
 def typical_body(cls: type[Declared], **given: Any) -> dict[str, Any]:
-    """The YAML of an entry with typical values for every required parameter, for a proposal."""
-    forms = set(cls.one_of[0]) if cls.one_of else set()
-    skipped = {attribute for form in cls.one_of for attribute in form} - forms
+    """The YAML of an entry with typical values for every required parameter, for a proposal, in the first of its forms
+    that has something of what is given, or else in the first."""
+    first = cls.one_of[0] if cls.one_of else ()
+    forms = next((form for form in cls.one_of if not given.keys().isdisjoint(form)), first)
+    skipped = {attribute for form in cls.one_of for attribute in form}.difference(forms)
     body: dict[str, Any] = {"kind": cls.kind}
     for attribute, field in cls.params().items():
         if attribute not in skipped and (field.default is REQUIRED or attribute in forms):

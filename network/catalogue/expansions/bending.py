@@ -92,6 +92,10 @@ class Bending(Expansion, kind="bending"):
 
     @classmethod
     def subjects(cls, machine: MachineLike, axis: str) -> Iterator[tuple[str, dict[str, Any]]]:
-        """Parts that are joined: one may be the warm face of what the other belongs to."""
+        """Parts that are joined: one may be the warm face of what the other belongs to; and bars cut along their axis,
+        which may be the height."""
         for a, b in neighbours(machine):
             yield f"{a} {b}", {"between": [a, b], **steel_unless_known(machine, a)}
+        for name, node in machine.nodes.items():
+            if node.is_part and node.length is not None and node.lumps > 1:
+                yield name, {"of": name, **steel_unless_known(machine, name)}

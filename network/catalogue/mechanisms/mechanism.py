@@ -136,6 +136,10 @@ class Relay(Mechanism):
         more than that switches it."""
         return None
 
+    def keep_between(self, low: float, high: float) -> Mapping[str, Any]:
+        """The keys of its entry that keep what it watches between two temperatures [°C]; none where none do."""
+        return {}
+
     def follow(self, mode: str) -> Mapping[str, Any] | None:
         """Its entry in the file were it an input, 0 or 1, that switched it; None where none says that."""
         return None

@@ -44,6 +44,10 @@ class Thermostat(Source, Relay):
         away = -self.sign * float(self.hysteresis)
         return self.watches, float(self.set) + away, float(self.set) - away
 
+    def keep_between(self, low: float, high: float) -> Mapping[str, Any]:
+        written = (("set", (low + high) / 2, "degC"), ("hysteresis", (high - low) / 2, "K"))
+        return {key: show(value, unit, 17) for key, value, unit in written}
+
     def follow(self, mode: str) -> Mapping[str, Any] | None:
         kept = {key: value for key, value in self.to_plain().items() if key in ("into", "power", "while")}
         return {"kind": "heat_source", **kept, "with": mode, "at": f"{self.sign:g}"}

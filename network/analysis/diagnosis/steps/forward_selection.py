@@ -26,7 +26,11 @@ from network.analysis.diagnosis.steps.ranking import best_first
 from network.analysis.diagnosis.steps.refit import TrialFits, start_trials
 from network.analysis.diagnosis.steps.rival_acceptance import INTERIM_STEPS, accept_best, list_contenders, take_first
 from network.analysis.diagnosis.steps.selection import Selection
-from network.analysis.diagnosis.switching.relay_search import rank_likely_places, search_relays
+from network.analysis.diagnosis.switching.relay_search import (
+    rank_likely_places,
+    search_relays,
+    search_shown_relays,
+)
 from network.analysis.diagnosis.time_budget import BudgetReached
 
 HOPE = 0.5
@@ -225,12 +229,15 @@ def _fit_wider(trials: TrialFits, ranked: list[Hypothesis], is_told: bool, jobs:
 
 
 def _search_switching(seen: Screening, seed: int, jobs: int) -> list[Hypothesis]:
-    """The relays that explain most, looked for where unknown heat would explain most; where the best leaves much, each
-    on the lumps that it takes, for on coarse ones another place may seem the better."""
-    switched = [c for c in seen.proposed if c.switches]
-    able = rank_likely_places(switched, seen.located) if switched else []
-    found = search_relays(seen.before.case, seen.before, able, seed, jobs) if able else []
-    if not found or found[0].chi < SETTINGS.adequate or seen.before.case.lacking:
+    """The relays that explain most, where readings show how they switch, or else looked for where unknown heat would
+    explain most; where the best leaves much, each on the lumps that it takes, for on coarse ones another place may seem
+    the better."""
+    switched, case = [c for c in seen.proposed if c.switches], seen.before.case
+    found = search_shown_relays(case, seen.before, switched, jobs)
+    if not found or not explains_most(seen.before, found[0]):
+        able = rank_likely_places(switched, seen.located) if switched else []
+        found = best_first(*found, *(search_relays(case, seen.before, able, seed, jobs) if able else ()))
+    if not found or found[0].chi < SETTINGS.adequate or case.lacking:
         return found
     return best_first(*(compact(refine_until_converged(h.case, h, jobs)) for h in found))
 

@@ -26,10 +26,10 @@ from network.engine.response.parameters import centres, values_at
 from network.platform.parallel import run_all
 from network.platform.refusal import Failed
 
-SHORTLIST, LONGER, OF_A_KIND = 5, 10, 3
+SHORTLIST, LONGER, OF_A_KIND, OF_A_SECTION = 5, 14, 3, 7
 """Candidates refitted for each point they were screened about, where lumps are few and fits quick, and how many of one
-kind."""
-WIDER = (20, 8)
+kind and section: whatever grows moves an axis alike, and would fill the list."""
+WIDER = (20, 8, 20)
 """The same where the best of them leaves much: far from the fit the linear score of what is missing may be poor."""
 AROUND = 6
 """Candidates that sit where the best of them does, and were not on the list, that are fitted besides."""
@@ -61,7 +61,7 @@ def linearise_at_priors(fit: Linearised | Estimate) -> Linearised | None:
 
 def shortlist(scores: Sequence[Score], about_file: Sequence[Score], most: int = SHORTLIST) -> list[Score]:
     """The best of the screening about the fit (scores) and about the file's own numbers."""
-    both = [*_limit_kinds(scores, most, OF_A_KIND), *_limit_kinds(about_file, most, OF_A_KIND)]
+    both = [s for each in (scores, about_file) for s in _limit_kinds(each, most, OF_A_KIND, OF_A_SECTION)]
     return list({s.candidate.key: s for s in reversed(both)}.values())
 
 
@@ -74,11 +74,13 @@ def _about_file(current: Hypothesis, candidates: Sequence[Candidate], jobs: int)
     return score_candidates(about, candidates, values_at(about.problem.parameters, about.theta), jobs)
 
 
-def _limit_kinds(scores: Sequence[Score], most: int, of_a_kind: int) -> list[Score]:
-    """The best scores, at most so many of a kind."""
+def _limit_kinds(scores: Sequence[Score], most: int, of_a_kind: int, of_a_section: int) -> list[Score]:
+    """The best scores, at most so many of a kind and of a section."""
     kept: list[Score] = []
     for s in scores:
-        if s.gain > SHOWS and sum(k.candidate.kind is s.candidate.kind for k in kept) < of_a_kind:
+        kinds = [k.candidate.kind for k in kept]
+        sections = sum(kind.section == s.candidate.kind.section for kind in kinds)
+        if s.gain > SHOWS and kinds.count(s.candidate.kind) < of_a_kind and sections < of_a_section:
             kept.append(s)
     return kept[:most]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -32,6 +32,7 @@ from network.analysis.diagnosis.switching.relay_samples import (
     find_onset,
 )
 from network.analysis.diagnosis.switching.share_view import View
+from network.analysis.diagnosis.switching.shown_relays import RelayStart, follow_shown, read_relays
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import centres
 from network.platform.parallel import run_all
@@ -40,19 +41,12 @@ MOST = 3
 """Switched candidates that are drawn."""
 LADDER = ((0.5, 5, 3), (0.75, 6, 2), (1.0, 12, 1))
 """Shares of each run, from the onset on, over which they are, steps there, and how many go on."""
+SHOWN_LADDER = ((0.25, 5, 3), *LADDER)
+"""The same for those that readings show, whose numbers are near from the start."""
 ROUNDS = 3
 """Times that draws are made about the best relay so far, on an affine machine that stands for another made anew."""
 WELL = 0.9
 """Misfit χ over that of the null from which a relay counts as found."""
-
-
-@dataclass(frozen=True)
-class _Start:
-    """A candidate to be fitted from some numbers, about some starts of its parts."""
-
-    candidate: Candidate
-    values: Mapping[str, float]
-    began: tuple[RunPoint, ...]
 
 
 def search_relays(
@@ -77,6 +71,17 @@ def search_relays(
             break
         plain = null if plain is null else straighten(reweight(white, best[0]), best[0].found[-1])
     return [compact(reweight(case, h)) for h in best if h.chi < WELL * null.chi]
+
+
+def search_shown_relays(case: Case, current: Hypothesis, switched: Sequence[Candidate], jobs: int) -> list[Hypothesis]:
+    """The relays whose switching the readings show, fitted so that they keep step, of each place the best; told under
+    the noise of the case."""
+    white = use_file_noise(case)
+    null, shown = reweight(white, current), read_relays(case, switched)
+    starts = follow_shown(white, null, shown, jobs)[:MOST] if shown else []
+    leave = partial(_leave, [null.linearised])
+    fits = _fit_samples(white, null, starts, SHOWN_LADDER, leave, 0.0, jobs) if starts else []
+    return [compact(reweight(case, h)) for h in _keep_of_each(fits, 1) if h.chi < WELL * null.chi]
 
 
 def _search_about(
@@ -110,10 +115,10 @@ def _numbers(h: Hypothesis, space: Space) -> Array:
 
 def _start_of(
     case: Case, known: Mapping[tuple[str, ...], Candidate], beside: Mapping[str, float], drawn: Drawn
-) -> _Start:
+) -> RelayStart:
     """A draw as the beginning of a fit, beside the numbers about which it was judged."""
     began = _all(case, drawn.judge.space.starts(drawn.theta))
-    return _Start(known[drawn.judge.space.candidate.key], {**beside, **_values(drawn)}, began)
+    return RelayStart(known[drawn.judge.space.candidate.key], {**beside, **_values(drawn)}, began)
 
 
 def tell_unsearched(null: Hypothesis, switched: Sequence[Candidate]) -> str:
@@ -161,7 +166,7 @@ def _leave(abouts: Sequence[Linearised], share: float) -> float:
 
 
 def _fit_samples(
-    case: Case, null: Hypothesis, starts: Sequence[_Start], ladder: Sequence[tuple[float, int, int]],
+    case: Case, null: Hypothesis, starts: Sequence[RelayStart], ladder: Sequence[tuple[float, int, int]],
     leave: Callable[[float], float], onset: float, jobs: int,
 ) -> list[Hypothesis]:  # fmt: skip
     """The best fits from some starts over ever more of the runs, of each candidate one at least; none where all run
@@ -172,7 +177,7 @@ def _fit_samples(
         fits = run_all(partial(_fit, case.until(there) if there < 1 else case, null, steps), starts, jobs)
         told = sorted((h for h in fits if h is not None), key=lambda h: h.chi)
         alive = _keep_of_each(_keep_promising(told, leave(there)), most)
-        starts = [_Start(h.found[-1], h.values, h.case.began) for h in alive]
+        starts = [RelayStart(h.found[-1], h.values, h.case.began) for h in alive]
     return alive
 
 
@@ -201,5 +206,5 @@ def _is_same(a: Hypothesis, b: Hypothesis) -> bool:
     return bool(np.abs(apart / [p.spread for p in a.found[-1].own]).max() < ALIKE)
 
 
-def _fit(case: Case, null: Hypothesis, steps: int, start: _Start) -> Hypothesis | None:
+def _fit(case: Case, null: Hypothesis, steps: int, start: RelayStart) -> Hypothesis | None:
     return fit_with(replace(case, began=start.began), null, start.candidate, start.values, steps)
