@@ -301,9 +301,19 @@ def test_a_displacement_is_proposed_both_ways(cls: type[Effect], layout: str) ->
 
 def test_parts_joined_over_a_massless_seat_are_neighbours() -> None:
     bends, tilts = (
-        {tuple(body["between"]) for body in places(kind, machine()) if "between" in body} for kind in ("bending", "tilt")
+        {tuple(body["between"]) for body in places(kind, machine()) if "between" in body}
+        for kind in ("bending", "tilt")
     )
     assert bends == {("shaft", "housing"), ("housing", "column")} == tilts - {("shaft", "column")}
+
+
+def test_a_screw_rubs_in_its_nut_and_its_bearings() -> None:
+    """The bar that a nut moves along is the screw; what arises between both goes into the massless node there."""
+    joints = {
+        tuple(body["into"].items()) for body in places("screw_friction", Machine.load(SHIPPED / "ball_screw_axis.yaml"))
+    }
+    bearing = (("fixed bearing", 0.5), ("screw@0..0.05", 0.5))
+    assert {joint for joint in joints if len(joint) > 1} == {bearing} and (("balls", 1.0),) in joints
 
 
 def test_a_bar_that_is_cut_along_its_height_may_bend() -> None:

@@ -71,19 +71,20 @@ class Sliding(Source):
 
 
 class Jointed(Source):
-    """Friction between two parts that lie on each other: without knowing more, one half of its heat into each."""
+    """Friction between two parts that lie on each other: without knowing more, one half of its heat into each, or all
+    into a massless node that is the joint."""
 
     @classmethod
     def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
-        """In every part, and in both parts of every joint."""
+        """In every part, and in every joint."""
         yield from super().besides(machine)
         for places in cls.list_joints(machine):
             name = f"{cls.kind} {' '.join(place.node for place in places)}"
-            body = size_body(cls, machine, into={str(place): 0.5 for place in places})
+            body = size_body(cls, machine, into={str(place): 1 / len(places) for place in places})
             yield {"sources": {fresh(name, machine.sources): body}}
 
     @classmethod
-    def list_joints(cls, machine: MachineLike) -> Iterator[tuple[Place, Place]]:
+    def list_joints(cls, machine: MachineLike) -> Iterator[tuple[Place, ...]]:
         """The places at which two parts touch, the lighter first; each once."""
         links = (e.between for e in machine.links.values() if isinstance(e, Link) and e.touches)
         pairs = ((a, b) for a, b in links if a.node != b.node)
