@@ -241,6 +241,14 @@ def test_what_is_fitted_first_is_told_before_the_others_where_half_the_time_is_g
     assert kept == [(first, [first])] * told
 
 
+def test_what_grows_does_not_fill_the_list_of_what_is_fitted() -> None:
+    """All that moves one axis scores alike."""
+    grows = [bare(candidate=bare(key=("tcp", i), kind=i // 3, section="tcp"), gain=900.0 - i) for i in range(15)]
+    paths = [bare(candidate=bare(key=("links", i), kind=9, section="links"), gain=50.0 - i) for i in range(2)]
+    told = refit.shortlist([*grows, *paths], (), refit.LONGER)
+    assert {*map(id, told)} == {*map(id, [*grows[: refit.OF_A_SECTION], *paths])}
+
+
 @pytest.mark.parametrize("is_late", [False, True])
 def test_the_foremost_of_both_screenings_are_fitted_first_where_it_is_late(
     is_late: bool, monkeypatch: pytest.MonkeyPatch
@@ -248,7 +256,7 @@ def test_the_foremost_of_both_screenings_are_fitted_first_where_it_is_late(
     """The same trials in any case, each from where it was screened about the fit."""
 
     def score(name: str, gain: float) -> Any:
-        return bare(candidate=bare(key=(name,), kind=name), gain=gain)
+        return bare(candidate=bare(key=(name,), kind=name, section=name), gain=gain)
 
     about_fit = [score(name, gain) for name, gain in zip("abcd", (9e3, 8e3, 7e3, 6e3), strict=True)]
     about_file = [score(name, gain) for name, gain in zip("eda", (9e3, 8e3, 7e3), strict=True)]
@@ -348,9 +356,9 @@ def test_finer_lumps_whose_runs_break_down_are_left(monkeypatch: pytest.MonkeyPa
 
 def test_lumps_are_cut_again_where_much_is_left_but_far_less_than_before() -> None:
     before = h(24.0)
-    assert lump_refinement._is_no_matter_of_lumps(h(13.0), before)
-    assert not lump_refinement._is_no_matter_of_lumps(h(5.0), before)
-    assert not lump_refinement._is_no_matter_of_lumps(h(DOUBTFUL - 0.1), h(DOUBTFUL))
+    assert lump_refinement.is_no_matter_of_lumps(h(13.0), before)
+    assert not lump_refinement.is_no_matter_of_lumps(h(5.0), before)
+    assert not lump_refinement.is_no_matter_of_lumps(h(DOUBTFUL - 0.1), h(DOUBTFUL))
 
 
 @pytest.mark.parametrize(

@@ -21,6 +21,7 @@ from network.analysis.diagnosis.exchange.exchange_fault import ExchangeFault
 from network.analysis.diagnosis.exchange.exchange_scan import ExchangeScan, Score
 from network.analysis.diagnosis.exchange.exchanged_columns import Pair
 from network.analysis.diagnosis.exchange.exchanged_fits import Exchanged, fit_exchanged
+from network.analysis.diagnosis.hypotheses.falling_short import leaves_too_much
 from network.analysis.diagnosis.hypotheses.few_runs import list_worst_runs, on_few_runs
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis, theta_of
@@ -71,8 +72,8 @@ def _rank_pairs(h: Hypothesis) -> Sequence[Exchanged]:
     price = price_of(h)
     scores = [s for s in scan_pairs(h) if s.gain > price]
     likely = [s for s in scores if s.cost <= NEARLY * scores[0].cost][:CONFIRMED]
-    tried = [t for s in likely if (t := _try_exchanged(h, s))]
-    return tuple(sorted((t for t in tried if t.gain > 0), key=lambda t: -t.gain))
+    tried = [t for s in likely if (t := _try_exchanged(h, s)) and t.gain > 0 and not leaves_too_much(h, t.after)]
+    return tuple(sorted(tried, key=lambda t: -t.gain))
 
 
 def _tell_if_worth(

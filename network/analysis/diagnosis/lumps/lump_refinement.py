@@ -87,7 +87,7 @@ def refine_lumps(case: Case, written: Hypothesis, jobs: int = 1) -> list[Hypothe
         if fitted is None:
             break
         levels.append(fitted)
-        if fitted.evidence < best.evidence + SETTINGS.structure or _is_no_matter_of_lumps(fitted, best):
+        if fitted.evidence < best.evidence + SETTINGS.structure or is_no_matter_of_lumps(fitted, best):
             break
     return levels
 
@@ -103,7 +103,7 @@ def _list_finer(levels: Sequence[Hypothesis], jobs: int) -> Iterator[Machine]:
         yield cut_bars(last.root, few)
 
 
-def _is_no_matter_of_lumps(finer: Hypothesis, before: Hypothesis) -> bool:
+def is_no_matter_of_lumps(finer: Hypothesis, before: Hypothesis) -> bool:
     """Whether much is left, and not by far less than on the lumps before: something else is missing."""
     return finer.chi > SETTINGS.doubtful and finer.chi > SETTINGS.half * before.chi
 

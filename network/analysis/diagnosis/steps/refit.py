@@ -78,9 +78,9 @@ def _limit_kinds(scores: Sequence[Score], most: int, of_a_kind: int, of_a_sectio
     """The best scores, at most so many of a kind and of a section."""
     kept: list[Score] = []
     for s in scores:
-        kinds = [k.candidate.kind for k in kept]
-        sections = sum(kind.section == s.candidate.kind.section for kind in kinds)
-        if s.gain > SHOWS and kinds.count(s.candidate.kind) < of_a_kind and sections < of_a_section:
+        kinds = sum(k.candidate.kind is s.candidate.kind for k in kept)
+        sections = sum(k.candidate.section == s.candidate.section for k in kept)
+        if s.gain > SHOWS and kinds < of_a_kind and sections < of_a_section:
             kept.append(s)
     return kept[:most]
 
