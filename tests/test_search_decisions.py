@@ -10,7 +10,7 @@ import pytest
 from build import machine
 from test_small_decisions import bare
 
-from network.analysis.diagnosis import search
+from network.analysis.diagnosis import readings_set_right, search
 from network.analysis.diagnosis.experiments import advice, separation
 from network.analysis.diagnosis.experiments.programs import Driver, _ladder
 from network.analysis.diagnosis.findings import (
@@ -352,6 +352,17 @@ def test_finer_lumps_whose_runs_break_down_are_left(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(lump_refinement, "promises_more", lambda each, finer: True)
     monkeypatch.setattr(lump_refinement, "_fit_finer", break_down)
     assert lump_refinement.refine_lumps(bare(), written) == [written]
+
+
+def test_readings_are_not_looked_at_again_on_lumps_that_hardly_matter(monkeypatch: pytest.MonkeyPatch) -> None:
+    looked = list[Any]()
+    monkeypatch.setattr(readings_set_right, "build_surrogate", lambda fine: bare(machine=bare(lumps=0), h=fine))
+    monkeypatch.setattr(readings_set_right, "set_right", lambda of, jobs, is_finest: (looked.append(of.h), (None, of))[1])
+    monkeypatch.setattr(readings_set_right, "find_exchange_on_lumps", lambda *of: None)
+    written, alike, better = h(13.0), h(12.0), h(5.0)
+    for finest in (alike, better):
+        assert readings_set_right.set_right_on_lumps(written, finest, 1) == (None, finest)
+    assert looked == [better]
 
 
 def test_lumps_are_cut_again_where_much_is_left_but_far_less_than_before() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from network.analysis.calibration.gauss_newton import STEPS
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
-from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings, reweight
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings, reweight, settle_hypothesis
 from network.analysis.diagnosis.time_budget import TimeBudget
 
 FEW, SEARCHED = 2, 3
@@ -38,13 +38,14 @@ def on_few_runs(h: Hypothesis, count: int = FEW) -> Hypothesis:
 
 def on_all_runs(whole: Hypothesis, few: Hypothesis, steps: int = STEPS) -> Hypothesis:
     """What was found on few runs, fitted to all of those of another hypothesis; that one where it does not hold there.
-    Relays are led over the runs that they have not seen."""
+    Relays are led over the runs that they have not seen, about the starts that are found."""
     if not few.found:
         return whole
     if len(few.case.recordings) == len(whole.case.recordings):
         return few
     about = replace(whole.case, noise=few.case.noise, sigma=few.case.sigma)
-    return fit_findings(about, few.root, few.found, few.values, not few.switches, steps) or whole
+    found = fit_findings(about, few.root, few.found, few.values, not few.switches, steps)
+    return whole if found is None else settle_hypothesis(found)
 
 
 def finish_in_passing(h: Hypothesis) -> Hypothesis:

@@ -14,7 +14,12 @@ from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.hypotheses.compact_fit import compact, fit_with
 from network.analysis.diagnosis.hypotheses.few_runs import on_few_runs
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
-from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import (
+    CONTINUATION,
+    fit_by_continuation,
+    fit_hypothesis,
+    settle_hypothesis,
+)
 from network.analysis.diagnosis.lumps.coarse_surrogate import SMALL
 from network.analysis.diagnosis.screening.screen import SHOWS, Score, score_candidates
 from network.analysis.diagnosis.screening.timed_search import BRIEFLY, settle_instants
@@ -98,12 +103,13 @@ def _start_trial(about: Hypothesis, about_file: Mapping[tuple[str, ...], Score],
 
 
 def _continue_trial(current: Hypothesis, begun: Hypothesis) -> Hypothesis | None:
-    """A trial fitted further on all runs and, where that stays behind what is there, from the current numbers."""
+    """A trial fitted further on all runs and, where that stays behind what is there, from the current numbers; about
+    the starts that it finds, where relays hang on them."""
     case, c = current.case, begun.found[-1]
     best = fit_with(case, current, c, begun.values, FIRST_STEPS)
     if best is None or best.evidence < current.evidence:
         best = best_of(best, fit_with(case, current, c, current.values | c.usual, FIRST_STEPS))
-    return best and compact(settle_instants(best, BRIEFLY))
+    return best and compact(settle_instants(settle_hypothesis(best), BRIEFLY))
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,4 +206,19 @@ def _part_likely(
 
 
 def _finish_fit(h: Hypothesis) -> Hypothesis:
-    return compact(fit_hypothesis(h.case, h.machine, h.found, h.own, h.values)) if h.chi > SETTINGS.noise else h
+    """Fitted to the end; where relays fell out of step also from the numbers of the file beside its own, over ever more
+    of the runs: those at hand are bent to what it explains, and no slope leads back from there."""
+    if h.chi <= SETTINGS.noise:
+        return h
+    direct = settle_hypothesis(fit_hypothesis(h.case, h.machine, h.found, h.own, h.values))
+    led = _lead_into_step(direct) if direct.fit.problem.model.switches and direct.chi > SETTINGS.noise else None
+    return compact(best_of(direct, led) or direct)
+
+
+def _lead_into_step(h: Hypothesis) -> Hypothesis | None:
+    """None where it runs away."""
+    try:
+        led = fit_by_continuation(h.case, h.machine, h.found, h.own, h.own_values, CONTINUATION)
+        return settle_hypothesis(fit_hypothesis(h.case, h.machine, h.found, h.own, led.values))
+    except (Failed, np.linalg.LinAlgError):
+        return None
