@@ -241,6 +241,37 @@ def test_what_is_fitted_first_is_told_before_the_others_where_half_the_time_is_g
     assert kept == [(first, [first])] * told
 
 
+@pytest.mark.parametrize(
+    ("chi", "switches", "led", "told"),
+    [
+        (1.4, True, 500.0, "led"), (1.4, True, 300.0, "direct"), (1.4, True, None, "direct"),
+        (1.4, False, 500.0, "direct"), (1.05, True, 500.0, "direct"),
+    ],
+)  # fmt: skip
+def test_a_trial_whose_relays_slip_is_led_back_into_step_from_the_file(
+    chi: float, switches: bool, led: float | None, told: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Numbers at hand are bent to what it explains: only its own go along."""
+
+    def lead(case: Any, machine: Any, found: Any, own: Any, values: Any, shares: Any) -> Any:
+        assert values == {"own": 1.0}
+        if led is None:
+            raise Failed("a heat source may run away")
+        return bare(values="near")
+
+    def fit(case: Any, machine: Any, found: Any, own: Any, start: Any) -> Any:
+        name, evidence = ("led", led) if start == "near" else ("direct", 400.0)
+        fitted = bare(problem=bare(model=bare(switches=switches)))
+        return h(chi, evidence or 0.0, name=name, fit=fitted, **same, values=start)
+
+    same = {"case": "case", "machine": "machine", "own": (), "own_values": {"own": 1.0}}
+    monkeypatch.setattr(refit, "fit_hypothesis", fit)
+    monkeypatch.setattr(refit, "fit_by_continuation", lead)
+    monkeypatch.setattr(refit, "settle_hypothesis", lambda each: each)
+    monkeypatch.setattr(refit, "compact", lambda each: each)
+    assert refit._finish_fit(h(1.4, 350.0, **same, values="bent")).name == told
+
+
 def test_what_grows_does_not_fill_the_list_of_what_is_fitted() -> None:
     """All that moves one axis scores alike."""
     grows = [bare(candidate=bare(key=("tcp", i), kind=i // 3, section="tcp"), gain=900.0 - i) for i in range(15)]
@@ -357,7 +388,9 @@ def test_finer_lumps_whose_runs_break_down_are_left(monkeypatch: pytest.MonkeyPa
 def test_readings_are_not_looked_at_again_on_lumps_that_hardly_matter(monkeypatch: pytest.MonkeyPatch) -> None:
     looked = list[Any]()
     monkeypatch.setattr(readings_set_right, "build_surrogate", lambda fine: bare(machine=bare(lumps=0), h=fine))
-    monkeypatch.setattr(readings_set_right, "set_right", lambda of, jobs, is_finest: (looked.append(of.h), (None, of))[1])
+    monkeypatch.setattr(
+        readings_set_right, "set_right", lambda of, jobs, is_finest: (looked.append(of.h), (None, of))[1]
+    )
     monkeypatch.setattr(readings_set_right, "find_exchange_on_lumps", lambda *of: None)
     written, alike, better = h(13.0), h(12.0), h(5.0)
     for finest in (alike, better):
