@@ -264,10 +264,10 @@ def test_a_trial_whose_relays_slip_is_led_back_into_step_from_the_file(
         fitted = bare(problem=bare(model=bare(switches=switches)))
         return h(chi, evidence or 0.0, name=name, fit=fitted, **same, values=start)
 
-    same = {"case": "case", "machine": "machine", "own": (), "own_values": {"own": 1.0}}
+    same = {"case": bare(budget=TimeBudget()), "machine": "machine", "own": (), "own_values": {"own": 1.0}}
     monkeypatch.setattr(refit, "fit_hypothesis", fit)
     monkeypatch.setattr(refit, "fit_by_continuation", lead)
-    monkeypatch.setattr(refit, "settle_hypothesis", lambda each: each)
+    monkeypatch.setattr(refit, "settle_hypothesis", lambda each, is_late, steps: each)
     monkeypatch.setattr(refit, "compact", lambda each: each)
     assert refit._finish_fit(h(1.4, 350.0, **same, values="bent")).name == told
 
@@ -277,7 +277,7 @@ def test_what_grows_does_not_fill_the_list_of_what_is_fitted() -> None:
     grows = [bare(candidate=bare(key=("tcp", i), kind=i // 3, section="tcp"), gain=900.0 - i) for i in range(15)]
     paths = [bare(candidate=bare(key=("links", i), kind=9, section="links"), gain=50.0 - i) for i in range(2)]
     told = refit.shortlist([*grows, *paths], (), refit.LONGER)
-    assert {*map(id, told)} == {*map(id, [*grows[: refit.OF_A_SECTION], *paths])}
+    assert {*map(id, told)} == {*map(id, [*grows[: refit.THAT_MOVE], *paths])}
 
 
 @pytest.mark.parametrize("is_late", [False, True])
@@ -385,17 +385,21 @@ def test_finer_lumps_whose_runs_break_down_are_left(monkeypatch: pytest.MonkeyPa
     assert lump_refinement.refine_lumps(bare(), written) == [written]
 
 
-def test_readings_are_not_looked_at_again_on_lumps_that_hardly_matter(monkeypatch: pytest.MonkeyPatch) -> None:
-    looked = list[Any]()
-    monkeypatch.setattr(readings_set_right, "build_surrogate", lambda fine: bare(machine=bare(lumps=0), h=fine))
-    monkeypatch.setattr(
-        readings_set_right, "set_right", lambda of, jobs, is_finest: (looked.append(of.h), (None, of))[1]
-    )
+def test_readings_are_looked_at_on_the_lumps_as_written_where_finer_ones_hardly_matter(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def look(of: Any, jobs: int, is_finest: bool) -> Any:
+        looked.append((of, is_finest))
+        return None, of
+
+    looked, few = list[Any](), bare(lumps=9)
+    monkeypatch.setattr(readings_set_right, "build_surrogate", lambda fine: fine)
+    monkeypatch.setattr(readings_set_right, "set_right", look)
     monkeypatch.setattr(readings_set_right, "find_exchange_on_lumps", lambda *of: None)
-    written, alike, better = h(13.0), h(12.0), h(5.0)
+    written, alike, better = h(13.0, machine=few), h(12.0, machine=few), h(5.0, machine=few)
     for finest in (alike, better):
         assert readings_set_right.set_right_on_lumps(written, finest, 1) == (None, finest)
-    assert looked == [better]
+    assert looked == [(written, True), (better, True)]
 
 
 def test_lumps_are_cut_again_where_much_is_left_but_far_less_than_before() -> None:

@@ -15,6 +15,7 @@ from network.analysis.diagnosis.switching.relay_search import search_shown_relay
 from network.analysis.diagnosis.switching.shown_relays import read_relays
 from network.catalogue.declaration.discovery import kinds
 from network.machine.machine import Machine
+from network.recordings.inputs import constant
 
 COOLER = {"kind": "thermostat_cooling", "into": {"body": 1}, "watches": "body", "set": "24 degC", "hysteresis": "0.9 K",
           "power": "320 W"}  # fmt: skip
@@ -73,8 +74,30 @@ def test_a_cooler_that_switches_often_is_read_and_keeps_step() -> None:
     assert found[0].found[-1].kind is kinds("sources")["thermostat_cooling"] and found[0].chi < 1.05 < 2 < null.chi
     told = {path.rpartition(".")[2]: value for path, value in found[0].own_values.items()}
     assert told == pytest.approx({"power": 320, "set": 24, "hysteresis": 0.9}, rel=0.02)
-    switchings = [len(mode.t) for recording in shown[0].recordings for mode in recording.modes.values()]
-    assert min(switchings) > 20, "a draw would have to keep step over all of them"
+    switchings = [len(mode.t) for mode in shown[0].modes.values()]
+    assert len(switchings) == 2 and min(switchings) > 20, "a draw would have to keep step over all of them"
+
+
+def test_runs_that_never_get_there_are_left_out_and_the_others_tell_when_it_began() -> None:
+    plain = two_blocks()
+    truth, ladder = plain.patched({"sources": {"cooler": COOLER}}), ((0.0, 6000), (1.1, 3000), (2.3, 8000))
+    cold = constant("ambient", "degC", 5.0)
+    runs = (
+        recorded(truth, speeds(*ladder, every=10.0), 1),
+        recorded(truth, speeds((0.0, 0), every=10.0, ambient=cold), 2),
+    )
+    case = Case(plain, runs)
+    shown = next(s for s in read_relays(case, switched(plain, case)) if s.candidate.key[0] == COOLER["kind"])
+    first = float(np.argmax(runs[0].columns["T_body"].values > 24.9)) / len(runs[0].t)
+    assert {*shown.modes} == {0} and shown.onset(runs) == pytest.approx(first, abs=0.01)
+    assert search_shown_relays(case, fit_hypothesis(case, plain), switched(plain, case), jobs=1)[0].chi < 1.05
+
+
+def test_levels_that_no_thermostat_may_have_are_none() -> None:
+    """Readings that fall out to 850 °C now and then."""
+    plain, out = two_blocks(), np.where(np.arange(1441) % 300 < 12, 830.0, 0.0)
+    case = Case(plain, (recorded(plain, speeds((0.0, 6000)), 1, {"T_body": out}),))
+    assert read_relays(case, switched(plain, case)) == []
 
 
 def test_no_relay_is_read_where_nothing_switches() -> None:

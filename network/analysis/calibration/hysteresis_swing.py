@@ -28,8 +28,9 @@ AFTER = 2
 """Times as long as an approach that a bend is looked for after it."""
 LEAST = 0.5
 """Share of the turn that most bends have below which one is none: as near to nothing as to a switching."""
-OFTEN, HALF = 3, (25.0, 75.0)
-"""Turns at a level from which it shows, and the percentiles between which half of them lie."""
+OFTEN = 3
+"""Turns at a level from which it shows."""
+QUARTILES = (25.0, 75.0)
 INSTANTS, NUMBERS = 60, 4
 """Instants at which a bend is tried, and what is fitted: two rates, a level and the instant."""
 RANK = 1e-12
@@ -94,14 +95,14 @@ class _Crossing(NamedTuple):
 
 def find_levels(runs: Sequence[tuple[Array, Array]], least: float) -> tuple[float, float] | None:
     """The lower and the upper level between which readings x at t go up and down by at least so much: where they bend.
-    None where they do not turn often enough, or where turns lie as far from one another as the levels do: what turns at
-    no level is none."""
+    None where they do not turn often enough, or where the middle half of the turns is wider than half of what lies
+    between both: what turns at no level is none."""
     read = [(t[kept], x[kept]) for t, x in runs if (kept := np.isfinite(x)).sum() >= FEWEST]
     told = [_list_turns(x, least) for _, x in read]
     high, low = (np.array([x for turns in told for x in turns[i]]) for i in range(2))
     if min(len(high), len(low)) < OFTEN:
         return None
-    (bottom, lower), (upper, top) = np.percentile(low, HALF), np.percentile(high, HALF)
+    (bottom, lower), (upper, top) = np.percentile(low, QUARTILES), np.percentile(high, QUARTILES)
     if max(lower - bottom, top - upper) >= (upper - lower) / 2:
         return None
     swings = (Swing(t, x, float(np.median(high)), float(np.median(low))) for t, x in read)

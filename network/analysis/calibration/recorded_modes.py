@@ -38,12 +38,13 @@ def forget_modes(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
 def _read_run(machine: Machine, recording: Recording) -> Mapping[str, RelayMode]:
     """Modes of all relays in a run; nothing where one cannot be read."""
     relays = {path.name: entry for path, entry in machine.by_path.items() if isinstance(entry, Relay)}
-    told = [_read_mode(machine, relay, name, recording) for name, relay in relays.items()]
+    told = [read_mode(machine, relay, name, recording) for name, relay in relays.items()]
     known = {mode.name: mode for mode in told if mode is not None}
     return known if len(known) == len(told) else {}
 
 
-def _read_mode(machine: Machine, relay: Relay, name: str, recording: Recording) -> RelayMode | None:
+def read_mode(machine: Machine, relay: Relay, name: str, recording: Recording) -> RelayMode | None:
+    """When one relay was on; None where the readings of what it watches do not show it."""
     levels = relay.levels()
     sensor = next((n for n in list_readers(machine, relay) if n in recording.columns), None)
     body = relay.follow("")

@@ -55,9 +55,9 @@ def set_right_on_lumps(
 ) -> tuple[ReadingFault | None, Hypothesis]:  # fmt: skip
     """The same on finer lumps than those of the machine as written, where readings were looked at before: on those that
     the readings as they are take (finest), or that they take once two channels are put back. Where lumps hardly matter
-    they were looked at."""
-    is_other = finest is not written and not is_no_matter_of_lumps(finest, written)
-    if is_other and (coarse := build_surrogate(finest)).machine.lumps <= MANY:
+    those of the machine as written stand for them."""
+    is_alike = is_no_matter_of_lumps(finest, written)
+    if finest is not written and (coarse := written if is_alike else build_surrogate(finest)).machine.lumps <= MANY:
         fault, mended = set_right(coarse, jobs, is_finest=True)
         if fault is not None:
             return fault, mended

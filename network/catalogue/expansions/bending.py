@@ -20,6 +20,8 @@ from network.catalogue.expansions.base import (
     steel_unless_known,
     tell_one_lump,
 )
+from network.catalogue.expansions.stretching import Stretching
+from network.catalogue.mechanisms.base import Link
 from network.catalogue.mechanisms.mechanism import Inputs
 
 
@@ -93,9 +95,11 @@ class Bending(Expansion, kind="bending"):
     @classmethod
     def subjects(cls, machine: MachineLike, axis: str) -> Iterator[tuple[str, dict[str, Any]]]:
         """Parts that are joined: one may be the warm face of what the other belongs to; and bars cut along their axis,
-        which may be the height."""
+        which may be the height where nothing moves or grows along it."""
         for a, b in neighbours(machine):
             yield f"{a} {b}", {"between": [a, b], **steel_unless_known(machine, a)}
+        lengthwise = {e.between[1].node for e in machine.links.values() if isinstance(e, Link) and e.moves}
+        lengthwise |= {e.of.node for own in machine.tcp.values() for e in own.values() if isinstance(e, Stretching)}
         for name, node in machine.nodes.items():
-            if node.is_part and node.length is not None and node.lumps > 1:
+            if node.is_part and node.length is not None and node.lumps > 1 and name not in lengthwise:
                 yield name, {"of": name, **steel_unless_known(machine, name)}

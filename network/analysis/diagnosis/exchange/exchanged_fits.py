@@ -73,9 +73,13 @@ class Exchanged:
     @property
     def is_mended(self) -> bool:
         """Whether hardly anything is left of the excess of the two where they are exchanged."""
+        return self.mends(LEFT)
+
+    def mends(self, share: float) -> bool:
+        """Whether no more than a share is left of that."""
         exchanged = [i for i, is_in in enumerate(self.runs) if is_in]
         before, after = (excess_of(h, self.pair, exchanged) for h in (self.before, self.after))
-        return after <= LEFT * before
+        return after <= share * before
 
     @property
     def beats_unknown(self) -> bool:

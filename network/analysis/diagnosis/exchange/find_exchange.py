@@ -2,10 +2,10 @@
 
 Which pair, and in which runs, is a choice among many, and nothing that a slope tells: it costs the log of their number.
 A pair counts where a fit with the two exchanged explains more than that, in units of how long the misfit that is left
-lasts; where hardly anything is left of their own excess; where every run in which they are said to be exchanged says so
-by itself, beside all numbers refitted; and where neither the catalogue nor unknown heat or an unknown error of one
-channel explains as much. Where much is left on all lumps, it is asked on those that the readings put back take. Where
-more is left than noise, a search without it has the last word (search).
+lasts; where hardly anything is left of their own excess (half of it at most after the first steps); where every run in
+which they are said to be exchanged says so by itself, beside all numbers refitted; and where neither the catalogue nor
+unknown heat or an unknown error of one channel explains as much. Where much is left on all lumps, it is asked on those
+that the readings put back take. Where more is left than noise, a search without it has the last word (search).
 """
 
 from __future__ import annotations
@@ -21,7 +21,6 @@ from network.analysis.diagnosis.exchange.exchange_fault import ExchangeFault
 from network.analysis.diagnosis.exchange.exchange_scan import ExchangeScan, Score
 from network.analysis.diagnosis.exchange.exchanged_columns import Pair
 from network.analysis.diagnosis.exchange.exchanged_fits import Exchanged, fit_exchanged
-from network.analysis.diagnosis.hypotheses.falling_short import leaves_too_much
 from network.analysis.diagnosis.hypotheses.few_runs import list_worst_runs, on_few_runs
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis, theta_of
@@ -49,7 +48,7 @@ def find_exchange(
     ranked = _rank_pairs(h)
     if not is_refined and ranked and ranked[0].after.chi > NEARLY * SETTINGS.doubtful:
         return None
-    best = _settle(ranked[0]) if ranked else None
+    best = _settle(ranked[0]) if ranked and ranked[0].mends(SETTINGS.half) else None
     if best is None or (best.after.chi > SETTINGS.doubtful and not is_refined):
         return None
     return _tell_if_worth(best, h.machine, ranked[1:], price, rival_gain)
@@ -72,8 +71,8 @@ def _rank_pairs(h: Hypothesis) -> Sequence[Exchanged]:
     price = price_of(h)
     scores = [s for s in scan_pairs(h) if s.gain > price]
     likely = [s for s in scores if s.cost <= NEARLY * scores[0].cost][:CONFIRMED]
-    tried = [t for s in likely if (t := _try_exchanged(h, s)) and t.gain > 0 and not leaves_too_much(h, t.after)]
-    return tuple(sorted(tried, key=lambda t: -t.gain))
+    tried = [t for s in likely if (t := _try_exchanged(h, s))]
+    return tuple(sorted((t for t in tried if t.gain > 0), key=lambda t: -t.gain))
 
 
 def _tell_if_worth(

@@ -155,10 +155,10 @@ def find_unknown(search: Search, alone: bool = False) -> Finding:
     more = "; what was found hardly lowers it" if alone else ""
     said = f"{sentence(what)} at {' and '.join(top.at.seats)} that no kind of the catalogue explains{more}."
     return Finding(
-        UNKNOWN, "sensors" if top.is_offset else "sources", top.at.nodes, top.at.channels, top.probability,
-        {name: size}, said, Patch({}), top.gain, search.threshold, windows_of(mismatch.places),
-        course=course, share=top.probability, nothing=belief_in_nothing(top.gain),
-    )  # fmt: skip
+        UNKNOWN, "sensors" if top.is_offset else "sources", top.at.nodes, top.at.channels,
+        min(top.probability, SETTINGS.most_sure), {name: size}, said, Patch({}), top.gain, search.threshold,
+        windows_of(mismatch.places), course=course, share=top.probability, nothing=belief_in_nothing(top.gain),
+    ).doubted("what was found may be a part of it" if alone else "")  # fmt: skip
 
 
 def _find_room(search: Search, about: Hypothesis, mismatch: Mismatch) -> Finding:

@@ -45,7 +45,9 @@ def on_all_runs(whole: Hypothesis, few: Hypothesis, steps: int = STEPS) -> Hypot
         return few
     about = replace(whole.case, noise=few.case.noise, sigma=few.case.sigma)
     found = fit_findings(about, few.root, few.found, few.values, not few.switches, steps)
-    return whole if found is None else settle_hypothesis(found)
+    if found is None:
+        return whole
+    return settle_hypothesis(found, whole.case.budget.is_searched) if steps == STEPS else found
 
 
 def finish_in_passing(h: Hypothesis) -> Hypothesis:

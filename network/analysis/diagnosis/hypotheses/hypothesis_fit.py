@@ -70,9 +70,15 @@ def fit_lasting(h: Hypothesis) -> Hypothesis:
     return fit_hypothesis(replace(h.case, sigma=sigma), h.machine, h.found, h.own, h.values, offsets=False)
 
 
-def settle_hypothesis(h: Hypothesis, is_late: Callable[[], bool] = lambda: False) -> Hypothesis:
-    """The hypothesis about the starts that it finds, where relays switch; once it is late, what there is."""
-    at = settle_starts(h.linearised, is_late=is_late)
+def settle_hypothesis(h: Hypothesis, is_late: Callable[[], bool] = lambda: False, steps: int = STEPS) -> Hypothesis:
+    """The hypothesis about the starts that it finds, where relays switch; once it is late, or where runs break down
+    there, what there is."""
+    if not h.fit.problem.model.switches:
+        return h
+    try:
+        at = settle_starts(h.linearised, steps, is_late)
+    except (Failed, np.linalg.LinAlgError):
+        return h
     return replace(h, case=replace(h.case, began=tuple(d.point for d in at.problem.data)), fit=at)
 
 

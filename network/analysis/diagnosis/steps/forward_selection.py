@@ -23,7 +23,7 @@ from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.backward_elimination import check_selection, rerank_first
 from network.analysis.diagnosis.steps.placement import place_ranked
 from network.analysis.diagnosis.steps.ranking import best_first
-from network.analysis.diagnosis.steps.refit import TrialFits, start_trials
+from network.analysis.diagnosis.steps.refit import LATE, TrialFits, start_trials
 from network.analysis.diagnosis.steps.rival_acceptance import INTERIM_STEPS, accept_best, list_contenders, take_first
 from network.analysis.diagnosis.steps.selection import Selection
 from network.analysis.diagnosis.switching.relay_search import (
@@ -37,8 +37,6 @@ HOPE = 0.5
 """Linear score of a further candidate over what a name is worth, below which it is not fitted."""
 Told = tuple[Hypothesis | None, list[Hypothesis]]
 """What is kept so far beside a hypothesis, and its rivals."""
-LATE = 0.5
-"""Share of the time of the search after which what explains most is told as soon as it is fitted (budget)."""
 
 
 def select_forward(
@@ -234,7 +232,7 @@ def _search_switching(seen: Screening, seed: int, jobs: int) -> list[Hypothesis]
     the better."""
     switched, case = [c for c in seen.proposed if c.switches], seen.before.case
     found = search_shown_relays(case, seen.before, switched, jobs)
-    if not found or not explains_most(seen.before, found[0]):
+    if not found or found[0].chi >= SETTINGS.adequate:
         able = rank_likely_places(switched, seen.located) if switched else []
         found = best_first(*found, *(search_relays(case, seen.before, able, seed, jobs) if able else ()))
     if not found or found[0].chi < SETTINGS.adequate or case.lacking:

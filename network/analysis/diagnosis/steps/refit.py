@@ -27,13 +27,14 @@ from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.placement import move_stretch
 from network.analysis.diagnosis.steps.ranking import best_first, best_of
 from network.analysis.diagnosis.steps.rival_acceptance import INTERIM_STEPS
+from network.catalogue.declaration.sections import TCP
 from network.engine.response.parameters import centres, values_at
 from network.platform.parallel import run_all
 from network.platform.refusal import Failed
 
-SHORTLIST, LONGER, OF_A_KIND, OF_A_SECTION = 5, 14, 3, 7
-"""Candidates refitted for each point they were screened about, where lumps are few and fits quick, and how many of one
-kind and section: whatever grows moves an axis alike, and would fill the list."""
+SHORTLIST, LONGER, OF_A_KIND, THAT_MOVE = 5, 14, 3, 7
+"""Candidates refitted for each point they were screened about, where lumps are few and fits quick, how many of one
+kind, and how many that move the tool centre point: whatever grows moves an axis alike, and would fill the list."""
 WIDER = (20, 8, 20)
 """The same where the best of them leaves much: far from the fit the linear score of what is missing may be poor."""
 AROUND = 6
@@ -46,6 +47,9 @@ KEPT, CONTINUED = 6, 0.3
 """How many of them go on with all runs at most, and what share of the best gain they need."""
 FOREMOST = 2
 """Candidates of each screening that are fitted before the others where the time may be up before it goes on."""
+LATE = 0.5
+"""Share of the time of the search after which what explains most is told as soon as it is fitted, and nothing is led
+back into step (budget)."""
 FIRST_STEPS, FINALISTS, FINISHED = 7, 3, 0.7
 """Steps of these, how many of them are then fitted to the end at most, and the share of the best gain for that."""
 CLEAR, LEAST = 200.0, 2
@@ -66,7 +70,7 @@ def linearise_at_priors(fit: Linearised | Estimate) -> Linearised | None:
 
 def shortlist(scores: Sequence[Score], about_file: Sequence[Score], most: int = SHORTLIST) -> list[Score]:
     """The best of the screening about the fit (scores) and about the file's own numbers."""
-    both = [s for each in (scores, about_file) for s in _limit_kinds(each, most, OF_A_KIND, OF_A_SECTION)]
+    both = [s for each in (scores, about_file) for s in _limit_kinds(each, most, OF_A_KIND, THAT_MOVE)]
     return list({s.candidate.key: s for s in reversed(both)}.values())
 
 
@@ -79,13 +83,13 @@ def _about_file(current: Hypothesis, candidates: Sequence[Candidate], jobs: int)
     return score_candidates(about, candidates, values_at(about.problem.parameters, about.theta), jobs)
 
 
-def _limit_kinds(scores: Sequence[Score], most: int, of_a_kind: int, of_a_section: int) -> list[Score]:
-    """The best scores, at most so many of a kind and of a section."""
+def _limit_kinds(scores: Sequence[Score], most: int, of_a_kind: int, that_move: int) -> list[Score]:
+    """The best scores, at most so many of a kind and that move the tool centre point."""
     kept: list[Score] = []
     for s in scores:
         kinds = sum(k.candidate.kind is s.candidate.kind for k in kept)
-        sections = sum(k.candidate.section == s.candidate.section for k in kept)
-        if s.gain > SHOWS and kinds < of_a_kind and sections < of_a_section:
+        moving = sum(k.candidate.section == TCP for k in kept) if s.candidate.section == TCP else 0
+        if s.gain > SHOWS and kinds < of_a_kind and moving < that_move:
             kept.append(s)
     return kept[:most]
 
@@ -109,7 +113,7 @@ def _continue_trial(current: Hypothesis, begun: Hypothesis) -> Hypothesis | None
     best = fit_with(case, current, c, begun.values, FIRST_STEPS)
     if best is None or best.evidence < current.evidence:
         best = best_of(best, fit_with(case, current, c, current.values | c.usual, FIRST_STEPS))
-    return best and compact(settle_instants(settle_hypothesis(best), BRIEFLY))
+    return best and compact(settle_instants(_settle(best), BRIEFLY))
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,13 +209,20 @@ def _part_likely(
     return ranked[:count], ranked[count:]
 
 
+def _settle(h: Hypothesis) -> Hypothesis:
+    """About the starts that it finds, in a few steps."""
+    return settle_hypothesis(h, h.case.budget.is_searched, FIRST_STEPS)
+
+
 def _finish_fit(h: Hypothesis) -> Hypothesis:
-    """Fitted to the end; where relays fell out of step also from the numbers of the file beside its own, over ever more
-    of the runs: those at hand are bent to what it explains, and no slope leads back from there."""
+    """Fitted to the end; where relays fell out of step and there is time also from the numbers of the file beside its
+    own, over ever more of the runs: those at hand are bent to what it explains, and no slope leads back from there."""
     if h.chi <= SETTINGS.noise:
         return h
-    direct = settle_hypothesis(fit_hypothesis(h.case, h.machine, h.found, h.own, h.values))
-    led = _lead_into_step(direct) if direct.fit.problem.model.switches and direct.chi > SETTINGS.noise else None
+    direct = _settle(fit_hypothesis(h.case, h.machine, h.found, h.own, h.values))
+    slips = direct.fit.problem.model.switches and direct.chi > SETTINGS.noise
+    is_late = h.case.budget.is_past(LATE * SETTINGS.searched)
+    led = _lead_into_step(direct) if slips and not is_late else None
     return compact(best_of(direct, led) or direct)
 
 
@@ -219,6 +230,6 @@ def _lead_into_step(h: Hypothesis) -> Hypothesis | None:
     """None where it runs away."""
     try:
         led = fit_by_continuation(h.case, h.machine, h.found, h.own, h.own_values, CONTINUATION)
-        return settle_hypothesis(fit_hypothesis(h.case, h.machine, h.found, h.own, led.values))
+        return _settle(fit_hypothesis(h.case, h.machine, h.found, h.own, led.values))
     except (Failed, np.linalg.LinAlgError):
         return None

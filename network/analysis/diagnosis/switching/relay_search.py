@@ -76,11 +76,14 @@ def search_relays(
 def search_shown_relays(case: Case, current: Hypothesis, switched: Sequence[Candidate], jobs: int) -> list[Hypothesis]:
     """The relays whose switching the readings show, fitted so that they keep step, of each place the best; told under
     the noise of the case."""
+    shown = read_relays(case, switched)
+    if not shown:
+        return []
     white = use_file_noise(case)
-    null, shown = reweight(white, current), read_relays(case, switched)
-    starts = follow_shown(white, null, shown, jobs)[:MOST] if shown else []
-    leave = partial(_leave, [null.linearised])
-    fits = _fit_samples(white, null, starts, SHOWN_LADDER, leave, 0.0, jobs) if starts else []
+    null = reweight(white, current)
+    starts, onset = follow_shown(white, null, shown, jobs)[:MOST], min(s.onset(case.recordings) for s in shown)
+    leave = partial(_leave, [_about(null, null.fit.theta)])
+    fits = _fit_samples(white, null, starts, SHOWN_LADDER, leave, onset, jobs) if starts else []
     return [compact(reweight(case, h)) for h in _keep_of_each(fits, 1) if h.chi < WELL * null.chi]
 
 
