@@ -404,9 +404,10 @@ def test_readings_are_looked_at_on_the_lumps_as_written_where_finer_ones_hardly_
 
 def test_lumps_are_cut_again_where_much_is_left_but_far_less_than_before() -> None:
     before = h(24.0)
-    assert lump_refinement.is_no_matter_of_lumps(h(13.0), before)
-    assert not lump_refinement.is_no_matter_of_lumps(h(5.0), before)
-    assert not lump_refinement.is_no_matter_of_lumps(h(DOUBTFUL - 0.1), h(DOUBTFUL))
+    assert lump_refinement._is_no_matter_of_lumps(h(13.0), before)
+    assert not lump_refinement._is_no_matter_of_lumps(h(5.0), before)
+    assert not lump_refinement._is_no_matter_of_lumps(h(DOUBTFUL - 0.1), h(DOUBTFUL))
+    assert lump_refinement.hardly_matter(h(22.0), before) and not lump_refinement.hardly_matter(h(13.0), before)
 
 
 @pytest.mark.parametrize(

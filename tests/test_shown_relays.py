@@ -60,11 +60,13 @@ def test_the_levels_of_a_thermostat_are_its_set_point_and_hysteresis(kind: str) 
     assert again.sources["own"].levels()[1:] == pytest.approx(levels)
 
 
-def test_a_cooler_that_switches_often_is_read_and_keeps_step() -> None:
+@pytest.mark.parametrize("every", [10.0, 20.0])
+def test_a_cooler_that_switches_often_is_read_and_keeps_step(every: float) -> None:
+    """Every 20 s are eight readings between two switchings: means of three do not reach the levels by far."""
     plain = two_blocks()
     truth = plain.patched({"sources": {"cooler": COOLER}})
     ladders = (((0.0, 6000), (1.1, 3000), (2.3, 8000)), ((0.0, 4000), (1.7, 8000), (3.0, 5000)))
-    case = Case(plain, tuple(recorded(truth, speeds(*ladder, every=10.0), i) for i, ladder in enumerate(ladders)))
+    case = Case(plain, tuple(recorded(truth, speeds(*ladder, every=every), i) for i, ladder in enumerate(ladders)))
     null, relays = fit_hypothesis(case, plain), switched(plain, case)
     shown = read_relays(case, relays)
     assert {s.candidate.places for s in shown} == {("body",)} and len(shown) < len(relays)

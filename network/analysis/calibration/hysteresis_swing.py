@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, partial
+from functools import cache, cached_property, partial
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -22,6 +22,8 @@ from network.catalogue.declaration.declare import Array
 NEAR = 0.25
 """Share of the half width before a level from which a switching is looked for: what noise and a level that is off by
 less leave of it is on the safe side."""
+MOST_NEAR = 0.75
+"""The same at most, where means of readings that are rare do not reach the level: the middle is approached by both."""
 FEWEST = 4
 """Samples of an approach to a level from which a bend can be told from noise."""
 AFTER = 2
@@ -51,10 +53,23 @@ class Swing:
     def near(self) -> float:
         return NEAR * (self.on - self.off) / 2
 
+    @cached_property
+    def turns(self) -> tuple[list[float], list[float]]:
+        """Highest and lowest means of three samples between which it goes through half of the hysteresis or more."""
+        return _list_turns(self.x, (self.on - self.off) / 2)
+
+    @property
+    def approaches(self) -> tuple[float, float]:
+        """Where means of three samples come near each level, of which they reach as much as readings are frequent."""
+        high, low = self.turns
+        cut = max(self.on - float(np.median(high or [self.on])), float(np.median(low or [self.off])) - self.off, 0.0)
+        room = min(self.near + cut, MOST_NEAR * (self.on - self.off) / 2)
+        return self.on - room, self.off + room
+
     def centred(self) -> Swing | None:
         """About the middle between the turning points, where there are two of either kind; None where that lies further
         off than a half width: then it is something else that makes them turn."""
-        high, low = _list_turns(self.x, (self.on - self.off) / 2)
+        high, low = self.turns
         if min(len(high), len(low)) < 2:
             return self
         by = (np.median(high) + np.median(low) - self.on - self.off) / 2
@@ -139,7 +154,8 @@ def _list_crossings(swing: Swing, refused: Container[int]) -> list[_Crossing]:
     smooth = _smooth(swing.x)
     middle, is_on, k, since = (swing.on + swing.off) / 2, smooth[0] > swing.on, 0, 0
     found: list[_Crossing] = []
-    levels = {True: (-1.0, -(swing.off + swing.near)), False: (1.0, swing.on - swing.near)}
+    on, off = swing.approaches
+    levels = {True: (-1.0, -off), False: (1.0, on)}
     while True:
         way, level = levels[bool(is_on)]
         beyond = np.flatnonzero(way * smooth[k:] > level)

@@ -10,7 +10,7 @@ from network.analysis.diagnosis.exchange.find_exchange import find_exchange, fin
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.find_fault import find_reading_fault
 from network.analysis.diagnosis.lumps.coarse_surrogate import build_surrogate
-from network.analysis.diagnosis.lumps.lump_refinement import MANY, is_no_matter_of_lumps
+from network.analysis.diagnosis.lumps.lump_refinement import MANY, hardly_matter
 from network.analysis.diagnosis.reading_fault import ReadingFault
 from network.analysis.diagnosis.screening.screen import screen
 from network.analysis.diagnosis.settings import SETTINGS
@@ -56,7 +56,7 @@ def set_right_on_lumps(
     """The same on finer lumps than those of the machine as written, where readings were looked at before: on those that
     the readings as they are take (finest), or that they take once two channels are put back. Where lumps hardly matter
     those of the machine as written stand for them."""
-    is_alike = is_no_matter_of_lumps(finest, written)
+    is_alike = hardly_matter(finest, written)
     if finest is not written and (coarse := written if is_alike else build_surrogate(finest)).machine.lumps <= MANY:
         fault, mended = set_right(coarse, jobs, is_finest=True)
         if fault is not None:

@@ -54,6 +54,8 @@ LOOK, SLOWER = 0.1, 1.5
 """Share of the whole time that a look at lumps may take (budget), and the power of their number that it grows with
 (measured: 1 to 1.8)."""
 TO_THE_LIMIT = 4 / 3
+NEARLY = 0.9
+"""Misfit χ over that on coarser lumps from which finer ones hardly matter, and are not refined further (budget)."""
 NOTHING = 1e-6
 """σ below which cutting a bar changes nothing, however others are cut: it has one temperature."""
 
@@ -87,7 +89,7 @@ def refine_lumps(case: Case, written: Hypothesis, jobs: int = 1) -> list[Hypothe
         if fitted is None:
             break
         levels.append(fitted)
-        if fitted.evidence < best.evidence + SETTINGS.structure or is_no_matter_of_lumps(fitted, best):
+        if fitted.evidence < best.evidence + SETTINGS.structure or _is_no_matter_of_lumps(fitted, best):
             break
     return levels
 
@@ -103,9 +105,14 @@ def _list_finer(levels: Sequence[Hypothesis], jobs: int) -> Iterator[Machine]:
         yield cut_bars(last.root, few)
 
 
-def is_no_matter_of_lumps(finer: Hypothesis, before: Hypothesis) -> bool:
+def _is_no_matter_of_lumps(finer: Hypothesis, before: Hypothesis, share: float = SETTINGS.half) -> bool:
     """Whether much is left, and not by far less than on the lumps before: something else is missing."""
-    return finer.chi > SETTINGS.doubtful and finer.chi > SETTINGS.half * before.chi
+    return finer.chi > SETTINGS.doubtful and finer.chi > share * before.chi
+
+
+def hardly_matter(finer: Hypothesis, written: Hypothesis) -> bool:
+    """Whether finer lumps leave much, and nearly as much as those of the machine as written."""
+    return _is_no_matter_of_lumps(finer, written, NEARLY)
 
 
 def _try_finer(case: Case, machine: Machine, before: Hypothesis, written: Hypothesis) -> Hypothesis | None:
