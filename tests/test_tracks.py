@@ -35,7 +35,7 @@ def levels(*, pump: bool = False) -> tuple[Hypothesis, Hypothesis]:
 
 def test_where_a_slow_sensor_is_all_that_is_missing_on_lumps_as_written_the_steps_go_from_there() -> None:
     written, finer = levels()
-    assert SETTINGS.adequate < finer.chi < written.chi
+    assert finer.chi == pytest.approx(written.chi) and finer.chi > SETTINGS.adequate, "every bar has one temperature"
     first, *rest = list_tracks(finer, written, [finer, written], 1, 1)
     assert first.begin is written and [track.begin for track in rest] == [finer]
     assert first.screened.scores[0].candidate.kind.kind == "sensor_lag"
