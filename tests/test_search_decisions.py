@@ -253,20 +253,17 @@ def test_a_trial_whose_relays_slip_is_led_back_into_step_from_the_file(
 ) -> None:
     """Numbers at hand are bent to what it explains: only its own go along."""
 
-    def lead(case: Any, machine: Any, found: Any, own: Any, values: Any, shares: Any) -> Any:
+    def lead(case: Any, of: Any, values: Any, shares: Any) -> Any:
         assert values == {"own": 1.0}
-        if led is None:
-            raise Failed("a heat source may run away")
-        return bare(values="near")
+        return led and h(chi, led, name="led", **same)
 
     def fit(case: Any, machine: Any, found: Any, own: Any, start: Any) -> Any:
-        name, evidence = ("led", led) if start == "near" else ("direct", 400.0)
         fitted = bare(problem=bare(model=bare(switches=switches)))
-        return h(chi, evidence or 0.0, name=name, fit=fitted, **same, values=start)
+        return h(chi, 400.0, name="direct", fit=fitted, **same)
 
     same = {"case": bare(budget=TimeBudget()), "machine": "machine", "own": (), "own_values": {"own": 1.0}}
     monkeypatch.setattr(refit, "fit_hypothesis", fit)
-    monkeypatch.setattr(refit, "fit_by_continuation", lead)
+    monkeypatch.setattr(refit, "lead_into_step", lead)
     monkeypatch.setattr(refit, "settle_hypothesis", lambda each, is_late, steps: each)
     monkeypatch.setattr(refit, "compact", lambda each: each)
     assert refit._finish_fit(h(1.4, 350.0, **same, values="bent")).name == told

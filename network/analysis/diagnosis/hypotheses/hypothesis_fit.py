@@ -112,6 +112,18 @@ def fit_by_continuation(
     return fit
 
 
+def lead_into_step(
+    case: Case, h: Hypothesis, values: Mapping[str, float], shares: Sequence[float]
+) -> Hypothesis | None:  # fmt: skip
+    """A hypothesis fitted to the whole of the runs of a case, from some numbers over ever more of them; None where it
+    runs away."""
+    try:
+        led = fit_by_continuation(case, h.machine, h.found, h.own, values, shares)
+        return fit_hypothesis(case, h.machine, h.found, h.own, led.values)
+    except (Failed, np.linalg.LinAlgError):
+        return None
+
+
 def parameters_of(machine: Machine, own: Sequence[Parameter]) -> tuple[Parameter, ...]:
     """The uncertain numbers of the file and those of what is supposed."""
     paths = {p.path for p in own}

@@ -19,7 +19,7 @@ from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import (
     fit_by_continuation,
     fit_findings,
-    fit_hypothesis,
+    lead_into_step,
     start_from,
 )
 from network.analysis.diagnosis.switching.prior_samples import Space
@@ -48,7 +48,8 @@ def restart_from_starts(best: Hypothesis, jobs: int = 1) -> Hypothesis:
     chosen = tried[first]
     if not first or chosen is None:
         return best
-    return _better(best, _to_the_end(_move_starts(best, loose, shifts[first]), chosen))
+    about = _move_starts(best, loose, shifts[first])
+    return _better(best, lead_into_step(about, chosen, chosen.values, REST))
 
 
 def _better(best: Hypothesis, other: Hypothesis | None) -> Hypothesis:
@@ -71,15 +72,6 @@ def _move_starts(best: Hypothesis, loose: set[str], shift: float) -> Case:
     """The case about the starts that a hypothesis finds, those of some parts moved."""
     case = start_from(best.case, best)
     return replace(case, began=tuple(_move_start(point, loose, shift) for point in case.began))
-
-
-def _to_the_end(about: Case, h: Hypothesis) -> Hypothesis | None:
-    """A hypothesis over the beginnings of some runs, led over the rest of all."""
-    try:
-        further = fit_by_continuation(about, h.machine, h.found, h.own, h.values, REST)
-        return fit_hypothesis(about, h.machine, h.found, h.own, further.values)
-    except (Failed, np.linalg.LinAlgError):
-        return None
 
 
 def _move_start(point: RunPoint, loose: set[str], shift: float) -> RunPoint:

@@ -16,8 +16,8 @@ from network.analysis.diagnosis.hypotheses.few_runs import on_few_runs
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import (
     CONTINUATION,
-    fit_by_continuation,
     fit_hypothesis,
+    lead_into_step,
     settle_hypothesis,
 )
 from network.analysis.diagnosis.lumps.coarse_surrogate import SMALL
@@ -222,14 +222,5 @@ def _finish_fit(h: Hypothesis) -> Hypothesis:
     direct = _settle(fit_hypothesis(h.case, h.machine, h.found, h.own, h.values))
     slips = direct.fit.problem.model.switches and direct.chi > SETTINGS.noise
     is_late = h.case.budget.is_past(LATE * SETTINGS.searched)
-    led = _lead_into_step(direct) if slips and not is_late else None
-    return compact(best_of(direct, led) or direct)
-
-
-def _lead_into_step(h: Hypothesis) -> Hypothesis | None:
-    """None where it runs away."""
-    try:
-        led = fit_by_continuation(h.case, h.machine, h.found, h.own, h.own_values, CONTINUATION)
-        return _settle(fit_hypothesis(h.case, h.machine, h.found, h.own, led.values))
-    except (Failed, np.linalg.LinAlgError):
-        return None
+    led = lead_into_step(h.case, direct, h.own_values, CONTINUATION) if slips and not is_late else None
+    return compact(direct if led is None else max(direct, _settle(led), key=lambda fit: fit.evidence))
