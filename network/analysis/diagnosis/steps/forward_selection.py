@@ -221,7 +221,7 @@ def _fit_wider(trials: TrialFits, ranked: list[Hypothesis], is_told: bool, jobs:
     if not is_told:
         wider = trials.wider(jobs)
         trials, ranked = wider, best_first(*ranked, *wider.rank(jobs))
-    if ranked and ranked[0].chi > SETTINGS.noise:
+    if ranked:
         ranked = best_first(*ranked, *trials.around(ranked[0], jobs).rank(jobs))
     return ranked
 

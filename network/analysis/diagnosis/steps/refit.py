@@ -38,7 +38,8 @@ kind, and how many that move the tool centre point: whatever grows moves an axis
 WIDER = (20, 8, 20)
 """The same where the best of them leaves much: far from the fit the linear score of what is missing may be poor."""
 AROUND = 6
-"""Candidates that sit where the best of them does, and were not on the list, that are fitted besides."""
+"""Candidates that sit where the best of them does, and were not on the list, that are fitted besides, and as many of its
+kind that touch a part of it: a strong path does what the linear score gives a weak one beside it."""
 LARGE = 120
 """Lumps from which candidates are screened about the fit only."""
 BRIEF, BRIEFER = 4, 2
@@ -144,9 +145,13 @@ class TrialFits:
         return replace(self, fits=tuple(_fit_all(self.begin, more, jobs)), rest=_others(self.rest, more))
 
     def around(self, best: Hypothesis, jobs: int) -> TrialFits:
-        """Others that sit where the best of them does instead: the right place under a wrong name is a near miss."""
-        here = [s for s in self.rest if s.candidate.parts == best.found[-1].parts]
-        return replace(self, fits=tuple(_fit_all(self.begin, here[:AROUND], jobs)))
+        """Others that sit where the best of them does instead, where that leaves anything: the right place under a
+        wrong name is a near miss; and what it is between one of its parts and another: so is the right name there."""
+        parts = best.found[-1].parts
+        here = [s for s in self.rest if s.candidate.parts == parts and best.chi > SETTINGS.noise]
+        alike = [s for s in self.rest if s.candidate.kind is best.found[-1].kind]
+        beside = [s for s in alike if s.candidate.parts != parts and s.candidate.parts & parts]
+        return replace(self, fits=tuple(_fit_all(self.begin, [*here[:AROUND], *beside[:AROUND]], jobs)))
 
     @property
     def foremost(self) -> Hypothesis | None:
