@@ -167,8 +167,10 @@ def _eliminate(current: Hypothesis, now: Selection, jobs: int, is_apart: bool) -
         rests = [[c for c in current.found if c is not out] for out in current.found]
         less = run_all(partial(_refit, current), [(rest, current.values) for rest in rests], jobs)
         rest = find_rest(current) if is_apart and len(current.found) > 1 else None
-        is_out = [rest is not None and _is_of_one_half(now, c) for c in current.found]
-        tried = zip(current.found, less, is_out, strict=True)
+        tried = [
+            (c, h, rest is not None and _is_of_one_half(now, c) and not _completes(h, current))
+            for c, h in zip(current.found, less, strict=True)
+        ]
         gains = [-np.inf if out else np.inf if h is None else _gain_over(current, h, rest, c) for c, h, out in tried]
         k = _find_weakest(current, less, gains)
         other = less[k]
@@ -191,6 +193,12 @@ def _is_of_one_half(now: Selection, c: Candidate) -> bool:
     if test is None:
         return False
     return test.speaks_against if now.step_of(c) == 0 else not test.shows_again
+
+
+def _completes(less: Hypothesis | None, current: Hypothesis) -> bool:
+    """Whether without a finding so much is left that no linear score about the rest can be believed, and with it
+    nothing."""
+    return less is not None and less.chi > SETTINGS.adequate and current.chi <= SETTINGS.noise
 
 
 def _gain_over(current: Hypothesis, less: Hypothesis, rest: Rest | None, out: Candidate) -> float:
