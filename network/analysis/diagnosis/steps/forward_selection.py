@@ -222,7 +222,7 @@ def _fit_wider(trials: TrialFits, ranked: list[Hypothesis], is_told: bool, jobs:
         wider = trials.wider(jobs)
         trials, ranked = wider, best_first(*ranked, *wider.rank(jobs))
     if ranked:
-        ranked = best_first(*ranked, *trials.around(ranked[0], jobs).rank(jobs))
+        ranked = best_first(*ranked, *trials.around(ranked, jobs).rank(jobs))
     return ranked
 
 

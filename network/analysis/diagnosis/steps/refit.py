@@ -120,13 +120,15 @@ def _continue_trial(current: Hypothesis, begun: Hypothesis) -> Hypothesis | None
 @dataclass(frozen=True, eq=False)
 class TrialFits:
     """Candidates without a relay, fitted a few steps beside what is there. about: that on the runs on which they were;
-    begin: does that, from a score; rest: scores of those that were not, the best first."""
+    begin: does that, from a score; rest: scores of those that were not, the best first; led: evidence of the best of
+    those that were fitted so before them."""
 
     current: Hypothesis
     about: Hypothesis
     fits: tuple[Hypothesis, ...]
     begin: Callable[[Score], Hypothesis | None]
     rest: tuple[Score, ...]
+    led: float = -np.inf
 
     @property
     def little(self) -> float:
@@ -144,14 +146,14 @@ class TrialFits:
         more = _limit_kinds(self.rest, *WIDER)
         return replace(self, fits=tuple(_fit_all(self.begin, more, jobs)), rest=_others(self.rest, more))
 
-    def around(self, best: Hypothesis, jobs: int) -> TrialFits:
-        """Others that sit where the best of them does instead, where that leaves anything: the right place under a
-        wrong name is a near miss; and what it is between one of its parts and another: so is the right name there."""
-        parts = best.found[-1].parts
-        here = [s for s in self.rest if s.candidate.parts == parts and best.chi > SETTINGS.noise]
-        alike = [s for s in self.rest if s.candidate.kind is best.found[-1].kind]
-        beside = [s for s in alike if s.candidate.parts != parts and s.candidate.parts & parts]
-        return replace(self, fits=tuple(_fit_all(self.begin, [*here[:AROUND], *beside[:AROUND]], jobs)))
+    def around(self, ranked: Sequence[Hypothesis], jobs: int) -> TrialFits:
+        """Others that sit where the best of explanations does instead, where that leaves anything: the right place
+        under a wrong name is a near miss; and what the best path of them is from one of its ends to another part."""
+        best, paths = ranked[0], [h.found[-1] for h in ranked if len(h.found[-1].parts) > 1]
+        here = [s for s in self.rest if s.candidate.parts == best.found[-1].parts and best.chi > SETTINGS.noise]
+        beside = [s for s in self.rest if paths and is_beside(s.candidate, paths[0])]
+        fits = tuple(_fit_all(self.begin, [*here[:AROUND], *beside[:AROUND]], jobs))
+        return replace(self, fits=fits, led=max((h.evidence for h in self.fits), default=-np.inf))
 
     @property
     def foremost(self) -> Hypothesis | None:
@@ -165,7 +167,7 @@ class TrialFits:
 
     def rank(self, jobs: int) -> list[Hypothesis]:
         """The best of them fitted further and to the end, the best evidence first: successive halving, on all runs."""
-        likely, _ = _part_likely(self.about, self.fits, KEPT, CONTINUED)
+        likely, _ = _part_likely(self.about, self.fits, KEPT, CONTINUED, self.led)
         further = [h for h in run_all(partial(_continue_trial, self.current), likely, jobs) if h is not None]
         likely, rest = _part_likely(self.current, further, FINALISTS, FINISHED)
         return best_first(*run_all(_finish_fit, likely, jobs), *rest)
@@ -191,6 +193,11 @@ def start_trials(
     yield replace(begun, fits=(*begun.fits, *_fit_all(begin, trials, jobs, tell)))
 
 
+def is_beside(c: Candidate, path: Candidate) -> bool:
+    """Whether a candidate is what a path is, from one of its ends to another part."""
+    return c.kind is path.kind and c.parts != path.parts and bool(c.parts & path.parts)
+
+
 def _others(scores: Sequence[Score], than: Sequence[Score]) -> tuple[Score, ...]:
     """Scores of candidates that do not stand among some."""
     among = {s.candidate.key for s in than}
@@ -204,13 +211,15 @@ def _fit_all(
 
 
 def _part_likely(
-    current: Hypothesis, fits: Sequence[Hypothesis], most: int, share: float
+    current: Hypothesis, fits: Sequence[Hypothesis], most: int, share: float, led: float = -np.inf
 ) -> tuple[list[Hypothesis], list[Hypothesis]]:  # fmt: skip
-    """Fits to go on with, and those of which it is enough to know how far behind they are."""
+    """Fits to go on with, and those of which it is enough to know how far behind they are: behind the best of them, or
+    what led before them."""
     ranked = best_first(*fits)
-    needed = share * max(0.0, ranked[0].evidence - current.evidence) if ranked else 0.0
+    needed = share * max(0.0, *(best - current.evidence for best in (led, *(h.evidence for h in ranked[:1]))))
     near = sum(h.evidence - current.evidence >= needed for h in ranked)
-    count = min(most, max(near, LEAST)) if needed > CLEAR else most
+    least = LEAST if led == -np.inf else 0
+    count = min(most, max(near, least)) if needed > CLEAR else most
     return ranked[:count], ranked[count:]
 
 
