@@ -148,10 +148,12 @@ class TrialFits:
 
     def around(self, ranked: Sequence[Hypothesis], jobs: int) -> TrialFits:
         """Others that sit where the best of explanations does instead, where that leaves anything: the right place
-        under a wrong name is a near miss; and what the best path of them is from one of its ends to another part."""
+        under a wrong name is a near miss; and what the best path of them is from one of its ends to another part,
+        whatever its score: far from the fit a strong path may even seem to make it worse."""
         best, paths = ranked[0], [h.found[-1] for h in ranked if len(h.found[-1].parts) > 1]
-        here = [s for s in self.rest if s.candidate.parts == best.found[-1].parts and best.chi > SETTINGS.noise]
-        beside = [s for s in self.rest if paths and is_beside(s.candidate, paths[0])]
+        shown = [s for s in self.rest if s.gain > SHOWS and best.chi > SETTINGS.noise]
+        here = [s for s in shown if s.candidate.parts == best.found[-1].parts]
+        beside = [_at_least_usual(s) for s in self.rest if paths and is_beside(s.candidate, paths[0])]
         fits = tuple(_fit_all(self.begin, [*here[:AROUND], *beside[:AROUND]], jobs))
         return replace(self, fits=fits, led=max((h.evidence for h in self.fits), default=-np.inf))
 
@@ -184,13 +186,17 @@ def start_trials(
     trials = shortlist(scores, about_file, LONGER if current.machine.lumps <= SMALL else SHORTLIST)
     about = on_few_runs(current)
     begin = partial(_start_trial, about, {s.candidate.key: s for s in about_file})
-    begun = TrialFits(current, about, (), begin, _others([s for s in scores if s.gain > SHOWS], trials))
+    begun = TrialFits(current, about, (), begin, _others(scores, trials))
     if is_late:
         others = _others(trials, shortlist(scores, about_file, FOREMOST))
         foremost = _others(trials, others)
         yield (begun := replace(begun, fits=tuple(_fit_all(begin, foremost, jobs))))
         trials = [*others]
     yield replace(begun, fits=(*begun.fits, *_fit_all(begin, trials, jobs, tell)))
+
+
+def _at_least_usual(s: Score) -> Score:
+    return s if s.gain > SHOWS else replace(s, amplitude=1.0)
 
 
 def is_beside(c: Candidate, path: Candidate) -> bool:
