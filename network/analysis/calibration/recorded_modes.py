@@ -43,6 +43,11 @@ def _read_run(machine: Machine, recording: Recording) -> Mapping[str, RelayMode]
     return known if len(known) == len(told) else {}
 
 
+def clear_of(sigma: float) -> float:
+    """Width of a hysteresis from which readings of a noise σ show it."""
+    return 2 * CLEAR * sigma
+
+
 def read_mode(machine: Machine, relay: Relay, name: str, recording: Recording) -> RelayMode | None:
     """When one relay was on; None where the readings of what it watches do not show it."""
     levels = relay.levels()
@@ -56,7 +61,7 @@ def read_mode(machine: Machine, relay: Relay, name: str, recording: Recording) -
     if kept.sum() < FEWEST:
         return None
     swing = Swing(recording.t[kept], sign * values[kept], sign * levels[1], sign * levels[2]).centred()
-    if swing is None or swing.on - swing.off < 2 * CLEAR * machine.sensors[sensor].sigma:
+    if swing is None or swing.on - swing.off < clear_of(machine.sensors[sensor].sigma):
         return None
     found = find_switchings(swing)
     if not found:  # one that never seems to switch may be hidden by readings too rare, or of something else

@@ -98,7 +98,7 @@ class Bending(Expansion, kind="bending"):
         which may be the height where nothing moves or grows along it."""
         for a, b in neighbours(machine):
             yield f"{a} {b}", {"between": [a, b], **steel_unless_known(machine, a)}
-        lengthwise = {e.between[1].node for e in machine.links.values() if isinstance(e, Link) and e.moves}
+        lengthwise = {bar.node for _, bar in Link.list_moving(machine)}
         lengthwise |= {e.of.node for own in machine.tcp.values() for e in own.values() if isinstance(e, Stretching)}
         for name, node in machine.nodes.items():
             if node.is_part and node.length is not None and node.lumps > 1 and name not in lengthwise:

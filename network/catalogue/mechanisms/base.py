@@ -90,6 +90,14 @@ class Link(Flow):
         """What of it goes into the piece of its second place from one fraction to the other."""
         return self
 
+    @staticmethod
+    def list_moving(machine: MachineLike) -> Iterator[tuple[Place, Place]]:
+        """What moves along a bar, and the bar."""
+        for link in machine.links.values():
+            if isinstance(link, Link) and link.moves:
+                moved, bar = link.between
+                yield moved, bar
+
     @classmethod
     def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """Between every pair of nodes where it could be missing."""

@@ -22,7 +22,7 @@ class ScrewFriction(Sliding, Jointed, kind="screw_friction"):
     @classmethod
     def list_joints(cls, machine: MachineLike) -> Iterator[tuple[Place, ...]]:
         """Where a nut moves along a bar, that is the screw, and where this lies in its bearings."""
-        contacts = [e.between for e in machine.links.values() if isinstance(e, Link) and e.moves]
+        contacts = [*Link.list_moving(machine)]
         yield from dict.fromkeys((a,) if machine.nodes[a.node].is_massless else (a, bar) for a, bar in contacts)
         screws = {bar.node for _, bar in contacts}
         yield from (places for places in super().list_joints(machine) if screws & {place.node for place in places})

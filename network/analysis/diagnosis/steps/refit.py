@@ -38,8 +38,8 @@ kind, and how many that move the tool centre point: whatever grows moves an axis
 WIDER = (20, 8, 20)
 """The same where the best of them leaves much: far from the fit the linear score of what is missing may be poor."""
 AROUND = 6
-"""Candidates that sit where the best of them does, and were not on the list, that are fitted besides, and as many of its
-kind that touch a part of it: a strong path does what the linear score gives a weak one beside it."""
+"""Candidates that sit where the best of them does, and were not on the list, that are fitted besides, and paths that
+touch the best one: a strong path does what the linear score gives a weak one beside it."""
 LARGE = 120
 """Lumps from which candidates are screened about the fit only."""
 BRIEF, BRIEFER = 4, 2

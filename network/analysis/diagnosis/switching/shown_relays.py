@@ -7,14 +7,14 @@ it is not seen to switch are left out of that.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 
 from network.analysis.calibration.expansion_point import move_points
 from network.analysis.calibration.hysteresis_swing import find_levels
 from network.analysis.calibration.measured_means import RunPoint
-from network.analysis.calibration.recorded_modes import CLEAR, read_mode
+from network.analysis.calibration.recorded_modes import clear_of, read_mode
 from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.compact_fit import compact, fit_with
@@ -32,6 +32,8 @@ from network.recordings.relay_mode import RelayMode
 
 STEPS = 12
 """Of a fit beside what was read."""
+
+Levels = tuple[float, float] | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,10 +65,10 @@ class RelayStart:
 
 def read_relays(case: Case, switched: Sequence[Candidate]) -> list[ShownRelay]:
     """Those of some candidates whose levels and instants the recordings show."""
-    shown = list[ShownRelay | None]()
+    shown, find = list[ShownRelay | None](), cache(partial(_find_levels, case.recordings))
     for c in switched:
         case.budget.check()
-        shown.append(_read_relay(case.recordings, c))
+        shown.append(_read_relay(case.recordings, c, find))
     return [s for s in shown if s is not None]
 
 
@@ -89,13 +91,18 @@ def _follow(case: Case, null: Hypothesis, shown: ShownRelay) -> tuple[Hypothesis
     return compact(best), RelayStart(shown.candidate, {**best.values, **shown.levels}, points)
 
 
-def _read_relay(recordings: Sequence[Recording], c: Candidate) -> ShownRelay | None:
-    """None where nothing reads what it watches, or what is read does not go between two levels that it may have."""
+def _read_relay(
+    recordings: Sequence[Recording], c: Candidate, find: Callable[[str, float], Levels]
+) -> ShownRelay | None:
+    """None where nothing reads what it watches, or what is read does not go between two levels that it may have. find:
+    the levels by sensor and its noise."""
     relays = [(p, e) for p, _ in c.patch.entries() if isinstance(e := c.machine.by_path.get(p), Relay)]
     if len(relays) != 1:
         return None
     ((path, relay),) = relays
-    levels = _find_levels(recordings, c.machine, relay)
+    read = {n for r in recordings for n in r.columns}
+    sensor = next((n for n in list_readers(c.machine, relay) if n in read), None)
+    levels = sensor and find(sensor, c.machine.sensors[sensor].sigma)
     try:
         keys = relay.keep_between(*levels) if levels else {}
         machine = c.machine.patched(Patch.of([(path, keys)])) if keys else None
@@ -104,12 +111,9 @@ def _read_relay(recordings: Sequence[Recording], c: Candidate) -> ShownRelay | N
     return None if machine is None else _read_instants(recordings, c, path, machine, keys)
 
 
-def _find_levels(recordings: Sequence[Recording], machine: Machine, relay: Relay) -> tuple[float, float] | None:
-    for sensor in list_readers(machine, relay):
-        read = [(r.t, r.columns[sensor].values) for r in recordings if sensor in r.columns]
-        if read:
-            return find_levels(read, 2 * CLEAR * machine.sensors[sensor].sigma)
-    return None
+def _find_levels(recordings: Sequence[Recording], sensor: str, sigma: float) -> Levels:
+    read = [(r.t, r.columns[sensor].values) for r in recordings if sensor in r.columns]
+    return find_levels(read, clear_of(sigma))
 
 
 def _read_instants(
