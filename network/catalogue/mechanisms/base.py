@@ -17,7 +17,7 @@ from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.fields import Place, places, shares
 from network.catalogue.declaration.machine_protocol import MachineLike, NodeLike
 from network.catalogue.declaration.proposals import fresh
-from network.catalogue.mechanisms.mechanism import Inputs, Mechanism
+from network.catalogue.mechanisms.mechanism import Inputs, Mechanism, Relay
 from network.catalogue.typical_values import size_body
 
 ZERO_CELSIUS = 273.15
@@ -165,6 +165,12 @@ class Source(Mechanism):
     def slopes(self, u: Inputs, *T: Array) -> tuple[Array, ...]:
         """∂heat/∂T for each reading [W/K]."""
         return complex_steps(lambda *x: self.heat(u, *x), *T)
+
+    @property
+    def is_steady(self) -> bool:
+        """Whether no input, temperature, level or instant of its own changes its heat."""
+        jumps = isinstance(self, Relay) or type(self).edges is not Mechanism.edges
+        return not (jumps or self.needs() or self.places_read())
 
     @classmethod
     def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:

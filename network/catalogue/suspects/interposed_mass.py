@@ -47,10 +47,12 @@ class InterposedMass(Suspect, kind="interposed_mass"):
     @classmethod
     def suspected(cls, machine: MachineLike) -> Iterator[Self]:
         """Between every source of one place and its part, and between all sources of a part, where it has several; not
-        where one switches, for which instants would have to be searched."""
+        where one switches, for which instants would have to be searched, nor where nothing changes it, for then a
+        hidden_mass at the part does the same."""
         for source in _list_sources(machine):
             part = source.into[0][0].node
-            if len(source.into) == 1 and machine.nodes[part].is_part and not isinstance(source, Relay):
+            is_out = source.is_steady or isinstance(source, Relay)
+            if len(source.into) == 1 and machine.nodes[part].is_part and not is_out:
                 yield cls._sized(machine, source.name, part)
         for name, node in machine.nodes.items():
             heats = [s for s in _list_sources(machine) if any(p.node == name for p, _ in s.into)]

@@ -89,7 +89,7 @@ class Candidate:
         """Whether it is a heat that nothing drives or changes."""
         laws = [e for e in self._entries if isinstance(e, Source)]
         is_alone = len(laws) == len(self._entries) == 1
-        return is_alone and not (self.is_searched_apart or laws[0].needs() or laws[0].places_read())
+        return is_alone and laws[0].is_steady
 
     @property
     def is_searched_apart(self) -> bool:
