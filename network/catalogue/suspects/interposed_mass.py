@@ -47,8 +47,8 @@ class InterposedMass(Suspect, kind="interposed_mass"):
     @classmethod
     def suspected(cls, machine: MachineLike) -> Iterator[Self]:
         """Between every source of one place and its part, and between all sources of a part, where it has several; not
-        where one switches, for which instants would have to be searched, nor where nothing changes it, for then a
-        hidden_mass at the part does the same."""
+        where one switches, for which instants would have to be searched, nor where nothing changes them: once they
+        have been on for long a hidden_mass at the part does the same."""
         for source in _list_sources(machine):
             part = source.into[0][0].node
             is_out = source.is_steady or isinstance(source, Relay)
@@ -56,8 +56,8 @@ class InterposedMass(Suspect, kind="interposed_mass"):
                 yield cls._sized(machine, source.name, part)
         for name, node in machine.nodes.items():
             heats = [s for s in _list_sources(machine) if any(p.node == name for p, _ in s.into)]
-            switch = any(isinstance(s, Relay) for s in heats)
-            if node.is_part and len(heats) > 1 and name not in machine.sources and not switch:
+            is_out = any(isinstance(s, Relay) for s in heats) or all(s.is_steady for s in heats)
+            if node.is_part and len(heats) > 1 and name not in machine.sources and not is_out:
                 yield cls._sized(machine, name, name)
 
     @classmethod

@@ -168,7 +168,7 @@ def _eliminate(current: Hypothesis, now: Selection, jobs: int, is_apart: bool) -
         less = run_all(partial(_refit, current), [(rest, current.values) for rest in rests], jobs)
         rest = find_rest(current) if is_apart and len(current.found) > 1 else None
         tried = [
-            (c, h, rest is not None and _is_of_one_half(now, c) and not _completes(h, current))
+            (c, h, rest is not None and _is_of_one_half(now, c) and not _completes(h, now.best))
             for c, h in zip(current.found, less, strict=True)
         ]
         gains = [-np.inf if out else np.inf if h is None else _gain_over(current, h, rest, c) for c, h, out in tried]
@@ -195,10 +195,10 @@ def _is_of_one_half(now: Selection, c: Candidate) -> bool:
     return test.speaks_against if now.step_of(c) == 0 else not test.shows_again
 
 
-def _completes(less: Hypothesis | None, current: Hypothesis) -> bool:
+def _completes(less: Hypothesis | None, whole: Hypothesis) -> bool:
     """Whether without a finding so much is left that no linear score about the rest can be believed, and with it
-    nothing."""
-    return less is not None and less.chi > SETTINGS.adequate and current.chi <= SETTINGS.noise
+    nothing under the noise of the steps."""
+    return less is not None and less.chi > SETTINGS.doubtful and whole.chi <= SETTINGS.noise
 
 
 def _gain_over(current: Hypothesis, less: Hypothesis, rest: Rest | None, out: Candidate) -> float:

@@ -217,10 +217,11 @@ def _is_next(current: Hypothesis, kept: Hypothesis | None) -> bool:
 
 
 def _fit_wider(trials: TrialFits, ranked: list[Hypothesis], is_told: bool, jobs: int) -> list[Hypothesis]:
-    """Explanations, and more of them where these leave much; then what else sits where the best of them does."""
+    """Explanations, and more of them where these leave much; then what else sits where the best of them does, and
+    beside the best path."""
     if not is_told:
         wider = trials.wider(jobs)
-        trials, ranked = wider, best_first(*ranked, *wider.rank(jobs))
+        trials, ranked = replace(wider, fits=(*trials.fits, *wider.fits)), best_first(*ranked, *wider.rank(jobs))
     if ranked:
         ranked = best_first(*ranked, *trials.around(ranked, jobs).rank(jobs))
     return ranked

@@ -121,7 +121,7 @@ def _continue_trial(current: Hypothesis, begun: Hypothesis) -> Hypothesis | None
 class TrialFits:
     """Candidates without a relay, fitted a few steps beside what is there. about: that on the runs on which they were;
     begin: does that, from a score; rest: scores of those that were not, the best first; led: evidence of the best of
-    those that were fitted so before them."""
+    those that were fitted so before them, where only what comes near it goes on."""
 
     current: Hypothesis
     about: Hypothesis
@@ -148,13 +148,14 @@ class TrialFits:
 
     def around(self, ranked: Sequence[Hypothesis], jobs: int) -> TrialFits:
         """Others that sit where the best of explanations does instead, where that leaves anything: the right place
-        under a wrong name is a near miss; and what the best path of them is from one of its ends to another part,
-        whatever its score: far from the fit a strong path may even seem to make it worse."""
-        best, paths = ranked[0], [h.found[-1] for h in ranked if len(h.found[-1].parts) > 1]
+        under a wrong name is a near miss; and the best path of the likely ones from one of its ends to other parts:
+        far from the fit a strong one may even seem to make it worse."""
+        best, (likely, _) = ranked[0], _part_likely(self.current, ranked, KEPT, CONTINUED)
+        paths = [h.found[-1] for h in likely if h.found[-1].section == "links" and len(h.found[-1].places) > 1]
         shown = [s for s in self.rest if s.gain > SHOWS and best.chi > SETTINGS.noise]
-        here = [s for s in shown if s.candidate.parts == best.found[-1].parts]
-        beside = [_at_least_usual(s) for s in self.rest if paths and is_beside(s.candidate, paths[0])]
-        fits = tuple(_fit_all(self.begin, [*here[:AROUND], *beside[:AROUND]], jobs))
+        here = [s for s in shown if s.candidate.parts == best.found[-1].parts][:AROUND]
+        beside = _others([s for s in self.rest if paths and _is_beside(s.candidate, paths[0])], here)
+        fits = tuple(_fit_all(self.begin, [*here, *map(_begin_clear, beside[:AROUND])], jobs))
         return replace(self, fits=fits, led=max((h.evidence for h in self.fits), default=-np.inf))
 
     @property
@@ -195,13 +196,14 @@ def start_trials(
     yield replace(begun, fits=(*begun.fits, *_fit_all(begin, trials, jobs, tell)))
 
 
-def _at_least_usual(s: Score) -> Score:
-    return s if s.gain > SHOWS else replace(s, amplitude=1.0)
+def _begin_clear(s: Score) -> Score:
+    """A path at its usual strength or what is scored beyond it."""
+    return replace(s, amplitude=max(s.amplitude, 1.0))
 
 
-def is_beside(c: Candidate, path: Candidate) -> bool:
-    """Whether a candidate is what a path is, from one of its ends to another part."""
-    return c.kind is path.kind and c.parts != path.parts and bool(c.parts & path.parts)
+def _is_beside(c: Candidate, path: Candidate) -> bool:
+    """Whether a candidate is what a path is, from one of its ends to another node."""
+    return c.kind is path.kind and len(c.places) > 1 and len({*c.places} & {*path.places}) == 1
 
 
 def _others(scores: Sequence[Score], than: Sequence[Score]) -> tuple[Score, ...]:
