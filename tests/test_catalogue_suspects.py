@@ -70,10 +70,17 @@ def test_what_turns_is_told_by_friction_or_by_its_mark() -> None:
     assert list(turning(unmarked)) == []
 
 
+STEADY = {"kind": "heat_source", "power": "50 W", "with": "always"}
+
+
 def test_a_part_comes_between_one_source_or_all_of_a_part() -> None:
     """The friction heats two places: it is led elsewhere only as far as it heats the part that is named."""
     named = {str(suspect.of): suspect for suspect in InterposedMass.suspected(machine())}
     assert set(named) == {"motor", "pump", "shaft"}
+    steady = machine().patched({"sources": {name: {**STEADY, "into": {"shaft": 1}} for name in ("motor", "pump")}})
+    assert {str(suspect.of) for suspect in InterposedMass.suspected(steady)} == {"shaft"}, "friction is not steady"
+    alone = steady.patched({"sources": {"friction": {**STEADY, "into": {"shaft": 1}}}})
+    assert not [*InterposedMass.suspected(alone)], "what never changes shows no delay"
     for of, sources in (("motor", {"motor": {1.0}}), ("shaft", {"motor": {1.0}, "friction": {0.5}})):
         patch = named[of].patch(machine())
         patched = machine().patched(patch)

@@ -24,6 +24,7 @@ from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings, fit_hypothesis, start_from
 from network.analysis.diagnosis.lumps.coarse_surrogate import build_surrogate
 from network.analysis.diagnosis.lumps.lump_refinement import list_finer_machines
+from network.analysis.diagnosis.screening.screen import Score
 from network.analysis.diagnosis.screening.screening import Screening
 from network.analysis.diagnosis.search import last_of
 from network.analysis.diagnosis.search_record import Search
@@ -331,7 +332,7 @@ def test_what_does_not_hold_at_the_end_goes_and_the_rest_is_judged_again(monkeyp
             evidence=evidence[names],
             values={},
             case=None,
-            chi=(3.4 if "B" in names else 1.0) * 0.9 ** len(names.replace("e", "")),
+            chi=(3.4 if "B" in names or names == "p" else 1.0) * 0.9 ** len(names.replace("e", "")),
             offset_pull=0.0,
         )
 
@@ -345,6 +346,7 @@ def test_what_does_not_hold_at_the_end_goes_and_the_rest_is_judged_again(monkeyp
 
     evidence |= {"d": 1.0, "bd": 80.0}
     evidence |= {"e": 1.0, "be": 90.0}  # e adds much to b by evidence, and takes nothing off the misfit
+    evidence |= {"p": 30.0, "q": 1.0, "pq": 80.0}  # p alone leaves much, and q all but nothing of it
     beside_heat = {"bd": 303.0}  # d adds 50 nats to b, and 3 where heat of any course stands beside both
 
     def find_rest(h: SimpleNamespace) -> SimpleNamespace:
@@ -368,8 +370,37 @@ def test_what_does_not_hold_at_the_end_goes_and_the_rest_is_judged_again(monkeyp
     assert ("".join(held.found), told) == ("bd", (79.0, 50.0))  # type: ignore[arg-type]
     held, _ = backward_elimination._eliminate_at_end(chosen("bc", "c"), 1, True)  # type: ignore[arg-type]
     assert "".join(held.found) == "b"  # type: ignore[arg-type]
+    held, _ = backward_elimination._eliminate_at_end(chosen("pq", "q"), 1, True)  # type: ignore[arg-type]
+    assert "".join(held.found) == "pq"  # type: ignore[arg-type]
     held, _ = backward_elimination._eliminate_at_end(chosen("b", "b"), 1, True)  # type: ignore[arg-type]
     assert "".join(held.found) == "b"  # type: ignore[arg-type]
+
+
+def test_paths_that_touch_the_best_one_are_fitted_whatever_their_score() -> None:
+    """A strong path does what the linear score gives a weak one beside it."""
+    h, begun = null(), list[Score]()
+    skin = {"kind": "convection", "between": ["shelf", "air"], "conductance": "2 W/K"}
+    shelf = h.machine.patched({"nodes": {"shelf": {"heat_capacity": "5 kJ/K"}}, "links": {"shelf skin": skin}})
+    proposed = candidates(shelf, h.case.drivers, runs=h.case.runs)
+    first = next(c for c in proposed if c.kind is Conduction and len(c.places) == 2)
+    scores = tuple(Score(c, 0.0, 0.01, 1.0, np.empty(0)) for c in proposed if c is not first)
+    best = replace(h, found=(first,))
+    trials = refit.TrialFits(h, h, (), begun.append, scores)  # type: ignore[arg-type]
+    assert trials.around([best], 1).fits == ()
+    assert [s.amplitude for s in begun] == [1.0] * len(begun)
+    beside = {s.candidate.places for s in begun}
+    links = {c.places for c in proposed if c.kind is Conduction}
+    assert beside == {at for at in links if len(at) == 2 and len({*at} & {*first.places}) == 1}
+    assert beside
+
+
+def test_what_comes_late_goes_on_only_near_what_led_before() -> None:
+    current, far, near = (SimpleNamespace(evidence=x) for x in (0.0, 500.0, 900.0))
+    part = refit._part_likely
+    assert part(current, [near, far], 6, 0.7)[0] == [near, far], "two go on in any case"  # type: ignore[arg-type]
+    assert part(current, [near, far], 6, 0.7, 1000.0)[0] == [near]  # type: ignore[arg-type]
+    assert part(current, [near, far], 6, 0.7, 9000.0)[0] == []  # type: ignore[arg-type]
+    assert part(current, [], 6, 0.7, 9000.0) == ([], [])  # type: ignore[arg-type]
 
 
 def test_another_kind_in_the_place_of_the_first_finding_is_tried_beside_the_later_ones() -> None:
