@@ -87,6 +87,15 @@ def test_a_class_without_cases_has_the_smallest_set_with_its_share_of_belief() -
     assert "unknown@a" in choose(some, by(outside=0.7))
 
 
+def test_a_doubt_whether_it_is_whole_does_not_widen_the_set() -> None:
+    doubted = Explanation("k0@a", "effect", 0.96, 0.5)
+    assert choose([doubted, *told(0.03, 0.01)[1:]], Calibration()) == ["k0@a"]
+    assert choose([Explanation("k0@a", "effect", 0.8, 0.5), *told(0.0, 0.15, 0.05)[1:]], Calibration()) == [
+        "k0@a",
+        "k1@a",
+    ]
+
+
 # -- what a finding could be ------------------------------------------------------------------------------------------
 def test_beliefs_are_shares_that_doubts_do_not_cap() -> None:
     doubted = finding(

@@ -107,7 +107,8 @@ def shipped() -> Calibration:
 
 def choose(explanations: Sequence[Explanation], by: Calibration) -> list[str]:
     """The names that are told, in their order: the first, what cannot be told from it, and of a class with enough cases
-    all from its least belief on, of another one while less than SETTINGS.covered of the confidence is told."""
+    all from its least belief on, of another one while less than SETTINGS.covered of the belief lies before. How sure it
+    is to be whole takes nothing from that: a doubt speaks for none of the others."""
     told: list[str] = []
     total = 0.0
     for e in explanations:
@@ -115,5 +116,5 @@ def choose(explanations: Sequence[Explanation], by: Calibration) -> list[str]:
         is_in = e.confidence is not None and total < SETTINGS.covered if least is None else e.belief >= least - TINY
         if not told or e.is_tied or is_in:
             told.append(e.name)
-        total += e.confidence or 0.0
+        total += e.belief
     return told
