@@ -10,7 +10,7 @@ from typing import cast
 from network.analysis.calibration.gauss_newton import STEPS
 from network.analysis.diagnosis.hypotheses.case_noise import use_file_noise
 from network.analysis.diagnosis.hypotheses.compact_fit import compact
-from network.analysis.diagnosis.hypotheses.falling_short import explains_most
+from network.analysis.diagnosis.hypotheses.falling_short import explains_half, explains_most
 from network.analysis.diagnosis.hypotheses.few_runs import SEARCHED, on_all_runs, on_few_runs
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import reweight
@@ -104,7 +104,7 @@ def _take_steps(
         threshold = now.threshold if now.steps else null_threshold(seen.scores, seed)
         told = partial(_report_share, tell, min(0.15 + 0.25 * count, 0.65))
         before, kept = now, None
-        for kept, ranked in _select_next(current, seen, threshold, seed, jobs, told):
+        for kept, ranked in _select_next(current, seen, threshold, seed, jobs, told, _may_show_relays(now)):
             now = before if kept is None else _add_step(before, seen, kept, ranked, threshold)
             if _is_told_so_far(current):
                 yield _on_all_runs(null, now, INTERIM_STEPS)
@@ -116,6 +116,13 @@ def _take_steps(
         tell(min(0.4 + 0.25 * count, 0.75))
         yield _on_all_runs(null, now, INTERIM_STEPS)
     return now
+
+
+def _may_show_relays(now: Selection) -> bool:
+    """Whether relays may show beside what was found: where its last step found none it has to leave less than half of
+    what was there, for that they have been looked for in vain."""
+    is_first = not now.befores or not now.best.found
+    return is_first or now.best.found[-1].switches or explains_half(now.befores[-1], now.best)
 
 
 def _run_out(steps: Generator[Selection, None, Selection]) -> Selection:
@@ -156,10 +163,12 @@ def _add_step(
 
 
 def _select_next(
-    current: Hypothesis, seen: Screening, threshold: float, seed: int, jobs: int, tell: Callable[[float], None]
-) -> Iterator[Told]:
-    """What is kept beside a hypothesis, and its rivals, ever better founded: relays are looked for before much else is
-    tried, where what is likely explains little, and last, where much is left, or else beside what is kept."""
+    current: Hypothesis, seen: Screening, threshold: float, seed: int, jobs: int, tell: Callable[[float], None],
+    may_switch: bool,
+) -> Iterator[Told]:  # fmt: skip
+    """What is kept beside a hypothesis, and its rivals, ever better founded: relays, if any may show, are looked for
+    before much else is tried, where what is likely explains little, and last, where much is left, or else beside what
+    is kept."""
     sway = partial(_search_switching, seen, seed, jobs)
     trials, passing = yield from _begin_trials(current, seen, threshold, jobs, tell)
     smooth = trials.rank(jobs)
@@ -167,7 +176,7 @@ def _select_next(
         first = take_first(current, seen.before, smooth, threshold)
         if passing is None or _is_better(first, passing):
             yield first, smooth
-    early = sway() if trials.is_poor(smooth) else None
+    early = sway() if may_switch and trials.is_poor(smooth) else None
     if not seen.before.found:
         is_told = early is None or bool(early and early[0].chi <= trials.little)
         smooth = _fit_wider(trials, smooth, is_told, jobs)
@@ -178,8 +187,8 @@ def _select_next(
     tried = list_contenders(current, seen.before, ranked, jobs)
     kept = accept_best(current, seen.before, tried, threshold, jobs)
     yield kept, ranked
-    is_due = early is None and (kept or current).chi > SETTINGS.adequate and not _is_next(current, kept)
-    switched = sway() if is_due else []
+    is_due = (kept or current).chi > SETTINGS.adequate and not _is_next(current, kept)
+    switched = sway() if may_switch and early is None and is_due else []
     if not switched:
         return
     ranked = rank_beside_rest(best_first(*switched, *ranked), jobs)
