@@ -221,8 +221,8 @@ def _is_better(new: Hypothesis | None, told: Hypothesis | None) -> bool:
 
 def _is_next(current: Hypothesis, kept: Hypothesis | None) -> bool:
     """Whether what was kept explains so much that nothing is looked for in its stead, but only beside it if there is a
-    next step."""
-    return kept is not None and explains_most(current, kept)
+    next step; not of heat by the clock, which in one run is what a relay does."""
+    return kept is not None and explains_most(current, kept) and not kept.found[-1].is_timed
 
 
 def _fit_wider(trials: TrialFits, ranked: list[Hypothesis], is_told: bool, jobs: int) -> list[Hypothesis]:
