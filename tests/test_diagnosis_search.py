@@ -28,7 +28,7 @@ from network.analysis.diagnosis.screening.screen import Score
 from network.analysis.diagnosis.screening.screening import Screening
 from network.analysis.diagnosis.search import last_of
 from network.analysis.diagnosis.search_record import Search
-from network.analysis.diagnosis.steps import backward_elimination, refit, unseen_runs
+from network.analysis.diagnosis.steps import backward_elimination, forward_selection, refit, unseen_runs
 from network.analysis.diagnosis.steps.placement import _widest, move_stretch, place_best
 from network.analysis.diagnosis.steps.selection import Selection
 from network.analysis.diagnosis.steps.unseen_runs import Unseen
@@ -392,6 +392,24 @@ def test_paths_that_touch_the_best_one_are_fitted_whatever_their_score() -> None
     links = {c.places for c in proposed if c.kind is Conduction}
     assert beside == {at for at in links if len(at) == 2 and len({*at} & {*first.places}) == 1}
     assert beside
+
+
+def test_relays_are_looked_for_where_they_may_show() -> None:
+    """Not in the stead of what explains most, unless it is by the clock; again where enough is gone."""
+
+    def at(chi: float, *, switches: bool = False, is_timed: bool = False) -> SimpleNamespace:
+        return SimpleNamespace(chi=chi, found=(SimpleNamespace(switches=switches, is_timed=is_timed),))
+
+    def chosen(best: SimpleNamespace, *befores: SimpleNamespace) -> SimpleNamespace:
+        return SimpleNamespace(best=best, befores=befores)
+
+    before = SimpleNamespace(chi=4.0, found=())
+    is_next, may_show = forward_selection._is_next, forward_selection._may_show_relays
+    told = [is_next(before, h) for h in (None, at(1.4), at(3.0), at(1.4, is_timed=True))]  # type: ignore[arg-type]
+    assert told == [False, True, False, False]
+    assert may_show(chosen(before)) and may_show(chosen(at(2.0), before))  # type: ignore[arg-type]
+    assert not may_show(chosen(at(3.5), before))  # type: ignore[arg-type]
+    assert may_show(chosen(at(3.5, switches=True), before))  # type: ignore[arg-type]
 
 
 def test_what_comes_late_goes_on_only_near_what_led_before() -> None:
