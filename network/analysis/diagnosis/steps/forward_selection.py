@@ -164,7 +164,7 @@ def _add_step(
 
 def _select_next(
     current: Hypothesis, seen: Screening, threshold: float, seed: int, jobs: int, tell: Callable[[float], None],
-    may_switch: bool,
+    may_switch: bool = True,
 ) -> Iterator[Told]:  # fmt: skip
     """What is kept beside a hypothesis, and its rivals, ever better founded: relays, if any may show, are looked for
     before much else is tried, where what is likely explains little, and last, where much is left, or else beside what
