@@ -132,6 +132,19 @@ def test_a_frozen_channel(mill: Machine, clean: Recording) -> None:
     assert not hanging(steady).any(), "a coarse channel repeats itself all the time"
 
 
+def test_what_no_sensor_gives_is_set_aside(mill: Machine, clean: Recording) -> None:
+    """What ran away in a simulation, or lost its exponent; a wire that came off reads less and is looked for later."""
+    for name in (temperatures(mill)[0], "dz"):
+        values = clean.columns[name].values.copy()
+        values[-200:] = 1e250 ** np.linspace(0.1, 1, 200)
+        aside = excluded(mill, changed(clean, name, values))[0]
+        assert (aside.rows[0], aside.rows[-1]) == (len(values) - 200, len(values) - 1)
+        assert aside.sentence("r").startswith(f"r: {name} has readings beyond what any sensor gives from ")
+    loose = clean.columns[name := temperatures(mill)[0]].values.copy()
+    loose[100:400] = 999.0
+    assert not any("beyond" in aside.why for aside in excluded(mill, changed(clean, name, loose)))
+
+
 def test_a_channel_that_scatters_is_told_and_kept(mill: Machine, clean: Recording) -> None:
     name = temperatures(mill)[0]
     noise = np.random.default_rng(3).normal(0, 5.0, len(clean.t))

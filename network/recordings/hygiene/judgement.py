@@ -11,6 +11,7 @@ from network.catalogue.declaration.declare import Array
 from network.machine.machine import Machine
 from network.platform.quantities.units import unit
 from network.recordings.columns import Column
+from network.recordings.hygiene.beyond_range import find_beyond_range
 from network.recordings.hygiene.departure import find_departures
 from network.recordings.hygiene.frozen import hanging
 from network.recordings.hygiene.glue import held_inputs
@@ -31,6 +32,9 @@ def judge(machine: Machine, recording: Recording, *, keeps_departures: bool = Fa
     inputs = held_inputs(recording.columns.values(), len(recording.t))
     found = list[SetAside]()
     for name in names:
+        beyond = [*find_beyond_range(recording.t, recording.columns[name], machine.sensors[name].sigma)]
+        recording = _without(recording, beyond)
+        found += beyond
         for aside in _of_channel(machine, recording, recording.columns[name], inputs):
             found.append(aside)
             recording = _without(recording, [aside])
