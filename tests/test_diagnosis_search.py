@@ -394,19 +394,16 @@ def test_paths_that_touch_the_best_one_are_fitted_whatever_their_score() -> None
     assert beside
 
 
-def test_relays_are_looked_for_where_they_may_show() -> None:
-    """Not in the stead of what explains most, unless it is by the clock; again where enough is gone."""
+def test_relays_are_looked_for_again_where_they_may_show() -> None:
+    """Beside what leaves less than half of what was there, or where the last step found one."""
 
-    def at(chi: float, *, switches: bool = False, is_timed: bool = False) -> SimpleNamespace:
-        return SimpleNamespace(chi=chi, found=(SimpleNamespace(switches=switches, is_timed=is_timed),))
+    def at(chi: float, switches: bool = False) -> SimpleNamespace:
+        return SimpleNamespace(chi=chi, found=(SimpleNamespace(switches=switches),))
 
     def chosen(best: SimpleNamespace, *befores: SimpleNamespace) -> SimpleNamespace:
         return SimpleNamespace(best=best, befores=befores)
 
-    before = SimpleNamespace(chi=4.0, found=())
-    is_next, may_show = forward_selection._is_next, forward_selection._may_show_relays
-    told = [is_next(before, h) for h in (None, at(1.4), at(3.0), at(1.4, is_timed=True))]  # type: ignore[arg-type]
-    assert told == [False, True, False, False]
+    before, may_show = SimpleNamespace(chi=4.0, found=()), forward_selection._may_show_relays
     assert may_show(chosen(before)) and may_show(chosen(at(2.0), before))  # type: ignore[arg-type]
     assert not may_show(chosen(at(3.5), before))  # type: ignore[arg-type]
     assert may_show(chosen(at(3.5, switches=True), before))  # type: ignore[arg-type]
