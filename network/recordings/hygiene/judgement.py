@@ -28,7 +28,7 @@ def judge(machine: Machine, recording: Recording, *, keeps_departures: bool = Fa
     their peers are only told, for a diagnosis names them by itself. Judged once: what was judged comes back as is."""
     if recording.excluded is not None:
         return recording
-    names = [name for name in machine.sensors if name in recording.columns]
+    names = [name for name, sensor in machine.sensors.items() if _is_read(recording.columns.get(name), sensor.unit)]
     inputs = held_inputs(recording.columns.values(), len(recording.t))
     found = list[SetAside]()
     for name in names:
@@ -42,16 +42,18 @@ def judge(machine: Machine, recording: Recording, *, keeps_departures: bool = Fa
     return replace(_without(recording, found), excluded=tuple(found))
 
 
+def _is_read(column: Column | None, by: str) -> bool:
+    """Whether there is a column that a sensor with a unit could have written."""
+    return column is not None and unit(column.unit).dimension == unit(by).dimension
+
+
 def _of_channel(machine: Machine, recording: Recording, column: Column, inputs: Array) -> Iterator[SetAside]:
-    sensor = machine.sensors[column.name]
-    if unit(column.unit).dimension != unit(sensor.unit).dimension:
-        return
     rows = np.flatnonzero(hanging(column.values))
     if len(rows):
         always = len(rows) == np.isfinite(column.values).sum()
         yield SetAside.of(recording.t, column, rows, ALWAYS if always else "is stuck")
         return
-    yield from find_lone_readings(recording.t, column, sensor.sigma, inputs)
+    yield from find_lone_readings(recording.t, column, machine.sensors[column.name].sigma, inputs)
 
 
 def _of_peers(machine: Machine, recording: Recording, inputs: Array, keeps_departures: bool) -> Iterator[SetAside]:
