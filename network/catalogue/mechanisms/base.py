@@ -169,8 +169,7 @@ class Source(Mechanism):
     @property
     def is_steady(self) -> bool:
         """Whether no input, temperature, level or instant of its own changes its heat."""
-        jumps = isinstance(self, Relay) or type(self).edges is not Mechanism.edges
-        return not (jumps or self.needs() or self.places_read())
+        return not (isinstance(self, Relay) or self.has_edges() or self.needs() or self.places_read())
 
     @classmethod
     def besides(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:

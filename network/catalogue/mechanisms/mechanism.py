@@ -76,6 +76,11 @@ class Mechanism(Effect):
         return np.empty(0)
 
     @classmethod
+    def has_edges(cls) -> bool:
+        """Whether its law has such instants."""
+        return cls.edges is not Mechanism.edges
+
+    @classmethod
     def proposes(cls, machine: MachineLike) -> Iterator[Mapping[str, Any]]:
         """In the place of every entry it could replace; what replaces none, wherever it could stand besides."""
         if not cls.replaces:

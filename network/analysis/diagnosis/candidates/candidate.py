@@ -81,8 +81,8 @@ class Candidate:
     @cached_property
     def is_timed(self) -> bool:
         """Whether it brings instants of its own, which have no slope that a fit could follow."""
-        laws = [type(e) for e in self._entries if isinstance(e, Mechanism)]
-        return len(self.own) > 1 and any(law.edges is not Mechanism.edges for law in laws)
+        laws = [e for e in self._entries if isinstance(e, Mechanism)]
+        return len(self.own) > 1 and any(law.has_edges() for law in laws)
 
     @cached_property
     def is_steady(self) -> bool:

@@ -100,8 +100,8 @@ def _read_relay(
     if len(relays) != 1:
         return None
     ((path, relay),) = relays
-    read = {n for r in recordings for n in r.columns}
-    sensor = next((n for n in list_readers(c.machine, relay) if n in read), None)
+    readers = list_readers(c.machine, relay)
+    sensor = next((n for n in readers if any(n in r.columns for r in recordings)), None)
     levels = sensor and find(sensor, c.machine.sensors[sensor].sigma)
     try:
         keys = relay.keep_between(*levels) if levels else {}
