@@ -127,7 +127,7 @@ def _search_from(
     best = max(levels, key=_evidence)
     case = estimate_noise(now.case, best)
     if best is not levels[0] and not hardly_matter(best, levels[0]):
-        best = refine_until_converged(case, reweight(case, best), jobs)
+        best = refine_until_converged(case, reweight(case, best), jobs, case.budget.is_prepared)
         case = estimate_noise(case, best)
     written = reweight(case, levels[0])
     begins = [written if h is levels[0] else reweight(case, h) for h in list_begins(levels, best)]

@@ -11,6 +11,10 @@ BEGINNINGS = 1 / 3
 """Share of the time of the null within which it is looked for from other beginnings: where something is missing it lies
 at bounds and leaves much from wherever it is begun."""
 
+PREPARED = 1 / 3
+"""Share of the time of the search within which lumps are refined before anything is tried: what is found is put on the
+lumps that it takes all the same, and what is not tried is not found."""
+
 RESERVED = 1 / 3
 """Share of the time that is kept for the end, at most."""
 
@@ -43,6 +47,10 @@ class TimeBudget:
     def is_searched(self) -> bool:
         """Whether the search has had its share."""
         return self.is_past(SETTINGS.searched) or self.spent > self.seconds - self.reserved
+
+    def is_prepared(self) -> bool:
+        """Whether what comes before all that is tried has had its share."""
+        return self.is_past(PREPARED * SETTINGS.searched)
 
     def is_calibrated(self) -> bool:
         """Whether the null has had its share."""

@@ -78,11 +78,11 @@ def list_structural(machine: Machine) -> list[Candidate]:
 
 def refine_lumps(case: Case, written: Hypothesis, jobs: int = 1) -> list[Hypothesis]:
     """The machine as written, then on the lumps that it takes at its numbers, and again at those that it has there,
-    while that helps."""
+    while that helps and there is time for it."""
     levels = [written]
     for _ in range(LEVELS):
         best = max(levels, key=lambda h: h.evidence)
-        if levels[-1].chi < SETTINGS.noise:
+        if levels[-1].chi < SETTINGS.noise or case.budget.is_prepared():
             break
         fits = (_try_finer(case, m, best, written) for m in _list_finer(levels, jobs) if promises_more(levels[-1], m))
         fitted = next((h for h in fits if h is not None), None)
@@ -128,18 +128,18 @@ def _fit_finer(case: Case, machine: Machine, before: Hypothesis, written: Hypoth
     they explain less of a few runs. Relays that fall out of step there are led back into it; from numbers that keep
     step they have not where that explains more."""
     start = None if before is written else before.values
-    few = on_few_runs(before)
+    few, is_late = on_few_runs(before), case.budget.is_prepared
     if few is not before and not before.fit.problem.model.switches:
-        until = FallsShort(few.evidence, STEPS)
+        until = FallsShort(few.evidence, STEPS, is_late)
         begun = fit_hypothesis(few.case, machine, start=start, steps=STEPS, until=until)
         if begun.evidence < few.evidence:
             return None
         start = begun.values
-    direct = fit_hypothesis(case, machine, start=start)
+    direct = fit_hypothesis(case, machine, start=start, until=lambda at: is_late())
     is_in_step = start is not None and direct.evidence > before.evidence
     if is_in_step or direct.chi < SETTINGS.doubtful or not direct.fit.problem.model.switches:
         return direct
-    parameters, is_late = parameters_of(machine, ()), case.budget.is_searched
+    parameters = parameters_of(machine, ())
     begin = begin_in_step(machine, parameters, case.lay_out(machine), case.start, is_late)
     if begin is None:
         return direct
