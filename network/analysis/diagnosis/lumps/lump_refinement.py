@@ -151,7 +151,7 @@ def _fit_finer(case: Case, machine: Machine, before: Hypothesis, written: Hypoth
 def choose_lumps(h: Hypothesis, jobs: int = 1, rounds: int = ROUNDS, growth: int = GROWTH) -> Machine | None:
     """The machine of a hypothesis without what was found, with the lumps that it takes, as far as they are no more than
     FINEST and a look at them does not take long, for then fits would, too; None where it has them. rounds: times that
-    they are looked at; growth: how many times as many a bar gets in each."""
+    they are looked at; growth: how many times as many a bar gets in each: one that takes more is looked at again."""
     own = bars_of(h.root)
     written = counts = {name: n for name, n in bars_of(h.machine).items() if name in own}
     few = on_few_runs(h)
@@ -167,7 +167,10 @@ def choose_lumps(h: Hypothesis, jobs: int = 1, rounds: int = ROUNDS, growth: int
         is_long = took * growing**SLOWER > LOOK * h.case.budget.seconds
         if more == counts or sum(more.values()) > FINEST or is_long:
             break
-        counts, bars = more, [name for name in bars if left.get(name, np.inf) > NOTHING]
+        bars = [name for name, n in more.items() if n == growth * counts[name]]
+        counts = more
+        if not bars:
+            break
     return None if counts == written else cut_bars(h.root, counts)
 
 
