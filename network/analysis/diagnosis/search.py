@@ -21,7 +21,7 @@ from network.analysis.diagnosis.hypotheses.few_runs import finish_in_passing
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis, reweight, state
 from network.analysis.diagnosis.lumps.lump_convergence import refine_until_converged
-from network.analysis.diagnosis.lumps.lump_refinement import hardly_matter, refine_lumps
+from network.analysis.diagnosis.lumps.lump_refinement import hardly_matter, know_time, refine_lumps
 from network.analysis.diagnosis.reading_fault import ReadingFault
 from network.analysis.diagnosis.readings_set_right import set_right, set_right_on_lumps
 from network.analysis.diagnosis.screening.screening import Screening, leaves_something
@@ -127,7 +127,7 @@ def _search_from(
     best = max(levels, key=_evidence)
     case = estimate_noise(now.case, best)
     if best is not levels[0] and not hardly_matter(best, levels[0]):
-        best = refine_until_converged(case, reweight(case, best), jobs, case.budget.is_prepared)
+        best = refine_until_converged(case, reweight(case, best), jobs, know_time(best))
         case = estimate_noise(case, best)
     written = reweight(case, levels[0])
     begins = [written if h is levels[0] else reweight(case, h) for h in list_begins(levels, best)]

@@ -25,7 +25,7 @@ from network.analysis.calibration.misfit import lasting_misfit
 from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.candidates.candidates import candidates
 from network.analysis.diagnosis.hypotheses.case import Case
-from network.analysis.diagnosis.hypotheses.falling_short import FallsShort
+from network.analysis.diagnosis.hypotheses.falling_short import FallsShort, IsLate, never_late
 from network.analysis.diagnosis.hypotheses.few_runs import on_few_runs
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis, parameters_of, settle_hypothesis
@@ -82,7 +82,7 @@ def refine_lumps(case: Case, written: Hypothesis, jobs: int = 1) -> list[Hypothe
     levels = [written]
     for _ in range(LEVELS):
         best = max(levels, key=lambda h: h.evidence)
-        if levels[-1].chi < SETTINGS.noise or case.budget.is_prepared():
+        if levels[-1].chi < SETTINGS.noise or know_time(levels[-1])():
             break
         fits = (_try_finer(case, m, best, written) for m in _list_finer(levels, jobs) if promises_more(levels[-1], m))
         fitted = next((h for h in fits if h is not None), None)
@@ -92,6 +92,11 @@ def refine_lumps(case: Case, written: Hypothesis, jobs: int = 1) -> list[Hypothe
         if fitted.evidence < best.evidence + SETTINGS.structure or _is_no_matter_of_lumps(fitted, best):
             break
     return levels
+
+
+def know_time(h: Hypothesis) -> IsLate:
+    """Whether there is no time for finer lumps than those of a hypothesis: what leaves little takes what it takes."""
+    return h.case.budget.is_prepared if h.chi > SETTINGS.doubtful else never_late
 
 
 def _list_finer(levels: Sequence[Hypothesis], jobs: int) -> Iterator[Machine]:
@@ -128,7 +133,7 @@ def _fit_finer(case: Case, machine: Machine, before: Hypothesis, written: Hypoth
     they explain less of a few runs. Relays that fall out of step there are led back into it; from numbers that keep
     step they have not where that explains more."""
     start = None if before is written else before.values
-    few, is_late = on_few_runs(before), case.budget.is_prepared
+    few, is_late = on_few_runs(before), know_time(before)
     if few is not before and not before.fit.problem.model.switches:
         until = FallsShort(few.evidence, STEPS, is_late)
         begun = fit_hypothesis(few.case, machine, start=start, steps=STEPS, until=until)
