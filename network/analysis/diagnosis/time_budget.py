@@ -12,8 +12,9 @@ BEGINNINGS = 1 / 3
 at bounds and leaves much from wherever it is begun."""
 
 PREPARED = 1 / 3
-"""Share of the time of the search within which lumps are refined before anything is tried, where much is left: what is
-found is put on the lumps that it takes all the same, and what is not tried is not found (budget)."""
+"""Share of the time of the search within which lumps are refined before anything is tried, where much is left, and what
+is tried first on those of the file: what is found is put on the lumps that it takes all the same, and what is not tried
+is not found (budget)."""
 
 RESERVED = 1 / 3
 """Share of the time that is kept for the end, at most."""

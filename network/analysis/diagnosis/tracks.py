@@ -54,8 +54,9 @@ def _screen(h: Hypothesis, seed: int, jobs: int) -> Track:
 
 
 def _may_hide(null: Hypothesis, written: Hypothesis) -> bool:
-    """Whether finer lumps than those of a machine of few leave much, however far behind these are."""
-    is_other = null.machine.lumps > written.machine.lumps
+    """Whether finer lumps than those of a machine of few leave much, however far behind these are, and there is time to
+    look at these first."""
+    is_other = null.machine.lumps > written.machine.lumps and not null.case.budget.is_prepared()
     return is_other and null.chi > SETTINGS.adequate and written.machine.lumps <= SMALL
 
 
