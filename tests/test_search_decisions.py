@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -47,7 +48,8 @@ NOISE, ALIKE, DOUBTFUL = SETTINGS.noise, SETTINGS.alike, SETTINGS.doubtful
 
 
 def h(chi: float = 1.0, evidence: float = 0.0, found: Any = (), **rest: Any) -> Any:
-    return bare(**{"chi": chi, "evidence": evidence, "weighed": evidence, "found": found, **rest})
+    told = {"chi": chi, "evidence": evidence, "weighed": evidence, "found": found, "case": bare(budget=TimeBudget())}
+    return bare(**{**told, **rest})
 
 
 class FinerKind:
@@ -319,7 +321,7 @@ def test_lumps_are_added_while_they_explain(
     monkeypatch.setattr(
         lump_convergence, "choose_lumps", lambda each, jobs, **of: "finer" if levels[each.level + 1 :] else None
     )
-    monkeypatch.setattr(lump_convergence, "_begin_on_few", lambda each, root: each)
+    monkeypatch.setattr(lump_convergence, "_begin_on_few", lambda each, *of: each)
     monkeypatch.setattr(lump_convergence, "fit_on_finer_lumps_afresh", lambda case, each, *of: levels[each.level + 1])
     assert lump_convergence.refine_until_converged(bare(), levels[0]).level == told
     calm = h(NOISE - 0.01, 0.0, is_bent=False, level=0)
@@ -366,6 +368,54 @@ def test_where_much_is_left_every_bar_is_cut_if_the_lumps_it_takes_promise_nothi
     monkeypatch.setattr(lump_refinement, "_fit_finer", lambda case, finer, *of: h(0.6 * chi, 99.0, machine=finer))
     levels = lump_refinement.refine_lumps(bare(), written)
     assert [each.machine for each in levels[1:]] == told
+
+
+@pytest.mark.parametrize("chi, late, tried", [(9.0, True, 1), (9.0, False, 2), (DOUBTFUL - 0.1, True, 2)])
+def test_before_anything_is_tried_lumps_are_refined_while_there_is_time(
+    chi: float, late: bool, tried: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What leaves little takes what it takes: there nothing may be missing but lumps."""
+    began = -1000.0 if late else time.monotonic()
+    case = bare(budget=TimeBudget(100.0, began=began))
+    levels = [h(chi, 0.0, case=case, values={"level": 0}), h(1.0, 99.0, case=case, values={"level": 1})]
+    monkeypatch.setattr(lump_refinement, "choose_lumps", lambda each, jobs: "finer")
+    monkeypatch.setattr(lump_refinement, "promises_more", lambda each, finer: True)
+    monkeypatch.setattr(lump_refinement, "_fit_finer", lambda *of: levels[1])
+    assert lump_refinement.refine_lumps(bare(), levels[0]) == levels[:tried]
+    chosen = list[Any]()
+    monkeypatch.setattr(lump_convergence, "expand", lambda each: each)
+    monkeypatch.setattr(lump_convergence, "choose_lumps", lambda each, jobs: chosen.append(each))
+    lump_convergence.refine_until_converged(bare(), levels[0], is_late=lump_refinement.know_time(levels[0]))
+    assert chosen == levels[: tried - 1]
+
+
+def test_a_fit_that_may_come_to_what_it_needs_is_left_once_it_is_late() -> None:
+    at: Any = bare(temper=lambda *of: bare(log_evidence=5.0), problem=bare(firm_eta=1.0))
+    assert not falling_short.FallsShort(0.0, 9)(at)
+    assert falling_short.FallsShort(0.0, 9, lambda: True)(at)
+
+
+def test_lumps_that_are_where_their_errors_say_they_belong_are_not_looked_at_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Only a bar that takes more than it gets at once is."""
+    looked = list[Any]()
+    counts, allowed = {"short": 1, "long": 1}, 1.0
+
+    def leave(each: Any, now: Any, bars: Any, jobs: int) -> dict[str, float]:
+        looked.append((dict(now), [*bars]))
+        return {name: off for name, off in (("short", 3.0 / now["short"] ** 2), ("long", 48.0 / now["long"] ** 2))
+                if name in bars}  # fmt: skip
+
+    monkeypatch.setattr(lump_refinement, "on_few_runs", lambda each: each)
+    monkeypatch.setattr(lump_refinement, "bars_of", lambda machine: dict(counts))
+    monkeypatch.setattr(lump_refinement, "lasting_misfit", lambda at: allowed * 2 / np.sqrt(2 * ALIKE))
+    monkeypatch.setattr(lump_refinement, "_leave_each", leave)
+    monkeypatch.setattr(lump_refinement, "cut_bars", lambda machine, told: told)
+    left = bare(left=np.zeros(4))
+    now = h(root=bare(), machine=bare(lumps=2), fit=left, linearised=None)
+    assert lump_refinement.choose_lumps(now) == {"short": 2, "long": 8}
+    assert looked == [({"short": 1, "long": 1}, ["short", "long"]), ({"short": 2, "long": 4}, ["long"])]
 
 
 def test_finer_lumps_whose_runs_break_down_are_left(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -441,7 +491,7 @@ def test_finer_lumps_are_fitted_to_all_runs_only_where_they_explain_more_of_a_fe
 
     def fit(case: Any, machine: Any, start: Any = None, steps: int = 0, until: Any = None) -> Any:
         asked.append((case, start))
-        assert until is None or until.needed == few.evidence
+        assert case == "all" or until.needed == few.evidence
         return fits[case]
 
     monkeypatch.setattr(lump_refinement, "on_few_runs", lambda each: few)
