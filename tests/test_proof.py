@@ -8,11 +8,12 @@ from collections import Counter
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
-from proof import flagship, programs
+from proof import cases, flagship, programs
 from proof.assembly import Assembly, add_part, assemble
 from proof.cases import make_cases
 from proof.drawn import drawn_machine
@@ -282,6 +283,16 @@ def make_short(folder: Path, count: int, seed: int, jobs: int = 1) -> list[str]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(programs, "HOURS", {runs: (0.5,) * (runs + 1) for runs in (1, 3, 6)})
         return make_cases(folder, count, seed, jobs)
+
+
+@pytest.mark.parametrize(("left", "told"), [([0.5, 1e50, 2.0, 9.0], 2.0), ([1e50, 0.5] * 4, 0.5), ([1e50] * 8, 1e50)])
+def test_a_truth_that_runs_away_is_drawn_again(left: list[float], told: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    tried: Any = iter(left)
+    monkeypatch.setattr(cases, "site", lambda *of: "somewhere")
+    monkeypatch.setattr(cases, "sized", lambda rng, on, effect: next(tried))
+    monkeypatch.setattr(cases, "seen", lambda on, effects: {"after_calibration": effects[0]})
+    any_of_it: Any = SimpleNamespace(layout=None, draw=lambda *of: None)
+    assert cases.visible(any_of_it, any_of_it, any_of_it, any_of_it) == told  # type: ignore[comparison-overlap]
 
 
 def test_the_same_seed_makes_the_same_cases_and_another_does_not(made: Path, tmp_path: Path) -> None:
