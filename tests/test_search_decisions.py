@@ -11,7 +11,7 @@ import pytest
 from build import machine
 from test_small_decisions import bare
 
-from network.analysis.diagnosis import readings_set_right, search
+from network.analysis.diagnosis import readings_set_right, search, time_budget
 from network.analysis.diagnosis.experiments import advice, separation
 from network.analysis.diagnosis.experiments.programs import Driver, _ladder
 from network.analysis.diagnosis.findings import (
@@ -395,27 +395,26 @@ def test_a_fit_that_may_come_to_what_it_needs_is_left_once_it_is_late() -> None:
     assert falling_short.FallsShort(0.0, 9, lambda: True)(at)
 
 
-def test_lumps_that_are_where_their_errors_say_they_belong_are_not_looked_at_again(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize("slow, told", [(False, {"short": 2, "long": 8}), (True, {"short": 2, "long": 4})])
+def test_lumps_are_looked_at_again_unless_that_is_slow(
+    slow: bool, told: dict[str, int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Only a bar that takes more than it gets at once is."""
-    looked = list[Any]()
-    counts, allowed = {"short": 1, "long": 1}, 1.0
+    """A bar gets four times as many lumps at once at most; what it takes then shows in a further look."""
+    clock = [0.0]
 
     def leave(each: Any, now: Any, bars: Any, jobs: int) -> dict[str, float]:
-        looked.append((dict(now), [*bars]))
-        return {name: off for name, off in (("short", 3.0 / now["short"] ** 2), ("long", 48.0 / now["long"] ** 2))
-                if name in bars}  # fmt: skip
+        clock[0] += 1.0 if slow else 0.1
+        return {"short": 3.0 / now["short"] ** 2, "long": 48.0 / now["long"] ** 2}
 
+    monkeypatch.setattr(time_budget.time, "monotonic", lambda: clock[0])
     monkeypatch.setattr(lump_refinement, "on_few_runs", lambda each: each)
-    monkeypatch.setattr(lump_refinement, "bars_of", lambda machine: dict(counts))
-    monkeypatch.setattr(lump_refinement, "lasting_misfit", lambda at: allowed * 2 / np.sqrt(2 * ALIKE))
+    monkeypatch.setattr(lump_refinement, "bars_of", lambda machine: {"short": 1, "long": 1})
+    monkeypatch.setattr(lump_refinement, "lasting_misfit", lambda at: 2 / np.sqrt(2 * ALIKE))
     monkeypatch.setattr(lump_refinement, "_leave_each", leave)
-    monkeypatch.setattr(lump_refinement, "cut_bars", lambda machine, told: told)
-    left = bare(left=np.zeros(4))
-    now = h(root=bare(), machine=bare(lumps=2), fit=left, linearised=None)
-    assert lump_refinement.choose_lumps(now) == {"short": 2, "long": 8}
-    assert looked == [({"short": 1, "long": 1}, ["short", "long"]), ({"short": 2, "long": 4}, ["long"])]
+    monkeypatch.setattr(lump_refinement, "cut_bars", lambda machine, counts: counts)
+    now = h(root=bare(), machine=bare(lumps=2), fit=bare(left=np.zeros(4)), linearised=None)
+    now.case = bare(budget=TimeBudget(100.0, began=0.0))
+    assert lump_refinement.choose_lumps(now) == told
 
 
 def test_finer_lumps_whose_runs_break_down_are_left(monkeypatch: pytest.MonkeyPatch) -> None:

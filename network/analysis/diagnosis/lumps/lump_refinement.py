@@ -50,9 +50,9 @@ FINEST, MANY = 400, 120
 nothing is looked for, nor looked once more for readings at fault (budget)."""
 ROUNDS, GROWTH = 4, 4
 """Times that lumps are looked at again, and how many times as many a bar gets at once."""
-LOOK, SLOWER = 0.1, 1.5
-"""Share of the whole time that a look at lumps may take (budget), and the power of their number that it grows with
-(measured: 1 to 1.8)."""
+LOOK, AGAIN, SLOWER = 0.1, 0.01, 1.5
+"""Shares of the whole time that a look at lumps may take, and another one after it (budget), and the power of their
+number that it grows with (measured: 1 to 1.8)."""
 TO_THE_LIMIT = 4 / 3
 NEARLY = 0.9
 """Misfit χ over that on coarser lumps from which finer ones hardly matter, and are not refined further (budget)."""
@@ -156,12 +156,13 @@ def _fit_finer(case: Case, machine: Machine, before: Hypothesis, written: Hypoth
 def choose_lumps(h: Hypothesis, jobs: int = 1, rounds: int = ROUNDS, growth: int = GROWTH) -> Machine | None:
     """The machine of a hypothesis without what was found, with the lumps that it takes, as far as they are no more than
     FINEST and a look at them does not take long, for then fits would, too; None where it has them. rounds: times that
-    they are looked at; growth: how many times as many a bar gets in each: one that takes more is looked at again."""
+    they are looked at, for what one bar takes shows the more the finer the others are, unless that is slow; growth: how
+    many times as many a bar gets in each."""
     own = bars_of(h.root)
     written = counts = {name: n for name, n in bars_of(h.machine).items() if name in own}
     few = on_few_runs(h)
-    share = len(few.fit.left) / max(len(h.fit.left), 1)
-    allowed = float(np.sqrt(2 * SETTINGS.alike * share)) * lasting_misfit(h.linearised) / max(len(counts), 1)
+    part = len(few.fit.left) / max(len(h.fit.left), 1)
+    allowed = float(np.sqrt(2 * SETTINGS.alike * part)) * lasting_misfit(h.linearised) / max(len(counts), 1)
     bars, others = [*counts], h.machine.lumps - sum(counts.values())
     for _ in range(rounds):
         began = h.case.budget.spent
@@ -169,12 +170,11 @@ def choose_lumps(h: Hypothesis, jobs: int = 1, rounds: int = ROUNDS, growth: int
         more = counts | {name: _count(counts[name], TO_THE_LIMIT * off / allowed, growth) for name, off in left.items()}
         took = h.case.budget.spent - began
         growing = (others + sum(more.values())) / (others + sum(counts.values()))
-        is_long = took * growing**SLOWER > LOOK * h.case.budget.seconds
-        if more == counts or sum(more.values()) > FINEST or is_long:
+        share = took * growing**SLOWER / h.case.budget.seconds
+        if more == counts or sum(more.values()) > FINEST or share > LOOK:
             break
-        bars = [name for name, n in more.items() if n == growth * counts[name]]
-        counts = more
-        if not bars:
+        counts, bars = more, [name for name in bars if left.get(name, np.inf) > NOTHING]
+        if share > AGAIN:
             break
     return None if counts == written else cut_bars(h.root, counts)
 
