@@ -6,7 +6,7 @@ comes to. Lumps are refined where that mends more than it costs; from which of t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import chain
 
@@ -124,7 +124,7 @@ def _search_from(
         now = _with_fault(now, fault, mended)
         levels = refine_lumps(now.case, now.written, jobs)
     tell(0.15)
-    best = max(levels, key=_evidence)
+    best = _choose_level(levels)
     case = estimate_noise(now.case, best)
     if best is not levels[0] and not hardly_matter(best, levels[0]):
         best = refine_until_converged(case, reweight(case, best), jobs, know_time(best))
@@ -135,6 +135,12 @@ def _search_from(
     now = replace(now, case=case, written=written, null=null, selection=Selection(null), screened=Screening(null))
     yield now
     yield from _follow_tracks(now, list_tracks(null, written, begins, seed, jobs), seed, jobs, tell)
+
+
+def _choose_level(levels: Sequence[Hypothesis]) -> Hypothesis:
+    """The machine on the lumps that explain most; as it was written where finer ones hardly matter and are slow."""
+    written, best = levels[0], max(levels, key=_evidence)
+    return written if know_time(best)() and hardly_matter(best, written) else best
 
 
 def _follow_tracks(

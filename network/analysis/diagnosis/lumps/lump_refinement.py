@@ -116,8 +116,9 @@ def _is_no_matter_of_lumps(finer: Hypothesis, before: Hypothesis, share: float =
 
 
 def hardly_matter(finer: Hypothesis, written: Hypothesis) -> bool:
-    """Whether finer lumps leave much, and nearly as much as those of the machine as written."""
-    return _is_no_matter_of_lumps(finer, written, NEARLY)
+    """Whether finer lumps leave much, and nearly as much as those of the machine as written; once the time for them is
+    up, not half of it: what is missing is found sooner on few."""
+    return _is_no_matter_of_lumps(finer, written, SETTINGS.half if know_time(finer)() else NEARLY)
 
 
 def _try_finer(case: Case, machine: Machine, before: Hypothesis, written: Hypothesis) -> Hypothesis | None:
