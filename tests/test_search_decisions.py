@@ -456,6 +456,20 @@ def test_lumps_are_cut_again_where_much_is_left_but_far_less_than_before() -> No
     assert lump_refinement.hardly_matter(h(22.0), before) and not lump_refinement.hardly_matter(h(13.0), before)
 
 
+def test_once_it_is_late_finer_lumps_that_leave_more_than_half_are_not_gone_on_from() -> None:
+    """Runs on them are slow, and what is missing is found sooner on those of the file."""
+    late = bare(budget=TimeBudget(100.0, began=-1000.0))
+    written = h(24.0, 0.0)
+    for finer, on_time, in_the_end in (
+        (h(13.0, 99.0), False, True), (h(11.0, 99.0), False, False), (h(DOUBTFUL - 0.1, 99.0), False, False),
+    ):  # fmt: skip
+        slow = bare(**{**vars(finer), "case": late})
+        assert lump_refinement.hardly_matter(finer, written) == on_time
+        assert lump_refinement.hardly_matter(slow, written) == in_the_end
+        assert search._choose_level([written, finer]) is finer
+        assert search._choose_level([written, slow]) is (written if in_the_end else slow)
+
+
 @pytest.mark.parametrize(
     "chis, gains, switches, told",
     [

@@ -16,6 +16,7 @@ from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.lumps.lump_refinement import list_finer_machines
 from network.analysis.diagnosis.screening.screening import Screening
 from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.time_budget import TimeBudget
 from network.analysis.diagnosis.tracks import list_begins, list_tracks
 
 SLOW = {"sensors": {"T_housing": {**SENSORS["T_housing"], "effects": [{"kind": "sensor_lag", "lag": "900 s"}]}}}
@@ -58,6 +59,15 @@ def test_where_finer_lumps_leave_little_nothing_is_looked_for_on_those_as_writte
     )
     monkeypatch.setattr(Hypothesis, "chi", property(lambda h: chi if h is finer else 4.0))
     assert [track.begin for track in list_tracks(finer, written, [finer], 1, 1)] == [finer] == seen
+
+
+def test_once_it_is_late_it_is_not_asked_whether_one_thing_explains_everything_on_lumps_as_written(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    written, finer = levels()
+    monkeypatch.setattr(tracks, "screen_candidates", lambda h, seed, jobs: Screening(h))
+    monkeypatch.setattr(TimeBudget, "is_prepared", lambda budget: True)
+    assert [track.begin for track in list_tracks(finer, written, [finer, written], 1, 1)] == [finer, written]
 
 
 @pytest.mark.parametrize(("before", "best", "count"), [(4.0, 2.0, 2), (9.0, 2.0, 1), (4.0, 1.0, 1)])
