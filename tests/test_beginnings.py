@@ -120,6 +120,19 @@ def test_other_beginnings_of_the_null_have_a_third_of_its_time(monkeypatch: pyte
     assert told == {4.9: (False, False), 5.1: (True, False), 14.9: (True, False), 15.1: (True, True)}
 
 
+@pytest.mark.parametrize("reserved, until", [(0.0, 37.5), (42.5, 32.5)])
+def test_what_comes_before_all_that_is_tried_has_a_quarter_of_what_is_left(
+    reserved: float, until: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now = [20.0]
+    budget = TimeBudget(112.5, reserved=reserved, began=0.0)
+    monkeypatch.setattr(time_budget.time, "monotonic", lambda: now[0])
+    allotted, endless = budget.allot(), TimeBudget(began=0.0).allot()
+    for now[0] in (until - 0.1, until + 0.1):
+        assert allotted.is_prepared() == (now[0] > until)
+        assert not budget.is_prepared() and not endless.is_prepared()
+
+
 def test_what_runs_take_in_the_end_is_kept_from_the_search(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of 100 s the search has 80, or what simulating all runs leaves, before it and after it; its shares do not count
     what was simulated before it."""

@@ -295,6 +295,10 @@ def test_a_truth_that_runs_away_is_drawn_again(left: list[float], told: float, m
     assert cases.visible(any_of_it, any_of_it, any_of_it, any_of_it) == told  # type: ignore[comparison-overlap]
 
 
+def test_a_place_where_a_truth_runs_away_is_not_the_most_visible() -> None:
+    assert max([0.5, 1e50, 2.0], key=cases.rank_of) == 2.0 and not cases.is_shown(1e50) and cases.is_shown(2.0)
+
+
 def test_the_same_seed_makes_the_same_cases_and_another_does_not(made: Path, tmp_path: Path) -> None:
     assert make_short(tmp_path / "again", 3, 7) == ["case-001", "case-002", "case-003"]
     for path in sorted(made.rglob("*.*")):

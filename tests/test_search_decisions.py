@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -370,13 +369,15 @@ def test_where_much_is_left_every_bar_is_cut_if_the_lumps_it_takes_promise_nothi
     assert [each.machine for each in levels[1:]] == told
 
 
+LATE = bare(budget=TimeBudget(100.0, prepared=-1.0))
+
+
 @pytest.mark.parametrize("chi, late, tried", [(9.0, True, 1), (9.0, False, 2), (DOUBTFUL - 0.1, True, 2)])
 def test_before_anything_is_tried_lumps_are_refined_while_there_is_time(
     chi: float, late: bool, tried: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """What leaves little takes what it takes: there nothing may be missing but lumps."""
-    began = -1000.0 if late else time.monotonic()
-    case = bare(budget=TimeBudget(100.0, began=began))
+    case = LATE if late else bare(budget=TimeBudget(100.0))
     levels = [h(chi, 0.0, case=case, values={"level": 0}), h(1.0, 99.0, case=case, values={"level": 1})]
     monkeypatch.setattr(lump_refinement, "choose_lumps", lambda each, jobs: "finer")
     monkeypatch.setattr(lump_refinement, "promises_more", lambda each, finer: True)
@@ -385,14 +386,26 @@ def test_before_anything_is_tried_lumps_are_refined_while_there_is_time(
     chosen = list[Any]()
     monkeypatch.setattr(lump_convergence, "expand", lambda each: each)
     monkeypatch.setattr(lump_convergence, "choose_lumps", lambda each, jobs: chosen.append(each))
-    lump_convergence.refine_until_converged(bare(), levels[0], is_late=lump_refinement.know_time(levels[0]))
+    lump_convergence.refine_until_converged(bare(), levels[0], is_late=lump_refinement.is_late)
     assert chosen == levels[: tried - 1]
 
 
-def test_a_fit_that_may_come_to_what_it_needs_is_left_once_it_is_late() -> None:
-    at: Any = bare(temper=lambda *of: bare(log_evidence=5.0), problem=bare(firm_eta=1.0))
-    assert not falling_short.FallsShort(0.0, 9)(at)
-    assert falling_short.FallsShort(0.0, 9, lambda: True)(at)
+@pytest.mark.parametrize("left, told", [(13.0, None), (11.0, "ended")])
+def test_a_fit_on_finer_lumps_that_time_cuts_short_is_ended_where_they_leave_less_than_half(
+    left: float, told: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is not at its minimum is no null: whatever is tried would gain what the fit had left over."""
+    before = h(24.0, 5.0, case=LATE, fit=bare(problem=bare(model=bare(switches=True))))
+    asked = list[Any]()
+
+    def fit(case: Any, machine: Any, start: Any = None, until: Any = None) -> Any:
+        asked.append((start, until is not None and until(None)))
+        return h(left, 9.0, values="cut") if until else "ended"
+
+    monkeypatch.setattr(lump_refinement, "on_few_runs", lambda each: each)
+    monkeypatch.setattr(lump_refinement, "fit_hypothesis", fit)
+    assert lump_refinement._fit_finer("all", "fine", before, before) == told  # type: ignore[arg-type]
+    assert asked == [(None, True), *([("cut", False)] if told else [])]
 
 
 @pytest.mark.parametrize("slow, told", [(False, {"short": 2, "long": 8}), (True, {"short": 2, "long": 4})])
@@ -458,12 +471,11 @@ def test_lumps_are_cut_again_where_much_is_left_but_far_less_than_before() -> No
 
 def test_once_it_is_late_finer_lumps_that_leave_more_than_half_are_not_gone_on_from() -> None:
     """Runs on them are slow, and what is missing is found sooner on those of the file."""
-    late = bare(budget=TimeBudget(100.0, began=-1000.0))
     written = h(24.0, 0.0)
     for finer, on_time, in_the_end in (
         (h(13.0, 99.0), False, True), (h(11.0, 99.0), False, False), (h(DOUBTFUL - 0.1, 99.0), False, False),
     ):  # fmt: skip
-        slow = bare(**{**vars(finer), "case": late})
+        slow = bare(**{**vars(finer), "case": LATE})
         assert lump_refinement.hardly_matter(finer, written) == on_time
         assert lump_refinement.hardly_matter(slow, written) == in_the_end
         assert search._choose_level([written, finer]) is finer
@@ -498,13 +510,14 @@ def test_finer_lumps_are_fitted_to_all_runs_only_where_they_explain_more_of_a_fe
     gain: float, goes_on: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     still = bare(problem=bare(model=bare(switches=False)))
-    few, before = h(2.0, 5.0, case="few"), h(2.0, 9.0, fit=still)
+    few, before = h(2.0, 5.0), h(2.0, 9.0, fit=still)
     fits = {"few": h(2.0, 5.0 + gain, values={"of": "few"}), "all": h(1.0, 20.0)}
     asked = list[Any]()
 
     def fit(case: Any, machine: Any, start: Any = None, steps: int = 0, until: Any = None) -> Any:
+        case = case if case == "all" else "few"
         asked.append((case, start))
-        assert case == "all" or until.needed == few.evidence
+        assert until(None) is False if case == "all" else until.needed == few.evidence
         return fits[case]
 
     monkeypatch.setattr(lump_refinement, "on_few_runs", lambda each: few)

@@ -138,9 +138,9 @@ def visible_truth(rng: Generator, slot: Slot, numbers: Mapping[str, float], prog
         setting = Setting(layout, warm, slot.truth == "hard", slot.truth != "lumped", slot.runs)
         effects = tuple(visible(rng, on, setting, kind, fixed.get(kind)) for kind in slot.effects)
         tried.append(Truth(slot, on.numbers, programs, effects, on))
-        if not fixed or seen(on, effects)["after_calibration"] > VISIBLE:
+        if not fixed or is_shown(seen(on, effects)["after_calibration"]):
             break
-    return max(tried, key=lambda truth: seen(truth.on, truth.effects)["after_calibration"])
+    return max(tried, key=lambda truth: rank_of(seen(truth.on, truth.effects)["after_calibration"]))
 
 
 def rooms(slot: Slot) -> float:
@@ -162,11 +162,21 @@ def visible(rng: Generator, on: Bench, setting: Setting, kind: type[Effect], at:
     """An effect at one of its sites that calibration cannot hide; the most visible of some tries that does not run
     away."""
     found: list[tuple[float, Effect]] = []
-    while len(found) < (TRIES if at is None else 1) and not (found and VISIBLE < found[-1][0] < RUNS_AWAY):
+    while len(found) < (TRIES if at is None else 1) and not (found and is_shown(found[-1][0])):
         where = site(rng, setting.layout, kind) if at is None else at
         effect = sized(rng, on, kind.draw(setting, where, rng))
         found.append((seen(on, [effect])["after_calibration"], effect))
-    return max(found, key=lambda pair: (pair[0] < RUNS_AWAY, pair[0]))[1]
+    return max(found, key=lambda pair: rank_of(pair[0]))[1]
+
+
+def is_shown(left: float) -> bool:
+    """Whether so much [σ] is seen, of a machine that outlives it."""
+    return VISIBLE < left < RUNS_AWAY
+
+
+def rank_of(left: float) -> tuple[bool, float]:
+    """By which what leaves so much [σ] is taken: the most that does not run away."""
+    return left < RUNS_AWAY, left
 
 
 def recorded(rng: Generator, truth: Truth) -> list[Recording]:

@@ -21,7 +21,7 @@ from network.analysis.diagnosis.hypotheses.few_runs import finish_in_passing
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis, reweight, state
 from network.analysis.diagnosis.lumps.lump_convergence import refine_until_converged
-from network.analysis.diagnosis.lumps.lump_refinement import hardly_matter, know_time, refine_lumps
+from network.analysis.diagnosis.lumps.lump_refinement import hardly_matter, is_late, refine_lumps
 from network.analysis.diagnosis.reading_fault import ReadingFault
 from network.analysis.diagnosis.readings_set_right import set_right, set_right_on_lumps
 from network.analysis.diagnosis.screening.screening import Screening, leaves_something
@@ -116,18 +116,19 @@ def _search_from(
     now: Search, seed: int, jobs: int, tell: Callable[[float], None], sets_right: bool = True
 ) -> Iterator[Search]:
     """Ever better states from the machine as written; sets_right: whether readings may be at fault."""
+    now = now.allot()
     levels = refine_lumps(now.case, now.written, jobs)
     tell(0.1)
     may_mend, finest = now.fault is None and sets_right, max(levels, key=_evidence)
     fault, mended = set_right_on_lumps(now.written, finest, jobs) if may_mend else (None, finest)
     if fault is not None:
-        now = _with_fault(now, fault, mended)
+        now = _with_fault(now, fault, mended).allot()
         levels = refine_lumps(now.case, now.written, jobs)
     tell(0.15)
     best = _choose_level(levels)
     case = estimate_noise(now.case, best)
     if best is not levels[0] and not hardly_matter(best, levels[0]):
-        best = refine_until_converged(case, reweight(case, best), jobs, know_time(best))
+        best = refine_until_converged(case, reweight(case, best), jobs, is_late)
         case = estimate_noise(case, best)
     written = reweight(case, levels[0])
     begins = [written if h is levels[0] else reweight(case, h) for h in list_begins(levels, best)]
@@ -140,7 +141,7 @@ def _search_from(
 def _choose_level(levels: Sequence[Hypothesis]) -> Hypothesis:
     """The machine on the lumps that explain most; as it was written where finer ones hardly matter and are slow."""
     written, best = levels[0], max(levels, key=_evidence)
-    return written if know_time(best)() and hardly_matter(best, written) else best
+    return written if is_late(best) and hardly_matter(best, written) else best
 
 
 def _follow_tracks(

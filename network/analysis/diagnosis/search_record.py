@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from network.analysis.calibration.null import Null
@@ -43,6 +43,11 @@ class Search:
     @property
     def best(self) -> Hypothesis:
         return self.selection.best
+
+    def allot(self) -> Search:
+        """The same with time of its own for what comes before all that is tried."""
+        case, written = (replace(of, budget=self.case.budget.allot()) for of in (self.case, self.written.case))
+        return replace(self, case=case, written=replace(self.written, case=written))
 
     @property
     def told(self) -> Hypothesis:

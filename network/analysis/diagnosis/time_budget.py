@@ -11,10 +11,10 @@ BEGINNINGS = 1 / 3
 """Share of the time of the null within which it is looked for from other beginnings: where something is missing it lies
 at bounds and leaves much from wherever it is begun."""
 
-PREPARED = 1 / 3
-"""Share of the time of the search within which lumps are refined before anything is tried, where much is left, and what
-is tried first on those of the file: what is found is put on the lumps that it takes all the same, and what is not tried
-is not found (budget)."""
+PREPARED = 1 / 4
+"""Share of what is left of the search when lumps are first looked at within which they are refined, where much is left,
+before anything is tried on them: what is found is put on the lumps that it takes all the same, and what is not tried is
+not found (budget)."""
 
 RESERVED = 1 / 3
 """Share of the time that is kept for the end, at most."""
@@ -26,11 +26,12 @@ class BudgetReached(Exception):
 
 @dataclass(frozen=True)
 class TimeBudget:
-    """seconds: of the whole; reserved: of these for what comes after the search; began: instant on the machine's clock
-    [s], the same in all its processes."""
+    """seconds: of the whole; reserved: of these for what comes after the search; prepared: after which lumps are left
+    as they are; began: instant on the machine's clock [s], the same in all its processes."""
 
     seconds: float = float("inf")
     reserved: float = 0.0
+    prepared: float = float("inf")
     began: float = field(default_factory=time.monotonic)
 
     @property
@@ -45,13 +46,23 @@ class TimeBudget:
         left = max(self.seconds - took, 0.0)
         return replace(self, seconds=left, reserved=min(took, RESERVED * left), began=self.began + took)
 
+    def allot(self) -> TimeBudget:
+        """The same with a share of what is left of the search for what comes before all that is tried."""
+        began = self.spent
+        return replace(self, prepared=began + PREPARED * max(self._searched - began, 0.0))
+
     def is_searched(self) -> bool:
         """Whether the search has had its share."""
-        return self.is_past(SETTINGS.searched) or self.spent > self.seconds - self.reserved
+        return self.spent > self._searched
+
+    @property
+    def _searched(self) -> float:
+        """Seconds after which nothing more is looked for."""
+        return min(SETTINGS.searched * self.seconds, self.seconds - self.reserved)
 
     def is_prepared(self) -> bool:
         """Whether what comes before all that is tried has had its share."""
-        return self.is_past(PREPARED * SETTINGS.searched)
+        return self.spent > self.prepared
 
     def is_calibrated(self) -> bool:
         """Whether the null has had its share."""

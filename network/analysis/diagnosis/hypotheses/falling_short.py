@@ -3,7 +3,6 @@ leaves too much, or what shows too little."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -16,22 +15,13 @@ BEFORE = 3
 HOPE = 2.0
 """How many times as fast as by the better of the last steps it may come to go on."""
 
-IsLate = Callable[[], bool]
-
-
-def never_late() -> bool:
-    """What has all the time there is."""
-    return False
-
 
 @dataclass
 class FallsShort:
-    """Asked after every step of a fit. needed: evidence [nats]; steps: that the fit may take; is_late: whether it is
-    left as it is; told: evidence so far."""
+    """Asked after every step of a fit. needed: evidence [nats]; steps: that the fit may take; told: evidence so far."""
 
     needed: float
     steps: int
-    is_late: IsLate = never_late
     told: list[float] = field(default_factory=list)
 
     def __call__(self, at: Linearised) -> bool:
@@ -39,7 +29,7 @@ class FallsShort:
         last = self.told[-BEFORE:]
         gain = max((b - a for a, b in pairwise(last)), default=0.0)
         left = HOPE * (self.steps - len(self.told)) * max(gain, 0.0)
-        return self.is_late() or (len(last) == BEFORE and self.told[-1] + left < self.needed)
+        return len(last) == BEFORE and self.told[-1] + left < self.needed
 
 
 def leaves_too_much(before: Hypothesis, after: Hypothesis) -> bool:

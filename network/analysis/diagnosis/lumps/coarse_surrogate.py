@@ -17,7 +17,7 @@ import numpy as np
 from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.candidates.candidates import lay_over
 from network.analysis.diagnosis.hypotheses.case import Case
-from network.analysis.diagnosis.hypotheses.falling_short import FallsShort, IsLate, never_late
+from network.analysis.diagnosis.hypotheses.falling_short import FallsShort
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings, fit_hypothesis, parameters_of
 from network.analysis.diagnosis.lumps.additive_correction import AdditiveCorrection
@@ -70,27 +70,25 @@ def _fit_until_steady(coarse: Hypothesis, lack: Sequence[Array], fine: Hypothesi
 
 
 def fit_on_finer_lumps(
-    case: Case, coarse: Hypothesis, root: Machine, steps: int = CARRIED_STEPS, needed: float = -np.inf,
-    is_late: IsLate = never_late,
+    case: Case, coarse: Hypothesis, root: Machine, steps: int = CARRIED_STEPS, needed: float = -np.inf
 ) -> Hypothesis | None:  # fmt: skip
     """A hypothesis fitted on finer lumps; None where it does not fit there or runs away. needed: evidence that it must
-    come to, without which it is not fitted to the end; is_late: whether it is left as it is."""
+    come to, without which it is not fitted to the end."""
     about = replace(case, began=coarse.case.began)
-    until = FallsShort(needed, steps, is_late)
+    until = FallsShort(needed, steps)
     return fit_findings(about, root, coarse.found, coarse.values, not coarse.switches, steps, until)
 
 
 def fit_on_finer_lumps_afresh(
-    case: Case, coarse: Hypothesis, root: Machine, needed: float = -np.inf, is_late: IsLate = never_late
+    case: Case, coarse: Hypothesis, root: Machine, needed: float = -np.inf
 ) -> Hypothesis | None:  # fmt: skip
     """The same, where that leaves much also from the numbers of the file and with its last finding where that was
     proposed."""
-    about = replace(case, began=coarse.case.began)
-    best = fit_on_finer_lumps(case, coarse, root, needed=needed, is_late=is_late)
+    about, best = replace(case, began=coarse.case.began), fit_on_finer_lumps(case, coarse, root, needed=needed)
     back = coarse.found[-1].back if coarse.found else None
     if best is None or back is None or best.chi < SETTINGS.adequate or coarse.switches:
         return best
-    values, until = coarse.own_values | back.usual, FallsShort(max(needed, best.evidence), CARRIED_STEPS, is_late)
+    values, until = coarse.own_values | back.usual, FallsShort(max(needed, best.evidence), CARRIED_STEPS)
     again = fit_findings(about, root, (*coarse.found[:-1], back), values, steps=CARRIED_STEPS, until=until)
     return best if again is None else max(best, again, key=lambda h: h.evidence)
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.compact_fit import expand
-from network.analysis.diagnosis.hypotheses.falling_short import IsLate, never_late
 from network.analysis.diagnosis.hypotheses.few_runs import on_few_runs
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import theta_of
@@ -16,18 +16,27 @@ from network.analysis.diagnosis.settings import SETTINGS
 from network.machine.machine import Machine
 
 
+def never_late(best: Hypothesis) -> bool:
+    """What takes the time that it takes."""
+    return False
+
+
 def refine_until_converged(
-    case: Case, best: Hypothesis, jobs: int = 1, is_late: IsLate = never_late
+    case: Case, best: Hypothesis, jobs: int = 1, is_late: Callable[[Hypothesis], bool] = never_late
 ) -> Hypothesis:  # fmt: skip
     """The hypothesis on the lumps that it takes at its numbers; relays are led back into step there. What numbers of
     the file are bent for is not converged, however little is left: then lumps are doubled, until they are not. is_late:
-    whether it is left on those that it is on."""
+    asked whether there is no time for finer ones."""
     for _ in range(LEVELS):
         best = expand(best)
-        if is_late() or (best.chi < SETTINGS.noise and not best.is_bent) or (root := _choose_next(best, jobs)) is None:
+        if (
+            is_late(best)
+            or (best.chi < SETTINGS.noise and not best.is_bent)
+            or (root := _choose_next(best, jobs)) is None
+        ):
             break
-        begun = _begin_on_few(best, root, is_late)
-        other = begun and fit_on_finer_lumps_afresh(case, begun, root, best.evidence, is_late)
+        begun = _begin_on_few(best, root)
+        other = begun and fit_on_finer_lumps_afresh(case, begun, root, best.evidence)
         if other is None or other.evidence < best.evidence + _least_gain(best, other):
             break
         best = other
@@ -38,13 +47,13 @@ def _choose_next(best: Hypothesis, jobs: int) -> Machine | None:
     return choose_lumps(best, jobs) if best.chi >= SETTINGS.noise else choose_lumps(best, jobs, rounds=1, growth=2)
 
 
-def _begin_on_few(best: Hypothesis, root: Machine, is_late: IsLate) -> Hypothesis | None:
+def _begin_on_few(best: Hypothesis, root: Machine) -> Hypothesis | None:
     """The hypothesis at the numbers that finer lumps take on the runs that it tells worst; None where they explain less
     of these."""
     few = on_few_runs(best)
     if few is best or best.fit.problem.model.switches:
         return best
-    begun = fit_on_finer_lumps(few.case, few, root, needed=few.evidence, is_late=is_late)
+    begun = fit_on_finer_lumps(few.case, few, root, needed=few.evidence)
     if begun is None or begun.evidence < few.evidence:
         return None
     return replace(

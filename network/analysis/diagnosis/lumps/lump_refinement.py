@@ -25,7 +25,7 @@ from network.analysis.calibration.misfit import lasting_misfit
 from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.candidates.candidates import candidates
 from network.analysis.diagnosis.hypotheses.case import Case
-from network.analysis.diagnosis.hypotheses.falling_short import FallsShort, IsLate, never_late
+from network.analysis.diagnosis.hypotheses.falling_short import FallsShort
 from network.analysis.diagnosis.hypotheses.few_runs import on_few_runs
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis, parameters_of, settle_hypothesis
@@ -50,12 +50,13 @@ FINEST, MANY = 400, 120
 nothing is looked for, nor looked once more for readings at fault (budget)."""
 ROUNDS, GROWTH = 4, 4
 """Times that lumps are looked at again, and how many times as many a bar gets at once."""
-LOOK, AGAIN, SLOWER = 0.1, 0.01, 1.5
-"""Shares of the whole time that a look at lumps may take, and another one after it (budget), and the power of their
-number that it grows with (measured: 1 to 1.8)."""
+LOOK, FURTHER, SLOWER = 0.1, 0.01, 1.5
+"""Shares of the whole time beyond which a look at the next lumps tells that fits on them would take too long, and
+beyond which they are taken without one (budget); the power of their number that it grows with (measured: 1 to 1.8)."""
 TO_THE_LIMIT = 4 / 3
 NEARLY = 0.9
-"""Misfit χ over that on coarser lumps from which finer ones hardly matter, and are not refined further (budget)."""
+"""Misfit χ over that on coarser lumps from which finer ones hardly matter, and are not refined further, while there is
+time for them (budget)."""
 NOTHING = 1e-6
 """σ below which cutting a bar changes nothing, however others are cut: it has one temperature."""
 
@@ -82,7 +83,7 @@ def refine_lumps(case: Case, written: Hypothesis, jobs: int = 1) -> list[Hypothe
     levels = [written]
     for _ in range(LEVELS):
         best = max(levels, key=lambda h: h.evidence)
-        if levels[-1].chi < SETTINGS.noise or know_time(levels[-1])():
+        if levels[-1].chi < SETTINGS.noise or is_late(levels[-1]):
             break
         fits = (_try_finer(case, m, best, written) for m in _list_finer(levels, jobs) if promises_more(levels[-1], m))
         fitted = next((h for h in fits if h is not None), None)
@@ -94,9 +95,9 @@ def refine_lumps(case: Case, written: Hypothesis, jobs: int = 1) -> list[Hypothe
     return levels
 
 
-def know_time(h: Hypothesis) -> IsLate:
+def is_late(h: Hypothesis) -> bool:
     """Whether there is no time for finer lumps than those of a hypothesis: what leaves little takes what it takes."""
-    return h.case.budget.is_prepared if h.chi > SETTINGS.doubtful else never_late
+    return h.chi > SETTINGS.doubtful and h.case.budget.is_prepared()
 
 
 def _list_finer(levels: Sequence[Hypothesis], jobs: int) -> Iterator[Machine]:
@@ -117,8 +118,8 @@ def _is_no_matter_of_lumps(finer: Hypothesis, before: Hypothesis, share: float =
 
 def hardly_matter(finer: Hypothesis, written: Hypothesis) -> bool:
     """Whether finer lumps leave much, and nearly as much as those of the machine as written; once the time for them is
-    up, not half of it: what is missing is found sooner on few."""
-    return _is_no_matter_of_lumps(finer, written, SETTINGS.half if know_time(finer)() else NEARLY)
+    up, more than half of it: what is missing is found sooner on few."""
+    return _is_no_matter_of_lumps(finer, written, SETTINGS.half if is_late(finer) else NEARLY)
 
 
 def _try_finer(case: Case, machine: Machine, before: Hypothesis, written: Hypothesis) -> Hypothesis | None:
@@ -131,26 +132,40 @@ def _try_finer(case: Case, machine: Machine, before: Hypothesis, written: Hypoth
 
 def _fit_finer(case: Case, machine: Machine, before: Hypothesis, written: Hypothesis) -> Hypothesis | None:
     """The machine fitted on finer lumps, from the numbers of the file where nothing finer was fitted before; None where
-    they explain less of a few runs. Relays that fall out of step there are led back into it; from numbers that keep
-    step they have not where that explains more."""
-    start = None if before is written else before.values
-    few, is_late = on_few_runs(before), know_time(before)
+    they explain less of a few runs or, once there is no time for them, leave more than half."""
+    few, start = on_few_runs(before), None if before is written else before.values
     if few is not before and not before.fit.problem.model.switches:
-        until = FallsShort(few.evidence, STEPS, is_late)
+        until = FallsShort(few.evidence, STEPS)
         begun = fit_hypothesis(few.case, machine, start=start, steps=STEPS, until=until)
-        if begun.evidence < few.evidence:
+        if begun.evidence < few.evidence or _is_in_vain(begun, few):
             return None
         start = begun.values
-    direct = fit_hypothesis(case, machine, start=start, until=lambda at: is_late())
+    direct = fit_hypothesis(case, machine, start=start, until=lambda at: is_late(before))
+    if is_late(before):
+        return None if _is_in_vain(direct, before) else fit_hypothesis(case, machine, start=direct.values)
     is_in_step = start is not None and direct.evidence > before.evidence
     if is_in_step or direct.chi < SETTINGS.doubtful or not direct.fit.problem.model.switches:
         return direct
-    parameters = parameters_of(machine, ())
-    begin = begin_in_step(machine, parameters, case.lay_out(machine), case.start, is_late)
-    if begin is None:
+    return _lead_into_step(case, direct, before)
+
+
+def _is_in_vain(finer: Hypothesis, before: Hypothesis) -> bool:
+    """Whether there is no time for finer lumps that leave more than half."""
+    return is_late(before) and _is_no_matter_of_lumps(finer, before)
+
+
+def _lead_into_step(case: Case, direct: Hypothesis, before: Hypothesis) -> Hypothesis:
+    """A fit whose relays fell out of step on finer lumps led back into it, where that explains more and there is time
+    for it."""
+    parameters = parameters_of(direct.machine, ())
+    begin = begin_in_step(
+        direct.machine, parameters, case.lay_out(direct.machine), case.start,
+        lambda: is_late(before) or case.budget.is_searched(),
+    )  # fmt: skip
+    if begin is None or is_late(before):
         return direct
     about = replace(case, began=begin.points)
-    led = settle_hypothesis(fit_hypothesis(about, machine, start=values_at(parameters, begin.theta)))
+    led = settle_hypothesis(fit_hypothesis(about, direct.machine, start=values_at(parameters, begin.theta)))
     return max(direct, led, key=lambda h: h.evidence)
 
 
@@ -171,11 +186,11 @@ def choose_lumps(h: Hypothesis, jobs: int = 1, rounds: int = ROUNDS, growth: int
         more = counts | {name: _count(counts[name], TO_THE_LIMIT * off / allowed, growth) for name, off in left.items()}
         took = h.case.budget.spent - began
         growing = (others + sum(more.values())) / (others + sum(counts.values()))
-        share = took * growing**SLOWER / h.case.budget.seconds
-        if more == counts or sum(more.values()) > FINEST or share > LOOK:
+        next_one = took * growing**SLOWER
+        if more == counts or sum(more.values()) > FINEST or next_one > LOOK * h.case.budget.seconds:
             break
         counts, bars = more, [name for name in bars if left.get(name, np.inf) > NOTHING]
-        if share > AGAIN:
+        if next_one > FURTHER * h.case.budget.seconds:
             break
     return None if counts == written else cut_bars(h.root, counts)
 
