@@ -461,6 +461,23 @@ def test_readings_are_looked_at_on_the_lumps_as_written_where_finer_ones_hardly_
     assert looked == [(written, True), (better, True)]
 
 
+@pytest.mark.parametrize(
+    "lumps, root, coarse, told", [(9, 9, 0.0, 30.0), (1, 1, 0.0, 30.0), (1, 9, 20.0, 50.0), (1, 9, None, 0.0)]
+)
+def test_what_finer_lumps_add_is_told_beside_what_was_found_where_the_null_has_none(
+    lumps: int, root: int, coarse: float | None, told: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fit(case: Any, machine: Any, found: Any, values: Any, steps: int) -> Any:
+        assert (machine.lumps, found, values) == (1, ("it",), {"own": 1.0})
+        return None if coarse is None else h(evidence=coarse)
+
+    monkeypatch.setattr(lumping_finding, "fit_findings", fit)
+    monkeypatch.setattr(lumping_finding, "replace", lambda case, budget: case)
+    null, written = h(evidence=40.0, machine=bare(lumps=lumps)), h(evidence=10.0, machine=bare(lumps=1))
+    best = h(evidence=70.0, found=("it",), values={"own": 1.0}, root=bare(lumps=root))
+    assert lumping_finding.gain_of_lumps(written, null, best) == told
+
+
 def test_lumps_are_cut_again_where_much_is_left_but_far_less_than_before() -> None:
     before = h(24.0)
     assert lump_refinement._is_no_matter_of_lumps(h(13.0), before)

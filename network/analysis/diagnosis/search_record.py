@@ -21,8 +21,8 @@ HURRIED = 0.85
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """What a diagnosis tried on its way: the machine as written and calibrated, the null on its best lumps, the steps
-    from there, and what could be missing.
+    """What a diagnosis tried on its way: the machine as written and calibrated, the null on its best lumps or, where
+    runs on these are slow, on those of the file, the steps from there, and what could be missing.
 
     given: the recordings as they were; fault: what was wrong with a channel of them, set right in those of the case;
     ended: `budget`, `stopped` or, where runs broke down, `broken` where it did not come to its end; faced: what it came

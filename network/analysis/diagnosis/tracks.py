@@ -1,8 +1,8 @@
 """From which lumps the steps go: from the best of them, then from those of the machine as written.
 
 Lumps bend to what is missing as numbers do: where a slow sensor or a mass that nobody told is all that is missing,
-finer ones explain much of it, and hide it. So where they leave much, it is first seen whether one thing explains
-everything on those that were written: then the steps go from there.
+finer ones explain much of it, and hide it. So where they leave much and there is time for it, it is first seen whether
+one thing explains everything on those that were written: then the steps go from there.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ from network.analysis.diagnosis.findings.simulated_runs import SimulatedRuns
 from network.analysis.diagnosis.findings.withheld_names import withhold_names
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
-from network.analysis.diagnosis.lumps.lumping_finding import find_lumping
+from network.analysis.diagnosis.lumps.lumping_finding import find_lumping, gain_of_lumps
 from network.analysis.diagnosis.screening.screened_gain import list_screened
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.refit import linearise_at_priors
@@ -54,7 +54,7 @@ def conclude(search: Search, before: SimulatedRuns, warnings: Sequence[str], see
     is_late = partial(_is_late, search.case.budget, search.ended)
     search = replace(search, case=replace(search.case, budget=TimeBudget()))
     search, found, fits, refuted = withdraw_refuted(search, before, jobs)
-    finer_gain = search.null.evidence - search.written.evidence
+    finer_gain = gain_of_lumps(search.written, search.null, search.best)
     is_told = finer_gain > search.threshold and (is_finer(search) or _is_untaken(search, refuted))
     finest = search.best.root if is_finer(search) else search.null.root
     coarse = find_lumping(search.written, finest, finer_gain, search.threshold) if is_told else None
