@@ -29,11 +29,7 @@ def refine_until_converged(
     asked whether there is no time for finer ones."""
     for _ in range(LEVELS):
         best = expand(best)
-        if (
-            is_late(best)
-            or (best.chi < SETTINGS.noise and not best.is_bent)
-            or (root := _choose_next(best, jobs)) is None
-        ):
+        if is_late(best) or (root := _choose_next(best, jobs)) is None:
             break
         begun = _begin_on_few(best, root)
         other = begun and fit_on_finer_lumps_afresh(case, begun, root, best.evidence)
@@ -44,7 +40,10 @@ def refine_until_converged(
 
 
 def _choose_next(best: Hypothesis, jobs: int) -> Machine | None:
-    return choose_lumps(best, jobs) if best.chi >= SETTINGS.noise else choose_lumps(best, jobs, rounds=1, growth=2)
+    """The machine with the lumps that it takes; None where it has them, or nothing is left to tell which."""
+    if best.chi >= SETTINGS.noise:
+        return choose_lumps(best, jobs)
+    return choose_lumps(best, jobs, rounds=1, growth=2) if best.is_bent else None
 
 
 def _begin_on_few(best: Hypothesis, root: Machine) -> Hypothesis | None:
