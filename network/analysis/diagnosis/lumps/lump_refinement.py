@@ -132,7 +132,8 @@ def _try_finer(case: Case, machine: Machine, before: Hypothesis, written: Hypoth
 
 def _fit_finer(case: Case, machine: Machine, before: Hypothesis, written: Hypothesis) -> Hypothesis | None:
     """The machine fitted on finer lumps, from the numbers of the file where nothing finer was fitted before; None where
-    they explain less of a few runs or, once there is no time for them, leave more than half."""
+    they explain less of a few runs or, once there is no time for them, leave more than half. Relays that fall out of
+    step there begin anew in step, unless the numbers at hand explain more as they are."""
     few, start = on_few_runs(before), None if before is written else before.values
     if few is not before and not before.fit.problem.model.switches:
         until = FallsShort(few.evidence, STEPS)
@@ -146,7 +147,7 @@ def _fit_finer(case: Case, machine: Machine, before: Hypothesis, written: Hypoth
     is_in_step = start is not None and direct.evidence > before.evidence
     if is_in_step or direct.chi < SETTINGS.doubtful or not direct.fit.problem.model.switches:
         return direct
-    return _lead_into_step(case, direct, before)
+    return _begin_anew_in_step(case, direct, before)
 
 
 def _is_in_vain(finer: Hypothesis, before: Hypothesis) -> bool:
@@ -154,9 +155,9 @@ def _is_in_vain(finer: Hypothesis, before: Hypothesis) -> bool:
     return is_late(before) and _is_no_matter_of_lumps(finer, before)
 
 
-def _lead_into_step(case: Case, direct: Hypothesis, before: Hypothesis) -> Hypothesis:
-    """A fit whose relays fell out of step on finer lumps led back into it, where that explains more and there is time
-    for it."""
+def _begin_anew_in_step(case: Case, direct: Hypothesis, before: Hypothesis) -> Hypothesis:
+    """A fit whose relays fell out of step on finer lumps, or another one that begins in step, where that explains more
+    and there is time for it."""
     parameters = parameters_of(direct.machine, ())
     begin = begin_in_step(
         direct.machine, parameters, case.lay_out(direct.machine), case.start,
