@@ -109,8 +109,9 @@ class Steps:
 
 
 def find_steps(t: Array, residual: Array, change: Array) -> Steps | None:
-    """Steps of a residual with gaps (NaN), a slow drift taken out; change: what full strength would add to the reading.
-    None for runs that are too short."""
+    """Steps of a residual with gaps (NaN), a slow drift taken out; change: what full strength would add to the reading
+    if it were true, of the two sides of a step the one where that is more: a reading that fails is nearer to what it
+    fails to. None for runs that are too short."""
     middles, r = _average_bins(t, residual)
     width = 2 * SIDE + 1
     if len(r) < width + 2 * AROUND:
@@ -120,7 +121,15 @@ def find_steps(t: Array, residual: Array, change: Array) -> Steps | None:
     drift = np.median(sliding_window_view(np.pad(step, AROUND, "edge"), 2 * AROUND + 1), axis=1)
     scatter = float(np.median(np.abs(step - drift))) / NORMAL
     at = middles[SIDE:-SIDE]
-    return Steps(at, step - drift, np.interp(at, t, change), max(scatter, 1e-12), float(t[-1]))
+    _, full = _average_bins(t, np.where(np.isfinite(residual), change, np.nan))
+    return Steps(at, step - drift, _list_farther(full), max(scatter, 1e-12), float(t[-1]))
+
+
+def _list_farther(bins: Array) -> Array:
+    """Of the means of bins before and after each step, the one farther from nothing."""
+    inner = sliding_window_view(bins, 2 * SIDE + 1)
+    before, after = inner[:, :SIDE].mean(axis=1), inner[:, SIDE + 1 :].mean(axis=1)
+    return np.asarray(np.where(np.abs(before) > np.abs(after), before, after))
 
 
 def _average_bins(t: Array, values: Array) -> tuple[Array, Array]:

@@ -19,6 +19,7 @@ from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.change_points import (
     SHARES,
     LooseContact,
+    Steps,
     Windows,
     find_loose_contact,
     find_steps,
@@ -101,7 +102,7 @@ class IntermittentFault(ChannelFault):
         """Where its residual jumps by the same share."""
         recording, channel = residual.recording, residual.channels[self.channel]
         full = effect_of(at_share(self.candidate, 1.0), self.candidate)
-        change = change_of(full, recording, channel.simulated)
+        change = change_of(full, recording, recording.columns[self.channel].values)
         steps = find_steps(recording.t, channel.residual, change)
         return [recording if steps is None else self.correct_windows(recording, steps.windows(self.loose.share))]
 
@@ -131,7 +132,7 @@ def _list_faults(h: Hypothesis) -> Iterator[IntermittentFault]:
     """Faults that jumps of the residuals show."""
     come_and_go = [kind for kind in kinds() if issubclass(kind, SensorEffect) and kind.comes_and_goes]
     for c in candidates(h.machine, h.case.drivers, among=come_and_go):
-        seen = [steps for run in _list_residuals(h, c, h.case.recordings) if (steps := find_steps(*run)) is not None]
+        seen = [steps for steps in _list_steps(h, c, h.case.recordings) if steps is not None]
         loose = find_loose_contact(seen) if len(seen) == len(h.predictions) else None
         if loose is not None:
             yield IntermittentFault(h.case.recordings, 0.0, c, loose)
@@ -140,17 +141,15 @@ def _list_faults(h: Hypothesis) -> Iterator[IntermittentFault]:
 def _update_fault(h: Hypothesis, e: IntermittentFault, about: Hypothesis) -> IntermittentFault:
     """A fault with its share told by all readings in its windows, and its windows by that share, about a better fit."""
     runs, windows = _list_residuals(about, e.candidate, h.case.recordings), e.loose.windows
-    within = [inside(t, spans) for (t, _, _), spans in zip(runs, windows, strict=True)]
-    r = np.concatenate([residual[i] for (_, residual, _), i in zip(runs, within, strict=True)])
-    full = np.concatenate([change[i] for (_, _, change), i in zip(runs, within, strict=True)])
+    within = [inside(run.t, spans) for run, spans in zip(runs, windows, strict=True)]
+    r = np.concatenate([run.residual[i] for run, i in zip(runs, within, strict=True)])
+    full = np.concatenate([run.change[i] for run, i in zip(runs, within, strict=True)])
     good = np.isfinite(r)
     if not full[good].any():
         return e
     share = float(np.clip(full[good] @ r[good] / (full[good] @ full[good]), *SHARES))
-    now = [
-        spans if (steps := find_steps(*run)) is None else steps.windows(share)
-        for run, spans in zip(runs, windows, strict=True)
-    ]
+    seen = _list_steps(about, e.candidate, h.case.recordings)
+    now = [spans if steps is None else steps.windows(share) for steps, spans in zip(seen, windows, strict=True)]
     return replace(e, loose=replace(e.loose, share=share, windows=tuple(now)))
 
 
@@ -168,10 +167,28 @@ def _holds(e: IntermittentFault, before: Hypothesis, after: Hypothesis, gain: fl
     return gain > 0 and (is_mended(before, after) or left[1] <= LEFT * left[0])
 
 
-def _list_residuals(h: Hypothesis, c: Candidate, recordings: Sequence[Recording]) -> list[tuple[Array, Array, Array]]:
-    """Of a channel in every run that has it: times, residual, and change at full strength."""
+@dataclass(frozen=True, eq=False)
+class _Residual:
+    """Of a channel in a run, at its samples: what a fit leaves, and what full strength would change of what it says
+    (change) and of what was read, if that were true (of_read)."""
+
+    t: Array
+    residual: Array
+    change: Array
+    of_read: Array
+
+
+def _list_residuals(h: Hypothesis, c: Candidate, recordings: Sequence[Recording]) -> list[_Residual]:
+    """Of the channel of a candidate in every run that has it."""
     full, name = effect_of(at_share(c, 1.0), c), c.channels[0]
     runs = [(p, r) for p, r in zip(h.predictions, recordings, strict=True) if name in p.run.channels]
-    truths = [truth_at_samples(p, r, name) for p, r in runs]
-    return [(r.t, r.columns[name].values - truth, change_of(full, r, truth))
-            for (_, r), truth in zip(runs, truths, strict=True)]  # fmt: skip
+    truths = [(r, r.columns[name].values, truth_at_samples(p, r, name)) for p, r in runs]
+    return [
+        _Residual(r.t, values - truth, change_of(full, r, truth), change_of(full, r, values))
+        for r, values, truth in truths
+    ]
+
+
+def _list_steps(h: Hypothesis, c: Candidate, recordings: Sequence[Recording]) -> list[Steps | None]:
+    """The steps of these, in shares of what is read: what a fit says is bent by a reading that fails."""
+    return [find_steps(run.t, run.residual, run.of_read) for run in _list_residuals(h, c, recordings)]

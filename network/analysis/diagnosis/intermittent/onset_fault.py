@@ -11,7 +11,7 @@ that away is looked at again beside finer ones, where it has to hold (search).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -34,7 +34,13 @@ from network.analysis.diagnosis.intermittent.channel_fault import (
 )
 from network.analysis.diagnosis.intermittent.channel_samples import excess_of
 from network.analysis.diagnosis.intermittent.fault_shapes import list_shapes
-from network.analysis.diagnosis.intermittent.onset_jump import Jump, ResidualSteps, list_lone_jumps, watch_jump
+from network.analysis.diagnosis.intermittent.onset_jump import (
+    Jump,
+    ResidualSteps,
+    begin_with_jump,
+    list_lone_jumps,
+    watch_jump,
+)
 from network.analysis.diagnosis.intermittent.onset_scan import Onset, OnsetScan
 from network.analysis.diagnosis.latent_heat.locate import locate
 from network.analysis.diagnosis.settings import SETTINGS
@@ -44,7 +50,8 @@ from network.machine.machine import Machine
 from network.recordings.recording import Recording
 
 CONFIRMED = 2
-"""Best scores of clear faults that are confirmed by fits, and one of those that are not (budget)."""
+"""Clear jumps of the best scores of which all that they could be is confirmed by fits, and one score of those that are
+not clear (budget)."""
 ROUNDS = 6
 """Times at most that instant and size are found again about the better fit."""
 SETTLED = 1.0
@@ -137,13 +144,13 @@ def find_onset_fault(
     beside it, for finer lumps to tell."""
     recordings = h.case.recordings
     scan, steps = OnsetScan(h.linearised, tuple(list_shapes(h)), recordings), ResidualSteps(h, recordings)
-    jumps = [o for jump in list_lone_jumps(steps) for o in scan.begun_at(*jump)]
-    scores = {(o.shape, o.run, o.t0): o for o in (*scan.best(), *jumps)}.values()
-    seen = sorted((o for o in scores if o.gain > PER_WINDOW and o.shape.allows(o.size)), key=lambda o: -o.gain)
-    faults = [_make_fault(steps, o) for o in seen]
+    lone = [begin_with_jump(steps, o, jump[2]) for jump in list_lone_jumps(steps) for o in scan.begun_at(*jump)]
+    jumps = [OnsetFault(recordings, o.gain, o, is_clear=True) for o in lone]
+    seen = [o for o in scan.best() if o.gain > PER_WINDOW and o.shape.allows(o.size)]
+    faults = _list_best([*jumps, *(_make_fault(steps, o) for o in seen)])
     clear = [f for f in faults if f.is_clear]
     other = [f for f in faults if not f.is_clear and f.onset.since > PER_WINDOW and _may_mend(h, f.onset)][:1]
-    groups = (clear[:CONFIRMED], (f for f in other if _beats_unknown(h, f) and rival_gain() < f.gain))
+    groups = (_at_first_jumps(clear), (f for f in other if _beats_unknown(h, f) and rival_gain() < f.gain))
     open_one = None
     for pair in (_confirm_best(h, group) for group in groups):
         if pair is not None and not pair[0].is_open:
@@ -157,6 +164,19 @@ def _beats_unknown(h: Hypothesis, fault: OnsetFault) -> bool:
     with the few numbers that it has."""
     first, *_ = locate(h.linearised, h.machine)
     return first.at.channel == fault.channel or first.gain < fault.gain
+
+
+def _list_best(faults: Sequence[OnsetFault]) -> list[OnsetFault]:
+    """Faults that can be, each once, the best scores first."""
+    each = {(f.onset.shape, f.onset.run, f.onset.t0, f.onset.stays): f for f in reversed(faults)}
+    return sorted((f for f in each.values() if f.onset.shape.allows(f.onset.size)), key=lambda f: -f.gain)
+
+
+def _at_first_jumps(clear: Sequence[OnsetFault]) -> list[OnsetFault]:
+    """Those of clear faults that share the jumps of the best of them: what a jump is, fits have to tell, for about
+    numbers that are bent by it no linear score can be believed."""
+    jumps = [*dict.fromkeys((f.channel, f.onset.run, f.onset.t0) for f in clear)][:CONFIRMED]
+    return [f for f in clear if (f.channel, f.onset.run, f.onset.t0) in jumps]
 
 
 def _make_fault(steps: ResidualSteps, o: Onset) -> OnsetFault:

@@ -83,10 +83,23 @@ def watch_jump(steps: ResidualSteps, o: Onset) -> Jump:
     if not is_seen.any():
         return Jump(bool(is_due.any()))
     k = int(np.where(is_seen, np.abs(own.size), 0.0).argmax())
-    at, full = float(own.t[k]), _full_by_readings(steps.recordings[o.run], o, float(own.t[max(k - SIDE - 1, 0)]))
-    run, name = o.run, o.shape.channel
+    run, name, at = o.run, o.shape.channel, float(own.t[k])
     is_alone = not (_is_driven(steps, run, name, at, reach) or _is_shared(steps, run, name, at, reach))
-    return Jump(True, True, is_alone, at, float(own.size[k]) / full, own.scatter / abs(full))
+    return Jump(True, True, is_alone, at, *_size_by_readings(steps, o, own, k))
+
+
+def begin_with_jump(steps: ResidualSteps, o: Onset, at: float) -> Onset:
+    """An onset at a clear jump, of the size that the jump alone tells."""
+    own = steps.of(o.run, o.shape.channel)
+    assert own is not None
+    size, std = _size_by_readings(steps, o, own, int(np.abs(own.t - at).argmin()))
+    return replace(o, t0=at, size=size, std=std)
+
+
+def _size_by_readings(steps: ResidualSteps, o: Onset, own: Steps, k: int) -> tuple[float, float]:
+    """Of a fault that makes the kth step, and its 1σ."""
+    full = _full_by_readings(steps.recordings[o.run], o, float(own.t[max(k - SIDE - 1, 0)]))
+    return float(own.size[k]) / full, own.scatter / abs(full)
 
 
 def _reach_of(steps: Steps) -> float:

@@ -93,26 +93,31 @@ class OnsetScan:
         return self._score(known.shape, columns, known.run, known.stays)
 
     def begun_at(self, run: int, channel: str, at: float, reach: float) -> Iterator[Onset]:
-        """Of every shape that jumps the best that begins within reach of an instant of a run [s]."""
+        """Of every shape that jumps the best that begins within reach of an instant of a run [s], over with the run and
+        staying."""
         for shape in self.shapes:
             if shape.channel == channel and shape.may_jump:
                 columns = [self._columns(i, shape) for i in range(len(self.at.problem.data))]
-                yield from self._of_run(shape, columns, run, (at - reach, at + reach))
+                yield from self._list_of_run(shape, columns, run, (at - reach, at + reach))
 
     def _of_shape(self, shape: FaultShape) -> Iterator[Onset]:
         columns = [self._columns(i, shape) for i in range(len(self.at.problem.data))]
         for run in range(len(columns)):
             yield from self._of_run(shape, columns, run)
 
-    def _of_run(
-        self, shape: FaultShape, columns: Sequence[_Columns | None], run: int, within: tuple[float, float] = ANYWHEN
-    ) -> Iterator[Onset]:
+    def _of_run(self, shape: FaultShape, columns: Sequence[_Columns | None], run: int) -> Iterator[Onset]:
         """The better of one that is over with the run and one that stays, if there is any."""
-        lasting = (False, True) if shape.may_stay and run < len(columns) - 1 else (False,)
-        told = [self._score(shape, columns, run, stays, within) for stays in lasting]
-        known = [each for each in told if each is not None]
+        known = [*self._list_of_run(shape, columns, run)]
         if known:
             yield max(known, key=lambda each: each.gain)
+
+    def _list_of_run(
+        self, shape: FaultShape, columns: Sequence[_Columns | None], run: int, within: tuple[float, float] = ANYWHEN
+    ) -> Iterator[Onset]:
+        """The best one that is over with the run and the best that stays, if there are any."""
+        lasting = (False, True) if shape.may_stay and run < len(columns) - 1 else (False,)
+        told = (self._score(shape, columns, run, stays, within) for stays in lasting)
+        return (each for each in told if each is not None)
 
     def _columns(self, i: int, shape: FaultShape) -> _Columns | None:
         """None where the run lacks the channel."""
