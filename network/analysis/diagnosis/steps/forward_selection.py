@@ -59,9 +59,9 @@ def select_forward(
         again = _go_on(null, told, first, seed, jobs, tell)
         if again is not None and reweight(told.best.case, again.best).evidence > told.best.evidence:
             yield again
-    elif not told.best.found and (bare := reweight(use_file_noise(null.case), null)).chi > SETTINGS.doubtful:
-        held = _select_under_file_noise(null, bare, seed, jobs, tell)
-        if held is not None and held.best.found:
+    elif (bare := reweight(use_file_noise(told.best.case), told.best)).chi > SETTINGS.doubtful:
+        held = _select_under_file_noise(null, told, bare, seed, jobs, tell)
+        if held is not None and len(held.best.found) > len(told.best.found):
             yield held
 
 
@@ -80,16 +80,24 @@ def _go_on(
 
 
 def _select_under_file_noise(
-    null: Hypothesis, bare: Hypothesis, seed: int, jobs: int, tell: Callable[[float], None]
+    null: Hypothesis, told: Selection, bare: Hypothesis, seed: int, jobs: int, tell: Callable[[float], None]
 ) -> Selection | None:
-    """What the steps come to from the null under the noise of the file (bare), tested; None where no candidate is
-    worth a name there: what one alone explains may have passed for coloured noise, which many things together are."""
-    seen = screen_candidates(bare, seed, jobs)
-    most = max((s.gain for s in seen.scores), default=0.0)
-    if most < SETTINGS.worth * len(seen.before.fit.left):
-        return None
-    further = _run_out(_take_steps(bare, Selection(seen.whole or bare), seen, seed, jobs, tell))
-    return check_selection(null, _on_all_runs(null, further), jobs) if further.steps else None
+    """What the steps come to from a tested selection under the noise of the file (bare), tested; None where no
+    candidate is worth a name there: what one alone explains may have passed for coloured noise, which many things
+    together are. Where the time is up beside what was found, that was no part of the search."""
+    try:
+        seen = screen_candidates(bare, seed, jobs)
+        most = max((s.gain for s in seen.scores), default=0.0)
+        if most < SETTINGS.worth * len(seen.before.fit.left):
+            return None
+        about = replace(told.keep_steps_found(), best=seen.whole or bare)
+        further = _run_out(_take_steps(bare, about, seen, seed, jobs, tell))
+        is_more = len(further.best.found) > len(about.best.found)
+        return check_selection(null, _on_all_runs(null, further), jobs) if is_more else None
+    except BudgetReached:
+        if told.best.found:
+            return None
+        raise
 
 
 def _take_steps(
@@ -98,7 +106,7 @@ def _take_steps(
     """The steps from a selection, each as it is taken, and where they come to."""
     while leaves_something(now.best) and len(now.best.found) < SETTINGS.findings:
         current, count = now.best, len(now.steps)
-        seen = screen_candidates(current, seed, jobs) if current.found else first
+        seen = first if not current.found or current is first.whole else screen_candidates(current, seed, jobs)
         if _shows_nothing(seen):
             break
         threshold = now.threshold if now.steps else null_threshold(seen.scores, seed)
