@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
+from network.analysis.calibration.expansion_point import move_inputs
 from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.catalogue.declaration.declare import Array
@@ -41,6 +43,16 @@ def change_of(full: SensorEffect, recording: Recording, truth: Array) -> Array:
 def list_inputs(effect: SensorEffect, recording: Recording) -> Mapping[str, Array]:
     """What an effect reads beside its channel, at the samples."""
     return {"time": recording.t, **{name: recording.signal(name).at(recording.t) for name in effect.needs()}}
+
+
+def list_as_fitted(recordings: Iterable[Recording], h: Hypothesis) -> tuple[Recording, ...]:
+    """Recordings of a case with the constants that drive them as a fit finds them: a room may be stated wrongly."""
+    return tuple(_state_anew(r, found) for r, found in zip(recordings, move_inputs(h.fit), strict=True))
+
+
+def _state_anew(r: Recording, found: Mapping[str, float]) -> Recording:
+    moved = {name: r.constants[name].shift(x - r.constants[name].value) for name, x in found.items()}
+    return replace(r, constants={**r.constants, **moved})
 
 
 def excess_of(h: Hypothesis, channels: Iterable[str], runs: Iterable[int]) -> float:

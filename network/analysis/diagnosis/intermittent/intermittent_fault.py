@@ -36,12 +36,14 @@ from network.analysis.diagnosis.intermittent.channel_samples import (
     change_of,
     effect_of,
     excess_of,
+    list_as_fitted,
     list_inputs,
     truth_at_samples,
 )
 from network.catalogue.declaration.declare import Array
 from network.catalogue.sensors.base import SensorEffect
 from network.machine.machine import Machine
+from network.recordings.inputs import Signal
 from network.recordings.recording import Recording
 
 ROUNDS = 3
@@ -50,10 +52,12 @@ ROUNDS = 3
 
 @dataclass(frozen=True, eq=False)
 class IntermittentFault(ChannelFault):
-    """A fault of one channel: the kind on that channel, its share of full strength and windows in the recordings."""
+    """A fault of one channel: the kind on that channel, its share of full strength and windows in the recordings;
+    surroundings: constants that drive these, as a fit finds them, by file."""
 
     candidate: Candidate
     loose: LooseContact
+    surroundings: Mapping[str, Mapping[str, Signal]]
 
     @property
     def kind(self) -> str:
@@ -95,7 +99,8 @@ class IntermittentFault(ChannelFault):
         return effect_of(self.machine, self.candidate)
 
     def undo(self, recording: Recording, values: Array, windows: Windows) -> Array:
-        truth = self.effect.truth(values, list_inputs(self.effect, recording))
+        found = replace(recording, constants=self.surroundings.get(recording.file, recording.constants))
+        truth = self.effect.truth(values, list_inputs(self.effect, found))
         return np.where(inside(recording.t, windows), truth, values)
 
     def list_corrections(self, residual: RecordingResidual, numbers: Numbers) -> list[Recording]:
@@ -131,16 +136,18 @@ def _settle(h: Hypothesis, e: IntermittentFault) -> tuple[IntermittentFault, Hyp
 def _list_faults(h: Hypothesis) -> Iterator[IntermittentFault]:
     """Faults that jumps of the residuals show."""
     come_and_go = [kind for kind in kinds() if issubclass(kind, SensorEffect) and kind.comes_and_goes]
+    recordings = list_as_fitted(h.case.recordings, h)
     for c in candidates(h.machine, h.case.drivers, among=come_and_go):
-        seen = [steps for steps in _list_steps(h, c, h.case.recordings) if steps is not None]
+        seen = [steps for steps in _list_steps(h, c, recordings) if steps is not None]
         loose = find_loose_contact(seen) if len(seen) == len(h.predictions) else None
         if loose is not None:
-            yield IntermittentFault(h.case.recordings, 0.0, c, loose)
+            yield IntermittentFault(h.case.recordings, 0.0, c, loose, {r.file: r.constants for r in recordings})
 
 
 def _update_fault(h: Hypothesis, e: IntermittentFault, about: Hypothesis) -> IntermittentFault:
     """A fault with its share told by all readings in its windows, and its windows by that share, about a better fit."""
-    runs, windows = _list_residuals(about, e.candidate, h.case.recordings), e.loose.windows
+    recordings, windows = list_as_fitted(h.case.recordings, about), e.loose.windows
+    runs = _list_residuals(about, e.candidate, recordings)
     within = [inside(run.t, spans) for run, spans in zip(runs, windows, strict=True)]
     r = np.concatenate([run.residual[i] for run, i in zip(runs, within, strict=True)])
     full = np.concatenate([run.change[i] for run, i in zip(runs, within, strict=True)])
@@ -148,9 +155,10 @@ def _update_fault(h: Hypothesis, e: IntermittentFault, about: Hypothesis) -> Int
     if not full[good].any():
         return e
     share = float(np.clip(full[good] @ r[good] / (full[good] @ full[good]), *SHARES))
-    seen = _list_steps(about, e.candidate, h.case.recordings)
+    seen = _list_steps(about, e.candidate, recordings)
     now = [spans if steps is None else steps.windows(share) for steps, spans in zip(seen, windows, strict=True)]
-    return replace(e, loose=replace(e.loose, share=share, windows=tuple(now)))
+    loose = replace(e.loose, share=share, windows=tuple(now))
+    return replace(e, loose=loose, surroundings={r.file: r.constants for r in recordings})
 
 
 def _mends_nothing(e: IntermittentFault, before: Hypothesis, after: Hypothesis) -> bool:
