@@ -132,19 +132,6 @@ def neighbours(machine: MachineLike) -> Iterator[tuple[str, str]]:
     yield from pairs.values()
 
 
-def supports(machine: MachineLike) -> Iterator[tuple[str, str]]:
-    """Pairs of parts that may carry something together: neighbours, and those that stand on one part."""
-    pairs = [*neighbours(machine)]
-    yield from pairs
-    seen = {frozenset(pair) for pair in pairs}
-    for middle in machine.nodes:
-        around = dict.fromkeys(part for pair in pairs if middle in pair for part in pair if part != middle)
-        for a, b in combinations(around, 2):
-            if frozenset((a, b)) not in seen:
-                seen.add(frozenset((a, b)))
-                yield a, b
-
-
 def _over_joints(machine: MachineLike) -> Iterator[tuple[str, str]]:
     links = [[place.node for place in link.between] for link in machine.links.values() if isinstance(link, Link)]
     for joint in (name for name, node in machine.nodes.items() if node.is_massless):

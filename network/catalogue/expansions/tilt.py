@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import combinations
 from typing import Any, Self
 
 import numpy as np
@@ -18,7 +19,6 @@ from network.catalogue.expansions.base import (
     own_expansion,
     own_length,
     steel_unless_known,
-    supports,
     tell_one_lump,
 )
 from network.catalogue.mechanisms.mechanism import Inputs
@@ -96,7 +96,8 @@ class Tilt(Expansion, kind="tilt"):
 
     @classmethod
     def subjects(cls, machine: MachineLike, axis: str) -> Iterator[tuple[str, dict[str, Any]]]:
-        """Parts that are joined or stand on one part, as supports of a typical length."""
-        for a, b in supports(machine):
+        """Any two parts, as supports of a typical length: what carries something need not touch."""
+        parts = [name for name, node in machine.nodes.items() if node.is_part]
+        for a, b in combinations(parts, 2):
             arm = {"arm": "400 mm"} if axis in LINEAR_AXES else {}
             yield f"{a} {b}", {"between": [a, b], "length": "300 mm", **arm, **steel_unless_known(machine, a, b)}

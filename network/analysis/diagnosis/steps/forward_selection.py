@@ -13,7 +13,7 @@ from network.analysis.diagnosis.hypotheses.compact_fit import compact
 from network.analysis.diagnosis.hypotheses.falling_short import explains_half, explains_most
 from network.analysis.diagnosis.hypotheses.few_runs import SEARCHED, on_all_runs, on_few_runs
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
-from network.analysis.diagnosis.hypotheses.hypothesis_fit import reweight
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings, reweight
 from network.analysis.diagnosis.latent_heat.latent_rest import rank_beside_rest
 from network.analysis.diagnosis.lumps.lump_convergence import refine_until_converged
 from network.analysis.diagnosis.screening.screen import Score
@@ -26,6 +26,7 @@ from network.analysis.diagnosis.steps.ranking import best_first
 from network.analysis.diagnosis.steps.refit import LATE, TrialFits, start_trials
 from network.analysis.diagnosis.steps.rival_acceptance import INTERIM_STEPS, accept_best, list_contenders, take_first
 from network.analysis.diagnosis.steps.selection import Selection
+from network.analysis.diagnosis.steps.thermometer_fit import fit_thermometers
 from network.analysis.diagnosis.switching.relay_search import (
     rank_likely_places,
     search_relays,
@@ -59,7 +60,11 @@ def select_forward(
         again = _go_on(null, told, first, seed, jobs, tell)
         if again is not None and reweight(told.best.case, again.best).evidence > told.best.evidence:
             yield again
-    elif (bare := reweight(use_file_noise(told.best.case), told.best)).chi > SETTINGS.doubtful:
+        return
+    apart = _select_by_thermometers(null, told, first, seed, jobs, tell)
+    if apart is not None and reweight(told.best.case, apart.best).evidence > told.best.evidence:
+        yield (told := apart)
+    if (bare := reweight(use_file_noise(told.best.case), told.best)).chi > SETTINGS.doubtful:
         held = _select_under_file_noise(null, told, bare, seed, jobs, tell)
         if held is not None and len(held.best.found) > len(told.best.found):
             yield held
@@ -75,6 +80,28 @@ def _go_on(
         further = _run_out(_take_steps(null, about, first, seed, jobs, tell))
         is_more = len(further.best.found) > len(about.best.found)
         return check_selection(null, _on_all_runs(null, further), jobs) if is_more else None
+    except BudgetReached:
+        return None
+
+
+def _select_by_thermometers(
+    null: Hypothesis, told: Selection, first: Screening, seed: int, jobs: int, tell: Callable[[float], None]
+) -> Selection | None:
+    """What the steps come to that are taken on thermometers alone, then on all channels, tested, where a tested
+    selection leaves much of a displacement: numbers bent by what moves the tool centre point hide what is missing of
+    the heat. None where thermometers alone show nothing, or where the time is up."""
+    alone = fit_thermometers(null) if told.best.chi > SETTINGS.adequate else None
+    if alone is None or not leaves_something(alone):
+        return None
+    try:
+        seen = screen_candidates(alone, seed, jobs)
+        heat = _run_out(_take_steps(alone, Selection(seen.whole or alone), seen, seed, jobs, tell))
+        case = replace(heat.best.case, sigma=null.case.sigma)
+        whole = fit_findings(case, heat.best.root, heat.best.found, heat.best.values) if heat.best.found else None
+        if whole is None:
+            return None
+        further = _run_out(_take_steps(null, replace(heat, best=whole), first, seed, jobs, tell))
+        return check_selection(null, _on_all_runs(null, further), jobs)
     except BudgetReached:
         return None
 

@@ -27,6 +27,7 @@ from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.placement import move_stretch
 from network.analysis.diagnosis.steps.ranking import best_first, best_of
 from network.analysis.diagnosis.steps.rival_acceptance import INTERIM_STEPS
+from network.analysis.diagnosis.steps.thermometer_fit import ByThermometers, score_by_thermometers
 from network.catalogue.declaration.sections import TCP
 from network.engine.response.parameters import centres, values_at
 from network.platform.parallel import run_all
@@ -69,10 +70,13 @@ def linearise_at_priors(fit: Linearised | Estimate) -> Linearised | None:
     return at.temper(chi, chi)
 
 
-def shortlist(scores: Sequence[Score], about_file: Sequence[Score], most: int = SHORTLIST) -> list[Score]:
-    """The best of the screening about the fit (scores) and about the file's own numbers."""
-    both = [s for each in (scores, about_file) for s in _limit_kinds(each, most, OF_A_KIND, THAT_MOVE)]
-    return list({s.candidate.key: s for s in reversed(both)}.values())
+def shortlist(
+    scores: Sequence[Score], about_file: Sequence[Score], most: int = SHORTLIST, aside: Sequence[Score] = ()
+) -> list[Score]:
+    """The best of the screening about the fit (scores), about the file's own numbers, and about those that thermometers
+    alone tell (aside)."""
+    each = (s for of in (scores, about_file, aside) for s in _limit_kinds(of, most, OF_A_KIND, THAT_MOVE))
+    return list({s.candidate.key: s for s in reversed([*each])}.values())
 
 
 def _about_file(current: Hypothesis, candidates: Sequence[Candidate], jobs: int) -> list[Score]:
@@ -95,13 +99,18 @@ def _limit_kinds(scores: Sequence[Score], most: int, of_a_kind: int, that_move: 
     return kept[:most]
 
 
-def _start_trial(about: Hypothesis, about_file: Mapping[tuple[str, ...], Score], trial: Score) -> Hypothesis | None:
+def _start_trial(
+    about: Hypothesis, about_file: Mapping[tuple[str, ...], Score], aside: ByThermometers | None, trial: Score
+) -> Hypothesis | None:  # fmt: skip
     """A trial fitted a few steps from the numbers of the file, its own from the screening about these, if it shows
-    there, and from those at hand, where it was screened: the better, moved along bars, for where it was screened may
-    not be where it belongs at the numbers it takes."""
-    there = about_file.get(trial.candidate.key)
+    there (what moves the tool centre point: from those that thermometers alone tell), and from those at hand, where it
+    was screened: the better, moved along bars, for where it was screened may not be where it belongs at the numbers it
+    takes."""
+    moves = trial.candidate.section == TCP
+    shown, values = (aside.scores, aside.values) if aside and moves else (about_file, about.own_values)
+    there = shown.get(trial.candidate.key)
     own = there.best if there is not None and there.gain > SHOWS else trial.best
-    of_file = fit_with(about.case, about, trial.candidate, about.own_values | own, BRIEF)
+    of_file = fit_with(about.case, about, trial.candidate, {**values, **own}, BRIEF)
     at_hand = fit_with(about.case, about, trial.candidate, about.values | trial.best, BRIEFER)
     begun = best_of(of_file, at_hand)
     return begun and compact(move_stretch(begun))
@@ -184,9 +193,11 @@ def start_trials(
     foremost of them. scores: of the screening about it; is_near: whether the fit is near, so that what shows about it
     is all that shows."""
     about_file = [] if is_near else _about_file(current, candidates, jobs)
-    trials = shortlist(scores, about_file, LONGER if current.machine.lumps <= SMALL else SHORTLIST)
+    aside = None if is_near else score_by_thermometers(current, candidates, jobs)
+    most = LONGER if current.machine.lumps <= SMALL else SHORTLIST
+    trials = shortlist(scores, about_file, most, [*aside.scores.values()] if aside else ())
     about = on_few_runs(current)
-    begin = partial(_start_trial, about, {s.candidate.key: s for s in about_file})
+    begin = partial(_start_trial, about, {s.candidate.key: s for s in about_file}, aside)
     begun = TrialFits(current, about, (), begin, _others(scores, trials))
     if is_late:
         others = _others(trials, shortlist(scores, about_file, FOREMOST))
