@@ -15,7 +15,7 @@ from network.catalogue.declaration.declare import Array, Effect
 from network.catalogue.declaration.discovery import kinds
 from network.catalogue.declaration.fields import ParamField
 from network.catalogue.declaration.patch import Patch
-from network.catalogue.expansions.base import Expansion, neighbours, supports
+from network.catalogue.expansions.base import Expansion
 from network.catalogue.mechanisms.advection import Advection
 from network.catalogue.mechanisms.base import Source
 from network.catalogue.mechanisms.bearing_friction import BearingFriction
@@ -335,10 +335,9 @@ def test_proposals_are_as_large_as_the_machine() -> None:
     assert size_of(machine("alone")) == 1
 
 
-def test_parts_that_stand_on_one_part_may_tilt_what_they_carry() -> None:
-    machine = Machine.load(SHIPPED / "gantry_spindle.yaml")
-    near = {frozenset(pair) for pair in neighbours(machine)}
-    told = [frozenset(pair) for pair in supports(machine)]
-    over = {frozenset((a, b)) for a, b in combinations(machine.nodes, 2)
-            if any({frozenset((a, c)), frozenset((c, b))} <= near for c in machine.nodes)}  # fmt: skip
-    assert len(told) == len({*told}) and {*told} == near | over and over - near
+def test_any_two_parts_may_tilt_what_they_carry_and_joined_ones_bend() -> None:
+    of = Machine.load(SHIPPED / "gantry_spindle.yaml")
+    parts = [name for name, node in of.nodes.items() if node.is_part]
+    told = [frozenset(body["between"]) for body in places("tilt", of)]
+    assert {*told} == {frozenset(pair) for pair in combinations(parts, 2)}
+    assert {frozenset(body["between"]) for body in places("bending", of) if "between" in body} < {*told}

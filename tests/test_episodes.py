@@ -7,11 +7,16 @@ from functools import cache
 
 import numpy as np
 import pytest
-from test_diagnosis import HELD_OUT, LADDERS, plant, recorded
+from build import machine
+from test_diagnosis import HELD_OUT, LADDERS, LINKS, NODES, SENSORS, SOURCES, plant, recorded
 
 from network.analysis.diagnosis.diagnose import diagnose
 from network.analysis.diagnosis.findings.result import Diagnosis
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.intermittent.change_points import COST, find_loose_contact, find_steps
+from network.analysis.diagnosis.intermittent.intermittent_fault import find_intermittent_fault
+from network.recordings.inputs import constant
 from network.recordings.recording import Recording
 
 SHARE = 0.3
@@ -61,6 +66,26 @@ def test_the_machine_stays_as_it_was() -> None:
     assert not any(s.effects for s in found().after.sensors.values())
 
 
+def test_a_room_that_is_stated_wrongly_hides_no_loose_contact() -> None:
+    """Shares are those of the way to the room as the fit finds it, and so are the readings that are set right."""
+    sections = {"links": LINKS, "sources": SOURCES, "sensors": SENSORS}
+    still = machine({**NODES, "air": {"temperature": "20 degC"}}, **sections)
+    made = [recorded(still, ladder, i) for i, ladder in enumerate(LADDERS)]
+    room = [replace(r.columns["speed"], name="ambient", unit="degC", values=np.full(len(r.t), 20.0)) for r in made]
+    runs = [replace(r, columns={**r.columns, "ambient": air}) for r, air in zip(made, room, strict=True)]
+    loose = [loosened(r, w) for r, w in zip(runs, WINDOWS, strict=True)]
+    stated = {"ambient": constant("ambient", "degC", 22.0, 2.0)}
+    stating = [
+        replace(r, columns={n: c for n, c in r.columns.items() if n != "ambient"}, constants=stated) for r in loose
+    ]
+    h = fit_hypothesis(Case(plant(), tuple(stating)), plant())
+    found = find_intermittent_fault(h)
+    assert found is not None and found[0].channel == "T_housing"
+    assert found[0].loose.share == pytest.approx(SHARE, abs=0.03)
+    rooms = [float(found[0].surroundings[r.file]["ambient"].start[0]) for r in stating]
+    assert all(abs(room - 20) < 1.2 < 22 - room for room in rooms)
+
+
 def test_a_good_contact_is_not_accused() -> None:
     assert found(False).verdict in ("adequate", "parameters_only") and not found(False).findings
 
@@ -72,6 +97,20 @@ def test_a_drift_makes_no_jump_and_a_step_makes_one() -> None:
     none = find_steps(t, drift, np.full(len(t), 4.0))
     assert steps is not None and none is not None and len(none.shares) == 0
     assert steps.shares == pytest.approx([0.2], abs=0.02)
+
+
+def test_shares_are_told_by_what_is_read_however_far_off_a_fit_is() -> None:
+    """T + s (T_air − T) while it is loose: a jump is s (T_air − T) of the T on its good side."""
+    t, loose = np.arange(0, 14400.0, 10), 0.7
+    part, air = 24 + 6 * np.sin(t / 5000), 17.0
+    windows = [(3000.0, 5000.0), (8000.0, 11000.0)]
+    inside = np.any([(t >= a) & (t < b) for a, b in windows], axis=0)
+    read = part + loose * (air - part) * inside + 0.02 * np.random.default_rng(3).standard_normal(len(t))
+    steps = find_steps(t, read - (part + 2.5), air - read)
+    assert steps is not None and np.abs(steps.shares) == pytest.approx(np.full(4, loose), abs=0.03)
+    assert np.array(steps.windows(loose)) == pytest.approx(np.array(windows), abs=120)
+    bent = find_steps(t, read - (part + 2.5), air - (part + 2.5))
+    assert bent is not None and np.abs(bent.shares).max() < 0.6
 
 
 def test_too_short_a_run_and_too_few_jumps_tell_nothing() -> None:

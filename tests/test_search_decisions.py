@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -103,16 +103,76 @@ def test_under_the_noise_of_the_file_one_candidate_has_to_be_worth_a_name(
 ) -> None:
     null, bent, taken = h(2.0), h(2.0, fit=bare(left=[0.0] * 1000)), []
 
-    def take(*_: Any) -> Any:
+    def take(null: Any, about: Any, *_: Any) -> Any:
         taken.append(1)
         yield from ()
-        return bare(steps=())
+        return about
 
     seen = bare(scores=[bare(gain=share * SETTINGS.worth * 1000)], before=bent, whole=None)
     monkeypatch.setattr(forward_selection, "screen_candidates", lambda *_: seen)
     monkeypatch.setattr(forward_selection, "_take_steps", take)
-    assert forward_selection._select_under_file_noise(null, bent, 0, 1, lambda share: None) is None
+    told = Selection(null)
+    assert forward_selection._select_under_file_noise(null, told, bent, 0, 1, lambda share: None) is None
     assert bool(taken) is is_searched
+
+
+@pytest.mark.parametrize("found", [(), ("lag",)])
+def test_time_that_is_up_under_the_noise_of_the_file_ends_only_a_search_that_found_nothing(
+    found: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def run_out(*_: Any) -> Any:
+        raise BudgetReached
+
+    monkeypatch.setattr(forward_selection, "screen_candidates", run_out)
+    null, told = h(2.0), Selection(h(1.0, found=found))
+    if found:
+        assert forward_selection._select_under_file_noise(null, told, null, 0, 1, lambda share: None) is None
+        return
+    with pytest.raises(BudgetReached):
+        forward_selection._select_under_file_noise(null, told, null, 0, 1, lambda share: None)
+
+
+@pytest.mark.parametrize(
+    ("chi", "alone", "found", "is_searched", "is_told"),
+    [
+        (2.0, h(1.8, offset_pull=0.0), ("fan",), True, True),
+        (2.0, h(1.8, offset_pull=0.0), (), True, False),
+        (2.0, h(1.0, offset_pull=0.0), ("fan",), False, False),
+        (2.0, None, ("fan",), False, False),
+        (1.2, h(1.8, offset_pull=0.0), ("fan",), False, False),
+    ],
+)  # fmt: skip
+def test_heat_is_looked_for_on_thermometers_alone_where_much_is_left_and_they_show_some(
+    chi: float, alone: Any, found: tuple[str, ...], is_searched: bool, is_told: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Then on from there on all channels, under their noise."""
+    begun = []
+
+    @dataclass(frozen=True)
+    class Noisy:
+        sigma: Any
+
+    def take(of: Any, about: Any, *_: Any) -> Any:
+        begun.append((of, about.best))
+        yield from ()
+        return (
+            replace(about, best=h(1.0, found=found, case=Noisy("blind"), root="root", values="told"))
+            if len(begun) == 1
+            else about
+        )
+
+    monkeypatch.setattr(forward_selection, "fit_thermometers", lambda of: alone)
+    monkeypatch.setattr(forward_selection, "screen_candidates", lambda *_: bare(whole=None))
+    monkeypatch.setattr(forward_selection, "_take_steps", take)
+    monkeypatch.setattr(forward_selection, "fit_findings", lambda case, *of: ("all channels", case.sigma, *of))
+    monkeypatch.setattr(forward_selection, "_on_all_runs", lambda of, now: now)
+    monkeypatch.setattr(forward_selection, "check_selection", lambda of, now, jobs: now)
+    null = h(3.0, case=Noisy("stated"))
+    told = forward_selection._select_by_thermometers(null, Selection(h(chi)), bare(), 0, 1, lambda share: None)
+    assert (bool(begun), told is not None) == (is_searched, is_told)
+    if told is not None:
+        whole = ("all channels", "stated", "root", found, "told")
+        assert told.best == whole and begun == [(alone, alone), (null, whole)]
 
 
 def test_scores_count_in_full_only_far_from_an_explanation() -> None:
@@ -290,6 +350,7 @@ def test_the_foremost_of_both_screenings_are_fitted_first_where_it_is_late(
     about_fit = [score(name, gain) for name, gain in zip("abcd", (9e3, 8e3, 7e3, 6e3), strict=True)]
     about_file = [score(name, gain) for name, gain in zip("eda", (9e3, 8e3, 7e3), strict=True)]
     monkeypatch.setattr(refit, "_about_file", lambda *of: about_file)
+    monkeypatch.setattr(refit, "score_by_thermometers", lambda *of: None)
     monkeypatch.setattr(refit, "on_few_runs", lambda current: current)
     monkeypatch.setattr(refit, "_fit_all", lambda begin, trials, jobs, tell=None: [*trials])
     told = [*refit.start_trials(bare(machine=bare(lumps=9)), (), about_fit, 1, is_late=is_late)]
@@ -947,15 +1008,17 @@ def test_a_fault_that_could_be_heat_is_told_where_hardly_anything_is_left(
 def test_the_share_of_a_fault_is_told_by_all_readings_in_its_windows(monkeypatch: pytest.MonkeyPatch) -> None:
     """By least squares over both runs, gaps apart, whatever lies outside of them."""
     t = np.arange(6.0)
-    runs = [(t, np.array([9, 1, 2, np.nan, 9, 9.0]), np.array([1, 2, 4, 7, 1, 1.0])), (t, 3 + 0 * t, 5 + 0 * t)]
+    first = bare(t=t, residual=np.array([9, 1, 2, np.nan, 9, 9.0]), change=np.array([1, 2, 4, 7, 1, 1.0]))
+    runs = [first, bare(t=t, residual=3 + 0 * t, change=5 + 0 * t)]
     monkeypatch.setattr(intermittent_fault, "_list_residuals", lambda about, c, recordings: runs)
-    monkeypatch.setattr(intermittent_fault, "find_steps", lambda t, residual, change: None)
+    monkeypatch.setattr(intermittent_fault, "_list_steps", lambda about, c, recordings: [None, None])
+    monkeypatch.setattr(intermittent_fault, "list_as_fitted", lambda recordings, about: ())
     monkeypatch.setattr(intermittent_fault, "replace", lambda of, **new: bare(**{**vars(of), **new}))
     windows = (((1.0, 3.0),), ((4.0, 5.0),))
     fault = bare(candidate=None, loose=bare(share=0.1, windows=windows))
     inside = [intermittent_fault.inside(t, spans) for spans in windows]
-    full = np.concatenate([change[i] for (_, _, change), i in zip(runs, inside, strict=True)])
-    left = np.concatenate([residual[i] for (_, residual, _), i in zip(runs, inside, strict=True)])
+    full = np.concatenate([run.change[i] for run, i in zip(runs, inside, strict=True)])
+    left = np.concatenate([run.residual[i] for run, i in zip(runs, inside, strict=True)])
     good = np.isfinite(left)
     expected = np.linalg.lstsq(full[good, None], left[good], rcond=None)[0][0]
     found = intermittent_fault._update_fault(bare(case=bare(recordings=())), fault, bare())
@@ -1170,7 +1233,7 @@ def test_a_trial_begins_from_the_file_and_from_the_numbers_at_hand(
 ) -> None:
     """The better of both is what goes on; at hand it begins where it was screened."""
     about = bare(case="few", own_values={"own": 1.0}, values={"own": 1.0, "file": 9.0})
-    trial = bare(candidate=bare(key="it"), best={"new": 4.0})
+    trial = bare(candidate=bare(key="it", section="links"), best={"new": 4.0})
 
     def fit(case: Any, current: Any, c: Any, start: Any, steps: int) -> Any:
         evidence = at_hand if "file" in start else of_file
@@ -1180,8 +1243,23 @@ def test_a_trial_begins_from_the_file_and_from_the_numbers_at_hand(
     monkeypatch.setattr(refit, "fit_with", fit)
     monkeypatch.setattr(refit, "move_stretch", lambda each: each)
     monkeypatch.setattr(refit, "compact", lambda each: each)
-    begun = refit._start_trial(about, {}, trial)
+    begun = refit._start_trial(about, {}, None, trial)
     assert (begun and begun.evidence) == told
+
+
+@pytest.mark.parametrize(("section", "begins"), [("tcp", ("thermometers", 3.0)), ("links", ("file", 7.0))])
+def test_what_moves_the_tool_centre_point_begins_where_thermometers_alone_come_to(
+    section: str, begins: tuple[str, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    about = bare(case="few", own_values={"from": "file"}, values={"from": "hand"})
+    scores = {side: {("it",): bare(gain=99.0, best={"new": size})} for side, size in (("file", 7.0), ("aside", 3.0))}
+    aside, tried = bare(scores=scores["aside"], values={"from": "thermometers"}), []
+    monkeypatch.setattr(
+        refit, "fit_with", lambda case, of, c, start, steps: tried.append((start["from"], start["new"]))
+    )
+    trial = bare(candidate=bare(key=("it",), section=section), best={"new": 4.0})
+    assert refit._start_trial(about, scores["file"], aside, trial) is None
+    assert tried == [begins, ("hand", 4.0)]
 
 
 @pytest.mark.parametrize(
