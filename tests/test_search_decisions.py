@@ -1315,14 +1315,17 @@ def test_a_stop_while_something_is_finished_leaves_what_there_was(monkeypatch: p
     assert (now.ended, now.selection.best) == ("stopped", "in passing")
 
 
-@pytest.mark.parametrize(("evidence", "told"), [(9.0, 9.0), (4.0, 5.0), (None, 5.0)])
-def test_what_was_fitted_in_passing_is_kept_where_some_steps_further_tell_less(
-    evidence: float | None, told: float, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(("evidence", "lumps", "told"), [(9.0, 4, 9.0), (4.0, 4, 5.0), (None, 4, 5.0), (9.0, 48, 5.0)])
+def test_what_was_fitted_in_passing_is_kept_where_some_steps_further_tell_less_or_there_is_no_time_for_them(
+    evidence: float | None, lumps: int, told: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Of the 10 s that are left telling it takes 5 on the lumps of the file, and 20 on 12 times as many."""
     monkeypatch.setattr(few_runs, "replace", lambda of, **new: bare(**{**of.__dict__, **new}))
     more = None if evidence is None else h(evidence=evidence)
     monkeypatch.setattr(few_runs, "fit_findings", lambda *of, **how: more)
-    now = h(evidence=5.0, found=("it",), case=bare(budget=TimeBudget()), root=None, values={})
+    budget = TimeBudget(100.0, reserved=5.0)
+    case = bare(budget=replace(budget, began=budget.began - 90.0), machine=bare(lumps=4))
+    now = h(evidence=5.0, found=("it",), case=case, machine=bare(lumps=lumps), root=None, values={})
     assert few_runs.finish_in_passing(now).evidence == told
     assert few_runs.finish_in_passing(nothing := h(found=())) is nothing
 

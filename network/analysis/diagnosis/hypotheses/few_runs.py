@@ -52,9 +52,12 @@ def on_all_runs(whole: Hypothesis, few: Hypothesis, steps: int = STEPS) -> Hypot
 
 def finish_in_passing(h: Hypothesis) -> Hypothesis:
     """What was fitted to all runs in passing, a few steps further, where that explains more: in what is left of the
-    whole time when that of the search is up."""
+    whole time when that of the search is up, but for what is needed to tell it."""
     if not h.found:
         return h
+    larger = h.machine.lumps / h.case.machine.lumps
     case, budget = replace(h.case, budget=TimeBudget()), h.case.budget
-    told = fit_findings(case, h.root, h.found, h.values, steps=FINISHED, until=lambda at: budget.is_past(1.0))
+    if budget.is_ended(larger):
+        return h
+    told = fit_findings(case, h.root, h.found, h.values, steps=FINISHED, until=lambda at: budget.is_ended(larger))
     return h if told is None or told.evidence < h.evidence else replace(told, case=h.case)
