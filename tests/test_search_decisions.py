@@ -79,7 +79,8 @@ def seat(start: float, stop: float) -> Any:
         (h(NOISE + 0.01, offset_pull=0.0), True), (h(NOISE - 0.01, offset_pull=0.0), False),
         (h(NOISE - 0.01, offset_pull=SETTINGS.strained + 0.1), True),
         (h(SETTINGS.further + 0.01, found="a", offset_pull=0.0), True),
-        (h(SETTINGS.further - 0.01, found="a", offset_pull=99.0), False),
+        (h(SETTINGS.further - 0.01, found="a", offset_pull=SETTINGS.strained - 0.1), False),
+        (h(SETTINGS.further - 0.01, found="a", offset_pull=SETTINGS.strained + 0.1), True),
     ],
 )  # fmt: skip
 def test_more_is_looked_for_where_more_than_noise_is_left(of: Any, told: bool) -> None:
@@ -102,6 +103,8 @@ def test_under_the_noise_of_the_file_one_candidate_has_to_be_worth_a_name(
     share: float, is_searched: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     null, bent, taken = h(2.0), h(2.0, fit=bare(left=[0.0] * 1000)), []
+    monkeypatch.setattr(forward_selection, "reweight", lambda case, of: bent)
+    monkeypatch.setattr(forward_selection, "use_file_noise", lambda case: case)
 
     def take(null: Any, about: Any, *_: Any) -> Any:
         taken.append(1)
@@ -111,8 +114,7 @@ def test_under_the_noise_of_the_file_one_candidate_has_to_be_worth_a_name(
     seen = bare(scores=[bare(gain=share * SETTINGS.worth * 1000)], before=bent, whole=None)
     monkeypatch.setattr(forward_selection, "screen_candidates", lambda *_: seen)
     monkeypatch.setattr(forward_selection, "_take_steps", take)
-    told = Selection(null)
-    assert forward_selection._select_under_file_noise(null, told, bent, 0, 1, lambda share: None) is None
+    assert forward_selection._select_under_file_noise(null, Selection(null), 0, 1, lambda share: None) is None
     assert bool(taken) is is_searched
 
 
@@ -124,12 +126,14 @@ def test_time_that_is_up_under_the_noise_of_the_file_ends_only_a_search_that_fou
         raise BudgetReached
 
     monkeypatch.setattr(forward_selection, "screen_candidates", run_out)
+    monkeypatch.setattr(forward_selection, "reweight", lambda case, of: h(2.0, found=found))
+    monkeypatch.setattr(forward_selection, "use_file_noise", lambda case: case)
     null, told = h(2.0), Selection(h(1.0, found=found))
     if found:
-        assert forward_selection._select_under_file_noise(null, told, null, 0, 1, lambda share: None) is None
+        assert forward_selection._select_under_file_noise(null, told, 0, 1, lambda share: None) is None
         return
     with pytest.raises(BudgetReached):
-        forward_selection._select_under_file_noise(null, told, null, 0, 1, lambda share: None)
+        forward_selection._select_under_file_noise(null, told, 0, 1, lambda share: None)
 
 
 @pytest.mark.parametrize(
@@ -161,7 +165,9 @@ def test_heat_is_looked_for_on_thermometers_alone_where_much_is_left_and_they_sh
             else about
         )
 
+    monkeypatch.setattr(forward_selection, "on_few_runs", lambda of, count: of)
     monkeypatch.setattr(forward_selection, "fit_thermometers", lambda of: alone)
+    monkeypatch.setattr(forward_selection, "leaves_heat", lambda of: of.chi > SETTINGS.further)
     monkeypatch.setattr(forward_selection, "screen_candidates", lambda *_: bare(whole=None))
     monkeypatch.setattr(forward_selection, "_take_steps", take)
     monkeypatch.setattr(forward_selection, "fit_findings", lambda case, *of: ("all channels", case.sigma, *of))
@@ -1252,14 +1258,16 @@ def test_what_moves_the_tool_centre_point_begins_where_thermometers_alone_come_t
     section: str, begins: tuple[str, float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     about = bare(case="few", own_values={"from": "file"}, values={"from": "hand"})
-    scores = {side: {("it",): bare(gain=99.0, best={"new": size})} for side, size in (("file", 7.0), ("aside", 3.0))}
+    there = bare(key=("it",), section=section, direction=-1)
+    scores = {side: {("it",): bare(gain=99.0, best={"new": size}, candidate=there)}
+              for side, size in (("file", 7.0), ("aside", 3.0))}  # fmt: skip
     aside, tried = bare(scores=scores["aside"], values={"from": "thermometers"}), []
     monkeypatch.setattr(
-        refit, "fit_with", lambda case, of, c, start, steps: tried.append((start["from"], start["new"]))
+        refit, "fit_with", lambda case, of, c, start, steps: tried.append((start["from"], start["new"], c.direction))
     )
-    trial = bare(candidate=bare(key=("it",), section=section), best={"new": 4.0})
+    trial = bare(candidate=bare(key=("it",), section=section, direction=1), best={"new": 4.0})
     assert refit._start_trial(about, scores["file"], aside, trial) is None
-    assert tried == [begins, ("hand", 4.0)]
+    assert tried == [(*begins, -1), ("hand", 4.0, 1)]  # each the way in which it shows there
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,6 @@ not found (budget)."""
 RESERVED = 1 / 3
 """Share of the time that is kept for the end, at most."""
 
-
 GROWTH = 0.56
 """Power of the lumps with which the time of a simulation grows (budget)."""
 

@@ -54,7 +54,7 @@ class FaultShape(ABC):
 
     def allows(self, size: float) -> bool:
         """Whether it can be of that size."""
-        return True
+        return bool(np.isfinite(size))
 
     @abstractmethod
     def tell(self, size: float) -> str:

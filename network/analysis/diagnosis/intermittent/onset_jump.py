@@ -97,9 +97,9 @@ def begin_with_jump(steps: ResidualSteps, o: Onset, at: float) -> Onset:
 
 
 def _size_by_readings(steps: ResidualSteps, o: Onset, own: Steps, k: int) -> tuple[float, float]:
-    """Of a fault that makes the kth step, and its 1σ."""
+    """Of a fault that makes the kth step, and its 1σ; infinite where it would change nothing there."""
     full = _full_by_readings(steps.recordings[o.run], o, float(own.t[max(k - SIDE - 1, 0)]))
-    return float(own.size[k]) / full, own.scatter / abs(full)
+    return (float(own.size[k]) / full, own.scatter / abs(full)) if full else (np.inf, np.inf)
 
 
 def _reach_of(steps: Steps) -> float:

@@ -63,5 +63,5 @@ def screen_candidates(current: Hypothesis, seed: int, jobs: int) -> Screening:
 
 
 def leaves_something(h: Hypothesis) -> bool:
-    """Whether more than noise is left, or nothing is found yet and only sensors that are far off keep it from that."""
-    return h.chi > SETTINGS.further if h.found else h.chi > SETTINGS.noise or h.offset_pull > SETTINGS.strained
+    """Whether more than noise is left, or only sensors that are far off keep it from that."""
+    return h.chi > (SETTINGS.further if h.found else SETTINGS.noise) or h.offset_pull > SETTINGS.strained

@@ -26,7 +26,7 @@ from network.analysis.diagnosis.steps.ranking import best_first
 from network.analysis.diagnosis.steps.refit import LATE, TrialFits, start_trials
 from network.analysis.diagnosis.steps.rival_acceptance import INTERIM_STEPS, accept_best, list_contenders, take_first
 from network.analysis.diagnosis.steps.selection import Selection
-from network.analysis.diagnosis.steps.thermometer_fit import fit_thermometers
+from network.analysis.diagnosis.steps.thermometer_fit import fit_thermometers, leaves_heat
 from network.analysis.diagnosis.switching.relay_search import (
     rank_likely_places,
     search_relays,
@@ -49,25 +49,29 @@ def select_forward(
 
     The noise of the steps is that of the null: evidence under different noises cannot be compared. What is missing may
     have passed for noise there: where it shows under the noise that is left in the end, or where one of several
-    findings is left, the steps go on under that, and what they come to is told where it explains more. Where nothing
-    was found but the noise of the file does not explain what is left, they are taken under that of the file. What these
-    come to is tested under the noise that it leaves, as all is.
+    findings is left, the steps go on under that, and what they come to is told where it explains more. Else they are
+    taken on thermometers alone, where displacements leave much, and under the noise of the file, where that does not
+    explain what is left. What these come to is tested under the noise that it leaves, as all is.
     """
     now = yield from _take_steps(null, Selection(first.whole or null), first, seed, jobs, tell)
     told = check_selection(null, _on_all_runs(null, now), jobs)
     yield told
     if _shows_more(now, told):
         again = _go_on(null, told, first, seed, jobs, tell)
-        if again is not None and reweight(told.best.case, again.best).evidence > told.best.evidence:
+        if again is not None and _tells_more(again, told):
             yield again
         return
     apart = _select_by_thermometers(null, told, first, seed, jobs, tell)
-    if apart is not None and reweight(told.best.case, apart.best).evidence > told.best.evidence:
+    if apart is not None and _tells_more(apart, told):
         yield (told := apart)
-    if (bare := reweight(use_file_noise(told.best.case), told.best)).chi > SETTINGS.doubtful:
-        held = _select_under_file_noise(null, told, bare, seed, jobs, tell)
-        if held is not None and len(held.best.found) > len(told.best.found):
-            yield held
+    held = _select_under_file_noise(null, told, seed, jobs, tell)
+    if held is not None and not (told.best.found and _tells_more(told, held)):
+        yield held
+
+
+def _tells_more(other: Selection, told: Selection) -> bool:
+    """Under the noise that the second leaves."""
+    return reweight(told.best.case, other.best).evidence > told.best.evidence
 
 
 def _go_on(
@@ -88,14 +92,14 @@ def _select_by_thermometers(
     null: Hypothesis, told: Selection, first: Screening, seed: int, jobs: int, tell: Callable[[float], None]
 ) -> Selection | None:
     """What the steps come to that are taken on thermometers alone, then on all channels, tested, where a tested
-    selection leaves much of a displacement: numbers bent by what moves the tool centre point hide what is missing of
-    the heat. None where thermometers alone show nothing, or where the time is up."""
-    alone = fit_thermometers(null) if told.best.chi > SETTINGS.adequate else None
-    if alone is None or not leaves_something(alone):
-        return None
+    selection leaves much, and the null much of a displacement: numbers bent by what moves the tool centre point hide
+    what is missing of the heat. None where thermometers alone show nothing, or where the time is up."""
     try:
-        seen = screen_candidates(alone, seed, jobs)
-        heat = _run_out(_take_steps(alone, Selection(seen.whole or alone), seen, seed, jobs, tell))
+        alone = fit_thermometers(on_few_runs(null, SEARCHED)) if told.best.chi > SETTINGS.adequate else None
+        if alone is None or not leaves_heat(alone):
+            return None
+        seen, most = screen_candidates(alone, seed, jobs), SETTINGS.findings - 1
+        heat = _run_out(_take_steps(alone, Selection(seen.whole or alone), seen, seed, jobs, tell, most))
         case = replace(heat.best.case, sigma=null.case.sigma)
         whole = fit_findings(case, heat.best.root, heat.best.found, heat.best.values) if heat.best.found else None
         if whole is None:
@@ -107,11 +111,14 @@ def _select_by_thermometers(
 
 
 def _select_under_file_noise(
-    null: Hypothesis, told: Selection, bare: Hypothesis, seed: int, jobs: int, tell: Callable[[float], None]
+    null: Hypothesis, told: Selection, seed: int, jobs: int, tell: Callable[[float], None]
 ) -> Selection | None:
-    """What the steps come to from a tested selection under the noise of the file (bare), tested; None where no
-    candidate is worth a name there: what one alone explains may have passed for coloured noise, which many things
-    together are. Where the time is up beside what was found, that was no part of the search."""
+    """What the steps come to from a tested selection under the noise of the file, tested, where that leaves much there;
+    None where no candidate is worth a name: what one alone explains may have passed for coloured noise, which many
+    things together are. Where the time is up beside what was found, that was no part of the search."""
+    bare = reweight(use_file_noise(told.best.case), told.best)
+    if bare.chi <= SETTINGS.doubtful or len(bare.found) >= SETTINGS.findings:
+        return None
     try:
         seen = screen_candidates(bare, seed, jobs)
         most = max((s.gain for s in seen.scores), default=0.0)
@@ -128,10 +135,11 @@ def _select_under_file_noise(
 
 
 def _take_steps(
-    null: Hypothesis, now: Selection, first: Screening, seed: int, jobs: int, tell: Callable[[float], None]
-) -> Generator[Selection, None, Selection]:
-    """The steps from a selection, each as it is taken, and where they come to."""
-    while leaves_something(now.best) and len(now.best.found) < SETTINGS.findings:
+    null: Hypothesis, now: Selection, first: Screening, seed: int, jobs: int, tell: Callable[[float], None],
+    most: float = SETTINGS.findings,
+) -> Generator[Selection, None, Selection]:  # fmt: skip
+    """The steps from a selection, each as it is taken, and where they come to; most: findings."""
+    while leaves_something(now.best) and len(now.best.found) < most:
         current, count = now.best, len(now.steps)
         seen = first if not current.found or current is first.whole else screen_candidates(current, seed, jobs)
         if _shows_nothing(seen):
@@ -156,8 +164,11 @@ def _take_steps(
 def _may_show_relays(now: Selection) -> bool:
     """Whether relays may show beside what was found: where its last step found none it has to leave less than half of
     what was there, for that they have been looked for in vain."""
-    is_first = not now.befores or not now.best.found
-    return is_first or now.best.found[-1].switches or explains_half(now.befores[-1], now.best)
+    if not now.befores or not now.best.found or now.best.found[-1].switches:
+        return True
+    case, before = now.best.case, now.befores[-1]
+    is_alike = (before.case.noise, before.case.sigma) == (case.noise, case.sigma)
+    return explains_half(before if is_alike else reweight(case, before), now.best)
 
 
 def _run_out(steps: Generator[Selection, None, Selection]) -> Selection:

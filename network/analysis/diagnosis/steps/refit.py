@@ -109,8 +109,8 @@ def _start_trial(
     moves = trial.candidate.section == TCP
     shown, values = (aside.scores, aside.values) if aside and moves else (about_file, about.own_values)
     there = shown.get(trial.candidate.key)
-    own = there.best if there is not None and there.gain > SHOWS else trial.best
-    of_file = fit_with(about.case, about, trial.candidate, {**values, **own}, BRIEF)
+    first = there if there is not None and there.gain > SHOWS else trial
+    of_file = fit_with(about.case, about, first.candidate, {**values, **first.best}, BRIEF)
     at_hand = fit_with(about.case, about, trial.candidate, about.values | trial.best, BRIEFER)
     begun = best_of(of_file, at_hand)
     return begun and compact(move_stretch(begun))
@@ -193,7 +193,8 @@ def start_trials(
     foremost of them. scores: of the screening about it; is_near: whether the fit is near, so that what shows about it
     is all that shows."""
     about_file = [] if is_near else _about_file(current, candidates, jobs)
-    aside = None if is_near else score_by_thermometers(current, candidates, jobs)
+    is_quick = not (is_near or is_late) and current.machine.lumps < LARGE
+    aside = score_by_thermometers(current, candidates, jobs) if is_quick else None
     most = LONGER if current.machine.lumps <= SMALL else SHORTLIST
     trials = shortlist(scores, about_file, most, [*aside.scores.values()] if aside else ())
     about = on_few_runs(current)

@@ -64,10 +64,19 @@ def fit_thermometers(h: Hypothesis) -> Hypothesis | None:
         return None
 
 
+def leaves_heat(alone: Hypothesis) -> bool:
+    """Whether one of the thermometers leaves more than noise in a fit to these alone."""
+    misfits = channel_misfits(alone.linearised)
+    return any(m.chi > SETTINGS.further for n, m in misfits.items() if _is_thermometer(alone, n))
+
+
 def _list_displaced(h: Hypothesis) -> set[str]:
     """Channels of displacements, where one of them leaves much; none where no thermometer is there."""
-    sensors = {n: h.machine.sensors[n] for n in h.linearised.problem.data[0].run.channels}
-    moved = {n for n, sensor in sensors.items() if sensor.axis is not None}
     misfits = channel_misfits(h.linearised)
+    moved = {n for n in misfits if h.machine.sensors[n].axis is not None}
     is_much = any(misfits[n].chi > SETTINGS.adequate for n in moved)
-    return moved if is_much and any(s.quantity == "temperature" for s in sensors.values()) else set()
+    return moved if is_much and any(_is_thermometer(h, n) for n in misfits) else set()
+
+
+def _is_thermometer(h: Hypothesis, channel: str) -> bool:
+    return h.machine.sensors[channel].quantity == "temperature"
