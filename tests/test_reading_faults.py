@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from test_diagnosis import CONCEALED, HELD_OUT, LADDERS, plant, recorded
+from test_small_decisions import bare
 
 from network.analysis.calibration.estimated_constants import compare_estimating
 from network.analysis.diagnosis.candidates.candidates import candidates
@@ -20,7 +21,7 @@ from network.analysis.diagnosis.intermittent.fault_shapes import list_shapes
 from network.analysis.diagnosis.intermittent.find_fault import find_reading_fault
 from network.analysis.diagnosis.intermittent.input_steps import InputStep, exceeds_inputs
 from network.analysis.diagnosis.intermittent.onset_jump import ResidualSteps
-from network.analysis.diagnosis.intermittent.onset_scan import OnsetScan
+from network.analysis.diagnosis.intermittent.onset_scan import Onset, OnsetScan
 from network.analysis.diagnosis.readings_set_right import set_right
 from network.analysis.diagnosis.screening.screen import screen
 from network.catalogue.declaration.declare import Array
@@ -129,6 +130,31 @@ def test_a_jump_is_seen_beside_what_is_missing_and_at_a_step_of_an_input_that_ma
             seen = [(run, name, at) for run, name, at, _ in onset_jump.list_lone_jumps(steps)]
         assert (seen == []) is few
         assert few or (seen[0][:2] == (0, "T_housing") and seen[0][2] == pytest.approx(begins, abs=150))
+
+
+def test_a_jump_is_what_a_fit_of_each_fault_says_whatever_else_is_missing() -> None:
+    """Numbers are bent by a pump that nobody told, so that the linear score of a contact that came loose is poor."""
+    pump = plant(sources={"pump": {"kind": "heat_source", "into": {"column": 1}, "power": "120 W"}})
+    first, second = (recorded(pump, x, i) for i, x in enumerate(LADDERS))
+    loose = FAULTS["loose"]
+    h = fit_hypothesis(case_of([fail(first, loose), fail(second, loose, begins=-1.0)]), plant())
+    found = find_reading_fault(h, lambda: 0.0)
+    assert found is not None and type(found[0].onset.shape).__name__ == "Loose" and found[0].onset.stays
+    assert found[0].quantities["share"].value == pytest.approx(0.4, abs=0.05)
+
+
+def test_a_jump_at_which_a_fault_would_change_nothing_is_not_that_fault() -> None:
+    """A thermometer that reads what the room has cannot come loose there."""
+    run = recorded(plant(), LADDERS[0], 0)
+    still = replace(run, columns={**run.columns, "T_housing": run.columns["ambient"]})
+    steps = bare(recordings=(still,), of=lambda run, name: bare(t=run_times, size=np.ones(9), scatter=0.1))
+    run_times = np.arange(9) * 60.0
+    shapes = {
+        type(s).__name__: s for s in list_shapes(fit_hypothesis(case_of([run]), plant())) if s.channel == "T_housing"
+    }
+    for name, allowed in (("Loose", False), ("Offset", True)):
+        o = onset_jump.begin_with_jump(steps, Onset(shapes[name], 0, 0.0, False, 0.1, 0.1, 99.0, 60.0, 99.0), 300.0)
+        assert o.t0 == 300.0 and shapes[name].allows(o.size) is allowed
 
 
 def test_a_jump_far_above_one_that_another_step_makes_is_the_channels_own_and_that_is_not() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -12,7 +13,11 @@ from network.analysis.diagnosis.candidates.candidates import candidates
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
-from network.analysis.diagnosis.steps.thermometer_fit import fit_thermometers, score_by_thermometers
+from network.analysis.diagnosis.steps.thermometer_fit import (
+    fit_thermometers,
+    leaves_heat,
+    score_by_thermometers,
+)
 from network.machine.machine import Machine
 from network.recordings.columns import Column
 from network.recordings.recording import Recording
@@ -40,12 +45,11 @@ TILTS = {
 }
 
 
-def tool(**more: Any) -> Machine:
+def tool(sources: dict[str, Any] | None = None, **more: Any) -> Machine:
     """Whose spindle grows, and whose column does not stand on the spindle."""
     sensors = {**SENSORS, "dz": {"measures": "tcp.z", "noise": "0.3 um"}}
-    return machine(
-        BARS, materials={"iron": IRON}, links=LINKS, sources=SOURCES, sensors=sensors, tcp={"z": {**GROWS, **more}}
-    )
+    heat, moves = {**SOURCES, **(sources or {})}, {"z": {**GROWS, **more}}
+    return machine(BARS, materials={"iron": IRON}, links=LINKS, sources=heat, sensors=sensors, tcp=moves)
 
 
 def runs(truth: Machine) -> list[Recording]:
@@ -70,6 +74,22 @@ def test_a_tilt_between_parts_that_do_not_touch_shows_about_numbers_that_it_does
     assert told is not None and told.values == alone.values
     best = max(told.scores.values(), key=lambda s: s.gain).candidate
     assert best.kind.kind == "tilt" and {"spindle", "column"} <= {*best.key}
+    (entry,) = (e for e in best.machine.tcp["z"].values() if e.kind == "tilt")
+    assert entry.direction == TILTS["direction"]
+
+
+def test_a_displacement_that_one_run_lacks_tells_nothing_of_it_in_the_others_either() -> None:
+    first, second = runs(tool(tilt=TILTS))
+    less = replace(first, columns={n: c for n, c in first.columns.items() if n != "dz"})
+    alone = fit_thermometers(fit_hypothesis(Case(tool(), (less, second)), tool()))
+    assert alone is not None and alone.values["links.flange.conductance"] == pytest.approx(40.0, rel=0.05)
+    assert leaves_heat(alone) is False
+
+
+def test_thermometers_alone_show_what_is_missing_of_the_heat() -> None:
+    pump = {"pump": {"kind": "heat_source", "into": {"housing": 1}, "power": "90 W"}}
+    alone = fit_thermometers(fitted(tool(sources=pump, tilt=TILTS)))
+    assert alone is not None and leaves_heat(alone)
 
 
 def test_thermometers_are_asked_only_where_a_displacement_leaves_much() -> None:
