@@ -113,6 +113,16 @@ def test_shares_are_told_by_what_is_read_however_far_off_a_fit_is() -> None:
     assert bent is not None and np.abs(bent.shares).max() < 0.6
 
 
+def test_jumps_with_which_an_input_steps_are_no_loose_contact() -> None:
+    """A pipe whose heating goes on and off comes near the air, too, and back."""
+    t = np.arange(0, 28800.0, 10)
+    steps = find_steps(t, 3.0 * ((t // 3600) % 2 == 1) + 0.01 * np.sin(t), np.full(len(t), 10.0))
+    assert steps is not None and find_loose_contact([steps]) is not None
+    switched = replace(steps, driven=tuple(np.arange(3600.0, 28800, 3600)))
+    assert len(switched.shares) == 0 and find_loose_contact([switched]) is None
+    assert len(replace(steps, driven=(3600.0,)).shares) == len(steps.shares) - 1
+
+
 def test_too_short_a_run_and_too_few_jumps_tell_nothing() -> None:
     t = np.arange(0, 600.0, 10)
     assert find_steps(t, np.zeros(len(t)), np.ones(len(t))) is None

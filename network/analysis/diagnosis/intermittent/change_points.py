@@ -49,19 +49,28 @@ class LooseContact:
 @dataclass(frozen=True, eq=False)
 class Steps:
     """Steps of one run's residual at the middles t [s] of its bins; full: what full strength would change there;
-    scatter: their robust 1σ; end: of the run [s]."""
+    scatter: their robust 1σ; end: of the run [s]; driven: when inputs step [s]."""
 
     t: Array
     size: Array
     full: Array
     scatter: float
     end: float
+    driven: tuple[float, ...] = ()
 
     @property
     def shares(self) -> Array:
-        """Of the clear jumps, in shares of full strength."""
+        """Of the clear jumps, in shares of full strength; not of those with which an input steps, which may make a part
+        jump."""
         peak = self._peaks & (np.abs(self.full) > 0)
+        for t in self.driven:
+            peak &= np.abs(self.t - t) > self.reach
         return np.asarray(self.size[peak] / self.full[peak])
+
+    @property
+    def reach(self) -> float:
+        """What a step spans on each side [s]."""
+        return SIDE * max(BIN, float(np.median(np.diff(self.t))))
 
     @property
     def clear(self) -> list[float]:

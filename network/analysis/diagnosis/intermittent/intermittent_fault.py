@@ -40,6 +40,7 @@ from network.analysis.diagnosis.intermittent.channel_samples import (
     list_inputs,
     truth_at_samples,
 )
+from network.analysis.diagnosis.intermittent.input_steps import list_input_steps
 from network.catalogue.declaration.declare import Array
 from network.catalogue.sensors.base import SensorEffect
 from network.machine.machine import Machine
@@ -199,4 +200,7 @@ def _list_residuals(h: Hypothesis, c: Candidate, recordings: Sequence[Recording]
 
 def _list_steps(h: Hypothesis, c: Candidate, recordings: Sequence[Recording]) -> list[Steps | None]:
     """The steps of these, in shares of what is read: what a fit says is bent by a reading that fails."""
-    return [find_steps(run.t, run.residual, run.of_read) for run in _list_residuals(h, c, recordings)]
+    seen = [find_steps(run.t, run.residual, run.of_read) for run in _list_residuals(h, c, recordings)]
+    runs = [p.run for p in h.predictions if c.channels[0] in p.run.channels]
+    driven = [tuple(step.t for step in list_input_steps([run])) for run in runs]
+    return [steps and replace(steps, driven=times) for steps, times in zip(seen, driven, strict=True)]

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
-from network.analysis.diagnosis.intermittent.change_points import BIN, CLEAR, SIDE, Steps, find_steps
+from network.analysis.diagnosis.intermittent.change_points import CLEAR, SIDE, Steps, find_steps
 from network.analysis.diagnosis.intermittent.channel_samples import truth_at_samples
 from network.analysis.diagnosis.intermittent.input_steps import MANY, InputStep, exceeds_inputs, list_input_steps
 from network.analysis.diagnosis.intermittent.onset_scan import Onset
@@ -76,7 +76,7 @@ def watch_jump(steps: ResidualSteps, o: Onset) -> Jump:
     own = steps.of_fault(o)
     if own is None or not o.shape.may_jump:
         return Jump()
-    reach = _reach_of(own)
+    reach = own.reach
     due, near = o.size * own.full, np.abs(own.t - o.t0) < max(o.width, reach)
     is_due = near & (np.abs(due) > CLEAR * own.scatter)
     is_seen = is_due & (np.abs(own.size - due) < BLURRED * np.abs(due))
@@ -102,11 +102,6 @@ def _size_by_readings(steps: ResidualSteps, o: Onset, own: Steps, k: int) -> tup
     return (float(own.size[k]) / full, own.scatter / abs(full)) if full else (np.inf, np.inf)
 
 
-def _reach_of(steps: Steps) -> float:
-    """What a step spans on each side [s]."""
-    return SIDE * max(BIN, float(np.median(np.diff(steps.t))))
-
-
 def _full_by_readings(recording: Recording, o: Onset, before: float) -> float:
     """What full strength would add, by the readings before the jump: those are true, what a fit says need not be."""
     values = recording.columns[o.shape.channel].values
@@ -121,7 +116,7 @@ def list_lone_jumps(steps: ResidualSteps) -> Iterator[tuple[int, str, float, flo
         for name in prediction.run.channels:
             if (own := steps.of(run, name)) is None:
                 continue
-            reach = _reach_of(own)
+            reach = own.reach
             for at in own.clear:
                 if not (_is_driven(steps, run, name, at, reach) or _is_shared(steps, run, name, at, reach)):
                     yield run, name, at, reach
