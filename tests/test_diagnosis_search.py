@@ -394,19 +394,22 @@ def test_paths_that_touch_the_best_one_are_fitted_whatever_their_score() -> None
     assert beside
 
 
-def test_relays_are_looked_for_again_where_they_may_show() -> None:
-    """Beside what leaves less than half of what was there, or where the last step found one."""
+def test_relays_are_looked_for_again_where_they_may_show(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside what leaves less than half of what was there, both under one noise, or where the last step found one."""
 
-    def at(chi: float, switches: bool = False) -> SimpleNamespace:
-        return SimpleNamespace(chi=chi, found=(SimpleNamespace(switches=switches),))
+    def at(chi: float, switches: bool = False, noise: str = "null") -> SimpleNamespace:
+        case = SimpleNamespace(noise=noise, sigma={})
+        return SimpleNamespace(chi=chi, found=(SimpleNamespace(switches=switches),), case=case)
 
     def chosen(best: SimpleNamespace, *befores: SimpleNamespace) -> SimpleNamespace:
         return SimpleNamespace(best=best, befores=befores)
 
-    before, may_show = SimpleNamespace(chi=4.0, found=()), forward_selection._may_show_relays
+    monkeypatch.setattr(forward_selection, "reweight", lambda case, h: at(9.0, noise=case.noise))
+    before, may_show = at(4.0), forward_selection._may_show_relays
     assert may_show(chosen(before)) and may_show(chosen(at(2.0), before))  # type: ignore[arg-type]
     assert not may_show(chosen(at(3.5), before))  # type: ignore[arg-type]
     assert may_show(chosen(at(3.5, switches=True), before))  # type: ignore[arg-type]
+    assert may_show(chosen(at(3.5, noise="file"), before))  # type: ignore[arg-type]
 
 
 def test_what_comes_late_goes_on_only_near_what_led_before() -> None:
