@@ -82,6 +82,11 @@ class OnsetFault(ChannelFault):
         return self.onset.shape.channel
 
     @property
+    def jump(self) -> tuple[str, int, float]:
+        """Where and when it begins."""
+        return self.channel, self.onset.run, self.onset.t0
+
+    @property
     def competes(self) -> bool:
         return self.is_open
 
@@ -144,11 +149,12 @@ def find_onset_fault(
     beside it, for finer lumps to tell."""
     recordings = h.case.recordings
     scan, steps = OnsetScan(h.linearised, tuple(list_shapes(h)), recordings), ResidualSteps(h, recordings)
-    lone = [begin_with_jump(steps, o, jump[2]) for jump in list_lone_jumps(steps) for o in scan.begun_at(*jump)]
-    jumps = [OnsetFault(recordings, o.gain, o, is_clear=True) for o in lone]
-    seen = [o for o in scan.best() if o.gain > PER_WINDOW and o.shape.allows(o.size)]
-    faults = _list_best([*jumps, *(_make_fault(steps, o) for o in seen)])
-    clear = [f for f in faults if f.is_clear]
+    begun = [(jump[2], o) for jump in list_lone_jumps(steps) for o in scan.begun_at(*jump)]
+    jumps = [OnsetFault(recordings, o.gain, begin_with_jump(steps, o, at), is_clear=True) for at, o in begun]
+    seen = [_make_fault(steps, o) for o in scan.best() if o.gain > PER_WINDOW and o.shape.allows(o.size)]
+    agreed = {f.jump for f in (*seen, *(_make_fault(steps, o) for _, o in begun)) if f.is_clear}
+    faults = _list_best([*jumps, *seen])
+    clear = sorted((f for f in faults if f.is_clear), key=lambda f: f.jump not in agreed)
     other = [f for f in faults if not f.is_clear and f.onset.since > PER_WINDOW and _may_mend(h, f.onset)][:1]
     groups = (_at_first_jumps(clear), (f for f in other if _beats_unknown(h, f) and rival_gain() < f.gain))
     open_one = None
@@ -173,10 +179,10 @@ def _list_best(faults: Sequence[OnsetFault]) -> list[OnsetFault]:
 
 
 def _at_first_jumps(clear: Sequence[OnsetFault]) -> list[OnsetFault]:
-    """Those of clear faults that share the jumps of the best of them: what a jump is, fits have to tell, for about
+    """Those of clear faults that share the jumps of the first of them: what a jump is, fits have to tell, for about
     numbers that are bent by it no linear score can be believed."""
-    jumps = [*dict.fromkeys((f.channel, f.onset.run, f.onset.t0) for f in clear)][:CONFIRMED]
-    return [f for f in clear if (f.channel, f.onset.run, f.onset.t0) in jumps]
+    jumps = [*dict.fromkeys(f.jump for f in clear)][:CONFIRMED]
+    return [f for f in clear if f.jump in jumps]
 
 
 def _make_fault(steps: ResidualSteps, o: Onset) -> OnsetFault:
@@ -188,13 +194,14 @@ def _make_fault(steps: ResidualSteps, o: Onset) -> OnsetFault:
 
 
 def _confirm_best(h: Hypothesis, faults: Iterable[OnsetFault]) -> tuple[OnsetFault, Hypothesis] | None:
-    """The fault that explains most, settled; None where it does not hold."""
-    tried = [fits for f in faults if (fits := _correct(h, f)) is not None]
-    best = max(tried, key=lambda c: c.fault.gain, default=None)
-    if best is None or best.fault.gain <= 0:
-        return None
-    settled = _settle(h, best)
-    return (replace(settled.fault, is_open=not settled.is_alone), settled.after) if settled.holds else None
+    """The fault that explains most, settled, or what else its jump could be where that does not hold; None where none
+    does."""
+    corrected = (fits for f in faults if (fits := _correct(h, f)) is not None and fits.fault.gain > 0)
+    tried = sorted(corrected, key=lambda c: -c.fault.gain)
+    for settled in (_settle(h, c) for c in tried if c.fault.jump == tried[0].fault.jump):
+        if settled.holds:
+            return replace(settled.fault, is_open=not settled.is_alone), settled.after
+    return None
 
 
 @dataclass(frozen=True, eq=False)
