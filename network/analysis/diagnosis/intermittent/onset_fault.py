@@ -149,12 +149,8 @@ def find_onset_fault(
     beside it, for finer lumps to tell."""
     recordings = h.case.recordings
     scan, steps = OnsetScan(h.linearised, tuple(list_shapes(h)), recordings), ResidualSteps(h, recordings)
-    begun = [(jump[2], o) for jump in list_lone_jumps(steps) for o in scan.begun_at(*jump)]
-    jumps = [OnsetFault(recordings, o.gain, begin_with_jump(steps, o, at), is_clear=True) for at, o in begun]
-    seen = [_make_fault(steps, o) for o in scan.best() if o.gain > PER_WINDOW and o.shape.allows(o.size)]
-    agreed = {f.jump for f in (*seen, *(_make_fault(steps, o) for _, o in begun)) if f.is_clear}
-    faults = _list_best([*jumps, *seen])
-    clear = sorted((f for f in faults if f.is_clear), key=lambda f: f.jump not in agreed)
+    faults = _list_faults(scan, steps)
+    clear = [f for f in faults if f.is_clear]
     other = [f for f in faults if not f.is_clear and f.onset.since > PER_WINDOW and _may_mend(h, f.onset)][:1]
     groups = (_at_first_jumps(clear), (f for f in other if _beats_unknown(h, f) and rival_gain() < f.gain))
     open_one = None
@@ -170,6 +166,18 @@ def _beats_unknown(h: Hypothesis, fault: OnsetFault) -> bool:
     with the few numbers that it has."""
     first, *_ = locate(h.linearised, h.machine)
     return first.at.channel == fault.channel or first.gain < fault.gain
+
+
+def _list_faults(scan: OnsetScan, steps: ResidualSteps) -> list[OnsetFault]:
+    """All that can have failed, the best scores first; clear jumps of which no linear score agrees with what is read
+    stand last."""
+    lone = [(jump[2], o) for jump in list_lone_jumps(steps) for o in scan.begun_at(*jump)]
+    jumps = [
+        OnsetFault(tuple(steps.recordings), o.gain, begin_with_jump(steps, o, at), is_clear=True) for at, o in lone
+    ]
+    seen = [_make_fault(steps, o) for o in scan.best() if o.gain > PER_WINDOW and o.shape.allows(o.size)]
+    agreed = {f.jump for f in (*seen, *(_make_fault(steps, o) for _, o in lone)) if f.is_clear}
+    return sorted(_list_best([*jumps, *seen]), key=lambda f: f.is_clear and f.jump not in agreed)
 
 
 def _list_best(faults: Sequence[OnsetFault]) -> list[OnsetFault]:
@@ -190,7 +198,7 @@ def _make_fault(steps: ResidualSteps, o: Onset) -> OnsetFault:
     jump = watch_jump(steps, o)
     if jump.is_clear and o.shape.allows(jump.size):
         o = replace(o, t0=jump.at, size=jump.size, std=jump.std)
-    return OnsetFault(steps.h.case.recordings, o.gain, o, jump.is_clear)
+    return OnsetFault(tuple(steps.recordings), o.gain, o, jump.is_clear)
 
 
 def _confirm_best(h: Hypothesis, faults: Iterable[OnsetFault]) -> tuple[OnsetFault, Hypothesis] | None:
