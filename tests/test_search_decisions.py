@@ -1011,6 +1011,43 @@ def test_a_fault_that_could_be_heat_is_told_where_hardly_anything_is_left(
     assert (tried.holds, tried.is_alone) == told
 
 
+@pytest.mark.parametrize(
+    ("holds", "told"),
+    [({"loose", "offset"}, "loose"), ({"offset"}, "offset"), ({"later"}, None), ({"less"}, None), (set(), None)],
+)
+def test_what_else_a_jump_could_be_is_told_where_the_best_does_not_hold(
+    holds: set[str], told: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of that jump alone, and only what explains more than without it."""
+    gains = {"offset": 40.0, "loose": 90.0, "later": 70.0, "less": -5.0}
+    jumps = {"later": ("T", 1, 500.0)}
+    faults = [bare(name=name, gain=gain, jump=jumps.get(name, ("T", 0, 100.0))) for name, gain in gains.items()]
+    monkeypatch.setattr(onset_fault, "replace", lambda of, **new: of.name)
+    monkeypatch.setattr(onset_fault, "_correct", lambda of, f: bare(fault=f))
+    monkeypatch.setattr(
+        onset_fault,
+        "_settle",
+        lambda of, c: bare(fault=c.fault, holds=c.fault.name in holds, is_alone=True, after=c.fault.gain),
+    )
+    pair = onset_fault._confirm_best(h(), faults)
+    assert pair == (None if told is None else (told, gains[told]))
+
+
+def test_clear_jumps_of_which_no_score_agrees_with_what_is_read_are_tried_last(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(onset_fault, "_list_best", lambda faults: sorted(faults, key=lambda f: -f.gain))
+    far, near = (bare(run=run, gain=gain, agrees=run == 1)
+                 for run, gain in ((0, 90.0), (1, 30.0)))  # fmt: skip
+    monkeypatch.setattr(onset_fault, "list_lone_jumps", lambda steps: [(0, "T", 1.0, 2.0), (1, "T", 1.0, 2.0)])
+    monkeypatch.setattr(onset_fault, "begin_with_jump", lambda steps, o, at: o)
+    monkeypatch.setattr(onset_fault, "OnsetFault", lambda recordings, gain, o, is_clear: bare(
+        onset=o, gain=gain, is_clear=is_clear, jump=o.run))  # fmt: skip
+    monkeypatch.setattr(onset_fault, "_make_fault", lambda steps, o: bare(
+        onset=o, gain=o.gain, is_clear=o.agrees, jump=o.run))  # fmt: skip
+    scan = bare(begun_at=lambda run, *of: [(far, near)[run]], best=lambda: [])
+    told = onset_fault._list_faults(scan, bare(recordings=()))
+    assert [f.jump for f in told] == [1, 0] and onset_fault._at_first_jumps(told) == told
+
+
 def test_the_share_of_a_fault_is_told_by_all_readings_in_its_windows(monkeypatch: pytest.MonkeyPatch) -> None:
     """By least squares over both runs, gaps apart, whatever lies outside of them."""
     t = np.arange(6.0)
