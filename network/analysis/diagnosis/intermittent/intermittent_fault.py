@@ -139,7 +139,7 @@ def _list_faults(h: Hypothesis) -> Iterator[IntermittentFault]:
     come_and_go = [kind for kind in kinds() if issubclass(kind, SensorEffect) and kind.comes_and_goes]
     recordings = list_as_fitted(h.case.recordings, h)
     for c in candidates(h.machine, h.case.drivers, among=come_and_go):
-        seen = [steps for steps in _list_steps(h, c, recordings) if steps is not None]
+        seen = [steps for steps in _list_steps(h, c, _list_residuals(h, c, recordings)) if steps is not None]
         loose = find_loose_contact(seen) if len(seen) == len(h.predictions) else None
         if loose is not None:
             yield IntermittentFault(h.case.recordings, 0.0, c, loose, {r.file: r.constants for r in recordings})
@@ -156,7 +156,7 @@ def _update_fault(h: Hypothesis, e: IntermittentFault, about: Hypothesis) -> Int
     if not full[good].any():
         return e
     share = float(np.clip(full[good] @ r[good] / (full[good] @ full[good]), *SHARES))
-    seen = _list_steps(about, e.candidate, recordings)
+    seen = _list_steps(about, e.candidate, runs)
     now = [spans if steps is None else steps.windows(share) for steps, spans in zip(seen, windows, strict=True)]
     loose = replace(e.loose, share=share, windows=tuple(now))
     return replace(e, loose=loose, surroundings={r.file: r.constants for r in recordings})
@@ -198,9 +198,9 @@ def _list_residuals(h: Hypothesis, c: Candidate, recordings: Sequence[Recording]
     ]
 
 
-def _list_steps(h: Hypothesis, c: Candidate, recordings: Sequence[Recording]) -> list[Steps | None]:
+def _list_steps(h: Hypothesis, c: Candidate, residuals: Sequence[_Residual]) -> list[Steps | None]:
     """The steps of these, in shares of what is read: what a fit says is bent by a reading that fails."""
-    seen = [find_steps(run.t, run.residual, run.of_read) for run in _list_residuals(h, c, recordings)]
+    seen = [find_steps(of.t, of.residual, of.of_read) for of in residuals]
     runs = [p.run for p in h.predictions if c.channels[0] in p.run.channels]
     driven = [tuple(step.t for step in list_input_steps([run])) for run in runs]
     return [steps and replace(steps, driven=times) for steps, times in zip(seen, driven, strict=True)]
