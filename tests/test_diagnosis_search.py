@@ -18,6 +18,7 @@ from network.analysis.calibration.gauss_newton import linearise
 from network.analysis.diagnosis.candidates.candidate import Candidate, candidate
 from network.analysis.diagnosis.candidates.candidate_response import respond_to_candidates
 from network.analysis.diagnosis.candidates.candidates import candidates
+from network.analysis.diagnosis.hypotheses import hypothesis_fit
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.compact_fit import compact
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
@@ -492,7 +493,7 @@ def test_where_the_file_s_own_numbers_break_down_nothing_is_screened_about_them(
         raise Failed("a relay switched 428 times by 8151 s")
 
     h = null()
-    monkeypatch.setattr(refit, "linearise", breaks)
+    monkeypatch.setattr(hypothesis_fit, "linearise", breaks)
     assert refit._about_file(h, candidates(h.machine, h.machine.inputs), 1) == []
     monkeypatch.setattr(unseen_runs, "linearise", breaks)
     assert unseen_runs.unseen_misfit(h) == np.inf

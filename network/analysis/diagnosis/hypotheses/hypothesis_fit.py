@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from network.analysis.calibration.expansion_point import move_points
-from network.analysis.calibration.gauss_newton import STEPS, Linearised, linearise, minimise
+from network.analysis.calibration.gauss_newton import STEPS, Linearised, Problem, linearise, minimise
 from network.analysis.calibration.growing_horizon import settle_starts
 from network.analysis.calibration.linearised import weigh_anew
 from network.analysis.calibration.misfit import channel_misfits, chi_of
@@ -60,6 +60,16 @@ def state(case: Case, machine: Machine, values: Mapping[str, float]) -> Hypothes
     parameters = parameters_of(machine, ())
     fit = linearise(case.problem(machine, parameters), theta_of(parameters, values))
     return Hypothesis(case, machine, (), (), fit.temper(1.0, max(1.0, chi_of(fit))))
+
+
+def linearise_narrowed(problem: Problem, theta: Array) -> Linearised | None:
+    """A problem about some numbers, with priors narrowed by the misfit there; None where it breaks down."""
+    try:
+        at = linearise(problem, theta)
+    except (Failed, np.linalg.LinAlgError):
+        return None
+    chi = max(1.0, chi_of(at))
+    return at.temper(chi, chi)
 
 
 def fit_lasting(h: Hypothesis) -> Hypothesis:

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from network.analysis.calibration.estimate import Estimate
-from network.analysis.calibration.gauss_newton import Linearised, chi_of, linearise
+from network.analysis.calibration.gauss_newton import Linearised
 from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.hypotheses.compact_fit import compact, fit_with
 from network.analysis.diagnosis.hypotheses.few_runs import on_few_runs
@@ -18,6 +18,7 @@ from network.analysis.diagnosis.hypotheses.hypothesis_fit import (
     CONTINUATION,
     fit_hypothesis,
     lead_into_step,
+    linearise_narrowed,
     settle_hypothesis,
 )
 from network.analysis.diagnosis.lumps.coarse_surrogate import SMALL
@@ -31,7 +32,6 @@ from network.analysis.diagnosis.steps.thermometer_fit import ByThermometers, sco
 from network.catalogue.declaration.sections import TCP
 from network.engine.response.parameters import centres, values_at
 from network.platform.parallel import run_all
-from network.platform.refusal import Failed
 
 SHORTLIST, LONGER, OF_A_KIND, THAT_MOVE = 5, 14, 3, 7
 """Candidates refitted for each point they were screened about, where lumps are few and fits quick, how many of one
@@ -62,12 +62,7 @@ Tell = Callable[[float], None] | None
 
 def linearise_at_priors(fit: Linearised | Estimate) -> Linearised | None:
     """The problem about the priors' centres, with priors narrowed by the misfit there; None where it breaks down."""
-    try:
-        at = linearise(fit.problem, centres(fit.problem.parameters))
-    except (Failed, np.linalg.LinAlgError):
-        return None
-    chi = max(1.0, chi_of(at))
-    return at.temper(chi, chi)
+    return linearise_narrowed(fit.problem, centres(fit.problem.parameters))
 
 
 def shortlist(

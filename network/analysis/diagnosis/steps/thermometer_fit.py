@@ -11,11 +11,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from network.analysis.calibration.gauss_newton import linearise
-from network.analysis.calibration.misfit import channel_misfits, chi_of
+from network.analysis.calibration.misfit import channel_misfits
 from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
-from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis, linearise_narrowed
 from network.analysis.diagnosis.screening.screen import Score, score_candidates
 from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.sections import TCP
@@ -39,14 +38,10 @@ def score_by_thermometers(h: Hypothesis, candidates: Sequence[Candidate], jobs: 
     """None where no displacement leaves much, nothing is proposed that moves it, or thermometers alone run away."""
     moving = [c for c in candidates if c.section == TCP]
     alone = fit_thermometers(h) if moving else None
-    try:
-        at = None if alone is None else linearise(h.linearised.problem, alone.fit.theta)
-    except (Failed, np.linalg.LinAlgError):
+    at = None if alone is None else linearise_narrowed(h.linearised.problem, alone.fit.theta)
+    if alone is None or at is None:
         return None
-    if at is None or alone is None:
-        return None
-    chi = max(1.0, chi_of(at))
-    scores = score_candidates(at.temper(chi, chi), moving, alone.values, jobs)
+    scores = score_candidates(at, moving, alone.values, jobs)
     return ByThermometers({s.candidate.key: s for s in scores}, alone.values)
 
 
