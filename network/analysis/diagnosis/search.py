@@ -192,10 +192,13 @@ def last_of(states: Iterator[Search], budget: TimeBudget) -> Search:
 
 
 def _end_early(last: Search, end: BaseException) -> Search:
-    """What a search had come to; what was not tested to the end was fitted in passing, and is now in a few steps."""
+    """What a search had come to; what was not tested to the end was fitted in passing, and is now in a few steps, but
+    the null stands where recordings that did not choose it do not show it again."""
     last, chosen = replace(last, ended=_how_ended(end)), last.selection
     if last.ended != "budget" or chosen.is_checked:
         return last
+    if any(test is not None and test.doubt for test in map(chosen.unseen_of, chosen.best.found)):
+        return replace(last, selection=Selection(last.null))
     try:
         return replace(last, selection=replace(chosen, best=finish_in_passing(chosen.best)))
     except KeyboardInterrupt:

@@ -37,21 +37,29 @@ SETTLED = 5.0
 EDGES = 2
 """Of a stop."""
 PROMISING = 0.25
-"""Share of what chance reaches that a fit has to explain for its stops to be found again (budget)."""
+"""Share of what chance reaches, and of what the best of the catalogue scores, that a fit has to explain for its stops
+to be found again (budget)."""
+
+RivalGain = Callable[[], float]
+"""What the best of the catalogue scores about the fit to recordings as they are [nats]."""
 
 
-def find_standstill(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[StandstillFault, Hypothesis] | None:
-    """The stops, and the hypothesis fitted to the recordings set right; None where there are none. rival_gain: what the
-    best of the catalogue scores about the same fit [nats]."""
+def find_standstill(h: Hypothesis, rival_gain: RivalGain) -> tuple[StandstillFault, Hypothesis] | None:
+    """The stops, and the hypothesis fitted to the recordings set right; None where there are none."""
     try:
-        best = _find_best(h)
+        best = _find_best(h, rival_gain)
         if best is None or not (best.lasts and _spans_steps(h, best)):
             return None
         if not _is_full(h, best) or not best.beats_unknown:
             return None
     except (Failed, Refused, np.linalg.LinAlgError):
         return None
-    return (best.tell(h.case.recordings), best.after) if best.gain > rival_gain() * max(1.0, h.chi) ** 2 else None
+    return (best.tell(h.case.recordings), best.after) if _beats_catalogue(h, best, rival_gain) else None
+
+
+def _beats_catalogue(h: Hypothesis, now: Stopped, rival_gain: RivalGain, share: float = 1.0) -> bool:
+    """Whether stops explain more than a share of what the best of the catalogue scores."""
+    return now.gain > share * rival_gain() * max(1.0, h.chi) ** 2
 
 
 def _is_plain(now: Stopped) -> bool:
@@ -87,19 +95,19 @@ def _spans_steps(h: Hypothesis, now: Stopped) -> bool:
     return all(end - begin > EDGES * step for step, own in zip(steps, now.stops, strict=True) for begin, end in own)
 
 
-def _find_best(h: Hypothesis) -> Stopped | None:
+def _find_best(h: Hypothesis, rival_gain: RivalGain) -> Stopped | None:
     """The stops of one driver that explain most, settled."""
     scores = scan_stretches(h.linearised, [*list_drivers(h)])
     likely = [s for s in scores if s.gain > SETTINGS.alike and s.is_strong]
-    return _settle_best(h, likely, sum(s.tried for s in scores))
+    return _settle_best(h, likely, sum(s.tried for s in scores), rival_gain)
 
 
-def _settle_best(h: Hypothesis, likely: Sequence[Stretch], tried: int) -> Stopped | None:
+def _settle_best(h: Hypothesis, likely: Sequence[Stretch], tried: int, rival_gain: RivalGain) -> Stopped | None:
     """The driver whose stops explain most: of the likely ones, as long as none leaves little."""
     best: Stopped | None = None
     drivers = dict.fromkeys(s.driver for s in likely if s.gain > NEARLY * likely[0].gain)
     for driver in list(drivers)[:CONFIRMED]:
-        now = _settle(h, [s for s in likely if s.driver is driver], tried)
+        now = _settle(h, [s for s in likely if s.driver is driver], tried, rival_gain)
         if now is not None and _is_plain(now) and (best is None or now.worth - now.price > best.worth - best.price):
             best = now
         if best is not None and best.after.chi <= SETTINGS.adequate:
@@ -107,13 +115,15 @@ def _settle_best(h: Hypothesis, likely: Sequence[Stretch], tried: int) -> Stoppe
     return best
 
 
-def _settle(h: Hypothesis, first: Sequence[Stretch], tried: int) -> Stopped | None:
+def _settle(h: Hypothesis, first: Sequence[Stretch], tried: int, rival_gain: RivalGain) -> Stopped | None:
     """Stops of one driver in some runs found again, and further ones, until nothing is new; their edges to less than a
-    step."""
+    step. None where something speaks against it on the way."""
     driver, stops = first[0].driver, tuple(_join([s for s in first if s.run == i]) for i in range(len(h.predictions)))
     now, seen = fit_stopped(h, driver, stops, tried), {stops}
     for _ in range(ROUNDS):
         if now is None or now.worth < PROMISING * now.price or _is_hopeless(h, now):
+            return None
+        if not _beats_catalogue(h, now, rival_gain, PROMISING):
             return None
         stops = tuple(_find_again(h, now))
         if not any(stops) or _is_vain(h, now, stops):

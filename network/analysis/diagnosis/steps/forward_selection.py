@@ -17,7 +17,12 @@ from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings, r
 from network.analysis.diagnosis.latent_heat.latent_rest import rank_beside_rest
 from network.analysis.diagnosis.lumps.lump_convergence import refine_until_converged
 from network.analysis.diagnosis.screening.screen import Score
-from network.analysis.diagnosis.screening.screening import Screening, leaves_something, screen_candidates
+from network.analysis.diagnosis.screening.screening import (
+    Screening,
+    find_best_gain,
+    leaves_something,
+    screen_candidates,
+)
 from network.analysis.diagnosis.screening.significance import null_threshold
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.backward_elimination import check_selection, rerank_first
@@ -120,6 +125,9 @@ def _select_under_file_noise(
     if bare.chi <= SETTINGS.doubtful or len(bare.found) >= SETTINGS.findings:
         return None
     try:
+        gain, readings = find_best_gain(bare, jobs)
+        if gain < HOPE * SETTINGS.worth * readings:
+            return None
         seen = screen_candidates(bare, seed, jobs)
         most = max((s.gain for s in seen.scores), default=0.0)
         if most < SETTINGS.worth * len(seen.before.fit.left):
