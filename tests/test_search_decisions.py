@@ -35,7 +35,7 @@ from network.analysis.diagnosis.screening.crossed_splits import UnseenTest
 from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.standstill import find_standstill
-from network.analysis.diagnosis.steps import forward_selection, placement, refit, rival_acceptance
+from network.analysis.diagnosis.steps import forward_selection, next_finding, placement, refit, rival_acceptance
 from network.analysis.diagnosis.steps.selection import Selection
 from network.analysis.diagnosis.switching.relay_search import _keep_of_each, rank_likely_places
 from network.analysis.diagnosis.switching.sample_refinement import DAMPED, _At, _steps, refine_samples
@@ -98,11 +98,15 @@ def test_a_finding_gains_more_than_chance_and_takes_away_what_is_worth_a_name() 
     assert not rival_acceptance.is_gain(strained, h(1.0, 121.0, offset_pull=SETTINGS.errors + 0.1), 20.0)
 
 
-@pytest.mark.parametrize("share, is_searched", [(0.99, False), (1.01, True)])
+@pytest.mark.parametrize(
+    "briefly, share, is_screened, is_searched",
+    [(0.49, 1.01, False, False), (0.51, 0.99, True, False), (0.51, 1.01, True, True)],
+)
 def test_under_the_noise_of_the_file_one_candidate_has_to_be_worth_a_name(
-    share: float, is_searched: bool, monkeypatch: pytest.MonkeyPatch
+    briefly: float, share: float, is_screened: bool, is_searched: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    null, bent, taken = h(2.0), h(2.0, fit=bare(left=[0.0] * 1000)), []
+    null, bent, taken, screened = h(2.0), h(2.0, fit=bare(left=[0.0] * 1000)), [], []
+    monkeypatch.setattr(forward_selection, "find_best_gain", lambda *_: (briefly * SETTINGS.worth * 1000, 1000))
     monkeypatch.setattr(forward_selection, "reweight", lambda case, of: bent)
     monkeypatch.setattr(forward_selection, "use_file_noise", lambda case: case)
 
@@ -112,10 +116,10 @@ def test_under_the_noise_of_the_file_one_candidate_has_to_be_worth_a_name(
         return about
 
     seen = bare(scores=[bare(gain=share * SETTINGS.worth * 1000)], before=bent, whole=None)
-    monkeypatch.setattr(forward_selection, "screen_candidates", lambda *_: seen)
+    monkeypatch.setattr(forward_selection, "screen_candidates", lambda *_: screened.append(1) or seen)
     monkeypatch.setattr(forward_selection, "_take_steps", take)
     assert forward_selection._select_under_file_noise(null, Selection(null), 0, 1, lambda share: None) is None
-    assert bool(taken) is is_searched
+    assert (bool(screened), bool(taken)) == (is_screened, is_searched)
 
 
 @pytest.mark.parametrize("found", [(), ("lag",)])
@@ -125,7 +129,7 @@ def test_time_that_is_up_under_the_noise_of_the_file_ends_only_a_search_that_fou
     def run_out(*_: Any) -> Any:
         raise BudgetReached
 
-    monkeypatch.setattr(forward_selection, "screen_candidates", run_out)
+    monkeypatch.setattr(forward_selection, "find_best_gain", run_out)
     monkeypatch.setattr(forward_selection, "reweight", lambda case, of: h(2.0, found=found))
     monkeypatch.setattr(forward_selection, "use_file_noise", lambda case: case)
     null, told = h(2.0), Selection(h(1.0, found=found))
@@ -184,13 +188,13 @@ def test_heat_is_looked_for_on_thermometers_alone_where_much_is_left_and_they_sh
 def test_scores_count_in_full_only_far_from_an_explanation() -> None:
     scores = [bare(gain=gain) for gain in (0.0, 5.0, 50.0)]
     near = bare(before=h(SETTINGS.adequate - 0.01, found="a", fit=bare(left=np.zeros(1000))), scores=scores)
-    worth = forward_selection.HOPE * SETTINGS.worth * 1000
-    assert [s.gain for s in forward_selection._worth_fitting(near)] == [g for g in (0, 5, 50) if g >= worth]
+    worth = next_finding.HOPE * SETTINGS.worth * 1000
+    assert [s.gain for s in next_finding._worth_fitting(near)] == [g for g in (0, 5, 50) if g >= worth]
     far, first = (bare(before=of, scores=scores) for of in (h(SETTINGS.adequate + 0.01, found="a"), h(1.0)))
-    assert [*forward_selection._worth_fitting(far)] == scores == [*forward_selection._worth_fitting(first)]
-    assert not forward_selection._shows_nothing(near)
-    assert forward_selection._shows_nothing(bare(before=near.before, scores=scores[:1]))
-    assert not forward_selection._shows_nothing(bare(before=far.before, scores=[]))
+    assert [*next_finding._worth_fitting(far)] == scores == [*next_finding._worth_fitting(first)]
+    assert not next_finding.shows_nothing(near)
+    assert next_finding.shows_nothing(bare(before=near.before, scores=scores[:1]))
+    assert not next_finding.shows_nothing(bare(before=far.before, scores=[]))
 
 
 def test_what_was_kept_stands_first_and_the_others_by_their_evidence() -> None:
@@ -230,21 +234,21 @@ def test_relays_are_looked_for_first_where_little_is_explained_and_last_where_mu
     early: those found first (none found: None), nothing where what is likely explains much; late: those found last."""
     is_poor, asked, widened = early is None or bool(early), list[int](), list[bool]()
     monkeypatch.setattr(
-        forward_selection, "_search_switching", lambda *of: asked.append(1) or list((early or ()) if is_poor else late)
+        next_finding, "_search_switching", lambda *of: asked.append(1) or list((early or ()) if is_poor else late)
     )
     trials = bare(rank=lambda jobs: [kept], is_poor=lambda smooth: is_poor, little=LITTLE)
-    monkeypatch.setattr(forward_selection, "start_trials", lambda *of: iter([trials]))
+    monkeypatch.setattr(next_finding, "start_trials", lambda *of: iter([trials]))
     monkeypatch.setattr(
-        forward_selection, "_fit_wider", lambda trials, ranked, is_told, jobs: widened.append(is_told) or ranked
+        next_finding, "_fit_wider", lambda trials, ranked, is_told, jobs: widened.append(is_told) or ranked
     )
-    monkeypatch.setattr(forward_selection, "place_ranked", lambda before, smooth, jobs: smooth)
+    monkeypatch.setattr(next_finding, "place_ranked", lambda before, smooth, jobs: smooth)
     monkeypatch.setattr(rival_acceptance, "_skip_misleading", lambda before, ranked, jobs: ranked)
-    monkeypatch.setattr(forward_selection, "rank_beside_rest", lambda ranked, jobs: ranked)
-    monkeypatch.setattr(forward_selection, "accept_best", lambda current, before, tried, threshold, jobs: tried[0])
-    monkeypatch.setattr(forward_selection, "take_first", lambda current, before, ranked, threshold: None)
+    monkeypatch.setattr(next_finding, "rank_beside_rest", lambda ranked, jobs: ranked)
+    monkeypatch.setattr(next_finding, "accept_best", lambda current, before, tried, threshold, jobs: tried[0])
+    monkeypatch.setattr(next_finding, "take_first", lambda current, before, ranked, threshold: None)
     case = bare(recordings=("run",) * 2, budget=TimeBudget())
     seen = bare(before=h(case=case), proposed=(), scores=())
-    *_, (best, ranked) = forward_selection._select_next(seen.before, seen, 12.0, 0, 1, lambda share: None)
+    *_, (best, ranked) = next_finding.select_next(seen.before, seen, 12.0, 0, 1, lambda share: None)
     assert (widened, len(asked), "smooth" if best is kept else "relay") == ([told[0]], *told[1:])
     assert [each.evidence for each in ranked] == sorted((each.evidence for each in ranked), reverse=True)
 
@@ -263,13 +267,13 @@ def test_what_explains_best_so_far_is_told_where_the_time_is_up(runs: int, monke
             yield fit, [fit]
         raise BudgetReached
 
-    monkeypatch.setattr(forward_selection, "_select_next", run_out)
+    monkeypatch.setattr(forward_selection, "select_next", run_out)
     monkeypatch.setattr(forward_selection, "null_threshold", lambda scores, seed: 12.0)
     monkeypatch.setattr(forward_selection, "compact", lambda fit: fit)
     monkeypatch.setattr(forward_selection, "_put_first", lambda best, ranked: (best, *ranked))
     seen = bare(before=fits[-1], scores=(), unseen=None)
     monkeypatch.setattr(forward_selection, "screen_candidates", lambda *of: seen)
-    monkeypatch.setattr(forward_selection, "_shows_nothing", lambda seen: False)
+    monkeypatch.setattr(forward_selection, "shows_nothing", lambda seen: False)
     told = []
     with pytest.raises(BudgetReached):
         seen = bare(before=null, scores=(), whole=None, unseen=None)
@@ -300,11 +304,11 @@ def test_what_is_fitted_first_is_told_before_the_others_where_half_the_time_is_g
         yield bare(foremost=first, fit_in_passing=None)
         raise BudgetReached
 
-    monkeypatch.setattr(forward_selection, "start_trials", start)
+    monkeypatch.setattr(next_finding, "start_trials", start)
     monkeypatch.setattr(rival_acceptance, "reweight", lambda case, fit: fit)
     seen, kept = bare(before=null, proposed=(), scores=()), []
     with pytest.raises(BudgetReached):
-        kept.extend(forward_selection._select_next(null, seen, 12.0, 0, 1, lambda share: None))
+        kept.extend(next_finding.select_next(null, seen, 12.0, 0, 1, lambda share: None))
     assert kept == [(first, [first])] * told
 
 
@@ -1337,17 +1341,35 @@ def test_steps_of_what_is_not_there_any_more_are_left_out() -> None:
 
 
 @pytest.mark.parametrize(
-    ("end", "is_checked", "told"), [(BudgetReached(), False, "finished"), (BudgetReached(), True, "in passing"),
-                                    (KeyboardInterrupt(), False, "in passing")],
+    ("end", "is_checked", "is_doubted", "told"),
+    [(BudgetReached(), False, False, "finished"), (BudgetReached(), True, False, "in passing"),
+     (KeyboardInterrupt(), False, False, "in passing"), (BudgetReached(), False, True, "null"),
+     (BudgetReached(), True, True, "in passing")],
 )  # fmt: skip
 def test_what_was_fitted_in_passing_is_finished_where_the_time_is_up(
-    end: BaseException, is_checked: bool, told: str, monkeypatch: pytest.MonkeyPatch
+    end: BaseException, is_checked: bool, is_doubted: bool, told: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Not where it was tested, and not where somebody waits for it to stop."""
+    """Not where it was tested, and not where somebody waits for it to stop; nor is it told where recordings that did
+    not choose it do not show it."""
     monkeypatch.setattr(search, "replace", lambda of, **new: bare(**{**of.__dict__, **new}))
     monkeypatch.setattr(search, "finish_in_passing", lambda best: "finished")
-    now = bare(selection=bare(best="in passing", is_checked=is_checked))
+    now = bare(null="null", selection=bare(best="in passing", is_checked=is_checked, is_doubted=is_doubted))
     assert search._end_early(now, end).selection.best == told
+
+
+@pytest.mark.parametrize(
+    ("doubts", "is_apart", "told"),
+    [(("",), False, False), (("p = 0.4",), False, True), (("p = 0.4",), True, False), (("", "p = 0.4"), False, True),
+     ((None,), False, False)],
+)  # fmt: skip
+def test_a_selection_is_doubted_where_recordings_that_did_not_choose_a_finding_do_not_show_it(
+    doubts: tuple[str | None, ...], is_apart: bool, told: bool
+) -> None:
+    found = tuple(bare(key=str(k), is_searched_apart=is_apart) for k in range(len(doubts)))
+    steps = tuple((h(1.0, found=found[: k + 1]),) for k in range(len(found)))
+    unseen = tuple(None if doubt is None else bare(doubt=doubt) for doubt in doubts)
+    now = Selection(h(1.0, found=found), ("before",) * len(found), steps, unseen=unseen)  # type: ignore[arg-type]
+    assert now.is_doubted is told
 
 
 def test_a_stop_while_something_is_finished_leaves_what_there_was(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -1356,7 +1378,8 @@ def test_a_stop_while_something_is_finished_leaves_what_there_was(monkeypatch: p
 
     monkeypatch.setattr(search, "replace", lambda of, **new: bare(**{**of.__dict__, **new}))
     monkeypatch.setattr(search, "finish_in_passing", stop)
-    now = search._end_early(bare(selection=bare(best="in passing", is_checked=False)), BudgetReached())
+    chosen = bare(best="in passing", is_checked=False, is_doubted=False)
+    now = search._end_early(bare(selection=chosen), BudgetReached())
     assert (now.ended, now.selection.best) == ("stopped", "in passing")
 
 

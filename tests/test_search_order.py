@@ -11,7 +11,7 @@ from test_small_decisions import bare
 from network.analysis.diagnosis import search
 from network.analysis.diagnosis.findings import findings
 from network.analysis.diagnosis.settings import SETTINGS
-from network.analysis.diagnosis.steps import forward_selection
+from network.analysis.diagnosis.steps import forward_selection, next_finding
 
 
 def states(*told: float) -> Iterator[Any]:
@@ -82,7 +82,7 @@ def test_what_explains_nearly_all_is_not_contested_but_followed(
 ) -> None:
     """Also where nothing more is looked for after it; but not heat by the clock, which a relay may look like."""
     found = kept and bare(chi=kept, found=(bare(is_timed=is_timed),) * count)
-    assert forward_selection._is_next(bare(chi=10.0), found) is told
+    assert next_finding._is_next(bare(chi=10.0), found) is told
 
 
 @pytest.mark.parametrize(

@@ -197,7 +197,7 @@ def _end_early(last: Search, end: BaseException) -> Search:
     last, chosen = replace(last, ended=_how_ended(end)), last.selection
     if last.ended != "budget" or chosen.is_checked:
         return last
-    if any(test is not None and test.doubt for test in map(chosen.unseen_of, chosen.best.found)):
+    if chosen.is_doubted:
         return replace(last, selection=Selection(last.null))
     try:
         return replace(last, selection=replace(chosen, best=finish_in_passing(chosen.best)))

@@ -29,6 +29,12 @@ class Selection:
     share_of_rest: float = 1.0
     unseen: tuple[UnseenTest | None, ...] = ()
 
+    @property
+    def is_doubted(self) -> bool:
+        """Whether one of the findings does not show in recordings that did not choose it."""
+        tests = (self.unseen_of(c) for c in self.best.found)
+        return any(test is not None and bool(test.doubt) for test in tests)
+
     def keep_steps_found(self) -> Selection:
         """Without the steps of which the finding is not there any more."""
         keys = {c.key for c in self.best.found}
