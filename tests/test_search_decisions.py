@@ -28,6 +28,7 @@ from network.analysis.diagnosis.lumps import (
     lump_convergence,
     lump_promise,
     lump_refinement,
+    lump_shortfall,
     lumping_finding,
 )
 from network.analysis.diagnosis.screening import screening
@@ -494,7 +495,7 @@ def test_lumps_are_looked_at_again_unless_that_is_slow(
     monkeypatch.setattr(lump_refinement, "on_few_runs", lambda each: each)
     monkeypatch.setattr(lump_refinement, "bars_of", lambda machine: {"short": 1, "long": 1})
     monkeypatch.setattr(lump_refinement, "lasting_misfit", lambda at: 2 / np.sqrt(2 * ALIKE))
-    monkeypatch.setattr(lump_refinement, "_leave_each", leave)
+    monkeypatch.setattr(lump_refinement, "leave_each", leave)
     monkeypatch.setattr(lump_refinement, "cut_bars", lambda machine, counts: counts)
     now = h(root=bare(), machine=bare(lumps=2), fit=bare(left=np.zeros(4)), linearised=None)
     now.case = bare(budget=TimeBudget(100.0, began=0.0))
@@ -711,7 +712,7 @@ def search_of(
     )
     of = bare(
         best=best, located=located, selection=bare(is_checked=not untested_from, explained=explained),
-        null=bare(linearised=None, chi=untested_from), fault=None, threshold=12.0,
+        null=bare(linearised=None, chi=untested_from), fault=None, threshold=12.0, ended="",
     )  # fmt: skip
     of.share_that_holds = Search.share_that_holds.__get__(of)
     return of
@@ -779,6 +780,34 @@ def test_lumps_that_explain_all_and_were_taken_back_are_what_is_told(
     assert verdict._is_untaken(search, refuted) is told
     monkeypatch.setattr(verdict, "is_finer", lambda search: False)
     assert verdict._decide_verdict(search, [], bare(name="cut"), True)[1] == "too_coarse"
+
+
+@pytest.mark.parametrize(
+    ("ended", "lacks", "told"),
+    [("budget", True, ([], "too_coarse")), ("budget", False, (["unknown"], "unexplained")),
+     ("", True, (["unknown"], "unexplained"))],
+)  # fmt: skip
+def test_nothing_is_told_that_lumps_may_be_where_there_was_no_time_for_them(
+    ended: str, lacks: bool, told: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    search = search_of(DOUBTFUL + 0.1)
+    search.ended = ended
+    monkeypatch.setattr(verdict, "lacks_what_is_left", lambda h: lacks)
+    monkeypatch.setattr(verdict, "find_unknown", lambda search: bare(name="unknown", kind="unknown"))
+    found, said = verdict._decide_verdict(search, [], None, False)
+    assert ([f.name for f in found], said) == told
+
+
+@pytest.mark.parametrize(("lack", "told"), [(0.0, False), (44.0, False), (46.0, True)])
+def test_lumps_lack_what_is_left_where_their_error_is_as_large(
+    lack: float, told: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """1200 rows at twice their noise: 60 σ beyond it."""
+    few = bare(fit=bare(left=np.full(1200, 2.0)), root="root", machine="machine")
+    monkeypatch.setattr(lump_shortfall, "on_few_runs", lambda of: few)
+    monkeypatch.setattr(lump_shortfall, "bars_of", lambda machine: {"shaft": 4, "bed": 2})
+    monkeypatch.setattr(lump_shortfall, "leave_each", lambda *of: {"shaft": lack / 2, "bed": lack / 2})
+    assert lump_shortfall.lacks_what_is_left(few) is told
 
 
 @pytest.mark.parametrize(("kind", "told"), [("input_fault", 0.5), ("sensor_fault", 0.98)])

@@ -36,6 +36,11 @@ UNTAKEN = (
     "follows the recordings; simulated it falls out of step with them, so that the file stays as it is, at {left}."
 )
 """Where finer lumps explain all and were taken back."""
+UNTRIED = (
+    "{machine} may be cut too coarsely: on finer lumps its parts would show as much else as the {left} that is left, "
+    "and nothing more can be told from that."
+)
+"""Where there was no time to try finer lumps."""
 STRAINED = (
     "With its numbers calibrated {machine} explains its recordings, to {left}. For that {strained} from the file: "
     "either the file is that wrong there, or something that is missing passes for it, which these runs do not tell."
@@ -76,6 +81,8 @@ NEXT_UNTAKEN = (
     "can be kept in step."
 )
 """Where finer lumps explain all and were taken back."""
+NEXT_UNTRIED = "Diagnose again with more time, or give the longest parts more lumps in the file."
+"""Where there was no time to try finer lumps."""
 NEXT_STOP = (
     "Ask who ran the machine what happened then. Where it did stand, record with the next runs what says so: the "
     "control's own state, a current, a speed that is measured. Leave the physics of the machine as it is."
@@ -103,15 +110,20 @@ def verdict_words(d: Diagnosis) -> str:
     }  # fmt: skip
     so_far = {**dict.fromkeys(CLEAN, UNENDED), "unexplained": DIFFERS} if d.ended else {}
     if _is_untaken(d):
-        return UNTAKEN.format_map(words) + ENDED.get(d.ended, "")
+        return (UNTRIED if _is_untried(d) else UNTAKEN).format_map(words) + ENDED.get(d.ended, "")
     told = STRAINED if _is_strained(d) else so_far.get(d.verdict, MEANING[d.verdict])
     meaning = ROOM if _is_room(d) else told
     return "".join([meaning.format_map(words), _part(d), _but(d), ENDED.get(d.ended, "")])
 
 
 def _is_untaken(d: Diagnosis) -> bool:
-    """Whether finer lumps explain all and are not in the file."""
+    """Whether finer lumps explain all, or may, and are not in the file."""
     return d.verdict == "too_coarse" and d.after.lumps <= d.machine.lumps
+
+
+def _is_untried(d: Diagnosis) -> bool:
+    """Whether nothing tells which parts need them, for the time was up before."""
+    return bool(d.ended) and not d.findings
 
 
 def _is_strained(d: Diagnosis) -> bool:
@@ -156,7 +168,7 @@ def next_words(d: Diagnosis) -> str:
     if d.verdict == "unexplained" and d.findings and all(f.channels for f in d.findings if f.kind == UNKNOWN):
         return NEXT_CHANNEL
     if _is_untaken(d):
-        return NEXT_UNTAKEN
+        return NEXT_UNTRIED if _is_untried(d) else NEXT_UNTAKEN
     if _is_strained(d):
         return NEXT_STRAINED
     if d.verdict == "sensor_fault" and any(f.is_stop for f in d.findings):

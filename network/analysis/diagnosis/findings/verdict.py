@@ -27,6 +27,7 @@ from network.analysis.diagnosis.findings.simulated_runs import SimulatedRuns
 from network.analysis.diagnosis.findings.withheld_names import withhold_names
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
+from network.analysis.diagnosis.lumps.lump_shortfall import lacks_what_is_left
 from network.analysis.diagnosis.lumps.lumping_finding import find_lumping, gain_of_lumps
 from network.analysis.diagnosis.screening.screened_gain import list_screened
 from network.analysis.diagnosis.settings import SETTINGS
@@ -115,7 +116,7 @@ def _decide_verdict(
 ) -> tuple[list[Finding], str]:
     """Findings and verdict. What holds on unseen runs is told, as a part of the truth where much is left; before it,
     what has no name, where that is more, the names are less likely than not, or heat at one place alone explains more
-    than they do."""
+    than they do. Of what a search that did not come to its end leaves, nothing is told that coarse lumps may be."""
     best, cut = search.best, [coarse] if coarse else []
     is_left = best.chi > SETTINGS.doubtful and bool(search.located)
     if findings:
@@ -126,7 +127,7 @@ def _decide_verdict(
         unnamed = [find_unknown(search, is_bent)] if is_more or is_bent else []
         told = _put_in_order(best.machine, unnamed, [*map(_doubt_stop, findings)]) if unnamed else findings
         return [*told, *cut], "sensor_fault" if only_sensors else "missing_physics"
-    if coarse and not is_finer(search):
+    if (coarse and not is_finer(search)) or (is_left and search.ended and lacks_what_is_left(best)):
         return cut, "too_coarse"
     if is_left or (is_refuted and best.chi > SETTINGS.adequate and _stands_out(search)):
         unknown = find_unknown(search)

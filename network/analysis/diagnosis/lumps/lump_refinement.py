@@ -183,7 +183,7 @@ def choose_lumps(h: Hypothesis, jobs: int = 1, rounds: int = ROUNDS, growth: int
     bars, others = [*counts], h.machine.lumps - sum(counts.values())
     for _ in range(rounds):
         began = h.case.budget.spent
-        left = _leave_each(few, counts, bars, jobs)
+        left = leave_each(few, counts, bars, jobs)
         more = counts | {name: _count(counts[name], TO_THE_LIMIT * off / allowed, growth) for name, off in left.items()}
         took = h.case.budget.spent - began
         growing = (others + sum(more.values())) / (others + sum(counts.values()))
@@ -202,7 +202,7 @@ def _count(now: int, off: float, growth: int) -> int:
     return now if off <= 1 else min(ceil(now * np.sqrt(off)), growth * now)
 
 
-def _leave_each(h: Hypothesis, counts: Mapping[str, int], bars: Sequence[str], jobs: int) -> dict[str, float]:
+def leave_each(h: Hypothesis, counts: Mapping[str, int], bars: Sequence[str], jobs: int) -> dict[str, float]:
     """|M W d| of some bars [σ], of those with which no run breaks down."""
     is_own = counts.items() <= bars_of(h.machine).items()
     here = np.concatenate([p.cells for p in h.predictions]) if is_own else means_of(h, cut_bars(h.machine, counts))
