@@ -22,6 +22,7 @@ from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.time_budget import TimeBudget
 from network.machine.machine import Machine
 from network.recordings.recording import Recording
 from network.report.words.catalogue_page import catalogue_page
@@ -101,7 +102,10 @@ def test_two_that_coarse_lumps_hide_are_told_on_those_that_the_readings_put_back
     assert coarse is not None and coarse[1].chi > SETTINGS.doubtful
     assert find_exchange(h, lambda _: 0.0, is_refined=False) is None
     ranked = exchange_module._rank_pairs(h)
-    assert ranked and ranked is exchange_module._rank_pairs(h)  # finer lumps ask for the same
+    late = replace(h, case=replace(h.case, budget=TimeBudget(9.0)))
+    again = exchange_module._rank_pairs(late)  # finer lumps ask for the same
+    assert ranked and [t.after.fit for t in again] == [t.after.fit for t in ranked]
+    assert again[0].after.case.budget is late.case.budget
     found = find_exchange_on_lumps(h, h, lambda _: 0.0, 1)
     assert found is not None and found[0].channels == PAIR and found[0].is_machines
     assert found[1].chi < 1.1 < 10 < h.chi

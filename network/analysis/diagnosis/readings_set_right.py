@@ -7,7 +7,7 @@ from functools import lru_cache, partial
 
 from network.analysis.diagnosis.candidates.candidates import candidates
 from network.analysis.diagnosis.exchange.find_exchange import find_exchange, find_exchange_on_lumps
-from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis, SameFit
 from network.analysis.diagnosis.intermittent.find_fault import find_reading_fault
 from network.analysis.diagnosis.lumps.coarse_surrogate import build_surrogate
 from network.analysis.diagnosis.lumps.lump_refinement import MANY, hardly_matter
@@ -68,8 +68,13 @@ def set_right_on_lumps(
     return told or find_exchange_on_lumps(written, finest, score, jobs) or (None, finest)
 
 
-@lru_cache(maxsize=KEPT)
 def _best_score(jobs: int, h: Hypothesis) -> float:
     """What the best of the catalogue scores about a fit [nats]."""
+    return _score_once(jobs, SameFit(h))
+
+
+@lru_cache(maxsize=KEPT)
+def _score_once(jobs: int, same: SameFit) -> float:
+    h = same.of
     proposed = candidates(h.machine, h.case.drivers, runs=h.case.runs)
     return max((s.gain for s in screen(h.linearised, proposed, h.values, jobs)), default=0.0)

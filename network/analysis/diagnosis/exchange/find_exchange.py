@@ -22,7 +22,7 @@ from network.analysis.diagnosis.exchange.exchange_scan import ExchangeScan, Scor
 from network.analysis.diagnosis.exchange.exchanged_columns import Pair
 from network.analysis.diagnosis.exchange.exchanged_fits import Exchanged, fit_exchanged
 from network.analysis.diagnosis.hypotheses.few_runs import list_worst_runs, on_few_runs
-from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis, SameFit
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis, theta_of
 from network.analysis.diagnosis.lumps.lump_refinement import MANY, refine_lumps
 from network.analysis.diagnosis.settings import SETTINGS
@@ -65,9 +65,18 @@ def find_exchange_on_lumps(
     return None if best is None else _tell_if_worth(best, coarse.machine, ranked[1:], price, rival_gain)
 
 
-@lru_cache(maxsize=2)
 def _rank_pairs(h: Hypothesis) -> Sequence[Exchanged]:
     """The pairs that come near the best, as a few steps of a fit tell them; asked again on finer lumps."""
+    return [replace(t, before=h, after=_within_time_of(h, t.after)) for t in _rank_once(SameFit(h))]
+
+
+def _within_time_of(h: Hypothesis, other: Hypothesis) -> Hypothesis:
+    return replace(other, case=replace(other.case, budget=h.case.budget))
+
+
+@lru_cache(maxsize=2)
+def _rank_once(same: SameFit) -> Sequence[Exchanged]:
+    h = same.of
     price = price_of(h)
     scores = [s for s in scan_pairs(h) if s.gain > price]
     likely = [s for s in scores if s.cost <= NEARLY * scores[0].cost][:CONFIRMED]
@@ -118,13 +127,13 @@ def list_pairs(machine: Machine) -> list[Pair]:
 
 
 def _try_exchanged(h: Hypothesis, score: Score) -> Exchanged | None:
-    """A pair exchanged, fitted a few steps, to all runs only where that explains more of a few; None where it does
-    not."""
+    """A pair exchanged, fitted a few steps, to all runs only where that explains more of a few, and half of what is
+    left of the two there; None where it does not."""
     few, mine = on_few_runs(h), tuple(score.runs[i] for i in list_worst_runs(h))
     if few is h or not any(mine):
         return fit_exchanged(h, score.pair, score.runs, steps=BRIEF)
     begun = fit_exchanged(few, score.pair, mine, steps=BRIEF)
-    if begun is None or begun.gain <= 0:
+    if begun is None or begun.gain <= 0 or not begun.mends(SETTINGS.half):
         return None
     return fit_exchanged(h, score.pair, score.runs, begun.after.values, BRIEF)
 

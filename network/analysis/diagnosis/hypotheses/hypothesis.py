@@ -116,3 +116,16 @@ class Hypothesis:
     @property
     def name(self) -> str:
         return " + ".join(c.name for c in self.found) or "as it is"
+
+
+@dataclass(frozen=True, eq=False)
+class SameFit:
+    """A hypothesis as a key of what is worked out once for its fit, however much time was left then."""
+
+    of: Hypothesis
+
+    def __hash__(self) -> int:
+        return hash(self.of.fit)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, SameFit) and other.of.fit is self.of.fit
