@@ -64,4 +64,4 @@ def seats_of(d: Diagnosis, finding: Finding | Rival) -> tuple[str, ...]:
     """Where it sits, as its reader says it: parts rather than what is held, an axis, or a channel."""
     nodes = d.machine.nodes
     parts = tuple(name for name in finding.places if name not in nodes or not nodes[name].is_held)
-    return parts or finding.places or finding.channels
+    return finding.channels or parts or finding.places

@@ -18,13 +18,15 @@ from network.analysis.diagnosis.steps.ranking import belief_in_nothing, distinct
 from network.analysis.diagnosis.steps.strength import standard_errors
 from network.catalogue.declaration.entry_path import axis_of
 from network.catalogue.declaration.patch import Patch
+from network.catalogue.declaration.places import Place
 from network.catalogue.suspects.ambient_drift import AmbientDrift
 from network.engine.response.parameters import Parameter
 from network.engine.trajectory import axis_unit
+from network.machine.checks import places_of
 from network.machine.machine import Machine
 from network.platform.quantities.number_format import format_amount
 from network.platform.quantities.units import unit
-from network.platform.wording import sentence
+from network.platform.wording import join_names, sentence
 
 if TYPE_CHECKING:
     from network.analysis.diagnosis.search_record import Search
@@ -153,12 +155,20 @@ def find_unknown(search: Search, alone: bool = False) -> Finding:
     name, size = size_of_unknown(about.machine, course)
     what = f"an unknown {name} of {format_amount(size.value, size.unit)} (rms)"
     more = "; what was found hardly lowers it" if alone else ""
-    said = f"{sentence(what)} at {' and '.join(top.at.seats)} that no kind of the catalogue explains{more}."
+    read = [*dict.fromkeys(place.node for n in top.at.channels for place in list_read(about.machine, n))]
+    where = f"{' and '.join(top.at.seats)}{f', which reads {join_names(read)},' if read else ''}"
+    said = f"{sentence(what)} at {where} that no kind of the catalogue explains{more}."
     return Finding(
-        UNKNOWN, "sensors" if top.is_offset else "sources", top.at.nodes, top.at.channels,
+        UNKNOWN, "sensors" if top.is_offset else "sources", top.at.nodes or tuple(read), top.at.channels,
         min(top.probability, SETTINGS.most_sure), {name: size}, said, Patch({}), top.gain, search.threshold,
         windows_of(mismatch.places), course=course, share=top.probability, nothing=belief_in_nothing(top.gain),
     ).doubted("what was found may be a part of it" if alone else "")  # fmt: skip
+
+
+def list_read(machine: Machine, channel: str) -> list[Place]:
+    """The places of parts that a channel reads; none of a displacement."""
+    sensor = machine.sensors.get(channel)
+    return [] if sensor is None else [place for _, place in places_of(sensor)]
 
 
 def _find_room(search: Search, about: Hypothesis, mismatch: Mismatch) -> Finding:

@@ -17,7 +17,13 @@ from network.analysis.diagnosis.findings.diagnosis_notes import (
     tell_unseen,
 )
 from network.analysis.diagnosis.findings.finding import UNKNOWN, Finding
-from network.analysis.diagnosis.findings.findings import find_unknown, is_shadow, list_findings, list_rivals
+from network.analysis.diagnosis.findings.findings import (
+    find_unknown,
+    is_shadow,
+    list_findings,
+    list_read,
+    list_rivals,
+)
 from network.analysis.diagnosis.findings.invariants import doubt_fitted, doubt_unseen
 from network.analysis.diagnosis.findings.isolability import isolability
 from network.analysis.diagnosis.findings.joined_findings import join_alike
@@ -34,8 +40,6 @@ from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.refit import linearise_at_priors
 from network.analysis.diagnosis.strategies import list_unsearched
 from network.analysis.diagnosis.time_budget import TimeBudget
-from network.catalogue.declaration.places import Place
-from network.machine.checks import places_of
 from network.machine.machine import Machine
 
 if TYPE_CHECKING:
@@ -169,16 +173,10 @@ def _put_in_order(machine: Machine, unknown: list[Finding], findings: list[Findi
     """What has no name first, but in a channel whose fault is named, and in the parts that it reads: there it is what
     the name leaves."""
     faulty = {name for f in findings for name in f.channels}
-    read = {place.node for name in faulty for place in _list_read(machine, name)}
+    read = {place.node for name in faulty for place in list_read(machine, name)}
     is_same = any((u.channels or u.places) and faulty.issuperset(u.channels) and read.issuperset(u.places)
                   for u in unknown)  # fmt: skip
     return [*findings, *unknown] if is_same else [*unknown, *findings]
-
-
-def _list_read(machine: Machine, channel: str) -> list[Place]:
-    """The places of parts that a channel reads; none of a displacement."""
-    sensor = machine.sensors.get(channel)
-    return [] if sensor is None else [place for _, place in places_of(sensor)]
 
 
 def _stands_out(search: Search) -> bool:
