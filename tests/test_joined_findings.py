@@ -34,7 +34,7 @@ def test_two_of_one_kind_at_one_place_are_one_thing_of_another_form() -> None:
 
 def test_what_a_fault_of_a_channel_leaves_there_is_the_fault() -> None:
     fault = tell("sensor_fault", 0.9, places=(), channels=("T_bed",))
-    left = tell(UNKNOWN, 0.5, places=(), channels=("T_bed",))
+    left = tell(UNKNOWN, 0.5, places=("bed",), channels=("T_bed",))
     (told,) = join_alike([fault, left])
     assert (told.kind, told.part) == ("sensor_fault", "part")
     assert len(join_alike([fault, replace(left, channels=("T_head",))])) == 2

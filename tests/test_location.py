@@ -74,7 +74,7 @@ def test_places_of_something_unknown_are_parts_of_the_machine() -> None:
         told, read = unknown_at(at, null), {"T head": HEAD, "T axis": AXIS}
         reads = [read[name] for name in at.channels if name in read]
         assert (told["places"], told["channels"]) == ([*at.nodes, *reads], list(at.channels))
-        assert (f", which reads {reads[0]}," in told["sentence"]) if reads else "reads" not in told["sentence"]
+        assert (f" (it reads {reads[0]}) that" in told["sentence"]) if reads else "reads" not in told["sentence"]
         assert set(told["places"]) <= set(case.machine.nodes) and set(told["channels"]) <= set(case.machine.sensors)
         (course,) = told["course"]
         assert course["file"] == case.recordings[0].file

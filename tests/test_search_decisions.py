@@ -107,7 +107,7 @@ def test_under_the_noise_of_the_file_one_candidate_has_to_be_worth_a_name(
     briefly: float, share: float, is_screened: bool, is_searched: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     null, bent, taken, screened = h(2.0), h(2.0, fit=bare(left=[0.0] * 1000)), [], []
-    monkeypatch.setattr(forward_selection, "find_best_gain", lambda *_: (briefly * SETTINGS.worth * 1000, 1000))
+    monkeypatch.setattr(forward_selection, "scores_as_much", lambda of, least, *_: briefly * SETTINGS.worth >= least)
     monkeypatch.setattr(forward_selection, "reweight", lambda case, of: bent)
     monkeypatch.setattr(forward_selection, "use_file_noise", lambda case: case)
 
@@ -130,7 +130,7 @@ def test_time_that_is_up_under_the_noise_of_the_file_ends_only_a_search_that_fou
     def run_out(*_: Any) -> Any:
         raise BudgetReached
 
-    monkeypatch.setattr(forward_selection, "find_best_gain", run_out)
+    monkeypatch.setattr(forward_selection, "scores_as_much", run_out)
     monkeypatch.setattr(forward_selection, "reweight", lambda case, of: h(2.0, found=found))
     monkeypatch.setattr(forward_selection, "use_file_noise", lambda case: case)
     null, told = h(2.0), Selection(h(1.0, found=found))
@@ -785,17 +785,19 @@ def test_lumps_that_explain_all_and_were_taken_back_are_what_is_told(
 @pytest.mark.parametrize(
     ("ended", "lacks", "told"),
     [("budget", True, ([], "too_coarse")), ("budget", False, (["unknown"], "unexplained")),
-     ("", True, (["unknown"], "unexplained"))],
+     ("", True, (["unknown"], "unexplained")), ("stopped", True, (["unknown"], "unexplained"))],
 )  # fmt: skip
+@pytest.mark.parametrize("finer", [False, True])
 def test_nothing_is_told_that_lumps_may_be_where_there_was_no_time_for_them(
-    ended: str, lacks: bool, told: Any, monkeypatch: pytest.MonkeyPatch
+    ended: str, lacks: bool, told: Any, finer: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     search = search_of(DOUBTFUL + 0.1)
     search.ended = ended
-    monkeypatch.setattr(verdict, "lacks_what_is_left", lambda h: lacks)
+    monkeypatch.setattr(verdict, "lacks_what_is_left", lambda h, jobs: lacks)
+    monkeypatch.setattr(verdict, "is_finer", lambda search: finer)
     monkeypatch.setattr(verdict, "find_unknown", lambda search: bare(name="unknown", kind="unknown"))
     found, said = verdict._decide_verdict(search, [], None, False)
-    assert ([f.name for f in found], said) == told
+    assert ([f.name for f in found], said) == ((["unknown"], "unexplained") if finer else told)
 
 
 @pytest.mark.parametrize(("lack", "told"), [(0.0, False), (44.0, False), (46.0, True)])
@@ -803,7 +805,7 @@ def test_lumps_lack_what_is_left_where_their_error_is_as_large(
     lack: float, told: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """1200 rows at twice their noise: 60 σ beyond it."""
-    few = bare(fit=bare(left=np.full(1200, 2.0)), root="root", machine="machine")
+    few = bare(fit=bare(left=np.zeros(1200)), chi=2.0, machine="machine")
     monkeypatch.setattr(lump_shortfall, "on_few_runs", lambda of: few)
     monkeypatch.setattr(lump_shortfall, "bars_of", lambda machine: {"shaft": 4, "bed": 2})
     monkeypatch.setattr(lump_shortfall, "leave_each", lambda *of: {"shaft": lack / 2, "bed": lack / 2})
@@ -1382,21 +1384,22 @@ def test_what_was_fitted_in_passing_is_finished_where_the_time_is_up(
     not choose it do not show it."""
     monkeypatch.setattr(search, "replace", lambda of, **new: bare(**{**of.__dict__, **new}))
     monkeypatch.setattr(search, "finish_in_passing", lambda best: "finished")
-    now = bare(null="null", selection=bare(best="in passing", is_checked=is_checked, is_doubted=is_doubted))
-    assert search._end_early(now, end).selection.best == told
+    chosen = bare(best="in passing", gains=(9.0,), is_checked=is_checked, is_doubted=is_doubted)
+    ended = search._end_early(bare(null="null", selection=chosen), end).selection
+    assert (ended.best, ended.gains) == (told, () if told == "null" else (9.0,))
 
 
 @pytest.mark.parametrize(
-    ("doubts", "is_apart", "told"),
-    [(("",), False, False), (("p = 0.4",), False, True), (("p = 0.4",), True, False), (("", "p = 0.4"), False, True),
-     ((None,), False, False)],
+    ("doubts", "agree", "is_apart", "told"),
+    [(("",), False, False, False), (("p = 0.4",), False, False, True), (("p = 0.4",), True, False, False),
+     (("p = 0.4",), False, True, False), (("", "p = 0.4"), False, False, False), ((None,), False, False, False)],
 )  # fmt: skip
-def test_a_selection_is_doubted_where_recordings_that_did_not_choose_a_finding_do_not_show_it(
-    doubts: tuple[str | None, ...], is_apart: bool, told: bool
+def test_a_selection_is_doubted_where_recordings_that_did_not_choose_its_first_finding_do_not_show_it(
+    doubts: tuple[str | None, ...], agree: bool, is_apart: bool, told: bool
 ) -> None:
     found = tuple(bare(key=str(k), is_searched_apart=is_apart) for k in range(len(doubts)))
     steps = tuple((h(1.0, found=found[: k + 1]),) for k in range(len(found)))
-    unseen = tuple(None if doubt is None else bare(doubt=doubt) for doubt in doubts)
+    unseen = tuple(None if doubt is None else bare(doubt=doubt, halves_agree=agree) for doubt in doubts)
     now = Selection(h(1.0, found=found), ("before",) * len(found), steps, unseen=unseen)  # type: ignore[arg-type]
     assert now.is_doubted is told
 

@@ -193,12 +193,12 @@ def last_of(states: Iterator[Search], budget: TimeBudget) -> Search:
 
 def _end_early(last: Search, end: BaseException) -> Search:
     """What a search had come to; what was not tested to the end was fitted in passing, and is now in a few steps, but
-    the null stands where recordings that did not choose it do not show it again."""
+    the null stands where recordings that did not choose it neither show nor choose it."""
     last, chosen = replace(last, ended=_how_ended(end)), last.selection
     if last.ended != "budget" or chosen.is_checked:
         return last
     if chosen.is_doubted:
-        return replace(last, selection=Selection(last.null))
+        return replace(last, selection=replace(chosen, best=last.null, gains=()))
     try:
         return replace(last, selection=replace(chosen, best=finish_in_passing(chosen.best)))
     except KeyboardInterrupt:

@@ -160,7 +160,7 @@ def is_found_at(u: UnknownHeat, seats: Container[str]) -> bool:
 
 def seats_in(d: Diagnosis) -> set[str]:
     """Parts and channels of the findings; for an axis, the channels that read it."""
-    seats = {seat for f in d.findings for seat in (*f.places, *f.channels)}
+    seats = {seat for f in d.findings for seat in f.channels or f.places}
     on_axes = {name: displacement(sensor.axis) for name, sensor in d.machine.sensors.items() if sensor.axis}
     return seats | {name for name, axis in on_axes.items() if axis in seats}
 

@@ -61,7 +61,7 @@ def seat_words(d: Diagnosis, finding: Finding | Rival) -> str:
 
 
 def seats_of(d: Diagnosis, finding: Finding | Rival) -> tuple[str, ...]:
-    """Where it sits, as its reader says it: parts rather than what is held, an axis, or a channel."""
+    """Where it sits, as its reader says it: a channel, parts rather than what is held, or an axis."""
     nodes = d.machine.nodes
     parts = tuple(name for name in finding.places if name not in nodes or not nodes[name].is_held)
     return finding.channels or parts or finding.places

@@ -37,10 +37,10 @@ UNTAKEN = (
 )
 """Where finer lumps explain all and were taken back."""
 UNTRIED = (
-    "{machine} may be cut too coarsely: on finer lumps its parts would show as much else as the {left} that is left, "
-    "and nothing more can be told from that."
+    "{machine} may be cut too coarsely: on finer lumps it could differ by as much as is left, {left}, so that nothing "
+    "more can be told from that."
 )
-"""Where there was no time to try finer lumps."""
+"""Where the time was up before lumps were fine enough."""
 STRAINED = (
     "With its numbers calibrated {machine} explains its recordings, to {left}. For that {strained} from the file: "
     "either the file is that wrong there, or something that is missing passes for it, which these runs do not tell."
@@ -81,8 +81,8 @@ NEXT_UNTAKEN = (
     "can be kept in step."
 )
 """Where finer lumps explain all and were taken back."""
-NEXT_UNTRIED = "Diagnose again with more time, or give the longest parts more lumps in the file."
-"""Where there was no time to try finer lumps."""
+NEXT_UNTRIED = "Diagnose again with more time, or give its parts more lumps in the file."
+"""Where the time was up before lumps were fine enough."""
 NEXT_STOP = (
     "Ask who ran the machine what happened then. Where it did stand, record with the next runs what says so: the "
     "control's own state, a current, a speed that is measured. Leave the physics of the machine as it is."
@@ -122,8 +122,8 @@ def _is_untaken(d: Diagnosis) -> bool:
 
 
 def _is_untried(d: Diagnosis) -> bool:
-    """Whether nothing tells which parts need them, for the time was up before."""
-    return bool(d.ended) and not d.findings
+    """Whether the time was up before it was found which parts need them."""
+    return d.ended == "budget" and not d.findings
 
 
 def _is_strained(d: Diagnosis) -> bool:

@@ -127,13 +127,13 @@ def list_pairs(machine: Machine) -> list[Pair]:
 
 
 def _try_exchanged(h: Hypothesis, score: Score) -> Exchanged | None:
-    """A pair exchanged, fitted a few steps, to all runs only where that explains more of a few, and half of what is
-    left of the two there; None where it does not."""
+    """A pair exchanged, fitted a few steps, to all runs only where that explains more of a few, and a quarter of
+    what is left of the two there, for coarse lumps hide the rest; None where it does not."""
     few, mine = on_few_runs(h), tuple(score.runs[i] for i in list_worst_runs(h))
     if few is h or not any(mine):
         return fit_exchanged(h, score.pair, score.runs, steps=BRIEF)
     begun = fit_exchanged(few, score.pair, mine, steps=BRIEF)
-    if begun is None or begun.gain <= 0 or not begun.mends(SETTINGS.half):
+    if begun is None or begun.gain <= 0 or not begun.mends(1 - SETTINGS.half**2):
         return None
     return fit_exchanged(h, score.pair, score.runs, begun.after.values, BRIEF)
 

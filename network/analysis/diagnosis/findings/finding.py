@@ -115,8 +115,8 @@ class Finding:
         return self.kind == UNKNOWN and bool(self.patch)
 
     def sits_with(self, other: Finding) -> bool:
-        """Whether both are of the same places and channels."""
-        return (self.places, self.channels) == (other.places, other.channels)
+        """Whether both are of the same channels or, where they are of none, of the same places."""
+        return self.channels == other.channels and (bool(self.channels) or self.places == other.places)
 
     def doubted(self, why: str) -> Finding:
         """With a further doubt, where there is one: then it is not sure."""
@@ -196,5 +196,5 @@ def _class_of(kind: str, channels: Sequence[str]) -> str:
 
 
 def name_member(kind: str, places: Sequence[str], channels: Sequence[str]) -> str:
-    """kind@place, or kind@place|place."""
-    return f"{kind}@{'|'.join((*places, *channels))}"
+    """kind@place, kind@place|place, or kind@channel."""
+    return f"{kind}@{'|'.join(channels or places)}"

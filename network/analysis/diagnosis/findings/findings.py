@@ -156,7 +156,7 @@ def find_unknown(search: Search, alone: bool = False) -> Finding:
     what = f"an unknown {name} of {format_amount(size.value, size.unit)} (rms)"
     more = "; what was found hardly lowers it" if alone else ""
     read = [*dict.fromkeys(place.node for n in top.at.channels for place in list_read(about.machine, n))]
-    where = f"{' and '.join(top.at.seats)}{f', which reads {join_names(read)},' if read else ''}"
+    where = f"{' and '.join(top.at.seats)}{f' (it reads {join_names(read)})' if read else ''}"
     said = f"{sentence(what)} at {where} that no kind of the catalogue explains{more}."
     return Finding(
         UNKNOWN, "sensors" if top.is_offset else "sources", top.at.nodes or tuple(read), top.at.channels,

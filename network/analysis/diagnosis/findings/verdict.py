@@ -64,7 +64,7 @@ def conclude(search: Search, before: SimulatedRuns, warnings: Sequence[str], see
     finest = search.best.root if is_finer(search) else search.null.root
     coarse = find_lumping(search.written, finest, finer_gain, search.threshold) if is_told else None
     listed = list_findings(search, search.calibrated.fitted if found is None else found)
-    findings, verdict = _decide_verdict(search, listed, coarse, bool(refuted))
+    findings, verdict = _decide_verdict(search, listed, coarse, bool(refuted), jobs)
     doubt, much_left = doubt_unseen(fits), doubt_fitted(fits)
     doubted = [f.doubted(doubt).doubted(much_left) for f in _share_belief(findings)]
     findings = withhold_names(join_alike(doubted))
@@ -116,11 +116,11 @@ def _trace_first(search: Search) -> tuple[UnknownHeat, ...]:
 
 
 def _decide_verdict(
-    search: Search, findings: list[Finding], coarse: Finding | None, is_refuted: bool
+    search: Search, findings: list[Finding], coarse: Finding | None, is_refuted: bool, jobs: int = 1
 ) -> tuple[list[Finding], str]:
     """Findings and verdict. What holds on unseen runs is told, as a part of the truth where much is left; before it,
     what has no name, where that is more, the names are less likely than not, or heat at one place alone explains more
-    than they do. Of what a search that did not come to its end leaves, nothing is told that coarse lumps may be."""
+    than they do. Without names nothing is told that coarse lumps may be, where there was no time for finer ones."""
     best, cut = search.best, [coarse] if coarse else []
     is_left = best.chi > SETTINGS.doubtful and bool(search.located)
     if findings:
@@ -131,7 +131,7 @@ def _decide_verdict(
         unnamed = [find_unknown(search, is_bent)] if is_more or is_bent else []
         told = _put_in_order(best.machine, unnamed, [*map(_doubt_stop, findings)]) if unnamed else findings
         return [*told, *cut], "sensor_fault" if only_sensors else "missing_physics"
-    if (coarse and not is_finer(search)) or (is_left and search.ended and lacks_what_is_left(best)):
+    if not is_finer(search) and (coarse or (is_left and _may_be_lumps(search, jobs))):
         return cut, "too_coarse"
     if is_left or (is_refuted and best.chi > SETTINGS.adequate and _stands_out(search)):
         unknown = find_unknown(search)
@@ -140,6 +140,11 @@ def _decide_verdict(
         return cut, "too_coarse"
     wrong = any(abs(x) > SETTINGS.shift for x in _shifts(best).values()) or _was_off(search)
     return [], "parameters_only" if wrong else "adequate"
+
+
+def _may_be_lumps(search: Search, jobs: int) -> bool:
+    """Whether the time was up before lumps were found that do not lack as much as is left."""
+    return search.ended == "budget" and lacks_what_is_left(search.best, jobs)
 
 
 def _are_sensors(findings: Sequence[Finding]) -> bool:

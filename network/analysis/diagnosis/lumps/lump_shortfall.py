@@ -1,7 +1,7 @@
 """Whether what coarse lumps lack is as large as what is left: then nothing else can be told from that.
 
-With e(n) [σ] what a bar of n lumps has more with 2 n (lump_refinement), bars lack 4/3 Σ e together at most; of N rows
-at misfit χ √(N (χ² − 1)) is left beyond their noise.
+With e(n) [σ] what a bar of n lumps has more with 2 n (lump_refinement), bars lack 4/3 Σ e together at most, with what
+relays out of step make of it; of N rows at misfit χ √(N (χ² − 1)) is left beyond their noise.
 """
 
 from __future__ import annotations
@@ -12,12 +12,14 @@ from network.analysis.diagnosis.hypotheses.few_runs import on_few_runs
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.lumps.lump_refinement import TO_THE_LIMIT, leave_each
 from network.analysis.sweep.finer_lumps import bars_of
+from network.platform.refusal import Failed
 
 
 def lacks_what_is_left(h: Hypothesis, jobs: int = 1) -> bool:
-    """On the runs that a hypothesis tells worst, at its numbers."""
-    few, own = on_few_runs(h), bars_of(h.root)
-    counts = {name: n for name, n in bars_of(h.machine).items() if name in own}
-    lack = TO_THE_LIMIT * sum(leave_each(few, counts, [*counts], jobs).values())
-    left = few.fit.left
-    return lack > 0.0 and lack**2 >= float(np.sum(left**2)) - len(left)
+    """Of a hypothesis without findings, on the runs that it tells worst, at its numbers; no where a run breaks down."""
+    try:
+        few, counts = on_few_runs(h), bars_of(h.machine)
+        lack = TO_THE_LIMIT * sum(leave_each(few, counts, [*counts], jobs).values())
+    except (Failed, np.linalg.LinAlgError):
+        return False
+    return lack > 0.0 and lack**2 >= len(few.fit.left) * (few.chi**2 - 1)

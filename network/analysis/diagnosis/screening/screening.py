@@ -60,12 +60,15 @@ def screen_candidates(current: Hypothesis, seed: int, jobs: int) -> Screening:
     return seen.with_scores(sorted(better, key=lambda s: -s.gain))
 
 
-def find_best_gain(current: Hypothesis, jobs: int) -> tuple[float, int]:
-    """What the best candidate scores [nats] where none is placed along bars, and the readings that tell it: at a tenth
-    of what a screening takes."""
+def scores_as_much(current: Hypothesis, per_reading: float, seed: int, jobs: int) -> bool:
+    """Whether a candidate scores so much [nats] for each reading where none is placed along bars: a look that takes
+    much less than a screening."""
     before = build_surrogate(on_few_runs(current, SEARCHED))
-    scores = score_candidates(before.linearised, _propose(before), before.values, jobs)
-    return max((s.gain for s in scores), default=0.0), len(before.fit.left)
+    proposed, least = _propose(before), per_reading * len(before.fit.left)
+    if any(s.gain >= least for s in score_candidates(before.linearised, proposed, before.values, jobs)):
+        return True
+    located = locate(before.linearised, before.machine)
+    return any(s.gain >= least for s in search_timed(before, proposed, located, seed, jobs))
 
 
 def _propose(before: Hypothesis) -> tuple[Candidate, ...]:

@@ -82,10 +82,13 @@ def _is_hopeless(h: Hypothesis, now: Stopped) -> bool:
     return bool(now.driver.source) and leaves_too_much(h, now.after)
 
 
-def _is_vain(h: Hypothesis, now: Stopped, stops: Stops) -> bool:
-    """Whether stops of a source explain less than half, and no further ones show beside them."""
-    further = any(len(new) > len(old) for new, old in zip(stops, now.stops, strict=True))
-    return bool(now.driver.source) and not further and not explains_half(h, now.after)
+def _is_vain(h: Hypothesis, now: Stopped, stops: Stops, rival_gain: RivalGain) -> bool:
+    """Whether stops of a source explain less than half, or stops of anything far less than the best of the catalogue,
+    and no further ones show beside them."""
+    if any(len(new) > len(old) for new, old in zip(stops, now.stops, strict=True)):
+        return False
+    is_half = not now.driver.source or explains_half(h, now.after)
+    return not is_half or not _beats_catalogue(h, now, rival_gain, PROMISING)
 
 
 def _spans_steps(h: Hypothesis, now: Stopped) -> bool:
@@ -117,16 +120,14 @@ def _settle_best(h: Hypothesis, likely: Sequence[Stretch], tried: int, rival_gai
 
 def _settle(h: Hypothesis, first: Sequence[Stretch], tried: int, rival_gain: RivalGain) -> Stopped | None:
     """Stops of one driver in some runs found again, and further ones, until nothing is new; their edges to less than a
-    step. None where something speaks against it on the way."""
+    step."""
     driver, stops = first[0].driver, tuple(_join([s for s in first if s.run == i]) for i in range(len(h.predictions)))
     now, seen = fit_stopped(h, driver, stops, tried), {stops}
     for _ in range(ROUNDS):
         if now is None or now.worth < PROMISING * now.price or _is_hopeless(h, now):
             return None
-        if not _beats_catalogue(h, now, rival_gain, PROMISING):
-            return None
         stops = tuple(_find_again(h, now))
-        if not any(stops) or _is_vain(h, now, stops):
+        if not any(stops) or _is_vain(h, now, stops, rival_gain):
             return None
         if _is_alike(stops, now.stops) or stops in seen:
             break

@@ -16,8 +16,8 @@ from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings, reweight
 from network.analysis.diagnosis.screening.screening import (
     Screening,
-    find_best_gain,
     leaves_something,
+    scores_as_much,
     screen_candidates,
 )
 from network.analysis.diagnosis.screening.significance import null_threshold
@@ -110,8 +110,7 @@ def _select_under_file_noise(
     if bare.chi <= SETTINGS.doubtful or len(bare.found) >= SETTINGS.findings:
         return None
     try:
-        gain, readings = find_best_gain(bare, jobs)
-        if gain < HOPE * SETTINGS.worth * readings:
+        if not scores_as_much(bare, HOPE * SETTINGS.worth, seed, jobs):
             return None
         seen = screen_candidates(bare, seed, jobs)
         most = max((s.gain for s in seen.scores), default=0.0)

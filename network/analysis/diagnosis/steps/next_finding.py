@@ -25,7 +25,8 @@ from network.analysis.diagnosis.switching.relay_search import (
 )
 
 HOPE = 0.5
-"""Linear score of a further candidate over what a name is worth, below which it is not fitted."""
+"""Linear score of a further candidate over what a name is worth, below which it is not fitted, nor looked at along
+bars."""
 Told = tuple[Hypothesis | None, list[Hypothesis]]
 """What is kept so far beside a hypothesis, and its rivals."""
 

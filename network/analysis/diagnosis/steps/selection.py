@@ -31,9 +31,9 @@ class Selection:
 
     @property
     def is_doubted(self) -> bool:
-        """Whether one of the findings does not show in recordings that did not choose it."""
-        tests = (self.unseen_of(c) for c in self.best.found)
-        return any(test is not None and bool(test.doubt) for test in tests)
+        """Whether recordings that did not choose the first finding neither show nor choose it."""
+        test = self.unseen_of(self.best.found[0]) if self.best.found else None
+        return test is not None and bool(test.doubt) and not test.halves_agree
 
     def keep_steps_found(self) -> Selection:
         """Without the steps of which the finding is not there any more."""
