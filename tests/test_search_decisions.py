@@ -22,7 +22,7 @@ from network.analysis.diagnosis.findings import (
 )
 from network.analysis.diagnosis.findings.finding import Finding
 from network.analysis.diagnosis.hypotheses import falling_short, few_runs, fresh_fit
-from network.analysis.diagnosis.intermittent import channel_fault, channel_samples, intermittent_fault, onset_fault
+from network.analysis.diagnosis.intermittent import channel_fault, channel_samples, find_onset_fault, intermittent_fault
 from network.analysis.diagnosis.lumps import (
     coarse_surrogate,
     lump_convergence,
@@ -1023,9 +1023,9 @@ def test_a_fault_with_its_few_numbers_explains_more_than_any_course_of_heat(
     channel: str, gain: float, beats: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Or an error of any course of its own channel does. channel: where unknown errors or heat (none) explain most."""
-    monkeypatch.setattr(onset_fault, "locate", lambda fit, machine: [bare(at=bare(channel=channel), gain=40.0)])
+    monkeypatch.setattr(find_onset_fault, "locate", lambda fit, machine: [bare(at=bare(channel=channel), gain=40.0)])
     of = bare(linearised=None, machine=None)
-    assert onset_fault._beats_unknown(of, bare(channel="T motor", gain=gain)) is beats
+    assert find_onset_fault._beats_unknown(of, bare(channel="T motor", gain=gain)) is beats
 
 
 @pytest.mark.parametrize(
@@ -1037,12 +1037,12 @@ def test_a_fault_that_could_be_heat_is_told_where_hardly_anything_is_left(
 ) -> None:
     """Half of a large misfit may be what a drift imitates, unless lumps leave the rest; a clear jump is a fault
     whatever else is missing."""
-    monkeypatch.setattr(onset_fault, "ResidualSteps", lambda fit, recordings: None)
+    monkeypatch.setattr(find_onset_fault, "ResidualSteps", lambda fit, recordings: None)
     jump = bare(is_due=False, is_seen=False, is_clear=is_clear)
-    monkeypatch.setattr(onset_fault, "watch_jump", lambda steps, o: jump)
-    monkeypatch.setattr(onset_fault, "excess_of", lambda fit, channels, runs: fit.chi**2 - 1)
+    monkeypatch.setattr(find_onset_fault, "watch_jump", lambda steps, o: jump)
+    monkeypatch.setattr(find_onset_fault, "excess_of", lambda fit, channels, runs: fit.chi**2 - 1)
     fault = bare(recordings=(), onset=bare(run=0), channel="T motor")
-    tried = onset_fault._Corrected(fault, h(20.0), h(left))
+    tried = find_onset_fault._Corrected(fault, h(20.0), h(left))
     assert (tried.holds, tried.is_alone) == told
 
 
@@ -1057,30 +1057,50 @@ def test_what_else_a_jump_could_be_is_told_where_the_best_does_not_hold(
     gains = {"offset": 40.0, "loose": 90.0, "later": 70.0, "less": -5.0}
     jumps = {"later": ("T", 1, 500.0)}
     faults = [bare(name=name, gain=gain, jump=jumps.get(name, ("T", 0, 100.0))) for name, gain in gains.items()]
-    monkeypatch.setattr(onset_fault, "replace", lambda of, **new: of.name)
-    monkeypatch.setattr(onset_fault, "_correct", lambda of, f: bare(fault=f))
+    monkeypatch.setattr(find_onset_fault, "replace", lambda of, **new: of.name)
+    monkeypatch.setattr(find_onset_fault, "_correct", lambda of, f: bare(fault=f))
+    monkeypatch.setattr(find_onset_fault, "_holds_on_few", lambda of, f: True)
     monkeypatch.setattr(
-        onset_fault,
+        find_onset_fault,
         "_settle",
         lambda of, c: bare(fault=c.fault, holds=c.fault.name in holds, is_alone=True, after=c.fault.gain),
     )
-    pair = onset_fault._confirm_best(h(), faults)
+    pair = find_onset_fault._confirm_best(h(), faults)
     assert pair == (None if told is None else (told, gains[told]))
 
 
+@pytest.mark.parametrize(
+    ("count", "is_clear", "mends", "runs", "told"),
+    [(6, True, True, [1, 4], True), (6, True, False, [1, 4], False), (6, False, False, None, True),
+     (3, True, False, None, True)],
+)  # fmt: skip
+def test_a_clear_jump_of_many_runs_is_tried_in_its_own_and_the_worst_of_the_others_first(
+    count: int, is_clear: bool, mends: bool, runs: list[int] | None, told: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[Any] = []
+    monkeypatch.setattr(find_onset_fault, "list_worst_runs", lambda of, few: [1, 4])
+    monkeypatch.setattr(find_onset_fault, "reweight", lambda case, of: of)
+    monkeypatch.setattr(find_onset_fault, "replace", lambda of, **new: bare(**{**of.__dict__, **new}))
+    monkeypatch.setattr(find_onset_fault, "_correct", lambda of, f: asked.append(f) or bare(fault=f, holds=mends))
+    case = bare(recordings=tuple(range(count)), of=lambda chosen: bare(recordings=tuple(chosen)))
+    fault = bare(onset=bare(run=1), is_clear=is_clear, gain=9.0)
+    assert find_onset_fault._holds_on_few(bare(case=case), fault) is told
+    assert [(list(f.recordings), f.onset.run) for f in asked] == ([] if runs is None else [(runs, 0)])
+
+
 def test_clear_jumps_of_which_no_score_agrees_with_what_is_read_are_tried_last(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(onset_fault, "_list_best", lambda faults: sorted(faults, key=lambda f: -f.gain))
+    monkeypatch.setattr(find_onset_fault, "_list_best", lambda faults: sorted(faults, key=lambda f: -f.gain))
     far, near = (bare(run=run, gain=gain, agrees=run == 1)
                  for run, gain in ((0, 90.0), (1, 30.0)))  # fmt: skip
-    monkeypatch.setattr(onset_fault, "list_lone_jumps", lambda steps: [(0, "T", 1.0, 2.0), (1, "T", 1.0, 2.0)])
-    monkeypatch.setattr(onset_fault, "begin_with_jump", lambda steps, o, at: o)
-    monkeypatch.setattr(onset_fault, "OnsetFault", lambda recordings, gain, o, is_clear: bare(
+    monkeypatch.setattr(find_onset_fault, "list_lone_jumps", lambda steps: [(0, "T", 1.0, 2.0), (1, "T", 1.0, 2.0)])
+    monkeypatch.setattr(find_onset_fault, "begin_with_jump", lambda steps, o, at: o)
+    monkeypatch.setattr(find_onset_fault, "OnsetFault", lambda recordings, gain, o, is_clear: bare(
         onset=o, gain=gain, is_clear=is_clear, jump=o.run))  # fmt: skip
-    monkeypatch.setattr(onset_fault, "_make_fault", lambda steps, o: bare(
+    monkeypatch.setattr(find_onset_fault, "_make_fault", lambda steps, o: bare(
         onset=o, gain=o.gain, is_clear=o.agrees, jump=o.run))  # fmt: skip
     scan = bare(begun_at=lambda run, *of: [(far, near)[run]], best=lambda: [])
-    told = onset_fault._list_faults(scan, bare(recordings=()))
-    assert [f.jump for f in told] == [1, 0] and onset_fault._at_first_jumps(told) == told
+    told = find_onset_fault._list_faults(scan, bare(recordings=()))
+    assert [f.jump for f in told] == [1, 0] and find_onset_fault._at_first_jumps(told) == told
 
 
 def test_the_share_of_a_fault_is_told_by_all_readings_in_its_windows(monkeypatch: pytest.MonkeyPatch) -> None:

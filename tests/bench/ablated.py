@@ -73,7 +73,7 @@ STAGES: Mapping[str, Mapping[str, Stand]] = {
         "latent_heat.latent_rest.rank_beside_rest": as_given,
         "steps.backward_elimination._weigh_rest": worth_all,
         "steps.unseen_runs._add_rest": no_gain,
-        "intermittent.onset_fault._beats_unknown": always,
+        "intermittent.find_onset_fault._beats_unknown": always,
         "latent_heat.locate.explain_unknown_at_most": no_gain,
     },
     "no-crossed": {"screening.crossed_splits.halve": nothing},

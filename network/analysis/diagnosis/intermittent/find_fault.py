@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.channel_fault import ChannelFault
+from network.analysis.diagnosis.intermittent.find_onset_fault import find_onset_fault
 from network.analysis.diagnosis.intermittent.intermittent_fault import find_intermittent_fault
-from network.analysis.diagnosis.intermittent.onset_fault import find_onset_fault
 
 
 def find_reading_fault(
