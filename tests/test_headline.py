@@ -9,7 +9,7 @@ from diagnosed import diagnosed, finding
 
 from network.analysis.diagnosis.findings.finding import UNKNOWN, Finding, Quantity
 from network.analysis.diagnosis.findings.result import Diagnosis
-from network.report.words.verdict_words import verdict_words
+from network.report.words.verdict_words import next_words, verdict_words
 
 SIZE = {"power": Quantity(9.0, 1.0, "W")}
 
@@ -67,3 +67,14 @@ def test_other_verdicts_tell_lumps_and_channels_apart(
     found: Diagnosis, verdict: str, findings: tuple[Finding, ...], told: str
 ) -> None:
     assert verdict_words(replace(found, verdict=verdict, findings=findings)).startswith(told)
+
+
+@pytest.mark.parametrize(("ended", "is_untried"), [("budget", True), ("", False), ("stopped", False)])
+def test_lumps_that_there_was_no_time_for_are_told_as_what_may_be(
+    found: Diagnosis, ended: str, is_untried: bool
+) -> None:
+    d = replace(found, verdict="too_coarse", findings=(), ended=ended, after=found.machine)
+    said = verdict_words(d)
+    assert said.startswith("test may be cut too coarsely: on finer lumps it could differ by as much") is is_untried
+    assert ("nothing more can be told" in said) is is_untried and ("with more time" in next_words(d)) is is_untried
+    assert ("The time was up" in said) is (ended == "budget")

@@ -123,6 +123,24 @@ def test_under_the_noise_of_the_file_one_candidate_has_to_be_worth_a_name(
     assert (bool(screened), bool(taken)) == (is_screened, is_searched)
 
 
+@pytest.mark.parametrize(
+    ("scores", "timed", "told"),
+    [((9.0, 10.0), (), True), ((9.0,), (11.0,), True), ((9.0,), (9.0,), False), ((), (), False)],
+)
+def test_a_brief_look_tells_whether_anything_scores_as_much_heat_by_the_clock_too(
+    scores: tuple[float, ...], timed: tuple[float, ...], told: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A tenth of a nat for each of 100 readings."""
+    before = bare(fit=bare(left=[0.0] * 100), linearised=None, machine=None, values={})
+    monkeypatch.setattr(screening, "on_few_runs", lambda of, count: of)
+    monkeypatch.setattr(screening, "build_surrogate", lambda of: of)
+    monkeypatch.setattr(screening, "_propose", lambda of: ())
+    monkeypatch.setattr(screening, "locate", lambda *of: ())
+    monkeypatch.setattr(screening, "score_candidates", lambda *of: [bare(gain=gain) for gain in scores])
+    monkeypatch.setattr(screening, "search_timed", lambda *of: [bare(gain=gain) for gain in timed])
+    assert screening.scores_as_much(before, 0.1, 0, 1) is told
+
+
 @pytest.mark.parametrize("found", [(), ("lag",)])
 def test_time_that_is_up_under_the_noise_of_the_file_ends_only_a_search_that_found_nothing(
     found: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
