@@ -1068,16 +1068,21 @@ def test_a_fault_that_could_be_heat_is_told_where_hardly_anything_is_left(
     ("holds", "told"),
     [({"loose", "offset"}, "loose"), ({"offset"}, "offset"), ({"later"}, None), ({"less"}, None), (set(), None)],
 )
+@pytest.mark.parametrize("count", [3, 6])
 def test_what_else_a_jump_could_be_is_told_where_the_best_does_not_hold(
-    holds: set[str], told: str | None, monkeypatch: pytest.MonkeyPatch
+    holds: set[str], told: str | None, count: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of that jump alone, and only what explains more than without it."""
+    """Of that jump alone, and only what explains more than without it; of many runs fitted to all after two of them."""
+    asked: list[str] = []
     gains = {"offset": 40.0, "loose": 90.0, "later": 70.0, "less": -5.0}
     jumps = {"later": ("T", 1, 500.0)}
     faults = [bare(name=name, gain=gain, jump=jumps.get(name, ("T", 0, 100.0))) for name, gain in gains.items()]
     monkeypatch.setattr(find_onset_fault, "replace", lambda of, **new: of.name)
-    monkeypatch.setattr(find_onset_fault, "_correct", lambda of, f: bare(fault=f))
-    monkeypatch.setattr(find_onset_fault, "_holds_on_few", lambda of, f: True)
+    whole = count > 3
+    monkeypatch.setattr(
+        find_onset_fault, "_try_first", lambda of, f: bare(fault=f, is_of=lambda f: not whole) if f.gain > 0 else None
+    )
+    monkeypatch.setattr(find_onset_fault, "_correct", lambda of, f: asked.append(f.name) or bare(fault=f))
     monkeypatch.setattr(
         find_onset_fault,
         "_settle",
@@ -1085,6 +1090,7 @@ def test_what_else_a_jump_could_be_is_told_where_the_best_does_not_hold(
     )
     pair = find_onset_fault._confirm_best(h(), faults)
     assert pair == (None if told is None else (told, gains[told]))
+    assert asked == ([] if not whole else ["loose"] if told == "loose" else ["loose", "offset"])
 
 
 @pytest.mark.parametrize(
@@ -1101,9 +1107,10 @@ def test_a_clear_jump_of_many_runs_is_tried_in_its_own_and_the_worst_of_the_othe
     monkeypatch.setattr(find_onset_fault, "replace", lambda of, **new: bare(**{**of.__dict__, **new}))
     monkeypatch.setattr(find_onset_fault, "_correct", lambda of, f: asked.append(f) or bare(fault=f, holds=mends))
     case = bare(recordings=tuple(range(count)), of=lambda chosen: bare(recordings=tuple(chosen)))
-    fault = bare(onset=bare(run=1), is_clear=is_clear, gain=9.0)
-    assert find_onset_fault._holds_on_few(bare(case=case), fault) is told
-    assert [(list(f.recordings), f.onset.run) for f in asked] == ([] if runs is None else [(runs, 0)])
+    fault = bare(onset=bare(run=1), is_clear=is_clear, gain=9.0, recordings=case.recordings)
+    assert (find_onset_fault._try_first(bare(case=case), fault) is not None) is told
+    few = (runs, 0) if runs else (list(range(count)), 1)
+    assert [(list(f.recordings), f.onset.run) for f in asked] == [few]
 
 
 def test_clear_jumps_of_which_no_score_agrees_with_what_is_read_are_tried_last(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -114,11 +114,12 @@ def _make_fault(steps: ResidualSteps, o: Onset) -> OnsetFault:
 def _confirm_best(h: Hypothesis, faults: Iterable[OnsetFault]) -> tuple[OnsetFault, Hypothesis] | None:
     """The fault that explains most, settled, or what else its jump could be where that does not hold; None where none
     does."""
-    able = (f for f in faults if _holds_on_few(h, f))
-    corrected = (fits for f in able if (fits := _correct(h, f)) is not None and fits.fault.gain > 0)
-    tried = sorted(corrected, key=lambda c: -c.fault.gain)
-    for settled in (_settle(h, c) for c in tried if c.fault.jump == tried[0].fault.jump):
-        if settled.holds:
+    pairs = [(f, tried) for f in faults if (tried := _try_first(h, f)) is not None]
+    ranked = sorted(pairs, key=lambda pair: -pair[1].fault.gain)
+    for fault, tried in (pair for pair in ranked if pair[0].jump == ranked[0][0].jump):
+        whole = tried if tried.is_of(fault) else _correct(h, fault)
+        settled = _settle(h, whole) if whole is not None and whole.fault.gain > 0 else None
+        if settled is not None and settled.holds:
             return replace(settled.fault, is_open=not settled.is_alone), settled.after
     return None
 
@@ -139,6 +140,10 @@ class _Corrected:
             return False
         return is_mended(self.before, self.after) or self._is_shown
 
+    def is_of(self, fault: OnsetFault) -> bool:
+        """Whether the fits are of all its recordings."""
+        return len(self.fault.recordings) == len(fault.recordings)
+
     @property
     def is_alone(self) -> bool:
         """Whether hardly anything is left beside it, or its jump shows it whatever is."""
@@ -154,19 +159,21 @@ class _Corrected:
         return self._jump.is_clear and left[1] <= LEFT * left[0]
 
 
-def _holds_on_few(h: Hypothesis, fault: OnsetFault) -> bool:
-    """Whether a clear jump holds in its run and the worst of the others, where there are many: what numbers that are
-    free to follow these alone do not mend does not hold on all. Yes of what is not clear: its instant is still open."""
+def _try_first(h: Hypothesis, fault: OnsetFault) -> _Corrected | None:
+    """Fits that tell whether a fault explains anything: of a clear jump, where there are many runs, in its own and the
+    worst of the others, for what numbers that are free to follow these alone do not mend does not hold on all. None
+    where it does not. What is not clear is tried on all: its instant is still open."""
     own = fault.onset.run
     if not fault.is_clear or len(h.case.recordings) <= SEARCHED:
-        return True
+        whole = _correct(h, fault)
+        return whole if whole is not None and whole.fault.gain > 0 else None
     others = [run for run in list_worst_runs(h, FEW) if run != own]
     runs = sorted([own, *others[-1:]])
     case = h.case.of(runs)
     few = reweight(case, replace(h, case=case))
     begun = replace(fault, recordings=case.recordings, onset=replace(fault.onset, run=runs.index(own)))
     tried = _correct(few, begun)
-    return tried is not None and tried.fault.gain > 0 and tried.holds
+    return tried if tried is not None and tried.fault.gain > 0 and tried.holds else None
 
 
 def _correct(h: Hypothesis, fault: OnsetFault, begin: Hypothesis | None = None) -> _Corrected | None:
