@@ -818,6 +818,25 @@ def test_nothing_is_told_that_lumps_may_be_where_there_was_no_time_for_them(
     assert ([f.name for f in found], said) == ((["unknown"], "unexplained") if finer else told)
 
 
+@pytest.mark.parametrize(
+    ("chi", "ended", "lacks", "found", "fault", "told"),
+    [(DOUBTFUL + 0.1, "budget", False, (), "loose", True), (DOUBTFUL - 0.1, "budget", False, (), "loose", False),
+     (DOUBTFUL + 0.1, "", False, (), "loose", False), (DOUBTFUL + 0.1, "budget", True, (), "loose", False),
+     (DOUBTFUL + 0.1, "budget", False, IN, "loose", False), (DOUBTFUL + 0.1, "budget", False, (), None, False)],
+)  # fmt: skip
+def test_what_is_left_beside_a_fault_of_readings_is_told_where_there_was_no_time_to_look_for_it(
+    chi: float, ended: str, lacks: bool, found: tuple[str, ...], fault: str | None, told: bool,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    monkeypatch.setattr(verdict, "lacks_what_is_left", lambda h, jobs: lacks)
+    monkeypatch.setattr(verdict, "find_unknown", lambda search: "unknown")
+    monkeypatch.setattr(verdict, "replace", lambda of, **new: of)
+    whole, search = search_of(9.0, untested_from=chi), search_of(9.0, found=found)
+    search.fault, search.ended = fault, ended
+    assert verdict._find_beside(whole, search, [bare(is_unnamed=False)], 1) == (["unknown"] if told else [])
+    assert verdict._find_beside(whole, search, [bare(is_unnamed=True)], 1) == []
+
+
 @pytest.mark.parametrize(("lack", "told"), [(0.0, False), (44.0, False), (46.0, True)])
 def test_lumps_lack_what_is_left_where_their_error_is_as_large(
     lack: float, told: bool, monkeypatch: pytest.MonkeyPatch

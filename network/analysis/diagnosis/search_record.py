@@ -15,7 +15,7 @@ from network.analysis.diagnosis.screening.screening import Screening
 from network.analysis.diagnosis.steps.backward_elimination import share_explained
 from network.analysis.diagnosis.steps.selection import Selection
 
-HURRIED = 0.85
+HURRIED = 0.9
 """Share of the time after which what is told is worked out briefly (budget)."""
 
 

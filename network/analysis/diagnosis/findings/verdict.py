@@ -38,6 +38,7 @@ from network.analysis.diagnosis.lumps.lumping_finding import find_lumping, gain_
 from network.analysis.diagnosis.screening.screened_gain import list_screened
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.refit import linearise_at_priors
+from network.analysis.diagnosis.steps.selection import Selection
 from network.analysis.diagnosis.strategies import list_unsearched
 from network.analysis.diagnosis.time_budget import TimeBudget
 from network.machine.machine import Machine
@@ -58,6 +59,7 @@ def conclude(search: Search, before: SimulatedRuns, warnings: Sequence[str], see
     """The diagnosis that a search amounts to; before: all runs as calibrated, those that were held out, too."""
     is_late = partial(_is_late, search.case.budget, search.ended)
     search = replace(search, case=replace(search.case, budget=TimeBudget()))
+    whole = search
     search, found, fits, refuted = withdraw_refuted(search, before, jobs)
     finer_gain = gain_of_lumps(search.written, search.null, search.best)
     is_told = finer_gain > search.threshold and (is_finer(search) or _is_untaken(search, refuted))
@@ -65,6 +67,7 @@ def conclude(search: Search, before: SimulatedRuns, warnings: Sequence[str], see
     coarse = find_lumping(search.written, finest, finer_gain, search.threshold) if is_told else None
     listed = list_findings(search, search.calibrated.fitted if found is None else found)
     findings, verdict = _decide_verdict(search, listed, coarse, bool(refuted), jobs)
+    findings += _find_beside(whole, search, findings, jobs)
     doubt, much_left = doubt_unseen(fits), doubt_fitted(fits)
     doubted = [f.doubted(doubt).doubted(much_left) for f in _share_belief(findings)]
     findings = withhold_names(join_alike(doubted))
@@ -140,6 +143,18 @@ def _decide_verdict(
         return cut, "too_coarse"
     wrong = any(abs(x) > SETTINGS.shift for x in _shifts(best).values()) or _was_off(search)
     return [], "parameters_only" if wrong else "adequate"
+
+
+def _find_beside(whole: Search, search: Search, findings: Sequence[Finding], jobs: int) -> list[Finding]:
+    """What has no name beside a fault of readings that is told alone, where the time was up before anything was looked
+    for beside it, and lumps are not what is left: at the numbers as fitted (whole), though these were taken back."""
+    is_alone = bool(findings) and search.fault is not None and not search.best.found
+    if not is_alone or search.ended != "budget" or any(f.is_unnamed for f in findings):
+        return []
+    null, is_left = whole.null, whole.null.chi > SETTINGS.doubtful and bool(whole.located)
+    if not is_left or lacks_what_is_left(null, jobs):
+        return []
+    return [find_unknown(replace(whole, selection=Selection(null)))]
 
 
 def _may_be_lumps(search: Search, jobs: int) -> bool:
