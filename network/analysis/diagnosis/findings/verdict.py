@@ -67,7 +67,8 @@ def conclude(search: Search, before: SimulatedRuns, warnings: Sequence[str], see
     coarse = find_lumping(search.written, finest, finer_gain, search.threshold) if is_told else None
     listed = list_findings(search, search.calibrated.fitted if found is None else found)
     findings, verdict = _decide_verdict(search, listed, coarse, bool(refuted), jobs)
-    findings += _find_beside(whole, search, findings, jobs)
+    if beside := _find_beside(whole, search, findings, jobs):
+        findings, verdict = [*findings, *beside], "missing_physics"
     doubt, much_left = doubt_unseen(fits), doubt_fitted(fits)
     doubted = [f.doubted(doubt).doubted(much_left) for f in _share_belief(findings)]
     findings = withhold_names(join_alike(doubted))
