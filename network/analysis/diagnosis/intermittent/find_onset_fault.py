@@ -167,8 +167,8 @@ def _try_first(h: Hypothesis, fault: OnsetFault) -> _Corrected | None:
     if not fault.is_clear or len(h.case.recordings) <= SEARCHED:
         whole = _correct(h, fault)
         return whole if whole is not None and whole.fault.gain > 0 else None
-    others = [run for run in list_worst_runs(h, FEW) if run != own]
-    runs = sorted([own, *others[-1:]])
+    other = next(run for run in (*list_worst_runs(h, 1), *list_worst_runs(h, FEW)) if run != own)
+    runs = sorted([own, other])
     case = h.case.of(runs)
     few = reweight(case, replace(h, case=case))
     begun = replace(fault, recordings=case.recordings, onset=replace(fault.onset, run=runs.index(own)))
