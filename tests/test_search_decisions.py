@@ -1122,7 +1122,7 @@ def test_a_clear_jump_of_many_runs_is_tried_in_its_own_and_the_worst_of_the_othe
 ) -> None:
     asked: list[Any] = []
     monkeypatch.setattr(find_onset_fault, "list_worst_runs", lambda of, few: [1, 4])
-    monkeypatch.setattr(find_onset_fault, "reweight", lambda case, of: of)
+    monkeypatch.setattr(find_onset_fault, "on_runs", lambda of, chosen: bare(case=of.case.of(chosen)))
     monkeypatch.setattr(find_onset_fault, "replace", lambda of, **new: bare(**{**of.__dict__, **new}))
     monkeypatch.setattr(find_onset_fault, "_correct", lambda of, f: asked.append(f) or bare(fault=f, holds=mends))
     case = bare(recordings=tuple(range(count)), of=lambda chosen: bare(recordings=tuple(chosen)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -30,9 +31,12 @@ def list_worst_runs(h: Hypothesis, count: int = FEW) -> list[int]:
 
 def on_few_runs(h: Hypothesis, count: int = FEW) -> Hypothesis:
     """A hypothesis on the runs that it tells worst, where there are many."""
-    if len(h.case.recordings) <= count:
-        return h
-    case = h.case.of(list_worst_runs(h, count))
+    return h if len(h.case.recordings) <= count else on_runs(h, list_worst_runs(h, count))
+
+
+def on_runs(h: Hypothesis, runs: Sequence[int]) -> Hypothesis:
+    """A hypothesis on some of its runs, numbers as they are."""
+    case = h.case.of(runs)
     return reweight(case, replace(h, case=case))
 
 

@@ -17,9 +17,8 @@ from functools import cached_property
 
 from network.analysis.calibration.linearised import linearise
 from network.analysis.diagnosis.hypotheses.falling_short import leaves_too_much, share_shown
-from network.analysis.diagnosis.hypotheses.few_runs import FEW, SEARCHED, list_worst_runs
+from network.analysis.diagnosis.hypotheses.few_runs import FEW, SEARCHED, list_worst_runs, on_runs
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
-from network.analysis.diagnosis.hypotheses.hypothesis_fit import reweight
 from network.analysis.diagnosis.intermittent.channel_fault import (
     LEFT,
     PER_WINDOW,
@@ -169,9 +168,8 @@ def _try_first(h: Hypothesis, fault: OnsetFault) -> _Corrected | None:
         return whole if whole is not None and whole.fault.gain > 0 else None
     other = next(run for run in (*list_worst_runs(h, 1), *list_worst_runs(h, FEW)) if run != own)
     runs = sorted([own, other])
-    case = h.case.of(runs)
-    few = reweight(case, replace(h, case=case))
-    begun = replace(fault, recordings=case.recordings, onset=replace(fault.onset, run=runs.index(own)))
+    few = on_runs(h, runs)
+    begun = replace(fault, recordings=few.case.recordings, onset=replace(fault.onset, run=runs.index(own)))
     tried = _correct(few, begun)
     return tried if tried is not None and tried.fault.gain > 0 and tried.holds else None
 

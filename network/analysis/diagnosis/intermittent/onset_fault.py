@@ -11,10 +11,7 @@ from network.analysis.calibration.estimated_constants import Numbers
 from network.analysis.comparison.compare import RecordingResidual
 from network.analysis.diagnosis.findings.finding import Quantity
 from network.analysis.diagnosis.intermittent.change_points import Windows
-from network.analysis.diagnosis.intermittent.channel_fault import (
-    EDGE,
-    ChannelFault,
-)
+from network.analysis.diagnosis.intermittent.channel_fault import EDGE, ChannelFault
 from network.analysis.diagnosis.intermittent.onset_scan import Onset
 from network.catalogue.declaration.declare import Array
 from network.catalogue.sensors.sensor_fault import SensorFault
