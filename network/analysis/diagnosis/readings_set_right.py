@@ -39,7 +39,15 @@ def _look_for(h: Hypothesis, is_finest: bool, find: Callable[[Hypothesis, bool, 
 
 
 def _find_fault(h: Hypothesis, is_finest: bool, score: Score) -> Found:
-    return find_reading_fault(h, partial(score, h), is_finest)
+    """None that leaves much beside it, for finer lumps may take that away, before there are finer ones."""
+    told = _find_fault_once(SameFit(h))
+    return told if is_finest or told is None or not told[0].competes else None
+
+
+@lru_cache(maxsize=1)
+def _find_fault_once(same: SameFit) -> Found:
+    """Of a fit that is looked at before lumps were refined and, where they stay as they are, after."""
+    return find_reading_fault(same.of, partial(_best_score, 1, same.of), may_be_open=True)
 
 
 def _find_exchanged(h: Hypothesis, is_finest: bool, score: Score) -> Found:
