@@ -21,9 +21,10 @@ from network.analysis.diagnosis.candidates.candidates import candidates
 from network.analysis.diagnosis.experiments.experiment import Experiment
 from network.analysis.diagnosis.experiments.programs import programs
 from network.analysis.diagnosis.findings.finding import UNKNOWN, Quantity
-from network.analysis.diagnosis.findings.findings import size_of_unknown, why_not
+from network.analysis.diagnosis.findings.findings import why_not
 from network.analysis.diagnosis.findings.isolability import DETAILS
 from network.analysis.diagnosis.findings.result import Diagnosis, Fits
+from network.analysis.diagnosis.findings.unnamed_findings import size_of_unknown
 from network.analysis.diagnosis.latent_heat.location import Location
 from network.analysis.diagnosis.screening.screened_gain import ScreenedGain
 from network.platform.quantities.text_table import digits

@@ -18,6 +18,7 @@ from network.analysis.diagnosis.hypotheses.few_runs import SEARCHED, on_all_runs
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings, fit_hypothesis
 from network.analysis.diagnosis.latent_heat import latent_rest, locate
+from network.analysis.diagnosis.latent_heat.lacking_heat import trace_lacking
 from network.analysis.diagnosis.latent_heat.latent_rest import find_rest, share_of_rest
 from network.analysis.diagnosis.latent_heat.locate import predict_unknown
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
@@ -66,6 +67,18 @@ def test_the_numbers_are_refitted_together_with_the_heat() -> None:
     first, best = find_rest(null, refit=False), find_rest(null)
     assert best.evidence > first.evidence and best.beside.linearised.theta is not null.linearised.theta
     assert np.abs(best.beside.shift).max() < np.abs(null.shift).max()
+
+
+def test_all_that_a_part_lacks_is_told_where_what_was_found_is_a_part_of_it() -> None:
+    """Of bursts that a steady heat stands for, with what this leaves, and at the numbers beside it; of what was found
+    elsewhere nothing."""
+    named = fitted("bursts", (("heat_source", "column"),))
+    whole = trace_lacking(named, "column")
+    assert whole is not None and whole.at == Location(("column",)) and len(whole.t) == len(LADDERS)
+    for t, heat in zip(whole.t, whole.heat, strict=True):
+        truth = sum(150.0 * ((t >= (20 + 23 * k) * 60) & (t < (25 + 24 * k) * 60)) for k in range(4))
+        assert np.corrcoef(truth, heat)[0, 1] > 0.7
+    assert trace_lacking(named, "spindle") is None and trace_lacking(fitted("bursts", ()), "column") is None
 
 
 def test_a_second_kind_that_imitates_what_has_no_name_adds_nothing_beside_heat() -> None:

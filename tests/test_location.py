@@ -15,7 +15,7 @@ from fits import USUAL, recorded, speeds
 
 from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.candidates.candidates import candidates
-from network.analysis.diagnosis.findings.findings import find_unknown
+from network.analysis.diagnosis.findings.unnamed_findings import find_unknown
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis

@@ -8,25 +8,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from network.analysis.diagnosis.candidates.candidate import Candidate
-from network.analysis.diagnosis.findings.finding import UNKNOWN, Finding, Quantity, Rival
+from network.analysis.diagnosis.findings.finding import Finding, Quantity, Rival
 from network.analysis.diagnosis.findings.invariants import doubt_search, list_doubts
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
-from network.analysis.diagnosis.latent_heat.mismatch import Mismatch, locate_mismatch
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.ranking import belief_in_nothing, distinct, share_of, shares
 from network.analysis.diagnosis.steps.strength import standard_errors
-from network.catalogue.declaration.entry_path import axis_of
-from network.catalogue.declaration.patch import Patch
-from network.catalogue.declaration.places import Place
-from network.catalogue.suspects.ambient_drift import AmbientDrift
 from network.engine.response.parameters import Parameter
-from network.engine.trajectory import axis_unit
-from network.machine.checks import places_of
 from network.machine.machine import Machine
 from network.platform.quantities.number_format import format_amount
-from network.platform.quantities.units import unit
-from network.platform.wording import join_names, sentence
+from network.platform.wording import sentence
 
 if TYPE_CHECKING:
     from network.analysis.diagnosis.search_record import Search
@@ -142,61 +134,6 @@ def is_shadow(search: Search) -> bool:
     only be bent to that."""
     is_little = search.selection.added < SETTINGS.alike or search.selection.share_of_rest < SETTINGS.half
     return is_little and bool(search.located)
-
-
-def find_unknown(search: Search, alone: bool = False) -> Finding:
-    """What no kind explains: its place, its shape and its size; alone: with nothing of what was found beside it."""
-    about = search.null if alone or not search.best.found else search.best
-    mismatch = search.mismatch if about is search.null else locate_mismatch(about, search.is_hurried)
-    top = mismatch.places[0]
-    if top.is_room:
-        return _find_room(search, about, mismatch)
-    course = mismatch.trace(top)
-    name, size = size_of_unknown(about.machine, course)
-    what = f"an unknown {name} of {format_amount(size.value, size.unit)} (rms)"
-    more = "; what was found hardly lowers it" if alone else ""
-    read = [*dict.fromkeys(place.node for n in top.at.channels for place in list_read(about.machine, n))]
-    where = f"{' and '.join(top.at.seats)}{f' (it reads {join_names(read)})' if read else ''}"
-    said = f"{sentence(what)} at {where} that no kind of the catalogue explains{more}."
-    return Finding(
-        UNKNOWN, "sensors" if top.is_offset else "sources", top.at.nodes or tuple(read), top.at.channels,
-        min(top.probability, SETTINGS.most_sure), {name: size}, said, Patch({}), top.gain, search.threshold,
-        windows_of(mismatch.places), course=course, share=top.probability, nothing=belief_in_nothing(top.gain),
-    ).doubted("what was found may be a part of it" if alone else "")  # fmt: skip
-
-
-def list_read(machine: Machine, channel: str) -> list[Place]:
-    """The places of parts that a channel reads; none of a displacement."""
-    sensor = machine.sensors.get(channel)
-    return [] if sensor is None else [place for _, place in places_of(sensor)]
-
-
-def _find_room(search: Search, about: Hypothesis, mismatch: Mismatch) -> Finding:
-    """Surroundings that are not what is stated, otherwise in each run: no number of the file can tell the next one."""
-    top, course = mismatch.places[0], mismatch.trace(mismatch.places[0])
-    name, size = size_of_unknown(about.machine, course)
-    low, high = (format_amount(float(end([end(T) for T in course.heat])), "K", 2) for end in (np.min, np.max))
-    said = (
-        f"{sentence(str(top.at))} does not stay at what is given for it: it would have to lie between {low} and {high} "
-        "beside that, otherwise in each run. A thermometer there would tell."
-    )
-    return Finding(
-        AmbientDrift.kind, "nodes", top.at.nodes, (), min(top.probability, SETTINGS.barred), {name: size}, said,
-        Patch({}), top.gain, search.threshold, windows_of(mismatch.places), course=course,
-        doubts=("its course is another one in each run, so that no run that was not seen can test it",),
-        share=top.probability, nothing=belief_in_nothing(top.gain),
-    )  # fmt: skip
-
-
-def size_of_unknown(machine: Machine, unknown: UnknownHeat) -> tuple[str, Quantity]:
-    """Its rms as a heat [W], as a temperature of surroundings [K], or at a channel as an offset in that channel's
-    unit."""
-    std = float(np.sqrt(np.mean(np.concatenate(unknown.std) ** 2)))
-    if not unknown.is_offset:
-        return unknown.quantity, Quantity(unknown.rms, std, unknown.unit)
-    sensor = machine.sensors.get(unknown.at.channel)
-    text = sensor.unit if sensor else axis_unit(axis_of(unknown.at.channel) or unknown.at.channel)
-    return "offset", Quantity(unknown.rms, std, "K" if unit(text).is_temperature else text)
 
 
 def windows_of(located: Sequence[UnknownHeat]) -> tuple[tuple[float, float], ...]:
