@@ -3,13 +3,14 @@ fault of a channel leaves there."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from network.analysis.diagnosis.findings.finding import Finding
+from network.analysis.diagnosis.findings.finding import UNKNOWN, Finding
 from network.analysis.diagnosis.findings.invariants import MAY_BE_ONE
 from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.patch import Patch
+from network.catalogue.declaration.places import Place
 
 NOT_ALL = "it does not tell all that shows there"
 
@@ -23,6 +24,26 @@ def join_alike(findings: Sequence[Finding]) -> list[Finding]:
         k, joined = next(((k, one) for k, first in enumerate(told) if (one := _join(first, f))), (len(told), f))
         told[k:] = [joined, *told[k + 1 :]]
     return told
+
+
+def join_rests(findings: Sequence[Finding], read: Callable[[str], Sequence[Place]]) -> list[Finding]:
+    """Findings, of which what has no sure name in the parts that a channel reads whose fault was found is what that
+    leaves there. read: the places of parts that a channel reads."""
+    told: list[Finding] = []
+    for f in findings:
+        k, joined = next(((k, _leave(e, f)) for k, e in enumerate(told) if _is_read_by(e, f, read)), (len(told), f))
+        told[k:] = [joined, *told[k + 1 :]]
+    return told
+
+
+def _leave(fault: Finding, rest: Finding) -> Finding:
+    """As sure as the fault is: that it leaves something says of its size, not of it."""
+    return replace(_take_in(fault, rest), confidence=fault.confidence)
+
+
+def _is_read_by(fault: Finding, f: Finding, read: Callable[[str], Sequence[Place]]) -> bool:
+    is_rest = f.kind == UNKNOWN and bool(f.places) and not (f.channels or fault.is_unnamed)
+    return is_rest and {*f.places} <= {place.node for name in fault.channels for place in read(name)}
 
 
 def _join(first: Finding, other: Finding) -> Finding | None:

@@ -17,22 +17,16 @@ from network.analysis.diagnosis.findings.diagnosis_notes import (
     tell_unseen,
 )
 from network.analysis.diagnosis.findings.finding import UNKNOWN, Finding
-from network.analysis.diagnosis.findings.findings import (
-    find_unknown,
-    is_shadow,
-    list_findings,
-    list_read,
-    list_rivals,
-)
+from network.analysis.diagnosis.findings.findings import is_shadow, list_findings, list_rivals
 from network.analysis.diagnosis.findings.invariants import doubt_fitted, doubt_unseen
 from network.analysis.diagnosis.findings.isolability import isolability
-from network.analysis.diagnosis.findings.joined_findings import join_alike
+from network.analysis.diagnosis.findings.joined_findings import join_alike, join_rests
 from network.analysis.diagnosis.findings.result import Diagnosis, Fits
 from network.analysis.diagnosis.findings.simulated_findings import is_finer, leave_fault, numbers_in, withdraw_refuted
 from network.analysis.diagnosis.findings.simulated_runs import SimulatedRuns
+from network.analysis.diagnosis.findings.unnamed_findings import find_unknown, list_read, trace_first
 from network.analysis.diagnosis.findings.withheld_names import withhold_names
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
-from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
 from network.analysis.diagnosis.lumps.lump_shortfall import lacks_what_is_left
 from network.analysis.diagnosis.lumps.lumping_finding import find_lumping, gain_of_lumps
 from network.analysis.diagnosis.screening.screened_gain import list_screened
@@ -71,9 +65,10 @@ def conclude(search: Search, before: SimulatedRuns, warnings: Sequence[str], see
         findings, verdict = [*findings, *beside], "missing_physics"
     doubt, much_left = doubt_unseen(fits), doubt_fitted(fits)
     doubted = [f.doubted(doubt).doubted(much_left) for f in _share_belief(findings)]
-    findings = withhold_names(join_alike(doubted))
+    findings = join_rests(withhold_names(join_alike(doubted)), partial(list_read, search.best.machine))
     findings = [f.doubted(WITHDRAWN) if refuted and f.kind == UNKNOWN else f for f in findings]
-    verdict = "sensor_fault" if verdict == "missing_physics" and _are_sensors(findings) else verdict
+    in_channels = all(f.channels or f.is_cut for f in doubted) and _are_sensors(findings)
+    verdict = "sensor_fault" if verdict == "missing_physics" and in_channels else verdict
     if search.ended:  # nothing is sure
         findings = [replace(f, confidence=min(f.confidence, SETTINGS.half)) for f in findings]
     known = isolability(search.screened.scores, search.screened.proposed)
@@ -89,7 +84,7 @@ def conclude(search: Search, before: SimulatedRuns, warnings: Sequence[str], see
     after = calibrated if found is None else numbers_in(search.told, is_late)
     after = leave_fault(search, after, before.held, fits)
     return Diagnosis(
-        search.given.machine, calibrated, after, verdict, tuple(findings), _channels(fits), _trace_first(search), fits,
+        search.given.machine, calibrated, after, verdict, tuple(findings), _channels(fits), trace_first(search), fits,
         tuple(list_rivals(search.steps[0], search.befores[0]) if search.steps else ()), notes, advice,
         _shifts(search.told), seed, explained=search.selection.explained, ended=search.ended, refuted=tuple(refuted),
         unsearched=tuple(unsearched), screened=list_screened(search.screened.scores),
@@ -108,15 +103,6 @@ def _is_untaken(search: Search, refuted: Sequence[str]) -> bool:
 def _list_tried(search: Search, findings: Sequence[Finding]) -> set[str]:
     """The kinds of which something was fitted, and those that are told."""
     return {h.found[-1].kind.kind for ranked in search.steps for h in ranked} | {f.kind for f in findings}
-
-
-def _trace_first(search: Search) -> tuple[UnknownHeat, ...]:
-    """Where unknown heat would explain most, with the course of the most probable one where something is missing."""
-    places = search.located[:8]
-    first = next((u for u in places if not u.is_offset), None)
-    if first is None or search.null.chi <= SETTINGS.noise:
-        return places
-    return tuple(search.mismatch.trace(u) if u is first else u for u in places)
 
 
 def _decide_verdict(
