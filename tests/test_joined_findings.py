@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from network.analysis.diagnosis.findings.finding import UNKNOWN, Finding
+from network.analysis.diagnosis.findings.finding import UNKNOWN, Finding, Quantity
 from network.analysis.diagnosis.findings.invariants import MAY_BE_ONE
 from network.analysis.diagnosis.findings.joined_findings import NOT_ALL, join_alike, join_rests
 from network.analysis.diagnosis.settings import SETTINGS
@@ -41,21 +41,24 @@ def test_what_a_fault_of_a_channel_leaves_there_is_the_fault() -> None:
     assert len(join_alike([fault, replace(left, channels=("T_head",))])) == 2
 
 
-def test_what_has_no_name_in_the_part_that_a_faulty_channel_reads_is_what_the_fault_leaves() -> None:
-    """With its numbers in the machine and its sentence; not in another part, nor with a name, nor beside what has none
-    itself."""
-    fault = tell("sensor_fault", 0.9, "gone", places=(), channels=("T_bed",), sentence="T_bed sits loose.")
-    left = replace(tell("timed_source", 0.3), kind=UNKNOWN)
+def test_what_has_no_sure_name_in_the_part_that_a_mended_channel_reads_is_what_the_fault_leaves() -> None:
+    """With its numbers in the machine, its sentence and its names; not in another part, nor with a name, nor what is
+    not in the machine; and not of a fault that has no size, that is one name among others, or has none itself."""
+    size = {"share": Quantity(0.3, 0.1, "1")}
+    fault = tell("sensor_fault", 0.9, "gone", places=(), channels=("T_bed",), parameters=size)
+    left = replace(tell("timed_source", 0.3, sentence="It is left."), kind=UNKNOWN, doubts=("it is small",))
     reads = {"T_bed": [Place("bed", 0.5)], "T_head": [Place("head", 0.5)]}.__getitem__
     (told,) = join_rests([fault, left], reads)
-    assert (told.kind, told.part, told.sentence) == ("sensor_fault", "part", "T_bed sits loose. Bed is warm.")
+    assert (told.kind, told.part, told.sentence) == ("sensor_fault", "part", "Bed is warm. It is left.")
     assert told.confidence == fault.confidence > SETTINGS.barred
     assert {*told.patch["sources"]} == {"gone", "warm"} and told.doubts == (NOT_ALL,)
-    others = replace(left, places=("head",)), tell("timed_source", 0.3), replace(left, places=(), channels=("T_head",))
+    others = [replace(left, places=("head",)), tell("timed_source", 0.3), replace(left, patch=Patch({}))]
+    others += [replace(left, places=(), channels=("T_head",))]
     for other in others:
         assert join_rests([fault, other], reads) == [fault, other]
-    nameless = tell(UNKNOWN, 0.5, places=(), channels=("T_bed",))
-    assert join_rests([nameless, left], reads) == [nameless, left]
+    faults = [replace(fault, parameters={}), replace(fault, holds=0.4), replace(fault, kind=UNKNOWN)]
+    for other in faults:
+        assert join_rests([other, left], reads) == [other, left]
 
 
 def test_heat_without_a_name_beside_a_name_in_its_part_stays() -> None:

@@ -71,14 +71,17 @@ def test_the_numbers_are_refitted_together_with_the_heat() -> None:
 
 def test_all_that_a_part_lacks_is_told_where_what_was_found_is_a_part_of_it() -> None:
     """Of bursts that a steady heat stands for, with what this leaves, and at the numbers beside it; of what was found
-    elsewhere nothing."""
+    elsewhere, or between it and another part, nothing."""
     named = fitted("bursts", (("heat_source", "column"),))
-    whole = trace_lacking(named, "column")
-    assert whole is not None and whole.at == Location(("column",)) and len(whole.t) == len(LADDERS)
+    at = {u.at: u for u in locate.locate(named.linearised, named.machine)}
+    whole = trace_lacking(named, column := at[Location(("column",))])
+    assert whole is not None and whole.at == column.at and len(whole.t) == len(LADDERS)
     for t, heat in zip(whole.t, whole.heat, strict=True):
         truth = sum(150.0 * ((t >= (20 + 23 * k) * 60) & (t < (25 + 24 * k) * 60)) for k in range(4))
         assert np.corrcoef(truth, heat)[0, 1] > 0.7
-    assert trace_lacking(named, "spindle") is None and trace_lacking(fitted("bursts", ()), "column") is None
+    assert trace_lacking(named, at[Location(("spindle",))]) is None
+    assert trace_lacking(fitted("bursts", ()), column) is None
+    assert all(trace_lacking(named, u) is None for u in at.values() if u.at.kind == "link")
 
 
 def test_a_second_kind_that_imitates_what_has_no_name_adds_nothing_beside_heat() -> None:

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from network.analysis.diagnosis.findings.finding import UNKNOWN, Finding
+from network.analysis.diagnosis.findings.finding import Finding
 from network.analysis.diagnosis.findings.invariants import MAY_BE_ONE
 from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.patch import Patch
@@ -27,8 +27,8 @@ def join_alike(findings: Sequence[Finding]) -> list[Finding]:
 
 
 def join_rests(findings: Sequence[Finding], read: Callable[[str], Sequence[Place]]) -> list[Finding]:
-    """Findings, of which what has no sure name in the parts that a channel reads whose fault was found is what that
-    leaves there. read: the places of parts that a channel reads."""
+    """Findings, of which what is in the machine without a sure name, in the parts that a channel reads whose readings
+    were set right by some size, is what that leaves there. read: the places of parts that a channel reads."""
     told: list[Finding] = []
     for f in findings:
         k, joined = next(((k, _leave(e, f)) for k, e in enumerate(told) if _is_read_by(e, f, read)), (len(told), f))
@@ -38,12 +38,14 @@ def join_rests(findings: Sequence[Finding], read: Callable[[str], Sequence[Place
 
 def _leave(fault: Finding, rest: Finding) -> Finding:
     """As sure as the fault is: that it leaves something says of its size, not of it."""
-    return replace(_take_in(fault, rest), confidence=fault.confidence)
+    doubts, others = dict.fromkeys((*fault.doubts, NOT_ALL)), (*fault.alternatives, *rest.alternatives)
+    return replace(lay_together(fault, [rest]), doubts=tuple(doubts), alternatives=others)
 
 
 def _is_read_by(fault: Finding, f: Finding, read: Callable[[str], Sequence[Place]]) -> bool:
-    is_rest = f.kind == UNKNOWN and bool(f.places) and not (f.channels or fault.is_unnamed)
-    return is_rest and {*f.places} <= {place.node for name in fault.channels for place in read(name)}
+    is_fault = fault.holds is None and bool(fault.parameters) and not fault.is_unnamed
+    is_rest = f.is_withheld and bool(f.places) and not f.channels
+    return is_fault and is_rest and {*f.places} <= {place.node for name in fault.channels for place in read(name)}
 
 
 def _join(first: Finding, other: Finding) -> Finding | None:

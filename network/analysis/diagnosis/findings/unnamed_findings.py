@@ -36,19 +36,26 @@ def find_unknown(search: Search, alone: bool = False) -> Finding:
     top = mismatch.places[0]
     if top.is_room:
         return _find_room(search, about, mismatch)
-    whole = trace_lacking(about, top.at.nodes[0]) if top.at.kind == "node" else None
+    whole = trace_lacking(about, top)
     course = whole or mismatch.trace(top)
     name, size = size_of_unknown(about.machine, course)
     what = f"an unknown {name} of {format_amount(size.value, size.unit)} (rms)"
-    more = "; what was found hardly lowers it" if alone else ""
     read = [*dict.fromkeys(place.node for n in top.at.channels for place in list_read(about.machine, n))]
     where = f"{' and '.join(top.at.seats)}{f' (it reads {join_names(read)})' if read else ''}"
-    said = f"{sentence(what)} at {where} that no kind of the catalogue explains{more}."
+    said = f"{sentence(what)} at {where} that no kind of the catalogue explains{_tell_beside(alone, whole)}."
+    windows = windows_of([whole] if whole else mismatch.places)
     return Finding(
         UNKNOWN, "sensors" if top.is_offset else "sources", top.at.nodes or tuple(read), top.at.channels,
         min(top.probability, SETTINGS.most_sure), {name: size}, said, Patch({}), top.gain, search.threshold,
-        windows_of(mismatch.places), course=course, share=top.probability, nothing=belief_in_nothing(top.gain),
+        windows, course=course, share=top.probability, nothing=belief_in_nothing(top.gain),
     ).doubted("what was found may be a part of it" if alone or whole else "")  # fmt: skip
+
+
+def _tell_beside(alone: bool, whole: UnknownHeat | None) -> str:
+    """What it has to do with what was found."""
+    if alone:
+        return "; what was found hardly lowers it"
+    return "; what was found there may be a part of it" if whole else ""
 
 
 def list_read(machine: Machine, channel: str) -> list[Place]:

@@ -67,8 +67,7 @@ def conclude(search: Search, before: SimulatedRuns, warnings: Sequence[str], see
     doubted = [f.doubted(doubt).doubted(much_left) for f in _share_belief(findings)]
     findings = join_rests(withhold_names(join_alike(doubted)), partial(list_read, search.best.machine))
     findings = [f.doubted(WITHDRAWN) if refuted and f.kind == UNKNOWN else f for f in findings]
-    in_channels = all(f.channels or f.is_cut for f in doubted) and _are_sensors(findings)
-    verdict = "sensor_fault" if verdict == "missing_physics" and in_channels else verdict
+    verdict = "sensor_fault" if verdict == "missing_physics" and _are_sensors(findings) else verdict
     if search.ended:  # nothing is sure
         findings = [replace(f, confidence=min(f.confidence, SETTINGS.half)) for f in findings]
     known = isolability(search.screened.scores, search.screened.proposed)

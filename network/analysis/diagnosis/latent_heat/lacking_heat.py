@@ -12,21 +12,18 @@ from dataclasses import replace
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings
 from network.analysis.diagnosis.latent_heat.latent_rest import find_rest_at
-from network.analysis.diagnosis.latent_heat.locate import explain_at, trace
+from network.analysis.diagnosis.latent_heat.locate import trace
 from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
-from network.analysis.diagnosis.latent_heat.location import Location
 from network.analysis.diagnosis.time_budget import TimeBudget
 from network.catalogue.declaration.sections import TCP
 
 
-def trace_lacking(h: Hypothesis, part: str) -> UnknownHeat | None:
-    """Its course in every run, with its 1σ; None where nothing was found there, or runs break down without it. It is
-    told however much time is left: it takes one run of each recording."""
-    others = [c for c in h.found if part not in c.places or c.channels or c.section == TCP]
-    if len(others) == len(h.found):
+def trace_lacking(h: Hypothesis, of: UnknownHeat) -> UnknownHeat | None:
+    """Its course in every run, with its 1σ, where unknown heat sits in one part; None where nothing was found in that
+    part alone, or the machine does not run without it. It is told however much time is left: it takes one run of each
+    recording."""
+    others = [c for c in h.found if c.parts != {*of.at.nodes} or c.section == TCP]
+    if of.at.kind != "node" or len(others) == len(h.found):
         return None
     bare = fit_findings(replace(h.case, budget=TimeBudget()), h.root, others, h.values, steps=0)
-    if bare is None:
-        return None
-    rest = find_rest_at(bare, explain_at(bare.linearised, Location((part,))))
-    return trace(bare.linearised, rest.heat, rest.left)
+    return None if bare is None else trace(bare.linearised, of, find_rest_at(bare, of).left)

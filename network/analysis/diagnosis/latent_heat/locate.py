@@ -156,13 +156,8 @@ def _at_cells(data: Measured, prediction: Prediction, t: Array) -> Array:
 
 def explain_unknown(fit: Linearised, of: UnknownHeat) -> UnknownHeat:
     """The heat at a place anew, where nothing but noise is left beside it."""
-    return explain_at(fit, of.at)
-
-
-def explain_at(fit: Linearised, at: Location) -> UnknownHeat:
-    """The heat that explains most at one place, where nothing but noise is left beside it."""
     knots = [heat_knots(d, KNOTS) for d in fit.problem.data]
-    return _explain_place(fit, _place(fit, at, knots), knots, 1.0)
+    return _explain_place(fit, _place(fit, of.at, knots), knots, 1.0)
 
 
 def rows_of(fit: Linearised, of: UnknownHeat) -> Array:
