@@ -29,7 +29,7 @@ from network.analysis.diagnosis.screening.screen import Score
 from network.analysis.diagnosis.screening.screening import Screening
 from network.analysis.diagnosis.search import last_of
 from network.analysis.diagnosis.search_record import Search
-from network.analysis.diagnosis.steps import backward_elimination, forward_selection, refit, unseen_runs
+from network.analysis.diagnosis.steps import backward_elimination, forward_selection, refit, trial_fits, unseen_runs
 from network.analysis.diagnosis.steps.placement import _widest, move_stretch, place_best
 from network.analysis.diagnosis.steps.selection import Selection
 from network.analysis.diagnosis.steps.unseen_runs import Unseen
@@ -386,7 +386,7 @@ def test_paths_that_touch_the_best_one_are_fitted_whatever_their_score() -> None
     first = next(c for c in proposed if c.kind is Conduction and len(c.places) == 2)
     scores = tuple(Score(c, 0.0, 0.01, 1.0, np.empty(0)) for c in proposed if c is not first)
     best = replace(h, found=(first,))
-    trials = refit.TrialFits(h, h, (), begun.append, scores)  # type: ignore[arg-type]
+    trials = trial_fits.TrialFits(h, h, (), begun.append, scores)  # type: ignore[arg-type]
     assert trials.around([best], 1).fits == ()
     assert [s.amplitude for s in begun] == [1.0] * len(begun)
     beside = {s.candidate.places for s in begun}
@@ -415,7 +415,7 @@ def test_relays_are_looked_for_again_where_they_may_show(monkeypatch: pytest.Mon
 
 def test_what_comes_late_goes_on_only_near_what_led_before() -> None:
     current, far, near = (SimpleNamespace(evidence=x) for x in (0.0, 500.0, 900.0))
-    part = refit._part_likely
+    part = trial_fits.part_likely
     assert part(current, [near, far], 6, 0.7)[0] == [near, far], "two go on in any case"  # type: ignore[arg-type]
     assert part(current, [near, far], 6, 0.7, 1000.0)[0] == [near]  # type: ignore[arg-type]
     assert part(current, [near, far], 6, 0.7, 9000.0)[0] == []  # type: ignore[arg-type]

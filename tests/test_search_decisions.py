@@ -36,7 +36,15 @@ from network.analysis.diagnosis.screening.crossed_splits import UnseenTest
 from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.standstill import find_standstill
-from network.analysis.diagnosis.steps import forward_selection, next_finding, placement, refit, rival_acceptance
+from network.analysis.diagnosis.steps import (
+    forward_selection,
+    next_finding,
+    placement,
+    refit,
+    rival_acceptance,
+    shortlist,
+    trial_fits,
+)
 from network.analysis.diagnosis.steps.selection import Selection
 from network.analysis.diagnosis.switching.relay_search import _keep_of_each, rank_likely_places
 from network.analysis.diagnosis.switching.sample_refinement import DAMPED, _At, _steps, refine_samples
@@ -352,19 +360,19 @@ def test_a_trial_whose_relays_slip_is_led_back_into_step_from_the_file(
         return h(chi, 400.0, name="direct", fit=fitted, **same)
 
     same = {"case": bare(budget=TimeBudget()), "machine": "machine", "own": (), "own_values": {"own": 1.0}}
-    monkeypatch.setattr(refit, "fit_hypothesis", fit)
-    monkeypatch.setattr(refit, "lead_into_step", lead)
-    monkeypatch.setattr(refit, "settle_hypothesis", lambda each, is_late, steps: each)
-    monkeypatch.setattr(refit, "compact", lambda each: each)
-    assert refit._finish_fit(h(1.4, 350.0, **same, values="bent")).name == told
+    monkeypatch.setattr(trial_fits, "fit_hypothesis", fit)
+    monkeypatch.setattr(trial_fits, "lead_into_step", lead)
+    monkeypatch.setattr(trial_fits, "settle_hypothesis", lambda each, is_late, steps: each)
+    monkeypatch.setattr(trial_fits, "compact", lambda each: each)
+    assert trial_fits._finish_fit(h(1.4, 350.0, **same, values="bent")).name == told
 
 
 def test_what_grows_does_not_fill_the_list_of_what_is_fitted() -> None:
     """All that moves one axis scores alike."""
     grows = [bare(candidate=bare(key=("tcp", i), kind=i // 3, section="tcp"), gain=900.0 - i) for i in range(15)]
     paths = [bare(candidate=bare(key=("links", i), kind=9, section="links"), gain=50.0 - i) for i in range(2)]
-    told = refit.shortlist([*grows, *paths], (), refit.LONGER)
-    assert {*map(id, told)} == {*map(id, [*grows[: refit.THAT_MOVE], *paths])}
+    told = shortlist.shortlist([*grows, *paths], (), shortlist.LONGER)
+    assert {*map(id, told)} == {*map(id, [*grows[: shortlist.THAT_MOVE], *paths])}
 
 
 @pytest.mark.parametrize("is_late", [False, True])
@@ -381,7 +389,7 @@ def test_the_foremost_of_both_screenings_are_fitted_first_where_it_is_late(
     monkeypatch.setattr(refit, "_about_file", lambda *of: about_file)
     monkeypatch.setattr(refit, "score_by_thermometers", lambda *of: None)
     monkeypatch.setattr(refit, "on_few_runs", lambda current: current)
-    monkeypatch.setattr(refit, "_fit_all", lambda begin, trials, jobs, tell=None: [*trials])
+    monkeypatch.setattr(refit, "fit_all", lambda begin, trials, jobs, tell=None: [*trials])
     told = [*refit.start_trials(bare(machine=bare(lumps=9)), (), about_fit, 1, is_late=is_late)]
     assert {s.candidate.key[0] for s in told[0].fits} == set("abde" if is_late else "abcde")
     assert len(told[-1].fits) == 5 and all(s in told[-1].fits for s in about_fit) and not told[-1].rest

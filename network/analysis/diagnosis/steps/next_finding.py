@@ -16,8 +16,9 @@ from network.analysis.diagnosis.screening.screening import Screening
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.placement import place_ranked
 from network.analysis.diagnosis.steps.ranking import best_first
-from network.analysis.diagnosis.steps.refit import LATE, TrialFits, start_trials
+from network.analysis.diagnosis.steps.refit import start_trials
 from network.analysis.diagnosis.steps.rival_acceptance import accept_best, list_contenders, take_first
+from network.analysis.diagnosis.steps.trial_fits import LATE, TrialFits
 from network.analysis.diagnosis.switching.relay_search import (
     rank_likely_places,
     search_relays,
