@@ -29,7 +29,14 @@ from network.analysis.diagnosis.screening.screen import Score
 from network.analysis.diagnosis.screening.screening import Screening
 from network.analysis.diagnosis.search import last_of
 from network.analysis.diagnosis.search_record import Search
-from network.analysis.diagnosis.steps import backward_elimination, forward_selection, refit, trial_fits, unseen_runs
+from network.analysis.diagnosis.steps import (
+    backward_elimination,
+    first_rivals,
+    forward_selection,
+    refit,
+    trial_fits,
+    unseen_runs,
+)
 from network.analysis.diagnosis.steps.placement import _widest, move_stretch, place_best
 from network.analysis.diagnosis.steps.selection import Selection
 from network.analysis.diagnosis.steps.unseen_runs import Unseen
@@ -354,8 +361,8 @@ def test_what_does_not_hold_at_the_end_goes_and_the_rest_is_judged_again(monkeyp
         return SimpleNamespace(evidence=beside_heat.get("".join(h.found), 10 * h.evidence))
 
     monkeypatch.setattr(backward_elimination, "find_rest", find_rest)
-    monkeypatch.setattr(backward_elimination, "_refit", lambda current, other: hypothesis("".join(other[0])))
-    monkeypatch.setattr(backward_elimination, "_finish_fit", lambda h: h)
+    monkeypatch.setattr(backward_elimination, "refit_with", lambda current, other: hypothesis("".join(other[0])))
+    monkeypatch.setattr(backward_elimination, "finish_fit", lambda h: h)
     monkeypatch.setattr(backward_elimination, "reweight", lambda case, h: h)
     monkeypatch.setattr(backward_elimination, "estimate_noise", lambda case, h: case)
     monkeypatch.setattr(backward_elimination, "run_all", lambda work, items, jobs: [work(x) for x in items])
@@ -439,11 +446,11 @@ def test_another_kind_in_the_place_of_the_first_finding_is_tried_beside_the_late
     pump = next(c for c in able if c.kind.kind == "heat_source" and c.places == ("column",))
     wrong = fit_findings(case, known, (mass, pump), {**bare_machine.values, **mass.usual, **pump.usual})
     assert wrong is not None
-    there = [c for c, _ in backward_elimination._list_there(wrong, {mass.key}, 1)]
+    there = [c for c, _ in first_rivals._list_there(wrong, {mass.key}, 1)]
     assert there[0].kind.kind == "foundation" and all(c.parts == mass.parts and c.key != mass.key for c in there)
     steps = ((replace(wrong, found=(mass,)),), (wrong,))
     now = Selection(wrong, (bare_machine, wrong), steps, (50.0, 50.0))
-    told = backward_elimination.rerank_first(now, 1)
+    told = first_rivals.rerank_first(now, 1)
     assert [c.kind.kind for c in told.best.found] == ["foundation", "heat_source"]
     assert told.steps[0][0].found[-1].kind.kind == "foundation" and told.steps[0][1] is steps[0][0]
     lead = told.steps[0][0].weighed - steps[0][0].weighed

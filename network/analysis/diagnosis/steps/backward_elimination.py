@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from network.analysis.diagnosis.candidates.candidate import Candidate
-from network.analysis.diagnosis.candidates.candidates import candidates
 from network.analysis.diagnosis.hypotheses.case_noise import estimate_noise
 from network.analysis.diagnosis.hypotheses.compact_fit import compact
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings, reweight
 from network.analysis.diagnosis.latent_heat.latent_rest import Rest, find_rest, share_of_rest
 from network.analysis.diagnosis.lumps.coarse_surrogate import build_surrogate
-from network.analysis.diagnosis.screening.screen import SHOWS, score_candidates
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.rival_acceptance import is_worth
 from network.analysis.diagnosis.steps.selection import Selection
@@ -24,9 +22,6 @@ from network.analysis.diagnosis.steps.strength import errors_from_nothing
 from network.analysis.diagnosis.steps.unseen_runs import Unseen, tell_all_unseen
 from network.platform.parallel import run_all
 
-RERANKED, REACH = 3, 3.0
-"""Rivals of the first finding that are tried in its stead, as many others that sit where it does, and how many times
-what the later findings gained they may be behind it."""
 STEPS = 8
 """Of a fit with other findings."""
 
@@ -95,49 +90,10 @@ def share_explained(before: float, after: float) -> float:
     return float(np.clip((before**2 - after**2) / max(before**2 - 1, 1e-9), 0.0, 1.0))
 
 
-def _refit(current: Hypothesis, other: tuple[Sequence[Candidate], Mapping[str, float]]) -> Hypothesis | None:
+def refit_with(current: Hypothesis, other: tuple[Sequence[Candidate], Mapping[str, float]]) -> Hypothesis | None:
     """Other findings from some numbers in the stead of those of a hypothesis."""
     found = fit_findings(current.case, current.root, *other, steps=STEPS)
     return found and compact(found)
-
-
-def rerank_first(now: Selection, jobs: int) -> Selection:
-    """What was found with another one of the first step's rivals in place of the first finding, or something else that
-    sits where that does, where it is better beside the others: what came first may have stood in for two."""
-    current, (first, *_) = now.best, now.steps
-    later = sum(ranked[0].evidence - h.evidence for h, ranked in zip(now.befores[1:], now.steps[1:], strict=True))
-    rivals = [h for h in first[1 : RERANKED + 1] if first[0].evidence - h.evidence < REACH * later]
-    others = [((h.found[-1], *current.found[1:]), h.values | current.values) for h in rivals]
-    tried = {h.found[-1].key for h in (first[0], *rivals)}
-    others += [((c, *current.found[1:]), values) for c, values in _list_there(current, tried, jobs)]
-    told = run_all(partial(_refit, current), others, jobs)
-    better = max((h for h in told if h is not None), key=lambda h: h.evidence, default=current)
-    return _exchange_first(now, _finish_fit(better)) if better.evidence > current.evidence else now
-
-
-def _exchange_first(now: Selection, better: Hypothesis) -> Selection:
-    """A selection with another first finding, which leads its step by what it gains beside the later ones."""
-    (first, *later), current = now.steps, now.best
-    alone = fit_findings(current.case, current.root, better.found[:1], better.values, steps=STEPS)
-    if alone is None:
-        return replace(now, best=better)
-    lead = replace(compact(alone), beside=first[0].weighed + better.evidence - current.evidence)
-    rest = [h for h in first if h.found[-1].key != lead.found[-1].key]
-    return replace(now, best=better, steps=((lead, *rest), *later))
-
-
-def _list_there(
-    current: Hypothesis, tried: Collection[tuple[str, ...]], jobs: int
-) -> Iterator[tuple[Candidate, dict[str, float]]]:
-    """What else shows most in the parts of the first finding beside the later ones alone, and the numbers there."""
-    (first, *later), case = current.found, current.case
-    less = fit_findings(case, current.root, later, current.values, steps=STEPS) if later and first.parts else None
-    if less is not None:
-        proposed = candidates(less.machine, case.drivers, runs=case.runs)
-        there = [c for c in proposed if c.parts == first.parts and c.key not in tried and not c.switches]
-        for score in score_candidates(less.linearised, there, less.values, jobs)[:RERANKED]:
-            if score.gain > SHOWS:
-                yield score.candidate, {**less.values, **score.best}
 
 
 def _eliminate_at_end(now: Selection, jobs: int, is_apart: bool) -> tuple[Hypothesis, tuple[float, ...]]:
@@ -165,7 +121,7 @@ def _eliminate(current: Hypothesis, now: Selection, jobs: int, is_apart: bool) -
     gains: list[float] = []
     while current.found:
         rests = [[c for c in current.found if c is not out] for out in current.found]
-        less = run_all(partial(_refit, current), [(rest, current.values) for rest in rests], jobs)
+        less = run_all(partial(refit_with, current), [(rest, current.values) for rest in rests], jobs)
         rest = find_rest(current) if is_apart and len(current.found) > 1 else None
         tried = [
             (c, h, rest is not None and _is_of_one_half(now, c) and not _completes(h, now.best))
@@ -176,7 +132,7 @@ def _eliminate(current: Hypothesis, now: Selection, jobs: int, is_apart: bool) -
         other = less[k]
         if other is None or gains[k] >= now.threshold:
             break
-        current = _finish_fit(other)
+        current = finish_fit(other)
     return current, tuple(gains) if current.found else ()
 
 
@@ -218,5 +174,5 @@ def is_imitation(whole: Rest, less: Hypothesis, is_steady: bool = False) -> bool
     return whole.evidence - find_rest(less).evidence < (0.0 if is_steady else SETTINGS.alike)
 
 
-def _finish_fit(h: Hypothesis) -> Hypothesis:
+def finish_fit(h: Hypothesis) -> Hypothesis:
     return fit_findings(h.case, h.root, h.found, h.values) or h

@@ -22,7 +22,8 @@ from network.analysis.diagnosis.screening.screening import (
 )
 from network.analysis.diagnosis.screening.significance import null_threshold
 from network.analysis.diagnosis.settings import SETTINGS
-from network.analysis.diagnosis.steps.backward_elimination import check_selection, rerank_first
+from network.analysis.diagnosis.steps.backward_elimination import check_selection
+from network.analysis.diagnosis.steps.first_rivals import rerank_first
 from network.analysis.diagnosis.steps.next_finding import HOPE, is_told_so_far, select_next, shows_nothing
 from network.analysis.diagnosis.steps.rival_acceptance import INTERIM_STEPS
 from network.analysis.diagnosis.steps.selection import Selection
