@@ -27,7 +27,7 @@ from network.analysis.diagnosis.lumps.coarse_surrogate import build_surrogate
 from network.analysis.diagnosis.lumps.lump_refinement import list_finer_machines
 from network.analysis.diagnosis.screening.screen import Score
 from network.analysis.diagnosis.screening.screening import Screening
-from network.analysis.diagnosis.search import last_of
+from network.analysis.diagnosis.search_end import last_of
 from network.analysis.diagnosis.search_record import Search
 from network.analysis.diagnosis.steps import (
     backward_elimination,

@@ -10,7 +10,7 @@ import pytest
 from build import machine
 from test_small_decisions import bare
 
-from network.analysis.diagnosis import readings_set_right, search, time_budget
+from network.analysis.diagnosis import readings_set_right, search, search_end, time_budget
 from network.analysis.diagnosis.experiments import advice, separation
 from network.analysis.diagnosis.experiments.programs import Driver, _ladder
 from network.analysis.diagnosis.findings import (
@@ -1454,10 +1454,10 @@ def test_what_was_fitted_in_passing_is_finished_where_the_time_is_up(
 ) -> None:
     """Not where it was tested, and not where somebody waits for it to stop; nor is it told where recordings that did
     not choose it do not show it."""
-    monkeypatch.setattr(search, "replace", lambda of, **new: bare(**{**of.__dict__, **new}))
-    monkeypatch.setattr(search, "finish_in_passing", lambda best: "finished")
+    monkeypatch.setattr(search_end, "replace", lambda of, **new: bare(**{**of.__dict__, **new}))
+    monkeypatch.setattr(search_end, "finish_in_passing", lambda best: "finished")
     chosen = bare(best="in passing", gains=(9.0,), is_checked=is_checked, is_doubted=is_doubted)
-    ended = search._end_early(bare(null="null", selection=chosen), end).selection
+    ended = search_end._end_early(bare(null="null", selection=chosen), end).selection
     assert (ended.best, ended.gains) == (told, () if told == "null" else (9.0,))
 
 
@@ -1480,10 +1480,10 @@ def test_a_stop_while_something_is_finished_leaves_what_there_was(monkeypatch: p
     def stop(best: Any) -> Any:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(search, "replace", lambda of, **new: bare(**{**of.__dict__, **new}))
-    monkeypatch.setattr(search, "finish_in_passing", stop)
+    monkeypatch.setattr(search_end, "replace", lambda of, **new: bare(**{**of.__dict__, **new}))
+    monkeypatch.setattr(search_end, "finish_in_passing", stop)
     chosen = bare(best="in passing", is_checked=False, is_doubted=False)
-    now = search._end_early(bare(selection=chosen), BudgetReached())
+    now = search_end._end_early(bare(selection=chosen), BudgetReached())
     assert (now.ended, now.selection.best) == ("stopped", "in passing")
 
 

@@ -14,7 +14,8 @@ from network.analysis.diagnosis.findings.result import Diagnosis
 from network.analysis.diagnosis.findings.simulated_runs import SimulatedRuns, simulate_calibrated
 from network.analysis.diagnosis.findings.verdict import conclude
 from network.analysis.diagnosis.hypotheses.case import Case
-from network.analysis.diagnosis.search import last_of, search
+from network.analysis.diagnosis.search import search
+from network.analysis.diagnosis.search_end import last_of
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.time_budget import TimeBudget
 from network.engine.response.parameters import free_parameters

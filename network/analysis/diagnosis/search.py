@@ -17,7 +17,6 @@ from network.analysis.calibration.null import Null
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.case_noise import estimate_noise, use_file_noise
 from network.analysis.diagnosis.hypotheses.faced_relays import fit_written, keep_in_step
-from network.analysis.diagnosis.hypotheses.few_runs import finish_in_passing
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis, reweight, state
 from network.analysis.diagnosis.lumps.lump_convergence import refine_until_converged
@@ -30,9 +29,7 @@ from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.forward_selection import select_forward
 from network.analysis.diagnosis.steps.selection import Selection
 from network.analysis.diagnosis.steps.unseen_runs import unseen_misfit
-from network.analysis.diagnosis.time_budget import BudgetReached, TimeBudget
 from network.analysis.diagnosis.tracks import Track, list_begins, list_tracks
-from network.platform.parallel import check_each
 from network.platform.refusal import Failed
 
 
@@ -173,42 +170,6 @@ def _is_taken(selection: Selection, track: Track, before: Search) -> bool:
 def _beats(selection: Selection, best: Search, case: Case) -> bool:
     """Under one noise."""
     return reweight(case, selection.best).evidence > reweight(case, best.best).evidence
-
-
-def last_of(states: Iterator[Search], budget: TimeBudget) -> Search:
-    """What a search comes to, or came to until it ran out of time, was stopped, or came upon runs that break down.
-    Raises what ended it where that was before anything is known."""
-    last: Search | None = None
-    try:
-        with check_each(budget.check):
-            for state_now in states:
-                last = state_now
-    except (BudgetReached, KeyboardInterrupt, Failed, np.linalg.LinAlgError) as end:
-        if last is None:
-            raise
-        return _end_early(last, end)
-    assert last is not None
-    return last
-
-
-def _end_early(last: Search, end: BaseException) -> Search:
-    """What a search had come to; what was not tested to the end was fitted in passing, and is now in a few steps, but
-    the null stands where recordings that did not choose it neither show nor choose it."""
-    last, chosen = replace(last, ended=_how_ended(end)), last.selection
-    if last.ended != "budget" or chosen.is_checked:
-        return last
-    if chosen.is_doubted:
-        return replace(last, selection=replace(chosen, best=last.null, gains=()))
-    try:
-        return replace(last, selection=replace(chosen, best=finish_in_passing(chosen.best)))
-    except KeyboardInterrupt:
-        return replace(last, ended="stopped")
-
-
-def _how_ended(end: BaseException) -> str:
-    if isinstance(end, BudgetReached):
-        return "budget"
-    return "stopped" if isinstance(end, KeyboardInterrupt) else "broken"
 
 
 def _evidence(h: Hypothesis) -> float:
