@@ -19,6 +19,7 @@ from proof.score import READ
 from proof.sealed import seal_of
 
 from network.analysis.diagnosis.findings import conformal
+from network.analysis.diagnosis.findings.conclusion import _share_belief
 from network.analysis.diagnosis.findings.conformal import (
     Calibration,
     Explanation,
@@ -28,7 +29,6 @@ from network.analysis.diagnosis.findings.conformal import (
     shipped,
 )
 from network.analysis.diagnosis.findings.finding import UNKNOWN
-from network.analysis.diagnosis.findings.verdict import _share_belief
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.ranking import belief_in_nothing
 from network.report.words.diagnosis_words import tell_diagnosis

@@ -14,6 +14,7 @@ from network.analysis.diagnosis import readings_set_right, search, search_end, t
 from network.analysis.diagnosis.experiments import advice, separation
 from network.analysis.diagnosis.experiments.programs import Driver, _ladder
 from network.analysis.diagnosis.findings import (
+    conclusion,
     diagnosis_notes,
     findings,
     simulated_findings,
@@ -788,7 +789,7 @@ def test_the_verdict(
         bare(name=n, channels=("T",) * (n == "sensor"), confidence=0.3 if n == "unsure" else 0.9, is_stop=False)
         for n in given
     ]
-    found, said = verdict._decide_verdict(search, told_findings, coarse and bare(name=coarse), refuted)
+    found, said = verdict.decide_verdict(search, told_findings, coarse and bare(name=coarse), refuted)
     assert ([f.name for f in found], said) == told
 
 
@@ -802,10 +803,10 @@ def test_lumps_that_explain_all_and_were_taken_back_are_what_is_told(
 ) -> None:
     search = search_of(DOUBTFUL + 0.1)
     search.null, search.written = bare(chi=chi, machine=bare(lumps=9)), bare(machine=bare(lumps=3))
-    monkeypatch.setattr(verdict, "has_relays", lambda machine: relays)
-    assert verdict._is_untaken(search, refuted) is told
+    monkeypatch.setattr(conclusion, "has_relays", lambda machine: relays)
+    assert conclusion._is_untaken(search, refuted) is told
     monkeypatch.setattr(verdict, "is_finer", lambda search: False)
-    assert verdict._decide_verdict(search, [], bare(name="cut"), True)[1] == "too_coarse"
+    assert verdict.decide_verdict(search, [], bare(name="cut"), True)[1] == "too_coarse"
 
 
 @pytest.mark.parametrize(
@@ -822,7 +823,7 @@ def test_nothing_is_told_that_lumps_may_be_where_there_was_no_time_for_them(
     monkeypatch.setattr(verdict, "lacks_what_is_left", lambda h, jobs: lacks)
     monkeypatch.setattr(verdict, "is_finer", lambda search: finer)
     monkeypatch.setattr(verdict, "find_unknown", lambda search: bare(name="unknown", kind="unknown"))
-    found, said = verdict._decide_verdict(search, [], None, False)
+    found, said = verdict.decide_verdict(search, [], None, False)
     assert ([f.name for f in found], said) == ((["unknown"], "unexplained") if finer else told)
 
 
@@ -841,8 +842,8 @@ def test_what_is_left_beside_a_fault_of_readings_is_told_where_there_was_no_time
     monkeypatch.setattr(verdict, "replace", lambda of, **new: of)
     whole, search = search_of(9.0, untested_from=chi), search_of(9.0, found=found)
     search.fault, search.ended = fault, ended
-    assert verdict._find_beside(whole, search, [bare(is_unnamed=False)], 1) == (["unknown"] if told else [])
-    assert verdict._find_beside(whole, search, [bare(is_unnamed=True)], 1) == []
+    assert verdict.find_beside(whole, search, [bare(is_unnamed=False)], 1) == (["unknown"] if told else [])
+    assert verdict.find_beside(whole, search, [bare(is_unnamed=True)], 1) == []
 
 
 @pytest.mark.parametrize(("lack", "told"), [(0.0, False), (44.0, False), (46.0, True)])

@@ -9,10 +9,10 @@ from network.analysis.calibration.identifiability_report import describe_disagre
 from network.analysis.calibration.misfit import chi_of
 from network.analysis.calibration.null import Null, estimate_null
 from network.analysis.calibration.one_machine import find_disagreements
+from network.analysis.diagnosis.findings.conclusion import conclude
 from network.analysis.diagnosis.findings.holdout_admission import Intake, admit_runs
 from network.analysis.diagnosis.findings.result import Diagnosis
 from network.analysis.diagnosis.findings.simulated_runs import SimulatedRuns, simulate_calibrated
-from network.analysis.diagnosis.findings.verdict import conclude
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.search import search
 from network.analysis.diagnosis.search_end import last_of
