@@ -23,7 +23,13 @@ from network.analysis.diagnosis.findings import (
 )
 from network.analysis.diagnosis.findings.finding import Finding
 from network.analysis.diagnosis.hypotheses import falling_short, few_runs, fresh_fit
-from network.analysis.diagnosis.intermittent import channel_fault, channel_samples, find_onset_fault, intermittent_fault
+from network.analysis.diagnosis.intermittent import (
+    channel_fault,
+    channel_samples,
+    corrected_onset,
+    find_onset_fault,
+    intermittent_fault,
+)
 from network.analysis.diagnosis.lumps import (
     coarse_surrogate,
     lump_convergence,
@@ -1083,12 +1089,12 @@ def test_a_fault_that_could_be_heat_is_told_where_hardly_anything_is_left(
 ) -> None:
     """Half of a large misfit may be what a drift imitates, unless lumps leave the rest; a clear jump is a fault
     whatever else is missing."""
-    monkeypatch.setattr(find_onset_fault, "ResidualSteps", lambda fit, recordings: None)
+    monkeypatch.setattr(corrected_onset, "ResidualSteps", lambda fit, recordings: None)
     jump = bare(is_due=False, is_seen=False, is_clear=is_clear)
-    monkeypatch.setattr(find_onset_fault, "watch_jump", lambda steps, o: jump)
-    monkeypatch.setattr(find_onset_fault, "excess_of", lambda fit, channels, runs: fit.chi**2 - 1)
+    monkeypatch.setattr(corrected_onset, "watch_jump", lambda steps, o: jump)
+    monkeypatch.setattr(corrected_onset, "excess_of", lambda fit, channels, runs: fit.chi**2 - 1)
     fault = bare(recordings=(), onset=bare(run=0), channel="T motor")
-    tried = find_onset_fault._Corrected(fault, h(20.0), h(left))
+    tried = corrected_onset.Corrected(fault, h(20.0), h(left))
     assert (tried.holds, tried.is_alone) == told
 
 
@@ -1110,7 +1116,7 @@ def test_what_else_a_jump_could_be_is_told_where_the_best_does_not_hold(
     monkeypatch.setattr(
         find_onset_fault, "_try_first", lambda of, f: bare(fault=f, is_of=lambda f: not whole) if f.gain > 0 else None
     )
-    monkeypatch.setattr(find_onset_fault, "_correct", lambda of, f: asked.append(f.name) or bare(fault=f))
+    monkeypatch.setattr(find_onset_fault, "correct_onset", lambda of, f: asked.append(f.name) or bare(fault=f))
     monkeypatch.setattr(
         find_onset_fault,
         "_settle",
@@ -1133,7 +1139,7 @@ def test_a_clear_jump_of_many_runs_is_tried_in_its_own_and_the_worst_of_the_othe
     monkeypatch.setattr(find_onset_fault, "list_worst_runs", lambda of, few: [1, 4])
     monkeypatch.setattr(find_onset_fault, "on_runs", lambda of, chosen: bare(case=of.case.of(chosen)))
     monkeypatch.setattr(find_onset_fault, "replace", lambda of, **new: bare(**{**of.__dict__, **new}))
-    monkeypatch.setattr(find_onset_fault, "_correct", lambda of, f: asked.append(f) or bare(fault=f, holds=mends))
+    monkeypatch.setattr(find_onset_fault, "correct_onset", lambda of, f: asked.append(f) or bare(fault=f, holds=mends))
     case = bare(recordings=tuple(range(count)), of=lambda chosen: bare(recordings=tuple(chosen)))
     fault = bare(onset=bare(run=1), is_clear=is_clear, gain=9.0, recordings=case.recordings)
     assert (find_onset_fault._try_first(bare(case=case), fault) is not None) is told

@@ -12,8 +12,7 @@ that away is looked at again beside finer ones, where it has to hold (search).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 
 from network.analysis.calibration.linearised import linearise
 from network.analysis.diagnosis.hypotheses.falling_short import leaves_too_much, share_shown
@@ -22,14 +21,11 @@ from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.intermittent.channel_fault import (
     LEFT,
     PER_WINDOW,
-    fit_both,
-    is_mended,
 )
-from network.analysis.diagnosis.intermittent.channel_samples import excess_of
+from network.analysis.diagnosis.intermittent.corrected_onset import Corrected, correct_onset
 from network.analysis.diagnosis.intermittent.fault_shapes import list_shapes
 from network.analysis.diagnosis.intermittent.onset_fault import OnsetFault
 from network.analysis.diagnosis.intermittent.onset_jump import (
-    Jump,
     ResidualSteps,
     begin_with_jump,
     list_lone_jumps,
@@ -116,70 +112,30 @@ def _confirm_best(h: Hypothesis, faults: Iterable[OnsetFault]) -> tuple[OnsetFau
     pairs = [(f, tried) for f in faults if (tried := _try_first(h, f)) is not None]
     ranked = sorted(pairs, key=lambda pair: -pair[1].fault.gain)
     for fault, tried in (pair for pair in ranked if pair[0].jump == ranked[0][0].jump):
-        whole = tried if tried.is_of(fault) else _correct(h, fault)
+        whole = tried if tried.is_of(fault) else correct_onset(h, fault)
         settled = _settle(h, whole) if whole is not None and whole.fault.gain > 0 else None
         if settled is not None and settled.holds:
             return replace(settled.fault, is_open=not settled.is_alone), settled.after
     return None
 
 
-@dataclass(frozen=True, eq=False)
-class _Corrected:
-    """Fits to readings with a fault in them and without it."""
-
-    fault: OnsetFault
-    before: Hypothesis
-    after: Hypothesis
-
-    @property
-    def holds(self) -> bool:
-        """Whether it jumps where its size says so, and takes away most of what was left: of that channel in that run
-        where a jump shows it that nothing else could be, else of all."""
-        if self._jump.is_due and not self._jump.is_seen:
-            return False
-        return is_mended(self.before, self.after) or self._is_shown
-
-    def is_of(self, fault: OnsetFault) -> bool:
-        """Whether the fits are of all its recordings."""
-        return len(self.fault.recordings) == len(fault.recordings)
-
-    @property
-    def is_alone(self) -> bool:
-        """Whether hardly anything is left beside it, or its jump shows it whatever is."""
-        return self.after.chi <= SETTINGS.adequate or self._is_shown
-
-    @cached_property
-    def _jump(self) -> Jump:
-        return watch_jump(ResidualSteps(self.after, self.fault.recordings), self.fault.onset)
-
-    @cached_property
-    def _is_shown(self) -> bool:
-        left = [excess_of(x, [self.fault.channel], [self.fault.onset.run]) for x in (self.before, self.after)]
-        return self._jump.is_clear and left[1] <= LEFT * left[0]
-
-
-def _try_first(h: Hypothesis, fault: OnsetFault) -> _Corrected | None:
+def _try_first(h: Hypothesis, fault: OnsetFault) -> Corrected | None:
     """Fits that tell whether a fault explains anything: of a clear jump, where there are many runs, in its own and the
     worst of the others, for what numbers that are free to follow these alone do not mend does not hold on all. None
     where it does not. What is not clear is tried on all: its instant is still open."""
     own = fault.onset.run
     if not fault.is_clear or len(h.case.recordings) <= SEARCHED:
-        whole = _correct(h, fault)
+        whole = correct_onset(h, fault)
         return whole if whole is not None and whole.fault.gain > 0 else None
     other = next(run for run in (*list_worst_runs(h, 1), *list_worst_runs(h, FEW)) if run != own)
     runs = sorted([own, other])
     few = on_runs(h, runs)
     begun = replace(fault, recordings=few.case.recordings, onset=replace(fault.onset, run=runs.index(own)))
-    tried = _correct(few, begun)
+    tried = correct_onset(few, begun)
     return tried if tried is not None and tried.fault.gain > 0 and tried.holds else None
 
 
-def _correct(h: Hypothesis, fault: OnsetFault, begin: Hypothesis | None = None) -> _Corrected | None:
-    fits = fit_both(h, fault, begin)
-    return None if fits is None else _Corrected(replace(fault, gain=fits[2]), *fits[:2])
-
-
-def _settle(h: Hypothesis, best: _Corrected) -> _Corrected:
+def _settle(h: Hypothesis, best: Corrected) -> Corrected:
     """The fault with its instant and size found again in the readings as they were, about the numbers that a fit finds
     once it is set right. Where these still leave much, a clear jump tells more than they do."""
     first = best
@@ -191,7 +147,7 @@ def _settle(h: Hypothesis, best: _Corrected) -> _Corrected:
         onset = OnsetScan(about, (known.shape,), h.case.recordings, after.chi).again(known)
         if onset is None or not onset.shape.allows(onset.size):
             break
-        again = _correct(h, replace(best.fault, onset=onset), after)
+        again = correct_onset(h, replace(best.fault, onset=onset), after)
         if again is None:
             break
         least = SETTLED * max(1.0, best.after.chi) ** 2
