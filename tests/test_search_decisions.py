@@ -30,6 +30,7 @@ from network.analysis.diagnosis.intermittent import (
     find_onset_fault,
     intermittent_fault,
 )
+from network.analysis.diagnosis.latent_heat.location import Location
 from network.analysis.diagnosis.lumps import (
     coarse_surrogate,
     lump_convergence,
@@ -727,7 +728,7 @@ def test_parts_are_meant_whose_lumps_change_much_of_what_those_of_any_do(monkeyp
 
 
 # -- what is said ---------------------------------------------------------------------------------------------------
-SHOWN, CHANCE = bare(gain=13.0), bare(gain=11.0)
+SHOWN, CHANCE = (bare(gain=gain, at=Location(("bed",)), probability=0.4) for gain in (13.0, 11.0))
 
 
 IN = ("named",)
@@ -831,6 +832,19 @@ def test_nothing_is_told_that_lumps_may_be_where_there_was_no_time_for_them(
     monkeypatch.setattr(verdict, "find_unknown", lambda search: bare(name="unknown", kind="unknown"))
     found, said = verdict.decide_verdict(search, [], None, False)
     assert ([f.name for f in found], said) == ((["unknown"], "unexplained") if finer else told)
+
+
+@pytest.mark.parametrize(
+    ("at", "probability", "told"),
+    [(("bed",), 0.999, False), (("bed",), 0.98, True), (("bed", "column"), 0.999, True)],
+)
+def test_heat_in_one_part_alone_is_not_what_lumps_lack(
+    at: tuple[str, ...], probability: float, told: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    search = search_of(DOUBTFUL + 0.1)
+    search.ended, search.located = "budget", [bare(at=Location(at), probability=probability)]
+    monkeypatch.setattr(verdict, "lacks_what_is_left", lambda h, jobs: True)
+    assert verdict._may_be_lumps(search, 1) is told
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from network.analysis.diagnosis.findings.findings import is_shadow
 from network.analysis.diagnosis.findings.simulated_findings import is_finer
 from network.analysis.diagnosis.findings.unnamed_findings import find_unknown, list_read
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
 from network.analysis.diagnosis.lumps.lump_shortfall import lacks_what_is_left
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.refit import linearise_at_priors
@@ -62,8 +63,15 @@ def find_beside(whole: Search, search: Search, findings: Sequence[Finding], jobs
 
 
 def _may_be_lumps(search: Search, jobs: int) -> bool:
-    """Whether the time was up before lumps were found that do not lack as much as is left."""
-    return search.ended == "budget" and lacks_what_is_left(search.best, jobs)
+    """Whether the time was up before lumps were found that do not lack as much as is left; what all bars lack a little
+    of is not heat in one part alone."""
+    if search.ended != "budget" or _is_in_one_part(search.located[0]):
+        return False
+    return lacks_what_is_left(search.best, jobs)
+
+
+def _is_in_one_part(first: UnknownHeat) -> bool:
+    return first.at.kind == "node" and first.probability > SETTINGS.most_sure
 
 
 def _doubt_stop(finding: Finding) -> Finding:
