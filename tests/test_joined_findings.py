@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 from network.analysis.diagnosis.findings.finding import UNKNOWN, Finding, Quantity
@@ -9,7 +10,6 @@ from network.analysis.diagnosis.findings.invariants import MAY_BE_ONE
 from network.analysis.diagnosis.findings.joined_findings import NOT_ALL, join_alike, join_rests
 from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.patch import Patch
-from network.catalogue.declaration.places import Place
 
 
 def tell(kind: str, confidence: float, name: str = "warm", **more: object) -> Finding:
@@ -47,7 +47,10 @@ def test_what_has_no_sure_name_in_the_part_that_a_mended_channel_reads_is_what_t
     size = {"share": Quantity(0.3, 0.1, "1")}
     fault = tell("sensor_fault", 0.9, "gone", places=(), channels=("T_bed",), parameters=size)
     left = replace(tell("timed_source", 0.3, sentence="It is left."), kind=UNKNOWN, doubts=("it is small",))
-    reads = {"T_bed": [Place("bed", 0.5)], "T_head": [Place("head", 0.5)]}.__getitem__
+
+    def reads(channels: Iterable[str]) -> list[str]:
+        return [name.removeprefix("T_") for name in channels]
+
     (told,) = join_rests([fault, left], reads)
     assert (told.kind, told.part, told.sentence) == ("sensor_fault", "part", "Bed is warm. It is left.")
     assert told.confidence == fault.confidence > SETTINGS.barred

@@ -3,35 +3,36 @@ fault of a channel leaves there."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
 from network.analysis.diagnosis.findings.finding import Finding
 from network.analysis.diagnosis.findings.invariants import MAY_BE_ONE
 from network.analysis.diagnosis.settings import SETTINGS
 from network.catalogue.declaration.patch import Patch
-from network.catalogue.declaration.places import Place
 
 NOT_ALL = "it does not tell all that shows there"
+Read = Callable[[Iterable[str]], Iterable[str]]
 
 
 def join_alike(findings: Sequence[Finding]) -> list[Finding]:
     """The first of one kind at one place, with the others of it, and a fault of a channel with what it leaves there:
     their form is not exactly that of the kind. Numbers and evidence stay those of the first; the others stand in the
     sentence and in the machine. What stands in the place of an entry that was found is that entry, by its right law."""
-    told: list[Finding] = []
-    for f in findings:
-        k, joined = next(((k, one) for k, first in enumerate(told) if (one := _join(first, f))), (len(told), f))
-        told[k:] = [joined, *told[k + 1 :]]
-    return told
+    return _fold(findings, _join)
 
 
-def join_rests(findings: Sequence[Finding], read: Callable[[str], Sequence[Place]]) -> list[Finding]:
+def join_rests(findings: Sequence[Finding], read: Read) -> list[Finding]:
     """Findings, of which what is in the machine without a sure name, in the parts that a channel reads whose readings
-    were set right by some size, is what that leaves there. read: the places of parts that a channel reads."""
+    were set right by some size, is what that leaves there. read: the parts that some channels read."""
+    return _fold(findings, lambda fault, f: _leave(fault, f) if _is_read_by(fault, f, read) else None)
+
+
+def _fold(findings: Sequence[Finding], join: Callable[[Finding, Finding], Finding | None]) -> list[Finding]:
+    """Each with the first of those before it that takes it in."""
     told: list[Finding] = []
     for f in findings:
-        k, joined = next(((k, _leave(e, f)) for k, e in enumerate(told) if _is_read_by(e, f, read)), (len(told), f))
+        k, joined = next(((k, one) for k, first in enumerate(told) if (one := join(first, f))), (len(told), f))
         told[k:] = [joined, *told[k + 1 :]]
     return told
 
@@ -42,10 +43,10 @@ def _leave(fault: Finding, rest: Finding) -> Finding:
     return replace(lay_together(fault, [rest]), doubts=tuple(doubts), alternatives=others)
 
 
-def _is_read_by(fault: Finding, f: Finding, read: Callable[[str], Sequence[Place]]) -> bool:
+def _is_read_by(fault: Finding, f: Finding, read: Read) -> bool:
     is_fault = fault.holds is None and bool(fault.parameters) and not fault.is_unnamed
     is_rest = f.is_withheld and bool(f.places) and not f.channels
-    return is_fault and is_rest and {*f.places} <= {place.node for name in fault.channels for place in read(name)}
+    return is_fault and is_rest and {*f.places} <= {*read(fault.channels)}
 
 
 def _join(first: Finding, other: Finding) -> Finding | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,7 +17,6 @@ from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.ranking import belief_in_nothing
 from network.catalogue.declaration.entry_path import axis_of
 from network.catalogue.declaration.patch import Patch
-from network.catalogue.declaration.places import Place
 from network.catalogue.suspects.ambient_drift import AmbientDrift
 from network.engine.trajectory import axis_unit
 from network.machine.checks import places_of
@@ -40,7 +40,7 @@ def find_unknown(search: Search, alone: bool = False) -> Finding:
     course = whole or mismatch.trace(top)
     name, size = size_of_unknown(about.machine, course)
     what = f"an unknown {name} of {format_amount(size.value, size.unit)} (rms)"
-    read = [*dict.fromkeys(place.node for n in top.at.channels for place in list_read(about.machine, n))]
+    read = list_read(about.machine, top.at.channels)
     where = f"{' and '.join(top.at.seats)}{f' (it reads {join_names(read)})' if read else ''}"
     said = f"{sentence(what)} at {where} that no kind of the catalogue explains{_tell_beside(alone, whole)}."
     windows = windows_of([whole] if whole else mismatch.places)
@@ -58,10 +58,10 @@ def _tell_beside(alone: bool, whole: UnknownHeat | None) -> str:
     return "; what was found there may be a part of it" if whole else ""
 
 
-def list_read(machine: Machine, channel: str) -> list[Place]:
-    """The places of parts that a channel reads; none of a displacement."""
-    sensor = machine.sensors.get(channel)
-    return [] if sensor is None else [place for _, place in places_of(sensor)]
+def list_read(machine: Machine, channels: Iterable[str]) -> list[str]:
+    """The parts that some channels read, each once; none of a displacement."""
+    sensors = (machine.sensors[name] for name in channels if name in machine.sensors)
+    return [*dict.fromkeys(place.node for sensor in sensors for _, place in places_of(sensor))]
 
 
 def _find_room(search: Search, about: Hypothesis, mismatch: Mismatch) -> Finding:

@@ -90,7 +90,7 @@ def _put_in_order(machine: Machine, unknown: list[Finding], findings: list[Findi
     """What has no name first, but in a channel whose fault is named, and in the parts that it reads: there it is what
     the name leaves."""
     faulty = {name for f in findings for name in f.channels}
-    read = {place.node for name in faulty for place in list_read(machine, name)}
+    read = {*list_read(machine, faulty)}
     is_same = any((u.channels or u.places) and faulty.issuperset(u.channels) and read.issuperset(u.places)
                   for u in unknown)  # fmt: skip
     return [*findings, *unknown] if is_same else [*unknown, *findings]
