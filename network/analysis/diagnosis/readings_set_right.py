@@ -47,7 +47,7 @@ def _find_fault(h: Hypothesis, is_finest: bool, score: Score) -> Found:
 @lru_cache(maxsize=1)
 def _find_fault_once(same: SameFit) -> Found:
     """Of a fit that is looked at before lumps were refined and, where they stay as they are, after."""
-    return find_reading_fault(same.of, partial(_best_score, 1, same.of), may_be_open=True)
+    return find_reading_fault(same.of, partial(_best_score, 1, same.of))
 
 
 def _find_exchanged(h: Hypothesis, is_finest: bool, score: Score) -> Found:

@@ -46,12 +46,10 @@ NEARLY = 1.5
 """Times LEFT that a linear score may leave of the excess, for fits to be tried."""
 
 
-def find_onset_fault(
-    h: Hypothesis, rival_gain: Callable[[], float], may_be_open: bool = False
-) -> tuple[OnsetFault, Hypothesis] | None:
-    """The fault that explains most, and the hypothesis fitted to the readings set right; None where there is none.
-    rival_gain: what the best of the catalogue scores about the same fit [nats]; may_be_open: whether much may be left
-    beside it, for finer lumps to tell."""
+def find_onset_fault(h: Hypothesis, rival_gain: Callable[[], float]) -> tuple[OnsetFault, Hypothesis] | None:
+    """The fault that explains most, and the hypothesis fitted to the readings set right; None where there is none. One
+    that leaves much beside it, for finer lumps to tell, is open, and told where there is no other. rival_gain: what the
+    best of the catalogue scores about the same fit [nats]."""
     recordings = h.case.recordings
     scan, steps = OnsetScan(h.linearised, tuple(list_shapes(h)), recordings), ResidualSteps(h, recordings)
     faults = _list_faults(scan, steps)
@@ -63,7 +61,7 @@ def find_onset_fault(
         if pair is not None and not pair[0].is_open:
             return pair
         open_one = open_one or pair
-    return open_one if may_be_open else None
+    return open_one
 
 
 def _beats_unknown(h: Hypothesis, fault: OnsetFault) -> bool:
