@@ -14,15 +14,20 @@ from network.engine.response.parameters import Parameter
 from network.machine.machine import Machine
 
 MODE = "mode of "
-"""Before the name of a relay: the input that tells whether it is on."""
+"""Before the name of a relay: the input that tells whether it is on, as readings of what it watches show."""
+TRACED = "traced mode of "
+"""The same, as what its heat does to all readings shows."""
 
 
 def follow_relays(machine: Machine, inputs: Container[str]) -> Machine:
     """The machine with those relays switched by inputs for which there is one; itself where there is none."""
     bodies: dict[str, Any] = {}
     for name, entry in machine.sources.items():
-        if isinstance(entry, Relay) and MODE + name in inputs and (body := entry.follow(MODE + name)) is not None:
-            bodies |= {name: body} if list_readers(machine, entry) else {}
+        if not isinstance(entry, Relay):
+            continue
+        told = MODE + name if MODE + name in inputs and list_readers(machine, entry) else TRACED + name
+        if told in inputs and (body := entry.follow(told)) is not None:
+            bodies[name] = body
     return machine.patched({"sources": bodies}) if bodies else machine
 
 

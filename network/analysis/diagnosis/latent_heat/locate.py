@@ -182,10 +182,20 @@ def _explain_place(fit: Linearised, place: _Place, knots: list[Array], scale: fl
     default what is left without it."""
     H, g = fit.weigh_runs(place.answers)
     scale = max(1.0, float(np.mean(fit.left**2))) if scale is None else scale
-    unit = 1 / np.sqrt(max(float(np.diag(H).max()), 1e-300))
-    best = explain_best(H / scale, g / scale, knots, [size * unit for size in SIZES])
+    best = explain_best(H / scale, g / scale, knots, list_sizes(H))
     f, std = best.course, best.std
     cuts = np.cumsum([len(t) for t in knots])[:-1]
     rms = float(np.sqrt(np.mean(f**2)))
     heat, spread = tuple(np.split(f, cuts)), tuple(np.split(std, cuts))
     return UnknownHeat(place.at, 0.0, rms, best.gain, tuple(knots), heat, spread, size=best.size, ell=best.ell)
+
+
+def list_sizes(H: Array) -> list[float]:
+    """1σ of a heat [W] that are tried; H: R Rᵀ of the answers R to 1 W."""
+    unit = 1 / np.sqrt(max(float(np.diag(H).max()), 1e-300))
+    return [size * unit for size in SIZES]
+
+
+def weigh_place(fit: Linearised, at: Location, knots: list[Array]) -> tuple[Array, Array]:
+    """R M Rᵀ and R r of the answers R to 1 W at a place about each knot of the runs."""
+    return fit.weigh_runs(_place(fit, at, knots).answers)

@@ -19,11 +19,8 @@ from network.analysis.diagnosis.steps.ranking import best_first
 from network.analysis.diagnosis.steps.refit import start_trials
 from network.analysis.diagnosis.steps.rival_acceptance import accept_best, list_contenders, take_first
 from network.analysis.diagnosis.steps.trial_fits import LATE, TrialFits
-from network.analysis.diagnosis.switching.relay_search import (
-    rank_likely_places,
-    search_relays,
-    search_shown_relays,
-)
+from network.analysis.diagnosis.switching.followed_search import search_shown_relays, search_traced_relays
+from network.analysis.diagnosis.switching.relay_search import rank_likely_places, search_relays
 
 HOPE = 0.5
 """Linear score of a further candidate over what a name is worth, below which it is not fitted, nor looked at along
@@ -113,6 +110,8 @@ def _search_switching(seen: Screening, seed: int, jobs: int) -> list[Hypothesis]
     switched, case = [c for c in seen.proposed if c.switches], seen.before.case
     found = search_shown_relays(case, seen.before, switched, jobs)
     if not found or found[0].chi >= SETTINGS.adequate:
+        found = best_first(*found, *search_traced_relays(case, seen.before, switched, jobs))
+    if not found or not explains_most(seen.before, found[0]):
         able = rank_likely_places(switched, seen.located) if switched else []
         found = best_first(*found, *(search_relays(case, seen.before, able, seed, jobs) if able else ()))
     if not found or found[0].chi < SETTINGS.adequate or case.lacking:

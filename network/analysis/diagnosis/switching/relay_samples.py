@@ -79,8 +79,7 @@ def draw_samples(
         groups = [g for g in groups if g]
         further = run_all(partial(_further, after(onset, share), steps), groups, jobs)
         drawn = _each([g[0].judge for g in groups], further)
-    behind = min((View(a, after(onset, THEN[-1][0])).misfit for a in abouts), default=0.0)
-    return [d for d in drawn if d.misfit < NEAR * behind]
+    return _keep_near(drawn, min((View(a, after(onset, THEN[-1][0])).misfit for a in abouts), default=0.0))
 
 
 def draw_over_whole(
@@ -90,8 +89,7 @@ def draw_over_whole(
     some candidates the numbers about which they are drawn."""
     spaces, judges = _list_judges(abouts, switched)
     drawn = _each(judges, run_all(partial(_whole, known, seed), judges, jobs))
-    behind = min((View(a, 1.0).misfit for a in abouts), default=0.0)
-    near = [d for d in drawn if d.misfit < NEAR * behind]
+    near = _keep_near(drawn, min((View(a, 1.0).misfit for a in abouts), default=0.0))
     return [d for s in spaces for d in [d for d in near if d.judge.space is s][: WHOLE[-1]]]
 
 
@@ -107,6 +105,12 @@ def _whole(known: Near, seed: int, judge: Judge) -> tuple[Array, Array]:
         return _distinct(judge, *refine_samples(judge, view, theta, steps))
     except (Failed, np.linalg.LinAlgError):
         return theta[:0], np.empty(0)
+
+
+def _keep_near(drawn: Sequence[Drawn], behind: float) -> list[Drawn]:
+    """Draws, the best first, that come near, and explain half of what the best does; behind: misfit of the null."""
+    near = [d for d in drawn if d.misfit < NEAR * behind]
+    return [d for d in near if behind - d.misfit >= SETTINGS.half * (behind - near[0].misfit)]
 
 
 def _list_judges(abouts: Sequence[Linearised], switched: Sequence[Candidate]) -> tuple[list[Space], list[Judge]]:

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from network.analysis.calibration.gauss_newton import Linearised, linearise
 from network.analysis.calibration.measured_means import RunPoint
 from network.analysis.diagnosis.candidates.candidate import Candidate, candidate
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.case_noise import use_file_noise
-from network.analysis.diagnosis.hypotheses.compact_fit import compact, fit_with
+from network.analysis.diagnosis.hypotheses.compact_fit import compact
 from network.analysis.diagnosis.hypotheses.falling_short import explains_most
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import reweight, theta_of
@@ -22,31 +21,28 @@ from network.analysis.diagnosis.latent_heat.located_heat import UnknownHeat
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.switching.affine_surrogate import straighten
 from network.analysis.diagnosis.switching.prior_samples import Space, parts_about
+from network.analysis.diagnosis.switching.relay_fits import (
+    LADDER,
+    WELL,
+    RelayStart,
+    fit_over_more,
+    keep_of_each,
+    leave_of_null,
+    linearise_firmly,
+)
 from network.analysis.diagnosis.switching.relay_samples import (
-    ALIKE,
-    NEAR,
     Drawn,
-    after,
     draw_over_whole,
     draw_samples,
     find_onset,
 )
-from network.analysis.diagnosis.switching.share_view import View
-from network.analysis.diagnosis.switching.shown_relays import RelayStart, follow_shown, read_relays
 from network.catalogue.declaration.declare import Array
 from network.engine.response.parameters import centres
-from network.platform.parallel import run_all
 
 MOST = 3
 """Switched candidates that are drawn."""
-LADDER = ((0.5, 5, 3), (0.75, 6, 2), (1.0, 12, 1))
-"""Shares of each run, from the onset on, over which they are, steps there, and how many go on."""
-SHOWN_LADDER = ((0.25, 5, 3), *LADDER)
-"""The same for those that readings show, whose numbers are near from the start."""
 ROUNDS = 3
 """Times that draws are made about the best relay so far, on an affine machine that stands for another made anew."""
-WELL = 0.9
-"""Misfit χ over that of the null from which a relay counts as found."""
 
 
 def search_relays(
@@ -73,20 +69,6 @@ def search_relays(
     return [compact(reweight(case, h)) for h in best if h.chi < WELL * null.chi]
 
 
-def search_shown_relays(case: Case, current: Hypothesis, switched: Sequence[Candidate], jobs: int) -> list[Hypothesis]:
-    """The relays whose switching the readings show, fitted so that they keep step, of each place the best; told under
-    the noise of the case."""
-    shown = read_relays(case, switched)
-    if not shown:
-        return []
-    white = use_file_noise(case)
-    null = reweight(white, current)
-    starts, onset = follow_shown(white, null, shown, jobs)[:MOST], min(s.onset(case.recordings) for s in shown)
-    leave = partial(_leave, [_about(null, null.fit.theta)])
-    fits = _fit_samples(white, null, starts, SHOWN_LADDER, leave, onset, jobs) if starts else []
-    return [compact(reweight(case, h)) for h in _keep_of_each(fits, 1) if h.chi < WELL * null.chi]
-
-
 def _search_about(
     case: Case, null: Hypothesis, plain: Hypothesis, switched: Sequence[Candidate], best: Sequence[Hypothesis],
     seed: int, jobs: int,
@@ -94,11 +76,13 @@ def _search_about(
     """The relays that come nearest of those drawn on a machine that stands for the null's; best: the one that came
     nearest so far, beside the numbers of which they are drawn."""
     values = {**null.values, **(best[0].values if best else {})}
-    about = [_about(plain, theta) for theta in (theta_of(plain.fit.problem.parameters, values), _of_file(plain))]
+    about = [
+        linearise_firmly(plain, theta) for theta in (theta_of(plain.fit.problem.parameters, values), _of_file(plain))
+    ]
     known, onset = {c.key: c for c in switched}, find_onset(about)
     laid = [again for c in known.values() if (again := candidate(plain.machine, c.kind, c.patch)) is not None]
     near = {h.found[-1].key: _numbers(h, Space(h.found[-1])) for h in best}
-    leave = partial(_leave, about)
+    leave = partial(leave_of_null, about)
     fits: list[Hypothesis] = []
     for drawn, ladder in (
         (draw_samples(about, laid, onset, seed, jobs), LADDER),
@@ -106,8 +90,8 @@ def _search_about(
     ):
         able = [d for d in drawn if d.judge.space.candidate.key in known]
         starts = [_start_of(case, known, values if d.judge.about is about[0] else null.own_values, d) for d in able]
-        fits += _fit_samples(case, null, starts, ladder, leave, onset, jobs) if starts else []
-    return _keep_of_each(sorted(fits, key=lambda h: h.chi), 1)
+        fits += fit_over_more(case, null, starts, ladder, leave, onset, jobs) if starts else []
+    return keep_of_each(sorted(fits, key=lambda h: h.chi), 1)
 
 
 def _numbers(h: Hypothesis, space: Space) -> Array:
@@ -142,10 +126,6 @@ def rank_likely_places(switched: Sequence[Candidate], located: Sequence[UnknownH
     return sorted(able, key=lambda c: (-max(gain.get(n, 0.0) for n in parts_about(c)), -len(c.own)))
 
 
-def _about(null: Hypothesis, theta: Array) -> Linearised:
-    return linearise(replace(null.fit.problem, firm_theta=1.0, firm_eta=1.0), theta)
-
-
 def _of_file(null: Hypothesis) -> Array:
     """The numbers of the file, beside those of what was found."""
     own = {p.path for p in null.own}
@@ -161,53 +141,3 @@ def _all(case: Case, starts: Mapping[str, float]) -> tuple[RunPoint, ...]:
     """The starts beside those known before, for every run."""
     before = case.began or (RunPoint(),) * len(case.recordings)
     return tuple(replace(run, start={**run.start, **starts}) for run in before) if starts else case.began
-
-
-def _leave(abouts: Sequence[Linearised], share: float) -> float:
-    """Misfit χ of the null over a share of the runs."""
-    return min(float(np.sqrt(v.misfit / v.rows)) for v in (View(a, share) for a in abouts))
-
-
-def _fit_samples(
-    case: Case, null: Hypothesis, starts: Sequence[RelayStart], ladder: Sequence[tuple[float, int, int]],
-    leave: Callable[[float], float], onset: float, jobs: int,
-) -> list[Hypothesis]:  # fmt: skip
-    """The best fits from some starts over ever more of the runs, of each candidate one at least; none where all run
-    away or leave about what the null leaves."""
-    alive: list[Hypothesis] = []
-    for share, steps, most in ladder:
-        there = after(onset, share)
-        fits = run_all(partial(_fit, case.until(there) if there < 1 else case, null, steps), starts, jobs)
-        told = sorted((h for h in fits if h is not None), key=lambda h: h.chi)
-        alive = _keep_of_each(_keep_promising(told, leave(there)), most)
-        starts = [RelayStart(h.found[-1], h.values, h.case.began) for h in alive]
-    return alive
-
-
-def _keep_of_each(fits: Sequence[Hypothesis], most: int) -> list[Hypothesis]:
-    """So many of some fits, the best first, and the best of every candidate."""
-    first = {h.found[-1].key: h for h in reversed(fits)}
-    return [h for k, h in enumerate(fits) if k < most or first[h.found[-1].key] is h]
-
-
-def _keep_promising(fits: Sequence[Hypothesis], left: float) -> list[Hypothesis]:
-    """Fits over a share, the best first, of which no two are the same; none where the best does not come as near as
-    the draws had to; left: misfit χ of the null there."""
-    kept: list[Hypothesis] = []
-    if fits and fits[0].chi ** 2 < NEAR * left**2:
-        for h in fits:
-            if not any(_is_same(h, other) for other in kept):
-                kept.append(h)
-    return kept
-
-
-def _is_same(a: Hypothesis, b: Hypothesis) -> bool:
-    """Whether two fits came to the same relay."""
-    if a.found[-1].key != b.found[-1].key:
-        return False
-    apart = theta_of(a.found[-1].own, a.own_values) - theta_of(b.found[-1].own, b.own_values)
-    return bool(np.abs(apart / [p.spread for p in a.found[-1].own]).max() < ALIKE)
-
-
-def _fit(case: Case, null: Hypothesis, steps: int, start: RelayStart) -> Hypothesis | None:
-    return fit_with(replace(case, began=start.began), null, start.candidate, start.values, steps)

@@ -20,6 +20,7 @@ from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.compact_fit import compact, fit_with
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.steps.ranking import best_of
+from network.analysis.diagnosis.switching.relay_fits import RelayStart
 from network.catalogue.declaration.entry_path import EntryPath
 from network.catalogue.declaration.patch import Patch
 from network.catalogue.mechanisms.mechanism import Relay
@@ -32,8 +33,11 @@ from network.recordings.relay_mode import RelayMode
 
 STEPS = 12
 """Of a fit beside what was read."""
+TIMES = 4
+"""That levels are read off a fit beside instants, and instants off these levels, at most."""
 
 Levels = tuple[float, float] | None
+Settle = Callable[[Hypothesis, "ShownRelay"], "ShownRelay | None"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,19 +52,8 @@ class ShownRelay:
 
     def onset(self, recordings: Sequence[Recording]) -> float:
         """Share of the runs until which it has not switched in any of them."""
-        shares = (
-            (mode.t[1] - mode.t[0]) / (recordings[i].t[-1] - recordings[i].t[0]) for i, mode in self.modes.items()
-        )
-        return float(min(shares))
-
-
-@dataclass(frozen=True)
-class RelayStart:
-    """A candidate to be fitted from some numbers, about some starts of its parts."""
-
-    candidate: Candidate
-    values: Mapping[str, float]
-    began: tuple[RunPoint, ...]
+        seen = ((mode, recordings[i].t) for i, mode in self.modes.items() if len(mode.t) > 1)
+        return min(float((mode.t[1] - mode.t[0]) / (t[-1] - t[0])) for mode, t in seen)
 
 
 def read_relays(case: Case, switched: Sequence[Candidate]) -> list[ShownRelay]:
@@ -72,23 +65,40 @@ def read_relays(case: Case, switched: Sequence[Candidate]) -> list[ShownRelay]:
     return [s for s in shown if s is not None]
 
 
-def follow_shown(case: Case, null: Hypothesis, shown: Sequence[ShownRelay], jobs: int) -> list[RelayStart]:
+def follow_shown(
+    case: Case, null: Hypothesis, shown: Sequence[ShownRelay], jobs: int, settle: Settle | None = None
+) -> list[RelayStart]:
     """Numbers that each takes as a heat that follows what was read, what leaves least first: fitted from the numbers of
-    the null and from those of the file, which are not bent to what is missing."""
-    told = [each for each in run_all(partial(_follow, case, null), shown, jobs) if each is not None]
+    the null and from those of the file, which are not bent to what is missing. settle: reads levels off such a fit, and
+    instants anew, where they are not known before."""
+    told = [each for each in run_all(partial(_follow, case, null, settle), shown, jobs) if each is not None]
     return [start for _, start in sorted(told, key=lambda each: each[0].chi)]
 
 
-def _follow(case: Case, null: Hypothesis, shown: ShownRelay) -> tuple[Hypothesis, RelayStart] | None:
-    recordings = (replace(r := case.recordings[i], modes={**r.modes, m.name: m}) for i, m in shown.modes.items())
-    beside = replace(case.of([*shown.modes]), recordings=tuple(recordings), began=())
-    best = best_of(*(fit_with(beside, null, shown.followed, start, STEPS) for start in (null.values, null.own_values)))
-    if best is None:
+def _follow(
+    case: Case, null: Hypothesis, settle: Settle | None, shown: ShownRelay
+) -> tuple[Hypothesis, RelayStart] | None:
+    best = best_of(*(_fit_beside(case, null, shown, start) for start in (null.values, null.own_values)))
+    for _ in range(TIMES if settle else 0):
+        settled = settle(best, shown) if settle and best is not None else None
+        if settled is None or best is None:
+            break
+        again, shown = _fit_beside(case, null, settled, best.values), settled
+        if again is None or again.chi >= best.chi:
+            break
+        best = again
+    if best is None or not shown.levels:
         return None
     there = dict(zip(shown.modes, move_points(best.fit), strict=True))
     began = case.began or (RunPoint(),) * len(case.recordings)
     points = tuple(there.get(i, point) for i, point in enumerate(began))
     return compact(best), RelayStart(shown.candidate, {**best.values, **shown.levels}, points)
+
+
+def _fit_beside(case: Case, null: Hypothesis, shown: ShownRelay, start: Mapping[str, float]) -> Hypothesis | None:
+    recordings = (replace(r := case.recordings[i], modes={**r.modes, m.name: m}) for i, m in shown.modes.items())
+    beside = replace(case.of([*shown.modes]), recordings=tuple(recordings), began=())
+    return fit_with(beside, null, shown.followed, start, STEPS)
 
 
 def _read_relay(

@@ -1,0 +1,53 @@
+"""The search for relays whose instants are read, off what they watch or off all channels: followed, then in step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+from network.analysis.diagnosis.candidates.candidate import Candidate
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.case_noise import use_file_noise
+from network.analysis.diagnosis.hypotheses.compact_fit import compact
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import reweight
+from network.analysis.diagnosis.switching.relay_fits import (
+    SHOWN_LADDER,
+    WELL,
+    fit_over_more,
+    keep_of_each,
+    leave_of_null,
+    linearise_firmly,
+)
+from network.analysis.diagnosis.switching.relay_search import MOST
+from network.analysis.diagnosis.switching.shown_relays import Settle, ShownRelay, follow_shown, read_relays
+from network.analysis.diagnosis.switching.traced_relays import settle_modes, trace_relays
+
+
+def search_shown_relays(case: Case, current: Hypothesis, switched: Sequence[Candidate], jobs: int) -> list[Hypothesis]:
+    """The relays whose switching the readings show, fitted so that they keep step, of each place the best; told under
+    the noise of the case."""
+    white = use_file_noise(case)
+    return _fit_in_step(case, reweight(white, current), read_relays(case, switched), jobs)
+
+
+def search_traced_relays(case: Case, current: Hypothesis, switched: Sequence[Candidate], jobs: int) -> list[Hypothesis]:
+    """The same of those whose switching the mismatch shows."""
+    null = reweight(use_file_noise(case), current)
+    return _fit_in_step(case, null, trace_relays(null, switched, jobs), jobs, settle_modes)
+
+
+def _fit_in_step(
+    case: Case, null: Hypothesis, shown: Sequence[ShownRelay], jobs: int, settle: Settle | None = None
+) -> list[Hypothesis]:
+    if not shown:
+        return []
+    starts = follow_shown(null.case, null, shown, jobs, settle)[:MOST]
+    onset, leave = (
+        min(s.onset(case.recordings) for s in shown),
+        partial(leave_of_null, [linearise_firmly(null, null.fit.theta)]),
+    )
+    ladders = (SHOWN_LADDER, SHOWN_LADDER[-1:]) if settle else (SHOWN_LADDER,)
+    fits = [h for l in ladders for h in fit_over_more(null.case, null, starts, l, leave, onset, jobs)] if starts else []
+    fits.sort(key=lambda h: h.chi)
+    return [compact(reweight(case, h)) for h in keep_of_each(fits, 1) if h.chi < WELL * null.chi]
