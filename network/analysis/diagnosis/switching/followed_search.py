@@ -20,8 +20,8 @@ from network.analysis.diagnosis.switching.relay_fits import (
     linearise_firmly,
 )
 from network.analysis.diagnosis.switching.relay_search import MOST
-from network.analysis.diagnosis.switching.shown_relays import Settle, ShownRelay, follow_shown, read_relays
-from network.analysis.diagnosis.switching.traced_relays import settle_modes, trace_relays
+from network.analysis.diagnosis.switching.shown_relays import LevelsOf, ShownRelay, follow_shown, read_relays
+from network.analysis.diagnosis.switching.traced_relays import read_levels, trace_relays
 
 
 def search_shown_relays(case: Case, current: Hypothesis, switched: Sequence[Candidate], jobs: int) -> list[Hypothesis]:
@@ -34,20 +34,20 @@ def search_shown_relays(case: Case, current: Hypothesis, switched: Sequence[Cand
 def search_traced_relays(case: Case, current: Hypothesis, switched: Sequence[Candidate], jobs: int) -> list[Hypothesis]:
     """The same of those whose switching the mismatch shows."""
     null = reweight(use_file_noise(case), current)
-    return _fit_in_step(case, null, trace_relays(null, switched, jobs), jobs, settle_modes)
+    return _fit_in_step(case, null, trace_relays(null, switched, jobs), jobs, read_levels)
 
 
 def _fit_in_step(
-    case: Case, null: Hypothesis, shown: Sequence[ShownRelay], jobs: int, settle: Settle | None = None
+    case: Case, null: Hypothesis, shown: Sequence[ShownRelay], jobs: int, levels_of: LevelsOf | None = None
 ) -> list[Hypothesis]:
     if not shown:
         return []
-    starts = follow_shown(null.case, null, shown, jobs, settle)[:MOST]
+    starts = follow_shown(null.case, null, shown, jobs, levels_of)[:MOST]
     onset, leave = (
         min(s.onset(case.recordings) for s in shown),
         partial(leave_of_null, [linearise_firmly(null, null.fit.theta)]),
     )
-    ladders = (SHOWN_LADDER, SHOWN_LADDER[-1:]) if settle else (SHOWN_LADDER,)
-    fits = [h for l in ladders for h in fit_over_more(null.case, null, starts, l, leave, onset, jobs)] if starts else []
+    ladders = (SHOWN_LADDER, SHOWN_LADDER[-1:]) if levels_of else (SHOWN_LADDER,)
+    fits = [h for each in ladders if starts for h in fit_over_more(null.case, null, starts, each, leave, onset, jobs)]
     fits.sort(key=lambda h: h.chi)
     return [compact(reweight(case, h)) for h in keep_of_each(fits, 1) if h.chi < WELL * null.chi]

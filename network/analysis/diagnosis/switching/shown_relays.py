@@ -33,11 +33,9 @@ from network.recordings.relay_mode import RelayMode
 
 STEPS = 12
 """Of a fit beside what was read."""
-TIMES = 4
-"""That levels are read off a fit beside instants, and instants off these levels, at most."""
 
 Levels = tuple[float, float] | None
-Settle = Callable[[Hypothesis, "ShownRelay"], "ShownRelay | None"]
+LevelsOf = Callable[[Hypothesis, "ShownRelay"], Mapping[str, float]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,39 +64,28 @@ def read_relays(case: Case, switched: Sequence[Candidate]) -> list[ShownRelay]:
 
 
 def follow_shown(
-    case: Case, null: Hypothesis, shown: Sequence[ShownRelay], jobs: int, settle: Settle | None = None
+    case: Case, null: Hypothesis, shown: Sequence[ShownRelay], jobs: int, read_levels: LevelsOf | None = None
 ) -> list[RelayStart]:
     """Numbers that each takes as a heat that follows what was read, what leaves least first: fitted from the numbers of
-    the null and from those of the file, which are not bent to what is missing. settle: reads levels off such a fit, and
-    instants anew, where they are not known before."""
-    told = [each for each in run_all(partial(_follow, case, null, settle), shown, jobs) if each is not None]
+    the null and from those of the file, which are not bent to what is missing. read_levels: off such a fit, where they
+    are not known before."""
+    told = [each for each in run_all(partial(_follow, case, null, read_levels), shown, jobs) if each is not None]
     return [start for _, start in sorted(told, key=lambda each: each[0].chi)]
 
 
 def _follow(
-    case: Case, null: Hypothesis, settle: Settle | None, shown: ShownRelay
+    case: Case, null: Hypothesis, read_levels: LevelsOf | None, shown: ShownRelay
 ) -> tuple[Hypothesis, RelayStart] | None:
-    best = best_of(*(_fit_beside(case, null, shown, start) for start in (null.values, null.own_values)))
-    for _ in range(TIMES if settle else 0):
-        settled = settle(best, shown) if settle and best is not None else None
-        if settled is None or best is None:
-            break
-        again, shown = _fit_beside(case, null, settled, best.values), settled
-        if again is None or again.chi >= best.chi:
-            break
-        best = again
-    if best is None or not shown.levels:
+    recordings = (replace(r := case.recordings[i], modes={**r.modes, m.name: m}) for i, m in shown.modes.items())
+    beside = replace(case.of([*shown.modes]), recordings=tuple(recordings), began=())
+    best = best_of(*(fit_with(beside, null, shown.followed, start, STEPS) for start in (null.values, null.own_values)))
+    levels = shown.levels if best is None or read_levels is None else read_levels(best, shown)
+    if best is None or not levels:
         return None
     there = dict(zip(shown.modes, move_points(best.fit), strict=True))
     began = case.began or (RunPoint(),) * len(case.recordings)
     points = tuple(there.get(i, point) for i, point in enumerate(began))
-    return compact(best), RelayStart(shown.candidate, {**best.values, **shown.levels}, points)
-
-
-def _fit_beside(case: Case, null: Hypothesis, shown: ShownRelay, start: Mapping[str, float]) -> Hypothesis | None:
-    recordings = (replace(r := case.recordings[i], modes={**r.modes, m.name: m}) for i, m in shown.modes.items())
-    beside = replace(case.of([*shown.modes]), recordings=tuple(recordings), began=())
-    return fit_with(beside, null, shown.followed, start, STEPS)
+    return compact(best), RelayStart(shown.candidate, {**best.values, **levels}, points)
 
 
 def _read_relay(

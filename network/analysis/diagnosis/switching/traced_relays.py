@@ -20,7 +20,7 @@ from network.analysis.diagnosis.latent_heat.location import Location
 from network.analysis.diagnosis.latent_heat.switched_heat import APART, SwitchedHeat, trace_switched
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.switching.shown_relays import ShownRelay
-from network.catalogue.declaration.declare import Array
+from network.catalogue.declaration.declare import Array, Mask
 from network.catalogue.declaration.entry_path import EntryPath
 from network.catalogue.declaration.fields import Place
 from network.catalogue.declaration.patch import Patch
@@ -103,33 +103,30 @@ def _list_modes(of: _Switched, heat: SwitchedHeat, run: int) -> RelayMode:
     return RelayMode(name, np.array([heat.t[run][0], *at]), np.full(len(at), APART), first)
 
 
-def settle_modes(followed: Hypothesis, shown: ShownRelay) -> ShownRelay | None:
-    """A relay that was followed, with levels, and as it switches between these: of the temperatures at which it went on
-    and off, the two between which it would have been on for as much of the time in which it was, and off as much; None
-    where it did not do both, or not the way that such a relay does."""
+def read_levels(followed: Hypothesis, shown: ShownRelay) -> dict[str, float]:
+    """The levels of a relay that was followed, by path: of the temperatures at which it went on and off, the two
+    between which it would have been on for as much of the time in which it was, and off as much; nothing where it did
+    not do both, or not the way that such a relay does."""
     of = _find_place(shown.candidate)
     levels = of and of.relay.levels()
     if of is None or levels is None:
-        return None
+        return {}
     place, on, off = levels
-    way, names = float(np.sign(on - off)), [mode.name for mode in shown.modes.values()]
+    way = float(np.sign(on - off))
     runs = zip(followed.predictions, shown.modes.values(), strict=True)
-    courses = [_watch(p, m, place, way) for p, m in runs]
-    pair = _match_levels(courses)
+    pair = _match_levels([_watch(p, m, place, way) for p, m in runs])
     if pair is None:
-        return None
+        return {}
     keys = of.relay.keep_between(*sorted(way * level for level in pair))
     relay = of.candidate.machine.patched(Patch.of([(of.path, keys)])).by_path[of.path]
     own = [p for p in of.candidate.own if p.entry == of.path and p.field.key in keys]
-    told = {p.path: float(getattr(relay, p.attribute)) for p in own}
-    modes = (_switch_between(name, c, pair) for name, c in zip(names, courses, strict=True))
-    return replace(shown, levels=told, modes=dict(zip(shown.modes, modes, strict=True)))
+    return {p.path: float(getattr(relay, p.attribute)) for p in own}
 
 
 @dataclass(frozen=True, eq=False)
 class _Course:
-    """Of a run: the edges of its intervals [s], what is watched at the begin of each [°C; −°C for a heater], and whether
-    the relay was on (1 or 0)."""
+    """Of a run: the edges of its intervals [s], what is watched at the begin of each [°C; −°C of a heater], and whether
+    it was on (1 or 0)."""
 
     edges: Array
     watched: Array
@@ -161,19 +158,13 @@ def _match_levels(courses: Sequence[_Course]) -> tuple[float, float] | None:
 
 def _mistaken(course: _Course, pairs: Array) -> Array:
     """For how long relays of some levels would not have been as this one was [s]."""
-    return np.diff(course.edges) @ (_switch(course.watched, pairs) != (course.on[:, None] > 0))
+    return np.asarray(np.diff(course.edges) @ (_switch(course.watched, pairs) != (course.on[:, None] > 0)))
 
 
-def _switch(watched: Array, pairs: Array) -> Array:
+def _switch(watched: Array, pairs: Array) -> Mask:
     """Whether relays of some levels are on (intervals, relays)."""
     on = np.empty((len(watched), len(pairs)), bool)
     now = watched[0] > pairs[:, 0]
     for k, T in enumerate(watched):
-        on[k] = now = np.where(now, T >= pairs[:, 1], T > pairs[:, 0])
+        on[k] = now = np.where(now, pairs[:, 1] <= T, pairs[:, 0] < T)
     return on
-
-
-def _switch_between(name: str, course: _Course, pair: tuple[float, float]) -> RelayMode:
-    on = _switch(course.watched, np.array([pair]))[:, 0]
-    at = course.edges[1:-1][np.diff(on.astype(int)) != 0]
-    return RelayMode(name, np.array([course.edges[0], *at]), np.full(len(at), APART), float(on[0]))
