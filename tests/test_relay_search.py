@@ -19,8 +19,9 @@ from network.analysis.diagnosis.strategies import CUT_SHORT, list_unsearched, st
 from network.analysis.diagnosis.switching import relay_search
 from network.analysis.diagnosis.switching.affine_surrogate import straighten
 from network.analysis.diagnosis.switching.prior_samples import Space
+from network.analysis.diagnosis.switching.relay_fits import _keep_promising
 from network.analysis.diagnosis.switching.relay_samples import draw_over_whole, find_onset
-from network.analysis.diagnosis.switching.relay_search import _keep_promising, search_relays, tell_unsearched
+from network.analysis.diagnosis.switching.relay_search import search_relays, tell_unsearched
 from network.machine.machine import Machine
 
 FAN = {"housing skin": {"kind": "forced_convection", "between": ["housing", "air"], "conductance": "6 W/K ± 30 %",

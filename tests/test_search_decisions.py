@@ -54,7 +54,8 @@ from network.analysis.diagnosis.steps import (
     trial_fits,
 )
 from network.analysis.diagnosis.steps.selection import Selection
-from network.analysis.diagnosis.switching.relay_search import _keep_of_each, rank_likely_places
+from network.analysis.diagnosis.switching.relay_fits import keep_of_each
+from network.analysis.diagnosis.switching.relay_search import rank_likely_places
 from network.analysis.diagnosis.switching.sample_refinement import DAMPED, _At, _steps, refine_samples
 from network.analysis.diagnosis.time_budget import BudgetReached, TimeBudget
 from network.catalogue.declaration.patch import Patch
@@ -1548,9 +1549,9 @@ def test_steps_that_are_run_out_tell_where_they_come_to() -> None:
 
 def test_relays_at_every_place_go_on_beside_the_best() -> None:
     fits = [h(chi, found=(bare(key=key),)) for chi, key in ((1.0, "a"), (1.1, "a"), (1.2, "a"), (1.3, "b"), (1.4, "b"))]
-    assert [each.chi for each in _keep_of_each(fits, 2)] == [1.0, 1.1, 1.3]
-    assert [each.chi for each in _keep_of_each(fits, 1)] == [1.0, 1.3]
-    assert _keep_of_each([], 3) == []
+    assert [each.chi for each in keep_of_each(fits, 2)] == [1.0, 1.1, 1.3]
+    assert [each.chi for each in keep_of_each(fits, 1)] == [1.0, 1.3]
+    assert keep_of_each([], 3) == []
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.candidates.candidates import candidates
 from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
-from network.analysis.diagnosis.switching.relay_search import search_shown_relays
+from network.analysis.diagnosis.switching.followed_search import search_shown_relays
 from network.analysis.diagnosis.switching.shown_relays import read_relays
 from network.catalogue.declaration.discovery import kinds
 from network.machine.machine import Machine

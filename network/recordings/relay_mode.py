@@ -30,3 +30,12 @@ class RelayMode:
         """What comes before an instant."""
         kept = self.t < end
         return RelayMode(self.name, self.t[kept], self.spread[kept[1:]], self.first)
+
+    def shift(self, later: Array) -> RelayMode:
+        """With instants that are later by so much [s]; those that pass each other go."""
+        at = np.clip(self.t[1:] + later, self.t[0], None)
+        step = np.where(np.arange(len(at)) % 2 == 0, 1, -1) * (1 if self.first == 0 else -1)
+        order = np.argsort(at, kind="stable")
+        on = np.concatenate([[self.first > 0], self.first + np.cumsum(step[order]) > 0])
+        kept = (np.diff(on.astype(int)) != 0) & (at[order] > self.t[0])
+        return RelayMode(self.name, np.concatenate([self.t[:1], at[order][kept]]), self.spread[order][kept], self.first)

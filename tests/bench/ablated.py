@@ -77,7 +77,10 @@ STAGES: Mapping[str, Mapping[str, Stand]] = {
         "latent_heat.locate.explain_unknown_at_most": no_gain,
     },
     "no-crossed": {"screening.crossed_splits.halve": nothing},
-    "no-switching": {"switching.relay_search.search_relays": none_found},
+    "no-switching": {
+        "switching.relay_search.search_relays": none_found,
+        "switching.followed_search.search_traced_relays": none_found,
+    },
     "no-intermittent": {"intermittent.find_fault.find_reading_fault": nothing},
 }
 """What each does without: noise told from residuals, finer lumps, checks on runs left out or held out, what unknown

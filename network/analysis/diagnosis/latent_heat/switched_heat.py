@@ -29,12 +29,14 @@ ROUNDS = 10
 
 @dataclass(frozen=True, eq=False)
 class SwitchedHeat:
-    """t: knots of each run [s]; on: 1 or 0 at each; size [W]; gain: by how much the misfit falls [½ χ²]."""
+    """t: knots of each run [s]; on: 1 or 0 at each; size [W]; gain: by how much the misfit falls [½ χ²]; worth: what
+    that is beyond chance, in units of the χ² that is left, its instants paid [nats]."""
 
     t: tuple[Array, ...]
     on: tuple[Array, ...]
     size: float
     gain: float
+    worth: float
 
     def list_switchings(self, run: int) -> list[float]:
         """Instants half way between knots at which it goes on or off [s]."""
@@ -57,7 +59,10 @@ def trace_switched(fit: Linearised, at: Location, sign: float) -> SwitchedHeat:
         again = levels.better(again, max(left - 2 * there, 0.0) / len(fit.left))
         if (there := levels.gain(again)) > most:
             best, most = again, there
-    return SwitchedHeat(tuple(knots), tuple(np.split(best, levels.breaks)), levels.size(best), most)
+    modes = tuple(np.split(best, levels.breaks))
+    rest = max((left - 2 * most) / len(fit.left), 1.0)
+    paid = np.log(len(g)) * sum(np.count_nonzero(np.diff(each)) for each in modes)
+    return SwitchedHeat(tuple(knots), modes, levels.size(best), most, most / rest - float(paid))
 
 
 @dataclass(frozen=True, eq=False)

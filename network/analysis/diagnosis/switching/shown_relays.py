@@ -11,9 +11,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 
-from network.analysis.calibration.expansion_point import move_points
+import numpy as np
+
+from network.analysis.calibration.expansion_point import move_edges, move_points
 from network.analysis.calibration.hysteresis_swing import find_levels
-from network.analysis.calibration.measured_means import RunPoint
+from network.analysis.calibration.measured_means import RunPoint, name_switching
 from network.analysis.calibration.recorded_modes import clear_of, read_mode
 from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.hypotheses.case import Case
@@ -33,6 +35,8 @@ from network.recordings.relay_mode import RelayMode
 
 STEPS = 12
 """Of a fit beside what was read."""
+SLACK = 0.1
+"""Share of χ by which a fit beside instants that were moved, which is straight there, may leave more."""
 
 Levels = tuple[float, float] | None
 LevelsOf = Callable[[Hypothesis, "ShownRelay"], Mapping[str, float]]
@@ -76,9 +80,11 @@ def follow_shown(
 def _follow(
     case: Case, null: Hypothesis, read_levels: LevelsOf | None, shown: ShownRelay
 ) -> tuple[Hypothesis, RelayStart] | None:
-    recordings = (replace(r := case.recordings[i], modes={**r.modes, m.name: m}) for i, m in shown.modes.items())
-    beside = replace(case.of([*shown.modes]), recordings=tuple(recordings), began=())
-    best = best_of(*(fit_with(beside, null, shown.followed, start, STEPS) for start in (null.values, null.own_values)))
+    best = best_of(*(_fit_beside(case, null, shown, start) for start in (null.values, null.own_values)))
+    if best is not None and read_levels is not None:
+        moved = replace(shown, modes=_move_modes(best, shown))
+        again = _fit_beside(case, null, moved, best.values)
+        best, shown = (best, shown) if again is None or again.chi > best.chi * (1 + SLACK) else (again, moved)
     levels = shown.levels if best is None or read_levels is None else read_levels(best, shown)
     if best is None or not levels:
         return None
@@ -86,6 +92,18 @@ def _follow(
     began = case.began or (RunPoint(),) * len(case.recordings)
     points = tuple(there.get(i, point) for i, point in enumerate(began))
     return compact(best), RelayStart(shown.candidate, {**best.values, **levels}, points)
+
+
+def _fit_beside(case: Case, null: Hypothesis, shown: ShownRelay, start: Mapping[str, float]) -> Hypothesis | None:
+    recordings = (replace(r := case.recordings[i], modes={**r.modes, m.name: m}) for i, m in shown.modes.items())
+    beside = replace(case.of([*shown.modes]), recordings=tuple(recordings), began=())
+    return fit_with(beside, null, shown.followed, start, STEPS)
+
+
+def _move_modes(followed: Hypothesis, shown: ShownRelay) -> dict[int, RelayMode]:
+    """Modes with instants where a fit finds them."""
+    runs = zip(shown.modes.items(), move_edges(followed.fit), strict=True)
+    return {i: mode.shift(np.array([later[name_switching(mode, t)] for t in mode.t[1:]])) for (i, mode), later in runs}
 
 
 def _read_relay(

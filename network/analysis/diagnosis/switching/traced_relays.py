@@ -59,7 +59,7 @@ def trace_relays(null: Hypothesis, switched: Sequence[Candidate], jobs: int) -> 
     traced = run_all(partial(_trace, null), able, jobs)
     told = sorted(zip(traced, able, strict=True), key=lambda each: -each[0].gain)[:MOST]
     least = SETTINGS.half * told[0][0].gain if told else 0.0
-    shown = (_follow(of, heat) for heat, of in told if heat.gain > 0 and heat.gain >= least)
+    shown = (_follow(of, heat) for heat, of in told if heat.worth > SETTINGS.least and heat.gain >= least)
     return [s for s in shown if s is not None]
 
 
@@ -134,7 +134,7 @@ class _Course:
 
     def switched(self, to: float) -> Array:
         """What was watched where it went on (1) or off (0)."""
-        return self.watched[1:][(np.diff(self.on) != 0) & (self.on[1:] == to)]
+        return np.asarray(self.watched[1:][(np.diff(self.on) != 0) & (self.on[1:] == to)])
 
 
 def _watch(prediction: Prediction, mode: RelayMode, place: Place, way: float) -> _Course:

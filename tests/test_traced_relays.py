@@ -1,0 +1,65 @@
+"""Relays whose switching a mismatch shows, though nothing reads what they watch."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from test_diagnosis import plant
+from test_relay_search import COOLER, null
+
+from network.analysis.diagnosis.candidates.candidate import Candidate
+from network.analysis.diagnosis.candidates.candidates import candidates
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.latent_heat.location import Location
+from network.analysis.diagnosis.latent_heat.switched_heat import trace_switched
+from network.analysis.diagnosis.switching.followed_search import search_traced_relays
+from network.analysis.diagnosis.switching.traced_relays import _Course, _match_levels, trace_relays
+from network.recordings.relay_mode import RelayMode
+
+
+@pytest.fixture(scope="module")
+def cooled() -> Hypothesis:
+    """A machine without the cooler that its recordings have."""
+    return null(plant(), plant(sources={"cooler": COOLER}))
+
+
+def switched(h: Hypothesis) -> list[Candidate]:
+    return [c for c in candidates(h.machine, h.case.drivers) if c.switches]
+
+
+def test_when_a_heat_was_on_and_how_large_it_is_are_told_of_all_channels(cooled: Hypothesis) -> None:
+    heat = trace_switched(cooled.linearised, Location(("housing",)), -1.0)
+    assert heat.worth > 1000 and min(len(heat.list_switchings(run)) for run in range(2)) >= 4
+    warmer = trace_switched(cooled.linearised, Location(("column",)), -1.0)
+    assert heat.gain > 1.5 * warmer.gain
+
+
+def test_a_cooler_is_traced_and_keeps_step(cooled: Hypothesis) -> None:
+    found = search_traced_relays(cooled.case, cooled, switched(cooled), 1)
+    assert found[0].found[-1].places == ("housing",) and found[0].chi < 1.1
+    told = {path.rpartition(".")[2]: value for path, value in found[0].own_values.items() if "cooling" in path}
+    assert told["set"] == pytest.approx(24, abs=0.1) and told["power"] == pytest.approx(250, rel=0.05)
+
+
+def test_nothing_is_traced_where_nothing_is_missing() -> None:
+    innocent = null(plant(), plant())
+    assert trace_relays(innocent, switched(innocent), 1) == []
+
+
+def test_levels_are_those_that_are_wrong_for_the_shortest_time() -> None:
+    edges, watched = np.arange(0, 1000, 10.0), 22 + 2 * np.sin(np.arange(99) / 6)
+    on = np.empty(99)
+    now = False
+    for k, T in enumerate(watched):
+        on[k] = now = T >= 21.5 if now else T > 23.0
+    on[40] = 1 - on[40]
+    pair = _match_levels([_Course(edges, watched, on)])
+    assert pair is not None
+    np.testing.assert_allclose(pair, (23.0, 21.5), atol=0.3)
+
+
+def test_instants_that_pass_each_other_go() -> None:
+    mode = RelayMode("m", np.array([0.0, 100.0, 200.0, 300.0, 400.0]), np.full(4, 60.0), 0.0)
+    moved = mode.shift(np.array([10.0, 130.0, 5.0, -20.0]))
+    assert moved.t.tolist() == [0.0, 110.0, 380.0] and moved.first == 0.0
+    np.testing.assert_array_equal(mode.shift(np.zeros(4)).t, mode.t)
