@@ -11,6 +11,7 @@ from network.analysis.diagnosis.hypotheses.case_noise import use_file_noise
 from network.analysis.diagnosis.hypotheses.compact_fit import compact
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.hypotheses.hypothesis_fit import reweight
+from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.switching.relay_fits import (
     SHOWN_LADDER,
     WELL,
@@ -43,11 +44,18 @@ def _fit_in_step(
     if not shown:
         return []
     starts = follow_shown(null.case, null, shown, jobs, levels_of)[:MOST]
-    onset, leave = (
-        min(s.onset(case.recordings) for s in shown),
-        partial(leave_of_null, [linearise_firmly(null, null.fit.theta)]),
-    )
+    onset = min(s.onset(case.recordings) for s in shown)
+    leave = partial(leave_of_null, [linearise_firmly(null, null.fit.theta)])
     ladders = (SHOWN_LADDER, SHOWN_LADDER[-1:]) if levels_of else (SHOWN_LADDER,)
     fits = [h for each in ladders if starts for h in fit_over_more(null.case, null, starts, each, leave, onset, jobs)]
-    fits.sort(key=lambda h: h.chi)
-    return [compact(reweight(case, h)) for h in keep_of_each(fits, 1) if h.chi < WELL * null.chi]
+    if levels_of:
+        followed = {start.candidate.key: start.followed for start in starts}
+        fits = [h for h in fits if _keeps_step(h, null, followed[h.found[-1].key])]
+    best = keep_of_each(sorted(fits, key=lambda h: h.chi), 1)
+    return [compact(reweight(case, h)) for h in best if h.chi < WELL * null.chi]
+
+
+def _keeps_step(h: Hypothesis, null: Hypothesis, followed: float) -> bool:
+    """Whether a relay explains half of what its heat does where that follows the instants that were traced; followed:
+    misfit χ beside these. What does not is heat that goes on and off by something else."""
+    return null.chi**2 - h.chi**2 >= SETTINGS.half * (null.chi**2 - followed**2)

@@ -31,11 +31,13 @@ WELL = 0.9
 
 @dataclass(frozen=True)
 class RelayStart:
-    """A candidate to be fitted from some numbers, about some starts of its parts."""
+    """A candidate to be fitted from some numbers, about some starts of its parts. followed: misfit χ of a heat that
+    follows the instants from which these come."""
 
     candidate: Candidate
     values: Mapping[str, float]
     began: tuple[RunPoint, ...]
+    followed: float = np.inf
 
 
 def fit_over_more(

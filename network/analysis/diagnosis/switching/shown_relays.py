@@ -19,7 +19,7 @@ from network.analysis.calibration.measured_means import RunPoint, name_switching
 from network.analysis.calibration.recorded_modes import clear_of, read_mode
 from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.hypotheses.case import Case
-from network.analysis.diagnosis.hypotheses.compact_fit import compact, fit_with
+from network.analysis.diagnosis.hypotheses.compact_fit import fit_with
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.steps.ranking import best_of
 from network.analysis.diagnosis.switching.relay_fits import RelayStart
@@ -73,13 +73,11 @@ def follow_shown(
     """Numbers that each takes as a heat that follows what was read, what leaves least first: fitted from the numbers of
     the null and from those of the file, which are not bent to what is missing. read_levels: off such a fit, where they
     are not known before."""
-    told = [each for each in run_all(partial(_follow, case, null, read_levels), shown, jobs) if each is not None]
-    return [start for _, start in sorted(told, key=lambda each: each[0].chi)]
+    told = [start for start in run_all(partial(_follow, case, null, read_levels), shown, jobs) if start is not None]
+    return sorted(told, key=lambda start: start.followed)
 
 
-def _follow(
-    case: Case, null: Hypothesis, read_levels: LevelsOf | None, shown: ShownRelay
-) -> tuple[Hypothesis, RelayStart] | None:
+def _follow(case: Case, null: Hypothesis, read_levels: LevelsOf | None, shown: ShownRelay) -> RelayStart | None:
     best = best_of(*(_fit_beside(case, null, shown, start) for start in (null.values, null.own_values)))
     if best is not None and read_levels is not None:
         moved = replace(shown, modes=_move_modes(best, shown))
@@ -91,7 +89,7 @@ def _follow(
     there = dict(zip(shown.modes, move_points(best.fit), strict=True))
     began = case.began or (RunPoint(),) * len(case.recordings)
     points = tuple(there.get(i, point) for i, point in enumerate(began))
-    return compact(best), RelayStart(shown.candidate, {**best.values, **levels}, points)
+    return RelayStart(shown.candidate, {**best.values, **levels}, points, best.chi)
 
 
 def _fit_beside(case: Case, null: Hypothesis, shown: ShownRelay, start: Mapping[str, float]) -> Hypothesis | None:

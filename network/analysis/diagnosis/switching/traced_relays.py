@@ -17,7 +17,7 @@ import numpy as np
 from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.latent_heat.location import Location
-from network.analysis.diagnosis.latent_heat.switched_heat import APART, SwitchedHeat, trace_switched
+from network.analysis.diagnosis.latent_heat.switched_heat import SwitchedHeat, trace_switched
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.switching.shown_relays import ShownRelay
 from network.catalogue.declaration.declare import Array, Mask
@@ -98,9 +98,9 @@ def _follow(of: _Switched, heat: SwitchedHeat) -> ShownRelay | None:
 
 
 def _list_modes(of: _Switched, heat: SwitchedHeat, run: int) -> RelayMode:
-    at = heat.list_switchings(run)
-    name, first = TRACED + of.path.name, float(heat.on[run][0])
-    return RelayMode(name, np.array([heat.t[run][0], *at]), np.full(len(at), APART), first)
+    at, t = heat.list_switchings(run), heat.t[run]
+    spread = np.full(len(at), float(t[1] - t[0]))
+    return RelayMode(TRACED + of.path.name, np.array([t[0], *at]), spread, float(heat.on[run][0]))
 
 
 def read_levels(followed: Hypothesis, shown: ShownRelay) -> dict[str, float]:
