@@ -14,6 +14,7 @@ from network.analysis.diagnosis.latent_heat.location import Location
 from network.analysis.diagnosis.latent_heat.switched_heat import trace_switched
 from network.analysis.diagnosis.switching.followed_search import search_traced_relays
 from network.analysis.diagnosis.switching.traced_relays import _Course, _match_levels, trace_relays
+from network.platform.refusal import Spot, refuse
 from network.recordings.relay_mode import RelayMode
 
 
@@ -28,10 +29,10 @@ def switched(h: Hypothesis) -> list[Candidate]:
 
 
 def test_when_a_heat_was_on_and_how_large_it_is_are_told_of_all_channels(cooled: Hypothesis) -> None:
-    heat = trace_switched(cooled.linearised, Location(("housing",)), -1.0)
+    heat, _ = trace_switched(cooled.linearised, Location(("housing",)))
     assert heat.worth > 1000 and min(len(heat.list_switchings(run)) for run in range(2)) >= 4
-    warmer = trace_switched(cooled.linearised, Location(("column",)), -1.0)
-    assert heat.gain > 1.5 * warmer.gain
+    other, _ = trace_switched(cooled.linearised, Location(("column",)))
+    assert heat.gain > 1.5 * other.gain
 
 
 def test_a_cooler_is_traced_and_keeps_step(cooled: Hypothesis) -> None:
@@ -60,6 +61,21 @@ def test_levels_are_those_that_are_wrong_for_the_shortest_time() -> None:
 
 def test_instants_that_pass_each_other_go() -> None:
     mode = RelayMode("m", np.array([0.0, 100.0, 200.0, 300.0, 400.0]), np.full(4, 60.0), 0.0)
-    moved = mode.shift(np.array([10.0, 130.0, 5.0, -20.0]))
+    moved = mode.shift(np.array([10.0, 130.0, 5.0, -20.0]), 500.0)
     assert moved.t.tolist() == [0.0, 110.0, 380.0] and moved.first == 0.0
-    np.testing.assert_array_equal(mode.shift(np.zeros(4)).t, mode.t)
+    np.testing.assert_array_equal(mode.shift(np.zeros(4), 500.0).t, mode.t)
+
+
+@pytest.mark.parametrize("first", [0.0, 1.0])
+def test_what_passes_the_start_is_as_it_was_after_and_what_passes_the_end_goes(first: float) -> None:
+    mode = RelayMode("m", np.array([0.0, 30.0, 200.0, 400.0]), np.full(3, 60.0), first)
+    moved = mode.shift(np.array([-50.0, 0.0, 150.0]), 500.0)
+    assert moved.t.tolist() == [0.0, 200.0] and moved.first == 1 - first
+
+
+def test_what_a_fit_cannot_simulate_is_not_looked_for(cooled: Hypothesis, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuses(network: object) -> None:
+        raise refuse(Spot("m.yaml"), "it melts", "take the relay out")
+
+    monkeypatch.setattr("network.analysis.diagnosis.switching.followed_search.check_followed", refuses)
+    assert search_traced_relays(cooled.case, cooled, switched(cooled), 1) == []

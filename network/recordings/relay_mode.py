@@ -1,4 +1,4 @@
-"""Whether a relay was on, where readings of what it watches tell."""
+"""Whether a relay was on, as readings of what it watches, or all readings together, tell."""
 
 from __future__ import annotations
 
@@ -31,11 +31,12 @@ class RelayMode:
         kept = self.t < end
         return RelayMode(self.name, self.t[kept], self.spread[kept[1:]], self.first)
 
-    def shift(self, later: Array) -> RelayMode:
-        """With instants that are later by so much [s]; those that pass each other go."""
-        at = np.clip(self.t[1:] + later, self.t[0], None)
-        step = np.where(np.arange(len(at)) % 2 == 0, 1, -1) * (1 if self.first == 0 else -1)
+    def shift(self, later: Array, end: float) -> RelayMode:
+        """With instants that are later by so much [s]; those that pass each other, the start or the end go."""
+        at = self.t[1:] + later
         order = np.argsort(at, kind="stable")
-        on = np.concatenate([[self.first > 0], self.first + np.cumsum(step[order]) > 0])
-        kept = (np.diff(on.astype(int)) != 0) & (at[order] > self.t[0])
-        return RelayMode(self.name, np.concatenate([self.t[:1], at[order][kept]]), self.spread[order][kept], self.first)
+        step = np.where(np.arange(len(at)) % 2 == 0, 1, -1) * (1 if self.first == 0 else -1)
+        at, on = at[order], np.concatenate([[self.first], self.first + np.cumsum(step[order])]) > 0
+        kept = (np.diff(on.astype(int)) != 0) & (at > self.t[0]) & (at < end)
+        first = float(on[np.searchsorted(at, self.t[0], side="right")])
+        return RelayMode(self.name, np.concatenate([self.t[:1], at[kept]]), self.spread[order][kept], first)

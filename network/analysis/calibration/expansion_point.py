@@ -37,11 +37,9 @@ def move_inputs(at: Linearised | Estimate) -> tuple[Mapping[str, float], ...]:
     return tuple(d.move_inputs(own[len(own) - len(d.inputs) :]) for d, own in _own_constants(at))
 
 
-def move_edges(at: Linearised | Estimate) -> tuple[Mapping[str, float], ...]:
-    """How much later than recorded a fit finds every jump and switching of a run, by their names [s]."""
-    return tuple(
-        {n.name: float(x) for n, x in zip(d.edges, own[len(d.starts) :], strict=False)} for d, own in _own_constants(at)
-    )
+def move_edges(at: Linearised | Estimate) -> tuple[Array, ...]:
+    """How much later than recorded a fit finds every jump, then every switching, of each run [s]."""
+    return tuple(own[len(d.starts) : len(d.starts) + len(d.edges)] for d, own in _own_constants(at))
 
 
 def expand_anew(at: Linearised) -> Linearised:

@@ -25,7 +25,6 @@ from network.recordings.counted_readings import drop_uncounted
 from network.recordings.hygiene.data_quality import Channel, look_at
 from network.recordings.inputs import Schedule, Start
 from network.recordings.recording import Recording
-from network.recordings.relay_mode import RelayMode
 
 OFFSET = {"degC": 0.1, "um": 0.25e-6, "urad": 0.25e-6}
 """Prior 1σ of a channel's constant error, by its unit (SI)."""
@@ -253,11 +252,6 @@ def instants_of(run: Run, recording: Recording) -> Array:
     return np.concatenate([lone_jumps(run.knots), *(mode.t[1:] for mode in recording.modes.values())])
 
 
-def name_switching(mode: RelayMode, t: float) -> str:
-    """Of an instant among the constants of a run."""
-    return f"{mode.name} at {t:.6g} s"
-
-
 def _edges(run: Run, recording: Recording) -> Iterator[Nuisance]:
     """How much later than recorded an input jumped: at most a sample earlier; and a relay switched."""
     samples = recording.t
@@ -267,7 +261,7 @@ def _edges(run: Run, recording: Recording) -> Iterator[Nuisance]:
         yield Nuisance(f"jump at {t:.6g} s", -h / 2, max(h * EDGE, 1e-3))
     for mode in recording.modes.values():
         for t, spread in zip(mode.t[1:], mode.spread, strict=True):
-            yield Nuisance(name_switching(mode, t), 0.0, float(spread))
+            yield Nuisance(f"{mode.name} at {t:.6g} s", 0.0, float(spread))
 
 
 def _inputs(machine: Machine, schedule: Schedule) -> Iterator[Nuisance]:

@@ -17,7 +17,7 @@ from network.analysis.diagnosis.latent_heat.heat_evidence import explain_best
 from network.analysis.diagnosis.latent_heat.locate import list_sizes, weigh_place
 from network.analysis.diagnosis.latent_heat.location import Location
 from network.analysis.diagnosis.latent_heat.unknown_heat import heat_knots
-from network.catalogue.declaration.declare import Array
+from network.catalogue.declaration.declare import Array, Mask
 
 APART, MOST = 60.0, 240
 """s: distance of the knots, and how many of a run at most."""
@@ -44,34 +44,41 @@ class SwitchedHeat:
         return [float(t[k : k + 2].mean()) for k in np.flatnonzero(np.diff(on))]
 
 
-def trace_switched(fit: Linearised, at: Location, sign: float) -> SwitchedHeat:
-    """The heat of one sign that is on or off at a place, with what explains most."""
+def trace_switched(fit: Linearised, at: Location) -> tuple[SwitchedHeat, SwitchedHeat]:
+    """The heat that is on or off at a place, with what is worth most: taken out, and given."""
     knots = [heat_knots(d, APART, MOST) for d in fit.problem.data]
     H, g = weigh_place(fit, at, knots)
-    free = sign * explain_best(H, g, knots, list_sizes(H)).course
-    levels = _Levels(H, sign * g, np.cumsum([len(t) for t in knots])[:-1])
-    begun = [np.asarray(free > np.quantile(free, share), float) for share in SHARES]
-    left = float(fit.left @ fit.left)
-    best, most = np.zeros(len(g)), 0.0
-    for on in begun:
-        again = levels.better(on, left / len(fit.left))
-        there = levels.gain(again)
-        again = levels.better(again, max(left - 2 * there, 0.0) / len(fit.left))
-        if (there := levels.gain(again)) > most:
-            best, most = again, there
-    modes = tuple(np.split(best, levels.breaks))
-    rest = max((left - 2 * most) / len(fit.left), 1.0)
-    paid = np.log(len(g)) * sum(np.count_nonzero(np.diff(each)) for each in modes)
-    return SwitchedHeat(tuple(knots), modes, levels.size(best), most, most / rest - float(paid))
+    scale, left = max(1.0, float(np.mean(fit.left**2))), float(fit.left @ fit.left)
+    free = explain_best(H / scale, g / scale, knots, list_sizes(H)).course
+    breaks = np.cumsum([len(t) for t in knots])[:-1]
+    cold, warm = (_Levels(H, sign * g, breaks, left, len(fit.left)) for sign in (-1.0, 1.0))
+    return cold.find(tuple(knots), -free), warm.find(tuple(knots), free)
 
 
 @dataclass(frozen=True, eq=False)
 class _Levels:
-    """breaks: where the knots of another run begin."""
+    """breaks: where the knots of another run begin; left: χ² without such a heat, of so many readings."""
 
     H: Array
     g: Array
     breaks: Array
+    left: float
+    readings: int
+
+    def find(self, knots: tuple[Array, ...], free: Array) -> SwitchedHeat:
+        """The best that begins where a heat that is free is large."""
+        return max((self._from(knots, free > np.quantile(free, q)) for q in SHARES), key=lambda heat: heat.worth)
+
+    def _from(self, knots: tuple[Array, ...], begun: Mask) -> SwitchedHeat:
+        on = self.better(begun.astype(float), self.rest(0.0))
+        on = self.better(on, self.rest(self.gain(on)))
+        modes, gain = tuple(np.split(on, self.breaks)), self.gain(on)
+        paid = np.log(len(on)) * sum(np.count_nonzero(np.diff(each)) for each in modes)
+        return SwitchedHeat(knots, modes, self.size(on), gain, gain / self.rest(gain) - float(paid))
+
+    def rest(self, gain: float) -> float:
+        """χ² a reading that is left beside what gains so much, 1 at least."""
+        return max((self.left - 2 * gain) / self.readings, 1.0)
 
     def size(self, on: Array) -> float:
         """P, at least 0."""
@@ -83,7 +90,7 @@ class _Levels:
 
     def better(self, on: Array, left: float) -> Array:
         """Modes from which no knot can be changed for the better; left: χ² a reading, in which an instant counts."""
-        cost = np.log(len(self.g)) * max(left, 1.0)
+        cost = np.log(len(self.g)) * left
         for _ in range(ROUNDS):
             size, before = self.size(on), on
             on = self._change(on, size, cost) if size > 0 else on

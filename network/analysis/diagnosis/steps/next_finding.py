@@ -15,7 +15,7 @@ from network.analysis.diagnosis.screening.screen import Score
 from network.analysis.diagnosis.screening.screening import Screening
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.steps.placement import place_ranked
-from network.analysis.diagnosis.steps.ranking import best_first
+from network.analysis.diagnosis.steps.ranking import best_first, distinct
 from network.analysis.diagnosis.steps.refit import start_trials
 from network.analysis.diagnosis.steps.rival_acceptance import accept_best, list_contenders, take_first
 from network.analysis.diagnosis.steps.trial_fits import LATE, TrialFits
@@ -111,9 +111,10 @@ def _search_switching(seen: Screening, seed: int, jobs: int) -> list[Hypothesis]
     found = search_shown_relays(case, seen.before, switched, jobs)
     if not found or found[0].chi >= SETTINGS.adequate:
         found = best_first(*found, *search_traced_relays(case, seen.before, switched, jobs))
-    if not found or not explains_most(seen.before, found[0]):
+    if not found or (found[0].chi >= SETTINGS.adequate and not explains_most(seen.before, found[0])):
         able = rank_likely_places(switched, seen.located) if switched else []
         found = best_first(*found, *(search_relays(case, seen.before, able, seed, jobs) if able else ()))
+    found = distinct(found)
     if not found or found[0].chi < SETTINGS.adequate or case.lacking:
         return found
     return best_first(*(compact(refine_until_converged(h.case, h, jobs)) for h in found))

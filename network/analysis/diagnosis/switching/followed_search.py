@@ -23,26 +23,39 @@ from network.analysis.diagnosis.switching.relay_fits import (
 from network.analysis.diagnosis.switching.relay_search import MOST
 from network.analysis.diagnosis.switching.shown_relays import LevelsOf, ShownRelay, follow_shown, read_relays
 from network.analysis.diagnosis.switching.traced_relays import read_levels, trace_relays
+from network.engine.assembly import build
+from network.engine.response.switchings import check_followed
+from network.platform.refusal import Refused
 
 
 def search_shown_relays(case: Case, current: Hypothesis, switched: Sequence[Candidate], jobs: int) -> list[Hypothesis]:
     """The relays whose switching the readings show, fitted so that they keep step, of each place the best; told under
     the noise of the case."""
+    shown = read_relays(case, [c for c in switched if _may_keep_step(c)])
     white = use_file_noise(case)
-    return _fit_in_step(case, reweight(white, current), read_relays(case, switched), jobs)
+    return _fit_in_step(case, reweight(white, current), shown, jobs) if shown else []
 
 
 def search_traced_relays(case: Case, current: Hypothesis, switched: Sequence[Candidate], jobs: int) -> list[Hypothesis]:
     """The same of those whose switching the mismatch shows."""
-    null = reweight(use_file_noise(case), current)
-    return _fit_in_step(case, null, trace_relays(null, switched, jobs), jobs, read_levels)
+    able = [c for c in switched if _may_keep_step(c)]
+    null = reweight(use_file_noise(case), current) if able else current
+    shown = trace_relays(null, able, jobs) if able else []
+    return _fit_in_step(case, null, shown, jobs, read_levels) if shown else []
+
+
+def _may_keep_step(c: Candidate) -> bool:
+    """Whether a fit can simulate it."""
+    try:
+        check_followed(build(c.machine))
+    except Refused:
+        return False
+    return True
 
 
 def _fit_in_step(
     case: Case, null: Hypothesis, shown: Sequence[ShownRelay], jobs: int, levels_of: LevelsOf | None = None
 ) -> list[Hypothesis]:
-    if not shown:
-        return []
     starts = follow_shown(null.case, null, shown, jobs, levels_of)[:MOST]
     onset = min(s.onset(case.recordings) for s in shown)
     leave = partial(leave_of_null, [linearise_firmly(null, null.fit.theta)])

@@ -11,11 +11,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 
-import numpy as np
-
 from network.analysis.calibration.expansion_point import move_edges, move_points
 from network.analysis.calibration.hysteresis_swing import find_levels
-from network.analysis.calibration.measured_means import RunPoint, name_switching
+from network.analysis.calibration.measured_means import RunPoint
 from network.analysis.calibration.recorded_modes import clear_of, read_mode
 from network.analysis.diagnosis.candidates.candidate import Candidate
 from network.analysis.diagnosis.hypotheses.case import Case
@@ -44,8 +42,8 @@ LevelsOf = Callable[[Hypothesis, "ShownRelay"], Mapping[str, float]]
 
 @dataclass(frozen=True, eq=False)
 class ShownRelay:
-    """A candidate; followed: the same with its levels as they were read for certain; levels: these, by path; modes: of
-    the runs that show it, when it was on."""
+    """A candidate; followed: the same with levels that are certain; levels: these as they were read, by path, or none
+    where they are still to be; modes: of the runs that tell, when it was on."""
 
     candidate: Candidate
     followed: Candidate
@@ -100,8 +98,8 @@ def _fit_beside(case: Case, null: Hypothesis, shown: ShownRelay, start: Mapping[
 
 def _move_modes(followed: Hypothesis, shown: ShownRelay) -> dict[int, RelayMode]:
     """Modes with instants where a fit finds them."""
-    runs = zip(shown.modes.items(), move_edges(followed.fit), strict=True)
-    return {i: mode.shift(np.array([later[name_switching(mode, t)] for t in mode.t[1:]])) for (i, mode), later in runs}
+    runs = zip(shown.modes.items(), followed.case.recordings, move_edges(followed.fit), strict=True)
+    return {i: mode.shift(later[len(later) - len(mode.spread) :], float(r.t[-1])) for (i, mode), r, later in runs}
 
 
 def _read_relay(

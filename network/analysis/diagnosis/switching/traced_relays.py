@@ -20,7 +20,7 @@ from network.analysis.diagnosis.latent_heat.location import Location
 from network.analysis.diagnosis.latent_heat.switched_heat import SwitchedHeat, trace_switched
 from network.analysis.diagnosis.settings import SETTINGS
 from network.analysis.diagnosis.switching.shown_relays import ShownRelay
-from network.catalogue.declaration.declare import Array, Mask
+from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.entry_path import EntryPath
 from network.catalogue.declaration.fields import Place
 from network.catalogue.declaration.patch import Patch
@@ -35,6 +35,8 @@ from network.recordings.relay_mode import RelayMode
 
 MOST = 3
 """Relays that are followed."""
+SAME = 1e-6
+"""s: an instant is at an edge of an interval that is no farther."""
 
 
 class _Switched(NamedTuple):
@@ -56,16 +58,19 @@ def trace_relays(null: Hypothesis, switched: Sequence[Candidate], jobs: int) -> 
     """Those of some candidates whose heat explains most where it may be on or off at any time, each half of what the
     best does at least, without levels; null: under the noise of the file."""
     able = [found for c in switched if (found := _find_place(c)) is not None]
-    traced = run_all(partial(_trace, null), able, jobs)
+    parts = list(dict.fromkeys(of.part for of in able))
+    told_of = dict(zip(parts, run_all(partial(_trace, null), parts, jobs), strict=True))
+    traced = [told_of[of.part][of.sign > 0] for of in able]
     told = sorted(zip(traced, able, strict=True), key=lambda each: -each[0].gain)[:MOST]
     least = SETTINGS.half * told[0][0].gain if told else 0.0
     shown = (_follow(of, heat) for heat, of in told if heat.worth > SETTINGS.least and heat.gain >= least)
     return [s for s in shown if s is not None]
 
 
-def _trace(null: Hypothesis, of: _Switched) -> SwitchedHeat:
+def _trace(null: Hypothesis, part: str) -> tuple[SwitchedHeat, SwitchedHeat]:
+    """Cold, then heat, that goes on and off in a part."""
     null.case.budget.check()
-    return trace_switched(null.linearised, Location((of.part,)), of.sign)
+    return trace_switched(null.linearised, Location((part,)))
 
 
 def _find_place(c: Candidate) -> _Switched | None:
@@ -106,7 +111,7 @@ def _list_modes(of: _Switched, heat: SwitchedHeat, run: int) -> RelayMode:
 def read_levels(followed: Hypothesis, shown: ShownRelay) -> dict[str, float]:
     """The levels of a relay that was followed, by path: of the temperatures at which it went on and off, the two
     between which it would have been on for as much of the time in which it was, and off as much; nothing where it did
-    not do both, or not the way that such a relay does."""
+    not do both, not the way that such a relay does, or at temperatures that it may not have."""
     of = _find_place(shown.candidate)
     levels = of and of.relay.levels()
     if of is None or levels is None:
@@ -118,7 +123,10 @@ def read_levels(followed: Hypothesis, shown: ShownRelay) -> dict[str, float]:
     if pair is None:
         return {}
     keys = of.relay.keep_between(*sorted(way * level for level in pair))
-    relay = of.candidate.machine.patched(Patch.of([(of.path, keys)])).by_path[of.path]
+    try:
+        relay = of.candidate.machine.patched(Patch.of([(of.path, keys)])).by_path[of.path]
+    except Refused:
+        return {}
     own = [p for p in of.candidate.own if p.entry == of.path and p.field.key in keys]
     return {p.path: float(getattr(relay, p.attribute)) for p in own}
 
@@ -141,7 +149,7 @@ def _watch(prediction: Prediction, mode: RelayMode, place: Place, way: float) ->
     plan = prediction.course.problem.plan
     own = plan.network.parts[place.node]
     watched = way * prediction.course.T[0][:, own] @ weights(place, own.stop - own.start)
-    count = np.searchsorted(mode.t[1:], plan.edges[:-1], side="right")
+    count = np.searchsorted(mode.t[1:], plan.edges[:-1] + SAME, side="right")
     return _Course(plan.edges, watched, np.abs(mode.first - count % 2))
 
 
@@ -158,13 +166,8 @@ def _match_levels(courses: Sequence[_Course]) -> tuple[float, float] | None:
 
 def _mistaken(course: _Course, pairs: Array) -> Array:
     """For how long relays of some levels would not have been as this one was [s]."""
-    return np.asarray(np.diff(course.edges) @ (_switch(course.watched, pairs) != (course.on[:, None] > 0)))
-
-
-def _switch(watched: Array, pairs: Array) -> Mask:
-    """Whether relays of some levels are on (intervals, relays)."""
-    on = np.empty((len(watched), len(pairs)), bool)
-    now = watched[0] > pairs[:, 0]
-    for k, T in enumerate(watched):
-        on[k] = now = np.where(now, pairs[:, 1] <= T, pairs[:, 0] < T)
-    return on
+    now, wrong = course.watched[0] >= pairs[:, 0], np.zeros(len(pairs))
+    for lasting, T, was in zip(np.diff(course.edges), course.watched, course.on > 0, strict=True):
+        now = np.where(now, pairs[:, 1] < T, pairs[:, 0] <= T)
+        wrong += lasting * (now != was)
+    return wrong
