@@ -2,8 +2,9 @@
 
 Of modes m ∈ {0, 1} at n knots and a size P the misfit falls by P gᵀm − ½ P² mᵀH m, with H = R M Rᵀ and g = R r of the
 answers R to 1 W about each knot (numbers taken up linearly). m is bettered knot by knot, from quantiles of the heat
-that is free (heat_evidence), P = gᵀm / mᵀHm in between; a further instant has to explain ln n nats at what is left, for
-it is one of n. Source: iterated conditional modes, Besag, J. R. Stat. Soc. B 48 (1986) 259; unverified.
+that is free and leaves no more than noise (heat_evidence), P = gᵀm / mᵀHm in between; a further instant has to explain
+ln n nats at what is left, for it is one of n. Source: iterated conditional modes, Besag, J. R. Stat. Soc. B 48 (1986)
+259; unverified.
 """
 
 from __future__ import annotations
@@ -48,8 +49,7 @@ def trace_switched(fit: Linearised, at: Location) -> tuple[SwitchedHeat, Switche
     """The heat that is on or off at a place, with what is worth most: taken out, and given."""
     knots = [heat_knots(d, APART, MOST) for d in fit.problem.data]
     H, g = weigh_place(fit, at, knots)
-    scale, left = max(1.0, float(np.mean(fit.left**2))), float(fit.left @ fit.left)
-    free = explain_best(H / scale, g / scale, knots, list_sizes(H)).course
+    free, left = explain_best(H, g, knots, list_sizes(H)).course, float(fit.left @ fit.left)
     breaks = np.cumsum([len(t) for t in knots])[:-1]
     cold, warm = (_Levels(H, sign * g, breaks, left, len(fit.left)) for sign in (-1.0, 1.0))
     return cold.find(tuple(knots), -free), warm.find(tuple(knots), free)
