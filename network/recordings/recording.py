@@ -36,7 +36,7 @@ class Recording(Result):
     t[k] (k + 2 without); zeroed: channels told less their first value; excluded: what was set aside of it, None before
     it was judged; offsets: whether its sensors may be off by a constant; starts: whether its parts may begin
     elsewhere than the start rule says; modes: whether a relay of the machine is on (1) or off (0), by its name, where
-    readings tell.
+    readings of what it watches, or all readings together, tell.
     """
 
     name: str

@@ -43,7 +43,8 @@ class Strategy(ABC):
 
 
 class Switching(Strategy):
-    """Relays: draws in one batch on an affine machine, the best fitted on the machine itself (switching)."""
+    """Relays: those whose switching shows are followed; draws in one batch on an affine machine, the best fitted on the
+    machine itself (switching)."""
 
     name = "switching"
 

@@ -21,7 +21,7 @@ from network.analysis.diagnosis.latent_heat.unknown_heat import heat_knots
 from network.catalogue.declaration.declare import Array, Mask
 
 APART, MOST = 60.0, 240
-"""s: distance of the knots, and how many of a run at most."""
+"""s: distance of the knots, and how many of a run at most: beyond four hours they are farther apart."""
 SHARES = (0.2, 0.4, 0.6, 0.8)
 """Quantiles of the free heat above which it is on to begin with."""
 ROUNDS = 10
