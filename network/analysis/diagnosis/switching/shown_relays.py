@@ -102,15 +102,21 @@ def _move_modes(followed: Hypothesis, shown: ShownRelay) -> dict[int, RelayMode]
     return {i: mode.shift(later[len(later) - len(mode.spread) :], float(r.t[-1])) for (i, mode), r, later in runs}
 
 
+def find_relay(c: Candidate) -> tuple[EntryPath, Relay] | None:
+    """The relay that a candidate brings, with its path; None where that is not one."""
+    relays = [(p, e) for p, _ in c.patch.entries() if isinstance(e := c.machine.by_path.get(p), Relay)]
+    return relays[0] if len(relays) == 1 else None
+
+
 def _read_relay(
     recordings: Sequence[Recording], c: Candidate, find: Callable[[str, float], Levels]
 ) -> ShownRelay | None:
     """None where nothing reads what it watches, or what is read does not go between two levels that it may have. find:
     the levels by sensor and its noise."""
-    relays = [(p, e) for p, _ in c.patch.entries() if isinstance(e := c.machine.by_path.get(p), Relay)]
-    if len(relays) != 1:
+    only = find_relay(c)
+    if only is None:
         return None
-    ((path, relay),) = relays
+    path, relay = only
     readers = list_readers(c.machine, relay)
     sensor = next((n for n in readers if any(n in r.columns for r in recordings)), None)
     levels = sensor and find(sensor, c.machine.sensors[sensor].sigma)

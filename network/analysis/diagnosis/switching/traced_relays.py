@@ -19,7 +19,7 @@ from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.latent_heat.location import Location
 from network.analysis.diagnosis.latent_heat.switched_heat import SwitchedHeat, trace_switched
 from network.analysis.diagnosis.settings import SETTINGS
-from network.analysis.diagnosis.switching.shown_relays import ShownRelay
+from network.analysis.diagnosis.switching.shown_relays import ShownRelay, find_relay
 from network.catalogue.declaration.declare import Array
 from network.catalogue.declaration.entry_path import EntryPath
 from network.catalogue.declaration.fields import Place
@@ -75,10 +75,10 @@ def _trace(null: Hypothesis, part: str) -> tuple[SwitchedHeat, SwitchedHeat]:
 
 def _find_place(c: Candidate) -> _Switched | None:
     """None where its relay does not heat or cool one part that is there without it."""
-    relays = [(p, e) for p, _ in c.patch.entries() if isinstance(e := c.machine.by_path.get(p), Relay)]
-    if len(relays) != 1:
+    only = find_relay(c)
+    if only is None:
         return None
-    ((path, relay),) = relays
+    path, relay = only
     levels, into = relay.levels(), {place.node for place, _ in relay.into} if isinstance(relay, Source) else set[str]()
     if levels is None or len(into) != 1:
         return None
