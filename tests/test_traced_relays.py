@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from test_diagnosis import plant
+from build import machine
+from test_diagnosis import LINKS, NODES, SENSORS, SOURCES, plant
 from test_relay_search import COOLER, null
 
 from network.analysis.diagnosis.candidates.candidate import Candidate
@@ -13,9 +14,18 @@ from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
 from network.analysis.diagnosis.latent_heat.location import Location
 from network.analysis.diagnosis.latent_heat.switched_heat import trace_switched
 from network.analysis.diagnosis.switching.followed_search import search_traced_relays
-from network.analysis.diagnosis.switching.traced_relays import _Course, _match_levels, trace_relays
+from network.analysis.diagnosis.switching.relay_levels import _Course, _match_levels
+from network.analysis.diagnosis.switching.traced_relays import trace_relays
 from network.platform.refusal import Spot, refuse
 from network.recordings.relay_mode import RelayMode
+
+HELD = {**NODES, "water": {"temperature": "20 degC"}}
+TANK = {**NODES, "water": {"heat_capacity": "60 kJ/K"}}
+WATER = {"jacket": {"kind": "convection", "between": ["housing", "water"], "conductance": "50 W/K ± 30 %"},
+         "lid": {"kind": "convection", "between": ["water", "air"], "conductance": "15 W/K"}}  # fmt: skip
+CHILLED = {**SOURCES, "chiller": {**COOLER, "into": {"water": 1}, "watches": "water", "set": "20 degC",
+                                  "hysteresis": "1 K", "power": "900 W"}}  # fmt: skip
+MADE = ((HELD, SOURCES), (TANK, CHILLED))
 
 
 @pytest.fixture(scope="module")
@@ -36,10 +46,19 @@ def test_when_a_heat_was_on_and_how_large_it_is_are_told_of_all_channels(cooled:
 
 
 def test_a_cooler_is_traced_and_keeps_step(cooled: Hypothesis) -> None:
-    found = search_traced_relays(cooled.case, cooled, switched(cooled), 1)
+    found = search_traced_relays(cooled.case, cooled, switched(cooled), 1, 1)
     assert found[0].found[-1].places == ("housing",) and found[0].chi < 1.1
     told = {path.rpartition(".")[2]: value for path, value in found[0].own_values.items() if "cooling" in path}
     assert told["set"] == pytest.approx(24, abs=0.1) and told["power"] == pytest.approx(250, rel=0.05)
+
+
+def test_a_cooler_of_a_tank_that_was_held_is_traced_beside_the_numbers_of_the_tank() -> None:
+    h = null(*(machine(nodes, links=LINKS | WATER, sources=more, sensors=SENSORS) for nodes, more in MADE))
+    found = search_traced_relays(h.case, h, switched(h), 1, 1)
+    assert "water" in found[0].found[-1].places and found[0].chi < 1.1
+    told = {path.rpartition(".")[2]: value for path, value in found[0].own_values.items()}
+    assert told["set"] == pytest.approx(20, abs=0.3) and told["heat_capacity"] == pytest.approx(60e3, rel=0.2)
+    assert told["power"] == pytest.approx(900, rel=0.2)
 
 
 def test_nothing_is_traced_where_nothing_is_missing() -> None:
@@ -78,4 +97,4 @@ def test_what_a_fit_cannot_simulate_is_not_looked_for(cooled: Hypothesis, monkey
         raise refuse(Spot("m.yaml"), "it melts", "take the relay out")
 
     monkeypatch.setattr("network.analysis.diagnosis.switching.followed_search.check_followed", refuses)
-    assert search_traced_relays(cooled.case, cooled, switched(cooled), 1) == []
+    assert search_traced_relays(cooled.case, cooled, switched(cooled), 1, 1) == []

@@ -110,7 +110,7 @@ def _search_switching(seen: Screening, seed: int, jobs: int) -> list[Hypothesis]
     switched, case = [c for c in seen.proposed if c.switches], seen.before.case
     found = search_shown_relays(case, seen.before, switched, jobs)
     if not found or found[0].chi >= SETTINGS.adequate:
-        found = best_first(*found, *search_traced_relays(case, seen.before, switched, jobs))
+        found = best_first(*found, *search_traced_relays(case, seen.before, switched, seed, jobs))
     if not found or (found[0].chi >= SETTINGS.adequate and not explains_most(seen.before, found[0])):
         able = rank_likely_places(switched, seen.located) if switched else []
         found = best_first(*found, *(search_relays(case, seen.before, able, seed, jobs) if able else ()))

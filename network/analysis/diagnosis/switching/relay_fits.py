@@ -21,9 +21,11 @@ from network.analysis.diagnosis.switching.share_view import View
 from network.catalogue.declaration.declare import Array
 from network.platform.parallel import run_all
 
-LADDER = ((0.5, 5, 3), (0.75, 6, 2), (1.0, 12, 1))
-"""Shares of each run, from the onset on, over which they are, steps there, and how many go on."""
-SHOWN_LADDER = ((0.25, 5, 3), *LADDER)
+Ladder = Sequence[tuple[float, int, int]]
+"""Shares of each run, from the onset on, over which relays are fitted, steps there, and how many go on."""
+LADDER: Ladder = ((0.5, 5, 3), (0.75, 6, 2), (1.0, 12, 1))
+"""Of those that were drawn."""
+SHOWN_LADDER: Ladder = ((0.25, 5, 3), *LADDER)
 """The same for those that readings show, whose numbers are near from the start."""
 WELL = 0.9
 """Misfit χ over that of the null from which a relay counts as found."""
@@ -41,7 +43,7 @@ class RelayStart:
 
 
 def fit_over_more(
-    case: Case, null: Hypothesis, starts: Sequence[RelayStart], ladder: Sequence[tuple[float, int, int]],
+    case: Case, null: Hypothesis, starts: Sequence[RelayStart], ladder: Ladder,
     leave: Callable[[float], float], onset: float, jobs: int,
 ) -> list[Hypothesis]:  # fmt: skip
     """The best fits from some starts over ever more of the runs, of each candidate one at least; none where all run

@@ -66,13 +66,15 @@ def after(onset: float, share: float) -> float:
 
 
 def draw_samples(
-    abouts: Sequence[Linearised], switched: Sequence[Candidate], onset: float, seed: int, jobs: int
+    abouts: Sequence[Linearised], switched: Sequence[Candidate], known: Near, onset: float, seed: int, jobs: int
 ) -> list[Drawn]:
-    """The best draws of all, polished over ever more of the runs; none where they stay behind what is there."""
+    """The best draws of all, polished over ever more of the runs; none where they stay behind what is there. known: of
+    some candidates the numbers about which they are drawn."""
     spaces, judges = _list_judges(abouts, switched)
-    begins = [after(onset, share) for share in FIRST for _ in spaces]
+    begins = [after(onset, share) for share in FIRST[: len(abouts)] for _ in spaces]
     drawn = _each(
-        judges, run_all(partial(_first, seed, after(onset, THEN[0][0])), list(zip(judges, begins, strict=True)), jobs)
+        judges,
+        run_all(partial(_first, known, seed, after(onset, THEN[0][0])), list(zip(judges, begins, strict=True)), jobs),
     )
     for share, steps, most in THEN:
         groups = [[d for d in drawn[:most] if d.judge is judge] for judge in judges]
@@ -119,9 +121,9 @@ def _list_judges(abouts: Sequence[Linearised], switched: Sequence[Candidate]) ->
     return spaces, [Judge(s, a, values_at(a.problem.parameters, a.theta)) for a in abouts for s in spaces]
 
 
-def _first(seed: int, then: float, of: tuple[Judge, float]) -> tuple[Array, Array]:
-    """The best draws from the prior, polished over the beginning of the runs, and their misfits over more of it."""
-    (judge, share), theta = of, of[0].space.draw(DRAWS, seed)
+def _first(known: Near, seed: int, then: float, of: tuple[Judge, float]) -> tuple[Array, Array]:
+    """The best draws, polished over the beginning of the runs, and their misfits over more of it."""
+    (judge, share), theta = of, of[0].space.draw(DRAWS, seed, known.get(of[0].space.candidate.key))
     view, further = View(judge.about, share), View(judge.about, then)
     try:
         misfit = judge.misfits(view, theta, judge.residuals(view, theta))

@@ -85,13 +85,39 @@ def _search_about(
     leave = partial(leave_of_null, about)
     fits: list[Hypothesis] = []
     for drawn, ladder in (
-        (draw_samples(about, laid, onset, seed, jobs), LADDER),
+        (draw_samples(about, laid, {}, onset, seed, jobs), LADDER),
         (draw_over_whole(about, laid, near, seed, jobs), LADDER[-1:]),
     ):
         able = [d for d in drawn if d.judge.space.candidate.key in known]
         starts = [_start_of(case, known, values if d.judge.about is about[0] else null.own_values, d) for d in able]
         fits += fit_over_more(case, null, starts, ladder, leave, onset, jobs) if starts else []
     return keep_of_each(sorted(fits, key=lambda h: h.chi), 1)
+
+
+def search_near(
+    null: Hypothesis, starts: Sequence[RelayStart], onset: float, seed: int, jobs: int
+) -> list[Hypothesis]:  # fmt: skip
+    """The same of relays whose numbers are known about, drawn near these; null: under the noise of the file."""
+    plain = straighten(null) if starts else None
+    leave = partial(leave_of_null, [linearise_firmly(null, null.fit.theta)])
+    near = [_draw_near(plain, start, onset, seed, jobs) for start in starts] if plain else []
+    fits = [fit_over_more(null.case, null, begun, LADDER, leave, onset, jobs) for begun in near if begun]
+    return [h for each in fits for h in each]
+
+
+def _draw_near(plain: Hypothesis, start: RelayStart, onset: float, seed: int, jobs: int) -> list[RelayStart]:
+    """The best draws about some numbers, on a machine that stands for the null's."""
+    again = candidate(plain.machine, start.candidate.kind, start.candidate.patch)
+    if again is None or not (space := Space(again)).serves:
+        return []
+    about = [linearise_firmly(plain, theta_of(plain.fit.problem.parameters, start.values))]
+    began = start.began[0].start if start.began else {}
+    near = np.array([*theta_of(again.own, start.values), *(began[n] for n in space.parts)])
+    drawn = draw_samples(about, [again], {again.key: near}, onset, seed, jobs)
+    return [
+        replace(_start_of(plain.case, {again.key: start.candidate}, start.values, d), followed=start.followed)
+        for d in drawn
+    ]
 
 
 def _numbers(h: Hypothesis, space: Space) -> Array:

@@ -1,0 +1,86 @@
+"""The levels of a relay that was followed: the temperatures between which it would have been on as it was."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.switching.shown_relays import ShownRelay, find_relay
+from network.catalogue.declaration.declare import Array
+from network.catalogue.declaration.fields import Place
+from network.catalogue.declaration.patch import Patch
+from network.engine.response.prediction import Prediction
+from network.machine.lumps import weights
+from network.platform.refusal import Refused
+from network.recordings.relay_mode import RelayMode
+
+SAME = 1e-6
+"""s: an instant is at an edge of an interval that is no farther."""
+
+
+def read_levels(followed: Hypothesis, shown: ShownRelay) -> dict[str, float]:
+    """The levels of a relay that was followed, by path: of the temperatures at which it went on and off, the two
+    between which it would have been on for as much of the time in which it was, and off as much; nothing where it did
+    not do both, not the way that such a relay does, or at temperatures that it may not have."""
+    only = find_relay(shown.candidate)
+    levels = only and only[1].levels()
+    if only is None or levels is None:
+        return {}
+    (path, relay), (place, on, off) = only, levels
+    way = float(np.sign(on - off))
+    runs = zip(followed.predictions, shown.modes.values(), strict=True)
+    pair = _match_levels([_watch(p, m, place, way) for p, m in runs])
+    if pair is None:
+        return {}
+    keys = relay.keep_between(*sorted(way * level for level in pair))
+    try:
+        at = shown.candidate.machine.patched(Patch.of([(path, keys)])).by_path[path]
+    except Refused:
+        return {}
+    own = [p for p in shown.candidate.own if p.entry == path and p.field.key in keys]
+    return {p.path: float(getattr(at, p.attribute)) for p in own}
+
+
+@dataclass(frozen=True, eq=False)
+class _Course:
+    """Of a run: the edges of its intervals [s], what is watched at the begin of each [°C; −°C of a heater], and whether
+    it was on (1 or 0)."""
+
+    edges: Array
+    watched: Array
+    on: Array
+
+    def switched(self, to: float) -> Array:
+        """What was watched where it went on (1) or off (0)."""
+        return np.asarray(self.watched[1:][(np.diff(self.on) != 0) & (self.on[1:] == to)])
+
+
+def _watch(prediction: Prediction, mode: RelayMode, place: Place, way: float) -> _Course:
+    plan = prediction.course.problem.plan
+    own = plan.network.parts[place.node]
+    watched = way * prediction.course.T[0][:, own] @ weights(place, own.stop - own.start)
+    count = np.searchsorted(mode.t[1:], plan.edges[:-1] + SAME, side="right")
+    return _Course(plan.edges, watched, np.abs(mode.first - count % 2))
+
+
+def _match_levels(courses: Sequence[_Course]) -> tuple[float, float] | None:
+    """The levels of a relay that goes on above the first and off below the second."""
+    above, below = (np.unique(np.concatenate([c.switched(to) for c in courses])) for to in (1.0, 0.0))
+    pairs = np.array([(on, off) for on in above for off in below if on > off])
+    if not len(pairs):
+        return None
+    wrong = np.sum([_mistaken(c, pairs) for c in courses], axis=0)
+    on, off = pairs[int(np.argmin(wrong))].tolist()
+    return on, off
+
+
+def _mistaken(course: _Course, pairs: Array) -> Array:
+    """For how long relays of some levels would not have been as this one was [s]."""
+    now, wrong = course.watched[0] >= pairs[:, 0], np.zeros(len(pairs))
+    for lasting, T, was in zip(np.diff(course.edges), course.watched, course.on > 0, strict=True):
+        now = np.where(now, pairs[:, 1] < T, pairs[:, 0] <= T)
+        wrong += lasting * (now != was)
+    return wrong
