@@ -64,15 +64,17 @@ def search_traced_relays(
 
 
 def _fit_traced(null: Hypothesis, starts: Sequence[RelayStart], onset: float, jobs: int) -> list[Hypothesis]:
-    ladders = (SHOWN_LADDER, SHOWN_LADDER[-1:])
-    fits = [h for ladder in ladders for h in _fit_in_step(null, starts, onset, jobs, ladder)]
-    return _keep_in_step(null, starts, fits)
+    """Those that keep step: led over ever more of the runs, or else over the whole of them at once."""
+    kept = list[Hypothesis]()
+    for ladder in (SHOWN_LADDER, SHOWN_LADDER[-1:]):
+        kept += _keep_in_step(null, starts, _fit_in_step(null, _list_lost(starts, kept), onset, jobs, ladder))
+    return kept
 
 
 def _list_lost(starts: Sequence[RelayStart], kept: Sequence[Hypothesis]) -> list[RelayStart]:
-    """Those that leave less where they follow what was traced than any that keeps step."""
+    """Those that leave less, by more than a little, where they follow what was traced than any that keeps step."""
     least = min((h.chi for h in kept), default=np.inf)
-    return [start for start in starts if start.followed < least]
+    return [start for start in starts if start.followed * (1 + SLACK) < least]
 
 
 def _take_again(starts: Sequence[RelayStart], again: Sequence[RelayStart]) -> list[RelayStart]:
