@@ -23,6 +23,7 @@ from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings, f
 from network.analysis.diagnosis.lumps.additive_correction import AdditiveCorrection
 from network.analysis.diagnosis.lumps.lump_refinement import list_finer_machines
 from network.analysis.diagnosis.settings import SETTINGS
+from network.analysis.diagnosis.switching.carried_relays import carry_in_step
 from network.catalogue.declaration.declare import Array
 from network.engine.response.model import Model
 from network.machine.machine import Machine
@@ -75,6 +76,9 @@ def fit_on_finer_lumps(
     """A hypothesis fitted on finer lumps; None where it does not fit there or runs away. needed: evidence that it must
     come to, without which it is not fitted to the end."""
     about = replace(case, began=coarse.case.began)
+    over = lay_over(root, coarse.found) if coarse.switches else None
+    if over is not None and (carried := carry_in_step(about, root, over[1], coarse, steps < CARRIED_STEPS)):
+        return carried
     until = FallsShort(needed, steps)
     return fit_findings(about, root, coarse.found, coarse.values, not coarse.switches, steps, until)
 

@@ -45,7 +45,9 @@ def select_next(
             yield first, smooth
     early = sway() if may_switch and trials.is_poor(smooth) else None
     if not seen.before.found:
-        is_told = early is None or bool(early and early[0].chi <= trials.little)
+        is_told = early is None or bool(
+            early and (early[0].chi <= trials.little or explains_most(seen.before, early[0]))
+        )
         smooth = _fit_wider(trials, smooth, is_told, jobs)
     ranked = best_first(*(early or ()), *place_ranked(seen.before, smooth, jobs))
     if is_told_so_far(current):
@@ -79,6 +81,10 @@ def _begin_trials(
             if first is not None and explains_most(current, first) and _is_better(first, passing):
                 yield (passing := first), fitted
     return trials, passing
+
+
+def _leaves_little(before: Hypothesis, trials: TrialFits, h: Hypothesis) -> bool:
+    return h.chi <= trials.little or explains_most(before, h)
 
 
 def _is_better(new: Hypothesis | None, told: Hypothesis | None) -> bool:

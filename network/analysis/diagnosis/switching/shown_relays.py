@@ -78,7 +78,7 @@ def follow_shown(
 def _follow(case: Case, null: Hypothesis, read_levels: LevelsOf | None, shown: ShownRelay) -> RelayStart | None:
     best = best_of(*(_fit_beside(case, null, shown, start) for start in (null.values, null.own_values)))
     if best is not None and read_levels is not None:
-        moved = replace(shown, modes=_move_modes(best, shown))
+        moved = replace(shown, modes=shift_modes(best, shown))
         again = _fit_beside(case, null, moved, best.values)
         best, shown = (best, shown) if again is None or again.chi > best.chi * (1 + SLACK) else (again, moved)
     levels = shown.levels if best is None or read_levels is None else read_levels(best, shown)
@@ -96,7 +96,7 @@ def _fit_beside(case: Case, null: Hypothesis, shown: ShownRelay, start: Mapping[
     return fit_with(beside, null, shown.followed, start, STEPS)
 
 
-def _move_modes(followed: Hypothesis, shown: ShownRelay) -> dict[int, RelayMode]:
+def shift_modes(followed: Hypothesis, shown: ShownRelay) -> dict[int, RelayMode]:
     """Modes with instants where a fit finds them."""
     runs = zip(shown.modes.items(), followed.case.recordings, move_edges(followed.fit), strict=True)
     return {i: mode.shift(later[len(later) - len(mode.spread) :], float(r.t[-1])) for (i, mode), r, later in runs}

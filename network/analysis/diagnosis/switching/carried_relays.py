@@ -1,0 +1,114 @@
+"""Relays that keep step on coarse lumps, on finer ones: there the same numbers switch them at other instants, and no
+slope leads back.
+
+So the heat follows the instants of the coarse lumps first, beside which the finer machine is straight; from the numbers
+that this takes the relay keeps step, or it is led over ever more of the runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from network.analysis.calibration.expansion_point import move_points
+from network.analysis.diagnosis.candidates.candidate import Candidate
+from network.analysis.diagnosis.hypotheses.case import Case
+from network.analysis.diagnosis.hypotheses.compact_fit import expand, fit_or_none
+from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_findings
+from network.analysis.diagnosis.steps.ranking import best_of
+from network.analysis.diagnosis.switching.relay_levels import read_levels
+from network.analysis.diagnosis.switching.shown_relays import SLACK, STEPS, ShownRelay, find_relay, shift_modes
+from network.catalogue.declaration.entry_path import EntryPath
+from network.catalogue.declaration.patch import Patch
+from network.engine.response.followed_relays import TRACED
+from network.engine.response.parameters import Parameter
+from network.engine.response.prediction import Prediction
+from network.machine.machine import Machine
+from network.platform.refusal import Refused
+from network.recordings.relay_mode import RelayMode
+
+SPREAD = 60.0
+"""s: 1σ of an instant on finer lumps about that on coarse ones."""
+
+
+def carry_in_step(
+    case: Case, root: Machine, laid: Sequence[Candidate], coarse: Hypothesis, is_quick: bool
+) -> Hypothesis | None:
+    """Findings that keep step on coarse lumps, laid over a machine with finer ones: the best fit from the levels there
+    and from those where the relay follows the instants there, the first that leaves no more than that; is_quick: from
+    the levels there alone. None where its heat does not follow instants, or runs away."""
+    own = tuple(p for c in laid for p in c.own)
+    shown = _keep_instants(laid, coarse)
+    told = None if shown is None else _follow(case, laid, shown, own, coarse)
+    if told is None:
+        return None
+    followed, shown = told
+    about, best = replace(case, began=tuple(move_points(followed.fit))), None
+    for values, in_step in product(_list_starts(followed, shown, coarse), (True, False)):
+        best = best_of(best, fit_findings(about, root, laid, values, in_step, STEPS))
+        if is_quick or (best is not None and best.chi < followed.chi * (1 + SLACK)):
+            break
+    return best
+
+
+def _list_starts(followed: Hypothesis, shown: ShownRelay, coarse: Hypothesis) -> Iterator[Mapping[str, float]]:
+    """Numbers where the relay follows, with the levels that it has on coarse lumps, and with those that are read."""
+    yield {**coarse.values, **followed.values}
+    if levels := read_levels(followed, shown):
+        yield {**followed.values, **levels}
+
+
+def _keep_instants(laid: Sequence[Candidate], coarse: Hypothesis) -> ShownRelay | None:
+    """The last relay of some findings, with levels that are certain and the instants at which it switched on coarse
+    lumps; None where none of them brings one, or that has no levels."""
+    relays = [(c, found) for c in laid if (found := find_relay(c)) is not None]
+    if not relays:
+        return None
+    (c, (path, relay)), top = relays[-1], laid[-1].machine
+    levels = relay.levels()
+    if levels is None:
+        return None
+    try:
+        keys = relay.keep_between(*sorted(levels[1:]))
+        machine = top.patched(Patch.of([(path, keys)]))
+    except Refused:
+        return None
+    modes = {i: _read_mode(p, path) for i, p in enumerate(expand(coarse).predictions)}
+    own = tuple(p for p in c.own if not (p.entry == path and p.field.key in keys))
+    return ShownRelay(replace(c, machine=top), replace(c, machine=machine, own=own), {}, modes)
+
+
+def _read_mode(prediction: Prediction, path: EntryPath) -> RelayMode:
+    """When a relay was on in a run in which it keeps step."""
+    plan = prediction.course.problem.plan
+    names = [plan.network.mechanisms[entry] for group in plan.network.relays for entry in group.entry]
+    on = np.asarray(plan.modes, float)[:, names.index(str(path))]
+    switched = np.flatnonzero(np.diff(on)) + 1
+    t = np.array([plan.edges[0], *plan.edges[switched]])
+    return RelayMode(TRACED + path.name, t, np.full(len(switched), SPREAD), float(on[0]))
+
+
+def _follow(
+    case: Case, laid: Sequence[Candidate], shown: ShownRelay, own: Sequence[Parameter], coarse: Hypothesis
+) -> tuple[Hypothesis, ShownRelay] | None:  # fmt: skip
+    """The finer machine where the relay's heat follows its instants, these moved where that finds them."""
+    first = _fit_followed(case, laid, shown, own, coarse.values)
+    if first is None:
+        return None
+    moved = replace(shown, modes=shift_modes(first, shown))
+    again = _fit_followed(case, laid, moved, own, first.values)
+    return (first, shown) if again is None or again.chi > first.chi * (1 + SLACK) else (again, moved)
+
+
+def _fit_followed(
+    case: Case, laid: Sequence[Candidate], shown: ShownRelay, own: Sequence[Parameter], start: Mapping[str, float]
+) -> Hypothesis | None:  # fmt: skip
+    runs = zip(case.recordings, shown.modes.values(), strict=True)
+    beside = replace(case, recordings=tuple(replace(r, modes={**r.modes, m.name: m}) for r, m in runs))
+    levels = {p.path for p in shown.candidate.own} - {p.path for p in shown.followed.own}
+    found = [*laid[:-1], replace(laid[-1], machine=shown.followed.machine)]
+    return fit_or_none(beside, found, [p for p in own if p.path not in levels], start, STEPS)
