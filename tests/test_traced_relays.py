@@ -5,17 +5,21 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from build import machine
-from test_diagnosis import LINKS, NODES, SENSORS, SOURCES, plant
+from test_diagnosis import LADDERS, LINKS, NODES, SENSORS, SOURCES, plant, recorded
 from test_relay_search import COOLER, null
 
 from network.analysis.diagnosis.candidates.candidate import Candidate
-from network.analysis.diagnosis.candidates.candidates import candidates
+from network.analysis.diagnosis.candidates.candidates import candidates, lay_over
+from network.analysis.diagnosis.hypotheses.case import Case
 from network.analysis.diagnosis.hypotheses.hypothesis import Hypothesis
+from network.analysis.diagnosis.hypotheses.hypothesis_fit import fit_hypothesis
 from network.analysis.diagnosis.latent_heat.location import Location
 from network.analysis.diagnosis.latent_heat.switched_heat import trace_switched
+from network.analysis.diagnosis.switching.carried_relays import carry_in_step
 from network.analysis.diagnosis.switching.followed_search import search_traced_relays
 from network.analysis.diagnosis.switching.relay_levels import _Course, _match_levels
 from network.analysis.diagnosis.switching.traced_relays import trace_relays
+from network.machine.machine import Machine
 from network.platform.refusal import Spot, refuse
 from network.recordings.relay_mode import RelayMode
 
@@ -26,6 +30,12 @@ WATER = {"jacket": {"kind": "convection", "between": ["housing", "water"], "cond
 CHILLED = {**SOURCES, "chiller": {**COOLER, "into": {"water": 1}, "watches": "water", "set": "20 degC",
                                   "hysteresis": "1 K", "power": "900 W"}}  # fmt: skip
 MADE = ((HELD, SOURCES), (TANK, CHILLED))
+
+
+def long_plant(lumps: int, **more: dict[str, object]) -> Machine:
+    """The plant with a housing that is a bar of some lumps."""
+    bar = {"material": "cast_iron", "length": "600 mm", "area": "0.02 m^2", "lumps": lumps}
+    return machine({**NODES, "housing": bar}, links=LINKS, sources={**SOURCES, **more}, sensors=SENSORS)
 
 
 @pytest.fixture(scope="module")
@@ -59,6 +69,27 @@ def test_a_cooler_of_a_tank_that_was_held_is_traced_beside_the_numbers_of_the_ta
     told = {path.rpartition(".")[2]: value for path, value in found[0].own_values.items()}
     assert told["set"] == pytest.approx(20, abs=0.3) and told["heat_capacity"] == pytest.approx(60e3, rel=0.2)
     assert told["power"] == pytest.approx(900, rel=0.2)
+
+
+@pytest.fixture(scope="module")
+def chilled() -> Hypothesis:
+    """A bar of three lumps cooled by a relay, told on two."""
+    runs = tuple(recorded(long_plant(3, cooler=COOLER), ladder, i) for i, ladder in enumerate(LADDERS))
+    return fit_hypothesis(Case(long_plant(2), runs), long_plant(2))
+
+
+def test_a_relay_that_keeps_step_on_coarse_lumps_is_carried_to_finer_ones(chilled: Hypothesis) -> None:
+    coarse = search_traced_relays(chilled.case, chilled, switched(chilled), 1, 1)[0]
+    over = lay_over(long_plant(3), coarse.found)
+    assert over is not None
+    fine = carry_in_step(chilled.case, long_plant(3), over[1], coarse, is_quick=False)
+    assert fine is not None and fine.chi < 1.1
+    assert any(path.endswith("set") and value == pytest.approx(24, abs=0.2) for path, value in fine.own_values.items())
+
+
+def test_what_brings_no_relay_is_not_carried(cooled: Hypothesis) -> None:
+    source = next(c for c in candidates(cooled.machine, cooled.case.drivers) if not c.switches and c.own)
+    assert carry_in_step(cooled.case, cooled.root, [source], cooled, is_quick=False) is None
 
 
 def test_nothing_is_traced_where_nothing_is_missing() -> None:
